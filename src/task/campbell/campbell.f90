@@ -1,4 +1,4 @@
-!> Campbell diagram: follows the modes of a machine over its speed.
+!> Campbell diagram: follows the natural modes of a machine over its speed.
 module gestell_task_campbell
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp, pi
@@ -23,33 +23,33 @@ module gestell_task_campbell
   !> Options of a Campbell diagram.
   type, public :: campbell_options
     type(accuracy_type) :: accuracy
-    !> Highest harmonic of the period with which crossings are searched. A harmonic is a multiple of the crank speed if the crank
-    !> makes one turn in the period.
+    !> Highest harmonic of the period whose crossings with modes are sought. If the crank makes one turn in the period, a harmonic
+    !> is a multiple of the crank speed.
     integer :: orders = 6
-    !> The only harmonics to be used, instead of 1 to `orders`
+    !> Harmonics to be used instead of all from 1 to `orders`
     integer, allocatable :: harmonics(:)
   contains
     procedure :: sought
   end type campbell_options
 
-  !> The modes at one speed.
+  !> The modes of the machine at one speed.
   type, public :: campbell_point_type
     !> Speed with its sign (1/min)
     real(dp) :: speed = 0
-    !> True if the speed was requested, false if it was inserted to follow the modes
+    !> True if the speed was requested; false if it was inserted to follow the modes
     logical :: ordered = .true.
     !> True if a machine exists at this speed and at least one mode was identified
     logical :: solved = .false.
-    !> Modes by their numbers; the first `dofs` are used
+    !> Modes in the order of their numbers; only the first `dofs` are used
     type(mode_type) :: modes(most_dofs)
-    !> Turns of the crank in the period
+    !> Number of turns of the crank in the period
     integer :: turns = 1
-    !> Number of degrees of freedom (0 without a machine); which of xi, eta, psi, ... the components of the mode shapes are
+    !> `dofs`: number of degrees of freedom, 0 without a machine. `free`: the degrees of freedom (1: xi, 2: eta, 3: psi, ...) of the
+    !> components of the mode shapes
     integer :: dofs = 0, free(most_dofs) = 0
-    !> True if the modes could be matched to those of the previous point with certainty; also true for the first point and after a
-    !> gap
+    !> True if the modes certainly match those of the previous point. Also true for the first point and after a gap
     logical :: unambiguous = .true.
-    !> Mean mass matrix, of which the first `dofs` rows and columns are used
+    !> Mean mass matrix; only its first `dofs` rows and columns are used
     real(dp) :: mass(most_dofs, most_dofs) = 0
   end type campbell_point_type
 
@@ -67,7 +67,7 @@ module gestell_task_campbell
     procedure :: ends
   end type campbell_type
 
-  !> Work for several processors: one piece for each speed.
+  !> Parallel work: each piece solves one speed.
   type, extends(work_type) :: speeds_type
     class(family_type), pointer :: family => null()
     type(campbell_options) :: options
@@ -78,16 +78,16 @@ module gestell_task_campbell
     procedure :: exchange
   end type speeds_type
 
-  !> Maximum number of bisections between two speeds to match the modes
+  !> Maximum number of times that an interval of speeds is halved to match the modes
   integer, parameter :: most_halvings = 7
 
 contains
 
-  !> Computes the modes at all `speeds` and follows them from speed to speed. Where matching is uncertain, points are inserted in
-  !> between. Modes are numbered by their frequencies at the lowest speed. Fails if speeds or orders are invalid, if the family
-  !> rejects a speed, or if its members are not frames. A point at which no machine exists stays unsolved.
+  !> Computes the modes at all `speeds` and follows them from speed to speed. Where the matching is uncertain, points are inserted.
+  !> Modes are numbered by their frequencies at the lowest speed. A point at which no machine exists stays unsolved. Fails if speeds
+  !> or orders are invalid, if the family rejects a speed, or if its members are not frames.
   subroutine solve_campbell(family, speeds, options, campbell, error, executor)
-    !> Machines as a function of one parameter, the speed (1/min). With an `executor`, several threads may request members.
+    !> Machines as a function of one parameter, the speed (1/min). With an `executor`, threads may request members at the same time.
     class(family_type), intent(in), target :: family
     !> Speeds (1/min), all of one sign, ascending or descending
     real(dp), intent(in) :: speeds(:)
@@ -141,7 +141,7 @@ contains
     call solve_point(self%family, self%speeds(k), self%options, self%points(k), error)
   end subroutine compute
 
-  !> Passes a point to or from a record.
+  !> Writes a point to a record, or reads it from there.
   subroutine exchange(self, k, record)
     class(speeds_type), intent(inout) :: self
     integer, intent(in) :: k
@@ -166,7 +166,7 @@ contains
     if (.not. allocated(error)) call check_accuracy(options%accuracy, error)
   end subroutine check_campbell_options
 
-  !> Numbers of the harmonics with which crossings are searched.
+  !> Numbers of the harmonics whose crossings with modes are sought.
   pure function sought(self)
     class(campbell_options), intent(in) :: self
     integer, allocatable :: sought(:)
@@ -179,7 +179,7 @@ contains
     end if
   end function sought
 
-  !> Counts a solution and records the degrees of freedom.
+  !> Counts the solution `point` in `campbell`, and records its degrees of freedom.
   pure subroutine count_in(point, campbell)
     type(campbell_point_type), intent(in) :: point
     type(campbell_type), intent(inout) :: campbell
@@ -190,7 +190,7 @@ contains
     campbell%solutions = campbell%solutions + 1
   end subroutine count_in
 
-  !> Updates the most recent modes. A mode that is not identified at the point keeps its previous data.
+  !> Updates the latest known modes `last`. A mode that is not identified at `point` keeps its previous data.
   pure subroutine remember(point, last)
     type(campbell_point_type), intent(in) :: point
     type(campbell_point_type), intent(inout) :: last
@@ -204,8 +204,8 @@ contains
     end do
   end subroutine remember
 
-  !> Reorders the modes of `point` to match those of `last`, using solved points in between where matching is uncertain. The speeds
-  !> of missing points are appended to `wanted`.
+  !> Reorders the modes of `point` so that they match those of `last`. Where the matching is uncertain, points in between are used.
+  !> If such a point is not among the solved points `known`, its speed is appended to `wanted`.
   pure recursive subroutine connect(known, last, point, halvings, campbell, wanted)
     type(campbell_point_type), intent(in) :: known(:), last
     type(campbell_point_type), intent(inout) :: point
@@ -281,7 +281,7 @@ contains
     speeds = self%points([1, size(self%points)])%speed
   end function ends
 
-  !> Numbers the modes by their frequencies at the lowest speed at which all of them are identified.
+  !> Numbers the modes by their frequencies at the lowest speed at which all modes are identified.
   pure subroutine number_modes(campbell)
     type(campbell_type), intent(inout) :: campbell
     type(campbell_point_type) :: lowest
@@ -308,7 +308,7 @@ contains
     end do
   end subroutine number_modes
 
-  !> Frequency 2 pi / T of the period (rad/s); equals |Omega| if the period is one turn.
+  !> Frequency 2 pi / T of the period T (rad/s). It equals |Omega| if the crank makes one turn in the period.
   elemental real(dp) function base_frequency(point)
     type(campbell_point_type), intent(in) :: point
 

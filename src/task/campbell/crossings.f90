@@ -1,4 +1,4 @@
-!> Finds the crossings of the Campbell diagram: speeds at which the frequency of a mode is a multiple (an order) of the crank speed.
+!> Finds the crossings of the Campbell diagram: speeds at which the frequency of a mode is a multiple (order) of the crank speed.
 module gestell_task_campbell_crossings
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
@@ -16,33 +16,33 @@ module gestell_task_campbell_crossings
 
   public :: find_crossings
 
-  !> A crossing of a mode with an order.
+  !> A crossing of a mode with an order of the crank.
   type, public :: crossing_type
     !> Number of the mode
     integer :: mode = 0
-    !> Frequency of the mode over the crank speed
+    !> Ratio of the mode's frequency to the crank speed
     real(dp) :: order = 0
-    !> Number of this harmonic of the period. 0: the order was not requested or is a half order; such a crossing is listed only if
-    !> locking removes at least half of the damping.
+    !> Number of this harmonic of the period, or 0 if the order was not requested or is a half order. A crossing with 0 is listed
+    !> only if locking removes at least half of the damping.
     integer :: harmonic = 0
-    !> Speed of the crossing, or middle of the interval of locking; ends of this interval; error bound of the speed or of the ends
-    !> (all 1/min)
+    !> `speed`: speed of the crossing, or middle of the interval in which the mode is locked. `ends`: ends of this interval.
+    !> `error`: error bound of these speeds. All in 1/min
     real(dp) :: speed = 0, ends(2) = 0, error = 0
-    !> True if the interval of locking is wider than its error
+    !> True if the interval in which the mode is locked to the order is wider than its error
     logical :: locked = .false.
-    !> Mode at the crossing
+    !> The mode at the crossing
     type(mode_type) :: at
   end type crossing_type
 
-  !> Search for the crossings of one mode with one multiple of half the frequency of the period.
+  !> Search for the crossings of one mode with one multiple of the frequency of the period. The multiple is n / 2.
   type :: search_type
     class(family_type), pointer :: family => null()
     type(campbell_options) :: options
     !> Number of the mode
     integer :: mode = 0
-    !> Mode frequency over the frequency of the period, a multiple of 1/2
+    !> The multiple (a multiple of 1/2): ratio of the mode's frequency to the frequency of the period
     real(dp) :: multiple = 0
-    !> Number of the harmonic, 0 as in `crossing_type`
+    !> Number of the harmonic, or 0 as in `crossing_type`
     integer :: harmonic = 0
     !> Crossings found
     type(crossing_type), allocatable :: crossings(:)
@@ -57,7 +57,7 @@ module gestell_task_campbell_crossings
     procedure :: point_at, knows, locks, value
   end type search_type
 
-  !> Work for several processors: one piece for each search.
+  !> Parallel work: each piece is one search.
   type, extends(work_type) :: searches_type
     type(campbell_type) :: campbell
     type(search_type), allocatable :: searches(:)
@@ -69,28 +69,29 @@ module gestell_task_campbell_crossings
   !> Relative accuracy of the speed of a crossing, if the errors of the frequencies permit it
   real(dp), parameter :: exact = 1.0e-11_dp
   integer, parameter :: most_steps = 100
-  !> Minimum change of a frequency, relative to the frequency of the period, that counts as a jump; maximum number of jumps
+  !> Minimum change of a frequency that counts as a jump, relative to the frequency of the period
   real(dp), parameter :: jumping = 1.0e-6_dp
+  !> Maximum number of jumps
   integer, parameter :: most_jumps = 40
-  !> Functions whose zeros are searched. `detuning`: mode frequency minus `multiple` times the frequency of the period; it is zero
-  !> over the whole interval in which the mode is locked. `discriminant`: squared half difference of the two exponents, positive
-  !> where they are real.
+  !> Functions whose zeros are sought. `detuning`: frequency of the mode minus `multiple` times the frequency of the period; zero in
+  !> the whole interval in which the mode is locked. `discriminant`: square of half the difference of the mode's two exponents,
+  !> positive where they are real.
   integer, parameter :: detuning = 1, discriminant = 2
 
 contains
 
   !> Finds all crossings of the modes with the harmonics requested in `options`, within the range of `campbell`. Also finds the
-  !> intervals in which a mode is locked to another order or half order up to the highest one and loses damping. The crossings are
-  !> sorted by mode, order and speed. Fails if `campbell` was not solved, or as `solve_campbell` does.
+  !> intervals in which a mode is locked to another order or half order, up to the highest one, and loses damping. Crossings are
+  !> sorted by mode, order and speed. Fails as `solve_campbell` does, or if `campbell` has not been solved.
   subroutine find_crossings(family, options, campbell, crossings, error, executor)
     !> Machines as a function of the speed (1/min)
     class(family_type), intent(in), target :: family
     type(campbell_options), intent(in) :: options
-    !> The Campbell diagram; the points on both sides of a jump are added
+    !> The Campbell diagram, to which the points on both sides of a jump are added
     type(campbell_type), intent(inout) :: campbell
     type(crossing_type), allocatable, intent(out) :: crossings(:)
     type(error_type), allocatable, intent(out) :: error
-    !> Distributes the searches over processors
+    !> Distributes the searches over threads or processes
     class(executor_type), intent(inout), optional :: executor
     type(searches_type) :: work
     type(campbell_point_type), allocatable :: points(:)
@@ -159,8 +160,8 @@ contains
     end associate
   end subroutine compute
 
-  !> Passes the result of a search to or from a record. A search without solutions is not recorded: repeating it is faster than
-  !> reading it.
+  !> Writes the result of a search to a record, or reads it from there. A search without solutions is not recorded: repeating it is
+  !> faster than reading it.
   subroutine exchange(self, k, record)
     class(searches_type), intent(inout) :: self
     integer, intent(in) :: k
@@ -182,8 +183,8 @@ contains
     end associate
   end subroutine exchange
 
-  !> Computes the modes at another `speed` and numbers them as the modes at `near`. `point` is not solved if no machine exists at
-  !> that speed. Fails as `solve_campbell` does.
+  !> Computes the modes at another `speed` and numbers them like the modes at the point `near`. `point` is not solved if no machine
+  !> exists at this speed. Fails as `solve_campbell` does.
   subroutine point_at(self, speed, near, point, error)
     class(search_type), intent(inout) :: self
     real(dp), intent(in) :: speed
@@ -201,8 +202,8 @@ contains
     end associate
   end subroutine point_at
 
-  !> Finds the crossing between the points `first` and `first` + 1, if there is one, and advances `first` behind it. If the
-  !> frequency jumps across the multiple, `search%jump` is set instead: where modes mix, their numbers change from branch to branch.
+  !> Finds the crossing between the points `first` and `first` + 1, if there is one, and moves `first` past it. If the frequency
+  !> jumps across the multiple, `search%jump` is set instead. Such jumps occur where modes mix and exchange their numbers.
   subroutine next_crossing(points, first, search, error)
     type(campbell_point_type), intent(in) :: points(:)
     integer, intent(inout) :: first
@@ -264,7 +265,7 @@ contains
     search%crossings = [search%crossings, crossing]
   end subroutine next_crossing
 
-  !> Finds the ends of the interval of speeds in which a mode is locked, and the mode at its middle. `within` is a point of the
+  !> Finds the ends of the interval of speeds in which a mode is locked, and the mode at its middle. `within` is a point in the
   !> interval; `l` and `r` are points at its ends or outside.
   subroutine find_interval(search, l, within, r, crossing, error)
     type(search_type), intent(inout) :: search
@@ -293,15 +294,15 @@ contains
     crossing%at = edge%modes(search%mode)
   end subroutine find_interval
 
-  !> Finds a zero of the function `kind` between two points where its signs differ. The search for a zero of the detuning also ends
-  !> at a point where the mode is locked.
+  !> Finds a zero of the function `kind` between two points at which its signs differ. The search for a zero of the detuning also
+  !> ends at a point where the mode is locked.
   subroutine find_root(own, kind, l, r, root, doubt, error)
-    !> The search of the mode and multiple; its `sides` become the final points on both sides of the zero
+    !> The search for one mode and one multiple; on return its `sides` are the last points on both sides of the zero
     type(search_type), intent(inout) :: own
     !> `detuning` or `discriminant`
     integer, intent(in) :: kind
     type(campbell_point_type), intent(in) :: l, r
-    !> The zero; not solved if no machine exists at a speed on the way
+    !> The point at the zero; not solved if the search met a speed at which no machine exists
     type(campbell_point_type), intent(out) :: root
     !> Bound on the error of the zero (1/min)
     real(dp), intent(out) :: doubt
@@ -368,8 +369,8 @@ contains
     knows = point%solved .and. point%modes(self%mode)%identified
   end function knows
 
-  !> True if two real multipliers lock the mode to the multiple of the period's frequency. The multipliers must differ by more than
-  !> their errors: at an ordinary crossing they are equal, and rounding alone can make them real.
+  !> True if two real multipliers lock the mode to the multiple of the period's frequency. They must differ by more than their
+  !> errors: at an ordinary crossing they are equal, and rounding alone can make them real.
   pure logical function locks(self, point)
     class(search_type), intent(in) :: self
     type(campbell_point_type), intent(in) :: point

@@ -13,21 +13,22 @@ module gestell_task_campbell_plot
 
   public :: count_or_no, marks_of, plot_campbell, plot_crossings
 
-  !> Maximum number of order lines with a number
+  !> Maximum number of order lines that are labelled
   integer, parameter :: most_named = 12
   !> Width of a label relative to the axis
   real(dp), parameter :: beside = 0.043_dp
-  !> Intervals of locked modes are marked if they are at least this share of the half width.
+  !> Intervals of locked modes are marked if their width is at least this fraction of the half width of the resonance.
   real(dp), parameter :: noticeable = 0.1_dp
 
 contains
 
-  !> Picture campbell.gp: frequencies over the speed with crossings and the lines of the orders 1 to `orders`, damping below.
+  !> Picture campbell.gp. Upper panel: frequencies over the speed, crossings, and lines of the orders 1 to `orders`. Lower panel:
+  !> damping.
   function plot_campbell(campbell, crossings, orders, input) result(figure)
     type(campbell_type), intent(in) :: campbell
     type(crossing_type), intent(in) :: crossings(:)
     integer, intent(in) :: orders
-    !> Speed of the input (1/min), or empty
+    !> Speed of the input (1/min); empty if the input has none
     real(dp), intent(in) :: input(:)
     type(figure_type) :: figure
     type(marks_type) :: marks
@@ -102,7 +103,7 @@ contains
     figure = new_figure("campbell", "Campbell diagram", lines, width=820, height=680)
   end function plot_campbell
 
-  !> Gnuplot range of the values that includes zero.
+  !> Gnuplot range that includes all values and zero.
   pure function from_zero(values) result(range)
     real(dp), intent(in) :: values(:)
     character(len=:), allocatable :: range
@@ -114,7 +115,7 @@ contains
     range = "[" // concise(1.1_dp * low, 6) // ":" // concise(1.1_dp * high, 6) // "]"
   end function from_zero
 
-  !> Marks of the input's speed and of ranges in which a free vibration grows.
+  !> Marks for the speed of the input and for ranges in which a free vibration grows.
   pure type(marks_type) function marks_of(campbell, range, input) result(marks)
     type(campbell_type), intent(in) :: campbell
     real(dp), intent(in) :: range(2), input(:)
@@ -126,8 +127,8 @@ contains
     end associate
   end function marks_of
 
-  !> Gnuplot labels with the numbers of the orders, outside the diagram at the point where a line leaves it on the right or at the
-  !> top.
+  !> Gnuplot labels with the numbers of the orders. Each label lies outside the diagram, where the line leaves it on the right or at
+  !> the top.
   pure function order_names(speeds, top, orders) result(lines)
     real(dp), intent(in) :: speeds(:), top, orders(:)
     character(len=:), allocatable :: lines
@@ -163,7 +164,7 @@ contains
 
   end function order_names
 
-  !> Picture crossings.gp. The Campbell diagram supplies the range and the marks.
+  !> Picture crossings.gp of the crossings. The Campbell diagram determines the range and the marks.
   function plot_crossings(crossings, campbell, input) result(figure)
     type(crossing_type), intent(in) :: crossings(:)
     type(campbell_type), intent(in) :: campbell
@@ -205,7 +206,7 @@ contains
       & // marks%entries, width=800, height=460)
   end function plot_crossings
 
-  !> A number for a title, or "no" for 0.
+  !> Number for a title, or "no" for 0.
   pure function count_or_no(number) result(words)
     integer, intent(in) :: number
     character(len=:), allocatable :: words

@@ -15,9 +15,9 @@ module gestell_task_campbell_report
 
   public :: campbell_verdict, report_campbell
 
-  !> Maximum number of lines in a table.
+  !> Maximum number of rows in a table of the report.
   integer, parameter, public :: most_listed = 60
-  !> Intervals wider than this fraction of the speed are reported by their ends, narrower ones by their width
+  !> Minimum width of an interval, relative to the speed, to be reported by its ends; a narrower one is reported by its width
   real(dp), parameter :: wide = 1.0e-4_dp
 
 contains
@@ -115,7 +115,7 @@ contains
     if (size(crossings) > most_listed) report = report // "  ... all crossings in crossings.csv" // newline
   end function crossing_lines
 
-  !> True if the interval in which the mode is locked is wide relative to the resonance, or if the vibration grows in it.
+  !> True if the interval in which the mode is locked is wide compared with the resonance, or if the vibration grows in it.
   pure logical function noticeably_locked(crossing)
     type(crossing_type), intent(in) :: crossing
     real(dp), parameter :: small_part = 0.1_dp
@@ -128,7 +128,7 @@ contains
     end associate
   end function noticeably_locked
 
-  !> Worst verdict at any speed of the diagram, for the head of the diagram and its files.
+  !> Worst verdict at any speed of the diagram. It is printed at the head of the diagram and of its files.
   pure type(judgement_type) function campbell_verdict(campbell) result(judgement)
     type(campbell_type), intent(in) :: campbell
     type(verdict_type) :: verdicts(size(campbell%points))

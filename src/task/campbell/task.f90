@@ -28,15 +28,15 @@ module gestell_task_campbell_task
     procedure :: run
   end type campbell_task
 
-  !> The Campbell diagram and its crossings, shared by several tasks.
+  !> The Campbell diagram and its crossings, which several tasks use.
   type, public :: diagram_type
     type(campbell_options) :: options
     type(campbell_type) :: campbell
     type(crossing_type), allocatable :: crossings(:)
   end type diagram_type
 
-  !> Modes and critical speeds are computed for small vibrations about rest. In resonance the exact vibration deviates from them, or
-  !> is not found.
+  !> Modes and critical speeds are computed from equations linearised about rest. In a resonance, the exact vibration may differ
+  !> from them, or not be found.
   character(len=*), parameter, public :: model_of_modes = "rest"
 
 contains
@@ -91,7 +91,7 @@ contains
     call result%say(report_campbell(diagram%campbell, diagram%crossings))
   end subroutine run
 
-  !> Computes modes and crossings over the speeds of the sweep. The result is kept in the context for other tasks.
+  !> Computes modes and crossings over the speeds of the sweep. Stores the result in `context` for other tasks.
   subroutine follow_modes(context, diagram, error)
     type(context_type), intent(inout) :: context
     type(diagram_type), intent(out) :: diagram
@@ -114,7 +114,7 @@ contains
     if (.not. allocated(error)) allocate(context%kept, source=diagram)
   end subroutine follow_modes
 
-  !> Table campbell.csv: a row for every mode at every speed. Mode shapes are scaled so that the largest component is real and
+  !> Table campbell.csv: one row for each mode at each speed. Mode shapes are scaled so that their largest component is real and
   !> positive.
   pure type(table_type) function campbell_table(campbell, verdict) result(table)
     type(campbell_type), intent(in) :: campbell
@@ -154,7 +154,8 @@ contains
     end associate
   end function campbell_table
 
-  !> One row: frequency to error bound, then the shape, whose largest component is real and positive.
+  !> One row of the table: the numbers from the frequency to the error bound, then the mode shape. Its largest component is made
+  !> real and positive.
   pure function numbers(mode, free) result(row)
     type(mode_type), intent(in) :: mode
     integer, intent(in) :: free(:)

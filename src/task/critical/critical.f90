@@ -1,4 +1,4 @@
-!> Finds critical speeds: maxima of the vibration over the speed that belong to crossings of the Campbell diagram.
+!> Finds critical speeds: maxima of the vibration over the speed near the crossings of the Campbell diagram.
 module gestell_task_critical
   use gestell_base_error, only: error_type, fatal_error, invalid_input, resonance
   use gestell_math_series_fourier, only: greatest
@@ -31,40 +31,41 @@ module gestell_task_critical
 
   public :: find_critical
 
-  !> Outcomes at a crossing. `peak`: the vibration has a peak. `no_peak`: it has none, because of high damping or because the order
-  !> hardly excites the mode. `unbounded`: the vibration has no bound. `self_excited`: the free vibration grows by itself.
+  !> Outcomes at a crossing. `peak`: the vibration has a peak. `no_peak`: it has none, because the damping is high or the order
+  !> hardly excites the mode. `unbounded`: the vibration is unbounded. `self_excited`: the free vibration grows.
   integer, parameter, public :: peak = 1, no_peak = 2, unbounded = 3, self_excited = 4
   character(len=9), parameter, public :: outcomes(4) = [character(len=9) :: "peak", "no_peak", "unbounded", "unstable"]
 
-  !> The two quantities. `amplitude`: amplitude (m) of the harmonic of the crossing's order. It is the norm over all coordinates,
-  !> weighted by the mean mass matrix and divided by the square root of the mass. `force`: maximum of the total force on the ground
-  !> (N).
+  !> Quantities whose peaks are sought. `force`: maximum of the total force on the ground (N). `amplitude`: amplitude (m) of the
+  !> harmonic of the crossing's order, in all coordinates. It is the norm weighted by the mean mass matrix, divided by the square
+  !> root of the mass.
   integer, parameter, public :: amplitude = 1, force = 2
-  !> Row of a point's values with the share of the order: of the mean square of the vibration, and the force amplitude of the order
-  !> over the maximum force. Row 1 has the size of the quantity.
+  !> Row of a point's values that contains the share of the order. `amplitude`: share of the mean square of the vibration. `force`:
+  !> force amplitude of the order divided by the maximum force. Row 1 contains the quantity itself.
   integer, parameter :: part_of_order = 3
 
-  !> A critical speed, or a crossing without one.
+  !> Result at a crossing: a critical speed, or the reason why there is none.
   type, public :: critical_type
     type(crossing_type) :: crossing
     !> `peak`, `no_peak`, `unbounded` or `self_excited`
     integer :: outcome = no_peak
-    !> Half the range of speeds (1/min) in which the vibration exceeds 1 / sqrt(2) of its peak, from the damping of the mode
+    !> Half width of the resonance, from the damping of the mode: half the range of speeds (1/min) in which the vibration exceeds 1
+    !> / sqrt(2) of its peak
     real(dp) :: half_width = 0
     !> True for each quantity that has a peak near the crossing
     logical :: found(2) = .false.
-    !> For each quantity: speed of the peak and its error bound (1/min), height of the peak (m, N), and prominence: height over the
-    !> higher of the two adjacent valleys. Zero without a peak.
+    !> For each quantity, or 0 without a peak: `speed` of the peak and its `error` bound (1/min), `height` of the peak (m, N), and
+    !> `prominence`, the ratio of the height to the higher of the two adjacent valleys.
     real(dp), dimension(2) :: speed = 0, error = 0, height = 0, prominence = 0
-    !> Share of the order in the mean square of the vibration at the peak of the amplitude
+    !> Share of the order in the mean square of the vibration, at the peak of the amplitude
     real(dp) :: share = 0
-    !> Worst verdict on the machine at the two peaks, or the verdict at a crossing without a bound
+    !> Worst verdict on the machine at the two peaks; for an unbounded or self-excited vibration the verdict at the crossing
     type(verdict_type) :: verdict
     !> Largest motion of the frame at the two peaks
     type(moved_type) :: moved
   end type critical_type
 
-  !> Work for several processors: one piece for each crossing.
+  !> Parallel work: each piece searches near one crossing.
   type, extends(work_type) :: searches_type
     class(family_type), pointer :: family => null()
     type(campbell_options) :: options
@@ -75,32 +76,34 @@ module gestell_task_critical
     procedure :: exchange
   end type searches_type
 
-  !> Half width of the searched range in units of the resonance's half width, limited to `most_reach` times the speed; number of
-  !> samples. A peak belongs to a crossing if they are less than about `near` half widths apart.
+  !> `reach`: half of the searched range, in half widths of the resonance. `most_reach`: its limit, relative to the speed. `near`:
+  !> maximum distance of a peak from its crossing, in half widths, apart from the distance of the samples.
   real(dp), parameter :: reach = 6, most_reach = 0.3_dp, near = 1
+  !> Number of speeds at which the search starts
   integer, parameter :: samples = 37
-  !> Minimum prominence of a peak
+  !> Minimum prominence of a peak: ratio of its height to the adjacent valleys
   real(dp), parameter :: least_prominence = 1.02_dp
-  !> Accuracy of a peak's speed in half widths, and maximum number of rounds
+  !> Accuracy of the speed of a peak, in half widths
   real(dp), parameter :: exact = 1.0e-3_dp
+  !> Maximum number of rounds that improve the speeds of peaks
   integer, parameter :: most_rounds = 40
-  !> Speeds closer than this relative distance count as equal
+  !> Speeds whose relative distance is smaller count as equal
   real(dp), parameter :: same = 4 * epsilon(1.0_dp)
 
 contains
 
-  !> Finds the critical speeds of all `crossings` with harmonics of the period. Fails if crossings or orders are invalid, if the
+  !> Finds the critical speeds near all `crossings` with harmonics of the period. Fails if crossings or orders are invalid, if the
   !> family rejects a speed, or if its members are not frames.
   subroutine find_critical(family, options, crossings, critical, error, executor)
     !> Machines as a function of the speed (1/min)
     class(family_type), intent(in), target :: family
     type(campbell_options), intent(in) :: options
-    !> Crossings of the Campbell diagram; harmonic 0 is skipped
+    !> Crossings of the Campbell diagram; those with `harmonic` = 0 are skipped
     type(crossing_type), intent(in) :: crossings(:)
-    !> One element for each crossing used
+    !> Results, one for each crossing that is not skipped
     type(critical_type), allocatable, intent(out) :: critical(:)
     type(error_type), allocatable, intent(out) :: error
-    !> Distributes the crossings over processors
+    !> Distributes the crossings over threads or processes
     class(executor_type), intent(inout), optional :: executor
     type(searches_type) :: work
 
@@ -125,7 +128,7 @@ contains
     class(searches_type), intent(inout) :: self
     integer, intent(in) :: k
     type(error_type), allocatable, intent(out) :: error
-    !> Relative distance from an undamped crossing at which the machine is examined
+    !> Relative distance from an undamped crossing at which the excitation of the mode is examined
     real(dp), parameter :: aside = 1.0e-3_dp
     type(curve_points_type) :: curve
     type(maximum_type) :: tops(2)
@@ -190,7 +193,7 @@ contains
     end associate
   end subroutine compute
 
-  !> Passes a critical speed to or from a record.
+  !> Writes a critical speed to a record, or reads it from there.
   subroutine exchange(self, k, record)
     class(searches_type), intent(inout) :: self
     integer, intent(in) :: k
@@ -202,7 +205,7 @@ contains
     self%critical(k) = transfer(words, self%critical(k))
   end subroutine exchange
 
-  !> Removes each peak that was also found from another crossing nearer to it, measured in half widths.
+  !> Removes each peak that was also found from another crossing, if that crossing is nearer to it in half widths.
   pure subroutine give_away(critical)
     type(critical_type), intent(inout) :: critical(:)
     integer :: i, k, quantity
@@ -240,8 +243,8 @@ contains
 
   end subroutine give_away
 
-  !> Finds the maximum of a quantity nearest to the crossing, provided that it is near enough. `apart` is the distance of the
-  !> samples (1/min). `top%point` is 0 if there is none.
+  !> Finds the maximum of a quantity that is nearest to the crossing, if it is near enough. `apart`: distance between the samples
+  !> (1/min). `top%point` is 0 if there is no such maximum.
   subroutine nearest_top(curve, quantity, critical, apart, top)
     type(curve_points_type), intent(in) :: curve
     integer, intent(in) :: quantity
@@ -266,8 +269,8 @@ contains
     end associate
   end subroutine nearest_top
 
-  !> Records a peak, the worst verdict and the largest motion at it. Rejects an amplitude that the accuracy cannot distinguish from
-  !> zero, and a force whose rise exceeds the share of this order: the latter is the peak of another order.
+  !> Records a peak, and updates the worst verdict and the largest motion. Rejects an amplitude that the accuracy cannot distinguish
+  !> from zero. Also rejects a force that rises by more than the share of this order: it is the peak of another order.
   subroutine take_top(point, top, options, critical)
     type(curve_point_type), intent(in) :: point
     type(maximum_type), intent(in) :: top
@@ -290,7 +293,7 @@ contains
     critical%moved%size = point%moved%size
   end subroutine take_top
 
-  !> Computes amplitude, force and verdict at one speed. A resonance without bound becomes the state `in_resonance`.
+  !> Computes amplitude, force and verdict at one speed. If the resonance is unbounded, the point gets the state `in_resonance`.
   subroutine respond(family, options, speed, multiple, point, error)
     class(family_type), intent(in) :: family
     type(campbell_options), intent(in) :: options
@@ -320,7 +323,7 @@ contains
     end if
   end subroutine respond
 
-  !> Measures amplitude and force of a frame or of its averaged model.
+  !> Computes amplitude and force from the periodic vibration of a frame or of its averaged model.
   subroutine measure(system, floquet, multiple, point, error)
     class(second_order_system), intent(in), target :: system
     type(floquet_type), intent(in) :: floquet

@@ -13,16 +13,17 @@ module gestell_task_critical_plot
 
   public :: plot_critical
 
-  !> Maximum number of labelled peaks, and width of an upright label relative to the axis
+  !> Maximum number of peaks that are labelled
   integer, parameter :: most_peaks = 20
+  !> Width of an upright label relative to the axis
   real(dp), parameter :: upright = 0.024_dp
   !> Forces below this fraction of the maximum are not drawn
   real(dp), parameter :: least_force = 1.0e-3_dp
 
 contains
 
-  !> Picture critical.gp: the peaks near the crossings over the speed, by amplitude and by force. The Campbell diagram supplies the
-  !> range and the marks.
+  !> Picture critical.gp: the peaks near the crossings over the speed, one panel for the amplitude and one for the force. The
+  !> Campbell diagram determines the range and the marks.
   function plot_critical(critical, campbell, input) result(figure)
     type(critical_type), intent(in) :: critical(:)
     type(campbell_type), intent(in) :: campbell
@@ -54,8 +55,8 @@ contains
       & lines // "unset multiplot" // newline, width=800, height=nint(height_of(2)))
   end function plot_critical
 
-  !> One panel with peaks as vertical lines on a logarithmic scale. Peaks below `least` times the maximum are omitted. `entries` are
-  !> appended to the key.
+  !> One panel: peaks as vertical lines over the speed, on a logarithmic scale. Peaks below `least` times the maximum are omitted.
+  !> `entries` are appended to the key.
   pure function panel(critical, which, range, si, least, entries) result(lines)
     type(critical_type), intent(in) :: critical(:)
     integer, intent(in) :: which

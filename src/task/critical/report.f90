@@ -16,17 +16,17 @@ module gestell_task_critical_report
 
   public :: critical_verdict, report_critical
 
-  !> Peaks whose order has a smaller share of the mean square of the vibration are not listed
+  !> Peaks are listed if their order has at least this share of the mean square of the vibration
   real(dp), parameter :: least_share = 0.01_dp
 
 contains
 
-  !> Section of the report on the critical speeds with a noticeable peak.
+  !> Section of the report about the critical speeds with a noticeable peak.
   pure function report_critical(critical, orders, turns, verdict, warning) result(report)
     type(critical_type), intent(in) :: critical(:)
-    !> Highest order; turns of the crank in the period
+    !> `orders`: highest order of the crank. `turns`: number of turns of the crank in the period
     integer, intent(in) :: orders, turns
-    !> Verdict on these vibrations; warning of motions beyond small ones
+    !> `verdict`: verdict on these vibrations. `warning`: warning that some motions are too large for the linearised equations
     character(len=*), intent(in) :: verdict, warning
     character(len=:), allocatable :: report, rows
     integer :: i, listed, quiet
@@ -72,8 +72,8 @@ contains
     if (quiet > 0) report = report // "  " // counted(quiet, "more crossing") // " without a noticeable peak" // newline
   end function report_critical
 
-  !> Worst verdict, for the head of the critical speeds and their files: on the vibrations at the crossings, or at a speed of the
-  !> Campbell diagram from which they are derived.
+  !> Worst verdict on the vibrations at the crossings, and at the speeds of the Campbell diagram in which the crossings were found.
+  !> It is printed at the head of the critical speeds and of their files.
   pure type(judgement_type) function critical_verdict(critical, campbell) result(judgement)
     type(critical_type), intent(in) :: critical(:)
     type(campbell_type), intent(in) :: campbell

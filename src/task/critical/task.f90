@@ -79,7 +79,7 @@ contains
     call result%say(report_critical(critical, context%configuration%orders, turns, judgement%words, warning))
   end subroutine run
 
-  !> Table critical.csv. The period has `turns` turns of the crank.
+  !> Table critical.csv of the critical speeds. The period has `turns` turns of the crank.
   pure type(table_type) function table_of(critical, turns, verdict) result(table)
     type(critical_type), intent(in) :: critical(:)
     integer, intent(in) :: turns
@@ -110,7 +110,7 @@ contains
 
   contains
 
-    !> Adds the columns of one kind of peak.
+    !> Adds the columns of the peaks of quantity `which`.
     pure subroutine add_peaks(which, prefix, name, unit)
       integer, intent(in) :: which
       character(len=*), intent(in) :: prefix, name
@@ -124,7 +124,7 @@ contains
         & [(critical(i)%prominence(which), i = 1, n)]))
     end subroutine add_peaks
 
-    !> The values, or NaN where there is no such peak.
+    !> The values for quantity `which`, or NaN where it has no peak.
     pure function shown(which, values)
       integer, intent(in) :: which
       real(dp), intent(in) :: values(:)

@@ -1,4 +1,5 @@
-!> Columns requested for each point of a sweep: the engine, columns by name, and measured quantities of the vibration by name.
+!> Columns requested for each point of a sweep: the solution method (`engine`), columns by name, and measured quantities of the
+!> vibration by name.
 module gestell_task_range_columns
   use gestell_base_error, only: error_type
   use gestell_base_words, only: word_length
@@ -22,14 +23,16 @@ module gestell_task_range_columns
 
 contains
 
-  !> Reads the engine, the columns and the measures, each of which may be given in any of the groups &sweep. The mechanism of the
-  !> frame need not turn. Errors: the groups request different values; a name is neither a column nor a quantity.
+  !> Reads the solution method (`engine`), the columns and the measures; any of the groups &sweep may contain these keys. The
+  !> mechanism of the frame need not be able to turn. Fails if the groups request different values, or if a name is neither a column
+  !> nor a quantity.
   subroutine read_order(groups, frame, probes, options, error)
     type(group_type), intent(in) :: groups(:)
-    !> Frame and probes, whose quantities may be requested
+    !> Frame whose quantities may be requested
     class(frame_type), intent(in) :: frame
+    !> Probes whose quantities may be requested
     type(probe_type), intent(in) :: probes(:)
-    !> Engine, columns and measures
+    !> Solution method (`engine`), columns and measures
     type(sweep_options), intent(out) :: options
     type(error_type), allocatable, intent(out) :: error
     character(len=word_length), allocatable :: columns(:), quantities(:)
@@ -61,8 +64,8 @@ contains
     options%probes = probes
   end subroutine read_order
 
-  !> Finds the group from which to read a key that any of the groups may contain: the first group that has it, or else the first
-  !> group. Error: the groups give different values.
+  !> Finds the group from which to read a key that any of the groups may contain: the first group that has the key, or else the
+  !> first group. Fails if the groups give different values.
   subroutine find_group(groups, key, group, error)
     type(group_type), intent(in) :: groups(:)
     character(len=*), intent(in) :: key
@@ -85,7 +88,7 @@ contains
     call input_error(groups(2), key, "differs from '" // key // "' in " // label(groups(1)) // "; both groups must agree", error)
   end subroutine find_group
 
-  !> Checks the names of the columns. Errors: a name is neither a column nor a quantity; a quantity occurs twice.
+  !> Checks the names of the columns. Fails if a name is neither a column nor a quantity, or if a quantity occurs twice.
   subroutine check_columns(group, frame, probes, columns, error)
     type(group_type), intent(in) :: group
     class(frame_type), intent(in) :: frame

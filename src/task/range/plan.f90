@@ -25,18 +25,18 @@ module gestell_task_range_plan
 
   public :: find_number, limit_points, overlap, read_speeds, read_sweep, refuse_standstill
 
-  !> Plan of a sweep. Accuracy and model are components of `options`, but come from their own input groups.
+  !> Plan of a sweep. Its `options` include accuracy and model, which come from their own input groups.
   type, public :: sweep_plan_type
-    !> Paths of the varied parameters, shape (number of axes), as in the header of sweep.csv.
+    !> Paths of the varied parameters, as in the header of sweep.csv; shape (number of axes).
     character(len=:), allocatable :: paths(:)
-    !> Units of the parameters in the input; empty for numbers without a unit.
+    !> Units of the parameters in the input; empty for parameters without a unit.
     character(len=16), allocatable :: units(:)
     type(grid_type) :: grid
     type(sweep_options) :: options
     !> Format of the table: 'csv' or 'npy'.
     character(len=:), allocatable :: format
     type(document_family_type) :: family
-    !> Parameters of the machine of the input; size 0 if this machine is not a member of the family.
+    !> Parameters of the machine in the input; size 0 if this machine is not a member of the family.
     real(dp), allocatable :: base(:)
   contains
     procedure :: period_varies
@@ -44,12 +44,12 @@ module gestell_task_range_plan
 
   !> Maximum number of values of an axis that are checked before the computation.
   integer, parameter :: most_tried = 10000
-  !> Maximum number of points of a sweep. It keeps the number of tiles within the range of default integers.
+  !> Maximum number of points of a sweep. It ensures that the number of tiles fits a default integer.
   integer(int64), parameter :: most_points = 10_int64**11
 
 contains
 
-  !> True if a gear ratio is varied, and with it the number of turns of the drive in a period.
+  !> True if a gear ratio is varied: the number of turns of the drive in a period then varies too.
   pure logical function period_varies(self)
     class(sweep_plan_type), intent(in) :: self
     integer :: k
@@ -57,14 +57,16 @@ contains
     period_varies = any([(index(lower(self%paths(k)), ").ratio") > 0, k = 1, size(self%paths))])
   end function period_varies
 
-  !> Reads the sweep of a checked document. The mechanism of the frame need not turn. Errors: no group or more than two; a path that
-  !> cannot be varied or occurs twice; an empty range; an invalid value; a column that does not exist.
+  !> Reads the sweep of a checked document. The mechanism of the frame need not be able to turn. Fails without a group &sweep or
+  !> with more than two, if a path cannot be varied or occurs twice, if a range is empty or a value is invalid, or if a column does
+  !> not exist.
   subroutine read_sweep(doc, schema, units, frame, probes, plan, error)
     type(document_type), intent(in) :: doc
     type(schema_type), intent(in) :: schema
     type(units_type), intent(in) :: units
-    !> Frame and probes, whose quantities may be requested
+    !> Frame whose quantities may be requested
     class(frame_type), intent(in) :: frame
+    !> Probes whose quantities may be requested
     type(probe_type), intent(in) :: probes(:)
     !> Plan of the sweep
     type(sweep_plan_type), intent(out) :: plan
@@ -126,7 +128,7 @@ contains
     call try_values(groups, plan, error)
   end subroutine read_sweep
 
-  !> Limits the size of a grid. Error: the grid has more than `most` points.
+  !> Limits the size of a grid. Fails if the grid has more than `most` points.
   subroutine limit_points(grid, groups, most, error)
     type(grid_type), intent(in) :: grid
     type(group_type), intent(in) :: groups(:)
@@ -141,8 +143,8 @@ contains
       & // " can be computed", error)
   end subroutine limit_points
 
-  !> Checks the parameters of `plan` for tasks over the speed. Errors: a parameter other than the speed; a range that includes
-  !> standstill.
+  !> Checks the parameters of `plan` for tasks over the speed. Fails unless the speed is the only parameter, has at least two
+  !> values, and its range excludes standstill.
   subroutine read_speeds(doc, plan, error)
     type(document_type), intent(in) :: doc
     type(sweep_plan_type), intent(in) :: plan
@@ -160,7 +162,7 @@ contains
     if (.not. allocated(error)) call refuse_standstill(groups, plan, error)
   end subroutine read_speeds
 
-  !> Rejects a range of speeds that includes zero.
+  !> Fails if a range of speeds includes zero.
   subroutine refuse_standstill(groups, plan, error)
     type(group_type), intent(in) :: groups(:)
     type(sweep_plan_type), intent(in) :: plan
@@ -174,7 +176,8 @@ contains
     end do
   end subroutine refuse_standstill
 
-  !> Reads the values of the parameters in the document; size 0 if the document gives no value or several values for one of them.
+  !> Reads the values of the parameters in the document into `plan`. Their size is 0 if the document gives no value, or several
+  !> values, for one of the parameters.
   subroutine read_base(doc, schema, plan)
     type(document_type), intent(in) :: doc
     type(schema_type), intent(in) :: schema
@@ -196,7 +199,7 @@ contains
     plan%base = base
   end subroutine read_base
 
-  !> Finds the number that a path under the `key` of a group refers to. Error: the path does not refer to a number of the machine
+  !> Finds the number to which a path under the `key` of a group refers. Fails if the path does not refer to a number of the machine
   !> that can be varied.
   subroutine find_number(doc, schema, group, key, path, target, error)
     type(document_type), intent(in) :: doc
@@ -267,8 +270,8 @@ contains
     overlap = any(chosen(:, 1) .and. chosen(:, 2)) .or. .not. any(chosen)
   end function overlap
 
-  !> Checks the values of each axis, with the first value of the other axis, and the last values of both together. Long axes are
-  !> only sampled. Since most keys allow a range of values, the ends and zero, which some keys forbid, are always included.
+  !> Checks the values of each axis together with the first value of the other axis, and the last values of both together. Of a long
+  !> axis, only samples are checked. They include the ends and zero, because most keys allow a range of values and some forbid zero.
   subroutine try_values(groups, plan, error)
     type(group_type), intent(in) :: groups(:)
     type(sweep_plan_type), intent(in) :: plan
@@ -298,7 +301,7 @@ contains
 
   contains
 
-    !> Checks one set of values. Error, with a reference to this group: the values are invalid.
+    !> Checks one set of values. Fails if the values are invalid; the message refers to this group.
     subroutine try(group)
       type(group_type), intent(in) :: group
 

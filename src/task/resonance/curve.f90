@@ -1,5 +1,5 @@
-!> The resonance curve of a machine: peaks, rms values and orders of quantities of the vibration over the crank speed. It is
-!> computed at the speeds of a grid and at speeds between them that resolve it.
+!> The resonance curve of a machine: peaks, rms values and amplitudes of the orders, for quantities of the vibration over the crank
+!> speed. It is computed at the speeds of a grid, and at speeds in between that resolve it.
 !>
 !> The speeds come in rounds, so that a caller can distribute the speeds of one round over threads:
 !>
@@ -11,7 +11,7 @@
 !>     end do
 !>     call curve%finish()
 !>
-!> `solve_curve` does so with an executor, or on one thread.
+!> `solve_curve` does this with an executor, or on one thread.
 module gestell_task_resonance_curve
   use gestell_base_error, only: error_type
   use gestell_base_verdict, only: operator(/=), operator(==), undamped, undecided
@@ -32,13 +32,13 @@ module gestell_task_resonance_curve
   !> A resonance curve and the state of its refinement.
   type, public, extends(curve_points_type) :: resonance_curve_type
     type(speed_options) :: options
-    !> Speeds of the grid (1/min) that are not yet computed
+    !> Speeds of the grid (1/min) before the first round; not allocated afterwards
     real(dp), allocatable :: grid(:)
     !> Number of rounds of refinement
     integer :: rounds = 0
-    !> True if refinement ended by itself, false if it reached the limit of speeds or rounds
+    !> True if the refinement is complete; false if it reached the maximum number of speeds or rounds
     logical :: complete = .true.
-    !> Maxima that stand out, sorted by quantity and speed; `finish` fills them in
+    !> Prominent maxima, sorted by quantity and speed; `finish` sets this list
     type(maximum_type), allocatable :: maxima(:)
   contains
     procedure :: wanted
@@ -46,7 +46,7 @@ module gestell_task_resonance_curve
     procedure :: finish
   end type resonance_curve_type
 
-  !> Work for several processors: one piece for each speed of a round.
+  !> Parallel work: each piece solves one speed of a round.
   type, extends(work_type) :: round_type
     class(family_type), pointer :: family => null()
     type(speed_options) :: options
@@ -57,20 +57,20 @@ module gestell_task_resonance_curve
     procedure :: exchange
   end type round_type
 
-  !> Maximum number of speeds added to the grid, and of rounds
+  !> `most_refined`: maximum number of speeds added to the grid. `most_rounds`: maximum number of rounds
   integer, parameter, public :: most_refined = 6000, most_rounds = 100
-  !> Minimum height of a listed maximum above both of its flanks, in ln(peak)
+  !> Minimum height of a listed maximum above each of its flanks, in ln(peak)
   real(dp), parameter, public :: standing_out = 0.05_dp
-  !> Relative accuracy of the speed at which the state changes
+  !> Relative accuracy of a speed at which the state of the machine changes
   real(dp), parameter :: border = 1.0e-4_dp
-  !> Minimum width of an interval relative to the speed where the vibration may grow without bound: at a stability boundary, or
-  !> without damping
+  !> Minimum width of an interval, relative to the speed, where the vibration may be unbounded: at a stability boundary, or without
+  !> damping
   real(dp), parameter :: coarsest = 1.0e-6_dp
 
 contains
 
-  !> Initialises an empty curve over `speeds` (1/min). Fails if the speeds are not all of one sign and ascending or descending, or
-  !> if an order is invalid.
+  !> Initialises an empty curve over `speeds` (1/min). Fails if the speeds differ in sign or are neither ascending nor descending,
+  !> or if an order is invalid.
   subroutine start_curve(curve, options, speeds, error)
     type(resonance_curve_type), intent(out) :: curve
     type(speed_options), intent(in) :: options
@@ -86,7 +86,7 @@ contains
     allocate(curve%points(0))
   end subroutine start_curve
 
-  !> Returns the speeds of the next round in the order of the grid. No speeds mean that the curve is complete.
+  !> Returns the speeds of the next round, in the order of the grid. If there are none, the refinement has ended.
   subroutine wanted(self, speeds)
     class(resonance_curve_type), intent(inout) :: self
     real(dp), allocatable, intent(out) :: speeds(:)
@@ -120,11 +120,13 @@ contains
     if (size(speeds) > room) speeds = speeds(:room)
   end subroutine wanted
 
-  !> Finds the intervals in which the curve is not resolved. The straight line through the two points before an interval is
-  !> extrapolated to its far end. It misses the point computed there by h times the change of slope; the same holds from the other
-  !> side. Within the interval a single bend deviates by at most half of the larger miss; such a bend occurs where two maxima over
-  !> the period are equal. A curve of constant curvature deviates by at most a quarter. If only one side is known, its miss counts
-  !> twice; if neither is known, the interval is divided. No line crosses a jump.
+  !> Finds the intervals in which the curve is not resolved (`bent`). The straight line through the two points before an interval is
+  !> extrapolated to its far end. The computed point there differs by h times the change of slope (h: width of the interval). The
+  !> same is done from the other side.
+  !>
+  !> Within the interval a single bend deviates by at most half of the larger difference; such a bend occurs where two maxima over
+  !> the period are equal. A curve of constant curvature deviates by at most a quarter. If only one side is known, its difference
+  !> counts twice; if neither is known, the interval is divided. No straight line crosses a jump.
   subroutine bent_intervals(self, level, known, bent)
     class(resonance_curve_type), intent(in) :: self
     real(dp), intent(in) :: level(:)
@@ -152,7 +154,7 @@ contains
     end do
   end subroutine bent_intervals
 
-  !> True if the interval between neighbours is wide enough to be divided.
+  !> True if the interval between the neighbours `a` and `b` is wide enough to be divided.
   pure logical function divisible(a, b)
     type(curve_point_type), intent(in) :: a, b
     real(dp) :: least
@@ -162,7 +164,7 @@ contains
     divisible = abs(a%speed - b%speed) > least * abs(a%speed)
   end function divisible
 
-  !> Adds the points of a round.
+  !> Adds the points of a round to the curve.
   subroutine add(self, points)
     class(resonance_curve_type), intent(inout) :: self
     type(speed_point_type), intent(in) :: points(:)
@@ -170,7 +172,7 @@ contains
     call self%insert(points, refined=self%rounds > 0)
   end subroutine add
 
-  !> Lists the maxima of all quantities.
+  !> Finds the prominent maxima of all quantities.
   subroutine finish(self)
     class(resonance_curve_type), intent(inout) :: self
     type(maximum_type), allocatable :: found(:)
@@ -189,7 +191,7 @@ contains
 
   !> Computes the whole curve. Fails as `start_curve` does, or if the family rejects a speed.
   subroutine solve_curve(family, options, speeds, curve, error, executor)
-    !> Machines as a function of the speed (1/min). With an `executor`, several threads may request members.
+    !> Machines as a function of the speed (1/min). With an `executor`, threads may request members at the same time.
     class(family_type), intent(in), target :: family
     type(speed_options), intent(in) :: options
     !> Speeds of the grid (1/min), all of one sign, ascending or descending

@@ -1,7 +1,7 @@
 !> The maxima of a resonance curve: their speeds, heights and widths.
 !>
-!> Near its maximum a resonance follows P = P_0 / sqrt(1 + u^2), where u is the distance in half widths. Hence (P_0 / P)^2 is a
-!> parabola and sqrt((P_0 / P)^2 - 1) a straight line; these two functions are interpolated.
+!> Near its maximum P_0, a resonance follows P = P_0 / sqrt(1 + u^2), where u is the distance in half widths. Hence (P_0 / P)^2 is a
+!> parabola and sqrt((P_0 / P)^2 - 1) a straight line. These two functions are interpolated.
 module gestell_task_resonance_maxima
   use gestell_base_verdict, only: has_vibration, in_resonance, operator(/=), operator(==), undamped, undecided, &
     & unstable, verdict_type
@@ -17,50 +17,53 @@ module gestell_task_resonance_maxima
   type, public :: maximum_type
     !> Number of the quantity
     integer :: quantity = 0
-    !> Number of the point on the curve
+    !> Number of the point of the curve at which it lies
     integer :: point = 0
-    !> Verdict at this point
+    !> Verdict on the vibration at this point
     type(verdict_type) :: state
-    !> Harmonic with the largest amplitude at this point
+    !> Harmonic of the period with the largest amplitude at this point
     integer :: strongest_order = 0
-    !> Speed (1/min) and value P_0 of the peak
+    !> `speed`: speed of the maximum (1/min). `value`: the quantity's peak P_0 at this speed
     real(dp) :: speed = 0, value = 0
-    !> Speeds on both sides at which the peak P has fallen to P_0 / sqrt(2), and their distance (1/min). Half of this distance
-    !> relative to the speed, which is the damping ratio of a single resonance. NaN if the curve rises or ends before.
+    !> `half`: speeds on both sides at which the peak P has fallen to P_0 / sqrt(2). `width`: their distance (1/min).
+    !> `damping_ratio`: half the width divided by the speed; correct for a single resonance. NaN if the curve rises or ends before.
     real(dp) :: half(2) = 0, width = 0, damping_ratio = 0
-    !> Height above the higher one of its flanks in ln(peak)
+    !> Height above the higher of its two flanks, in ln(peak)
     real(dp) :: rise = 0
-    !> True if the surrounding intervals are resolved; true if the vibration grows without bound at this speed, as at a stability
-    !> boundary
+    !> `resolved`: true if the intervals next to the maximum are resolved. `unbounded`: true if the vibration is unbounded at this
+    !> speed, as at a stability boundary
     logical :: resolved = .true., unbounded = .false.
-    !> True if the motion is small enough for linear equations
+    !> True if the motion is small enough for linearised equations
     logical :: small = .true.
-    !> True if the exact frame jumps to another vibration at this speed; `value` is then the larger of the two. True if the
-    !> vibration on one side ceases to exist there (a fold). Value on the other side of the jump, NaN without a jump.
+    !> `jump`: true if the exact frame jumps to another vibration at this speed; `value` is then the larger one. `fold`: true if the
+    !> vibration on one side ceases to exist there.
     logical :: jump = .false., fold = .false.
+    !> Value of the quantity on the other side of the jump; NaN without a jump.
     real(dp) :: other_side = 0
   end type maximum_type
 
-  !> A vibration near a jump ends in a fold if a multiplier is closer to 1 than this
+  !> A vibration next to a jump ends in a fold if one of its multipliers is closer to 1 than this
   real(dp), parameter :: at_fold = 1.0e-3_dp
 
-  !> A maximum is found if the next step is below `position` times the speed and gains less than `gain` times the value. A
-  !> half-power speed is found if (P_0 / P)^2 - 1 differs from 1 by less than `half_power`.
+  !> A maximum is accurate if the next step is below `position` times the speed and raises it by less than `gain` times the value.
   real(dp), parameter, public :: position = 1.0e-7_dp
+  !> `gain`: largest relative gain in height that ends the search for a maximum. `half_power`: largest difference of (P_0 / P)^2 - 1
+  !> from 1 at a half-power speed.
   real(dp), parameter :: gain = 1.0e-9_dp, half_power = 1.0e-4_dp
 
 contains
 
-  !> Finds the maxima of quantity `q` and the jumps of the exact frame. With linear equations, an unresolved maximum at which the
-  !> stability changes or is uncertain counts as unbounded. A jump is listed at its larger side, even if that is no maximum.
+  !> Finds the maxima of quantity `q`, and the jumps of the exact frame. For linearised equations, an unresolved maximum at which
+  !> the stability changes or is uncertain counts as unbounded. A jump is listed at its larger side, even if this is no maximum.
   subroutine find_maxima(curve, q, level, known, bent, least, maxima)
     class(curve_points_type), intent(in) :: curve
     integer, intent(in) :: q
     !> ln(peak) at each point
     real(dp), intent(in) :: level(:)
-    !> True for points with a value, shape (points); true for intervals that are not resolved, shape (points - 1)
+    !> `known`: true for points that have a value, shape (points). `bent`: true for intervals that are not resolved, shape (points -
+    !> 1)
     logical, intent(in) :: known(:), bent(:)
-    !> Minimum height above both flanks, or of a jump, in ln(peak)
+    !> Minimum height of a maximum above both flanks, or minimum height of a jump, in ln(peak)
     real(dp), intent(in) :: least
     type(maximum_type), allocatable, intent(out) :: maxima(:)
     type(maximum_type) :: found(size(level))
@@ -105,8 +108,8 @@ contains
     maxima = found(:n)
   end subroutine find_maxima
 
-  !> True if point `i` is higher than both neighbours and stands out of both flanks by more than `least`. For the exact frame,
-  !> points at which no vibration was found are skipped.
+  !> True if point `i` is higher than both neighbours, and higher than both flanks by more than `least`. For the exact frame, points
+  !> at which no vibration was found are skipped.
   pure logical function is_top(curve, level, known, i, least)
     class(curve_points_type), intent(in) :: curve
     real(dp), intent(in) :: level(:), least
@@ -125,7 +128,7 @@ contains
     is_top = min(fall(curve, level, known, i, -1), fall(curve, level, known, i, 1)) > least
   end function is_top
 
-  !> Number of the nearest known point on one side of point `i`; 0 if there is none.
+  !> Number of the nearest point with a value on one side of point `i` (`step` = -1 or 1); 0 if there is none.
   pure integer function neighbour(known, i, step) result(k)
     logical, intent(in) :: known(:)
     integer, intent(in) :: i, step
@@ -138,8 +141,8 @@ contains
     k = 0
   end function neighbour
 
-  !> Determines whether a maximum of the exact frame lies at a jump or beside points without a vibration, and the value on the other
-  !> side.
+  !> Determines whether a maximum of the exact frame lies at a jump or next to points without a vibration. Sets the value on the
+  !> other side.
   pure subroutine tell_jump(curve, known, jump, maximum)
     class(curve_points_type), intent(in) :: curve
     logical, intent(in) :: known(:), jump(0:)
@@ -161,7 +164,7 @@ contains
     end associate
   end subroutine tell_jump
 
-  !> Unbounded maximum of linear equations between the points `first` and `last`, which have no value.
+  !> Unbounded maximum of linearised equations, which covers the points `first` to `last`. These points have no value.
   type(maximum_type) function without_bounds(curve, q, first, last) result(maximum)
     class(curve_points_type), intent(in) :: curve
     integer, intent(in) :: q, first, last
@@ -179,8 +182,8 @@ contains
     maximum%small = .false.
   end function without_bounds
 
-  !> True if the points from `first` to `last`, which have no value, are a resonance into which the curve rises by more than `least`
-  !> from both sides.
+  !> True if the points `first` to `last`, which have no value, are a resonance: the curve rises towards them on both sides by more
+  !> than `least`.
   pure logical function rises_into(curve, level, known, first, last, least)
     class(curve_points_type), intent(in) :: curve
     real(dp), intent(in) :: level(:), least
@@ -195,7 +198,7 @@ contains
     rises_into = min(fall(curve, level, known, first - 1, -1), fall(curve, level, known, last + 1, 1)) > least
   end function rises_into
 
-  !> Depth to which the curve falls on one side of point `i`, in ln(peak), before it rises above that point or is unknown. For the
+  !> Depth, in ln(peak), to which the curve falls on one side of point `i`, before it rises above this point or is unknown. For the
   !> exact frame, points without a vibration are skipped.
   pure real(dp) function fall(curve, level, known, i, step)
     class(curve_points_type), intent(in) :: curve
@@ -214,7 +217,7 @@ contains
     end do
   end function fall
 
-  !> Half-power speed on one side of the maximum at point `i`. NaN if the curve rises or jumps before.
+  !> Half-power speed on one side of the maximum at point `i`. NaN if the curve rises or jumps before this speed.
   real(dp) function half_of(curve, level, known, jump, i, step) result(speed)
     class(curve_points_type), intent(in) :: curve
     real(dp), intent(in) :: level(:)
@@ -241,7 +244,7 @@ contains
     end do
   end function half_of
 
-  !> Interpolated speeds of the maxima that are resolved but not yet found accurately.
+  !> Interpolated speeds of those maxima that are resolved but not yet accurate.
   function top_speeds(curve, maxima) result(speeds)
     class(curve_points_type), intent(in) :: curve
     type(maximum_type), intent(in) :: maxima(:)
@@ -261,12 +264,12 @@ contains
   end function top_speeds
 
   !> Computes the step (1/min) from the point of a maximum to the top of the parabola through it and its neighbours, and the
-  !> relative gain in height. Both are zero if the parabola has no top.
+  !> relative gain in height. Both are zero if the parabola has no maximum.
   pure subroutine step_to_top(curve, maximum, step, won)
     class(curve_points_type), intent(in) :: curve
     !> Maximum whose point has neighbours on both sides
     type(maximum_type), intent(in) :: maximum
-    !> Step (1/min); relative gain in height
+    !> `step`: step (1/min). `won`: relative gain in height
     real(dp), intent(out) :: step, won
     real(dp) :: h(2), rise(2), a, b
 
@@ -284,7 +287,7 @@ contains
     won = b**2 / (8 * a)
   end subroutine step_to_top
 
-  !> (P_i / P_k)^2 - 1, computed without loss of digits if it is small.
+  !> (P_i / P_k)^2 - 1 for the peaks P at points `i` and `k`, computed without loss of digits if it is small.
   pure real(dp) function rest(curve, q, i, k)
     class(curve_points_type), intent(in) :: curve
     integer, intent(in) :: q, i, k
@@ -294,7 +297,7 @@ contains
     end associate
   end function rest
 
-  !> Half-power speeds of the resolved maxima, unless an existing point is close enough.
+  !> Interpolated half-power speeds of the resolved maxima, except those to which an existing point is close enough.
   function half_power_speeds(curve, maxima, bent) result(speeds)
     class(curve_points_type), intent(in) :: curve
     type(maximum_type), intent(in) :: maxima(:)

@@ -19,21 +19,21 @@ module gestell_task_resonance_plot
 
   public :: plot_peaks, plot_resonance
 
-  !> Rows of peak and rms among the values of a quantity; the amplitudes of the orders follow
+  !> Rows of a quantity's values that contain peak and rms; the amplitudes of the orders follow
   integer, parameter :: of_peak = 1, of_rms = 3
-  !> Limits: panels in one column, panels in all, orders drawn, and maxima of a quantity that are labelled with their values
+  !> Maximum numbers: panels in one column, all panels, orders that are drawn, and labelled maxima of a quantity
   integer, parameter :: most_below = 4, most_panels = 10, most_orders = 6, most_labelled = 8
-  !> Lower end of a panel: relative to its maximum, and relative to the lowest peak or rms
+  !> Lower end of a panel: the larger of `depth` times its maximum and `below` times the lowest peak or rms
   real(dp), parameter :: depth = 1.0e-4_dp, below = 0.5_dp
   !> Height of the legend in pixels
   integer, parameter :: legend = 62
 
-  !> States of points with special marks, in the order of the marks
+  !> States of points that get special marks, in the order of the marks
   type(verdict_type), parameter :: marked(6) = [undamped, undecided, unstable, in_resonance, impossible, failed]
 
 contains
 
-  !> Picture of the table `resonance`.
+  !> Picture of the table `resonance`: one panel for each quantity.
   function plot_resonance(table, quantities, curve, turns, input) result(figure)
     type(table_type), intent(in) :: table
     type(quantity_type), intent(in) :: quantities(:)
@@ -45,7 +45,8 @@ contains
     type(figure_type) :: figure
     character(len=:), allocatable :: lines
     type(marks_type) :: marks
-    !> States that occur; orders visible in each panel; whether some motions are small, and whether some are not small
+    !> `found`: states that occur. `visible`: orders that are visible in each panel. `parts`: whether some motions are small, and
+    !> whether some are not
     logical :: found(size(marked)), visible(most_orders, most_panels), parts(2)
     logical :: small(size(curve%points))
     integer, allocatable :: harmonics(:)
@@ -86,7 +87,7 @@ contains
 
   contains
 
-    !> Entries of the legend for all panels. `orders` is true for visible orders.
+    !> Entries of the legend, which holds for all panels. `orders`: true for visible orders.
     pure function key(orders) result(words)
       logical, intent(in) :: orders(:)
       character(len=:), allocatable :: words
@@ -103,7 +104,7 @@ contains
       end do
     end function key
 
-    !> Panel of one quantity on a logarithmic axis of at most four decades.
+    !> Panel of one quantity, on a logarithmic axis of at most four decades.
     pure function curve_panel(quantity, orders) result(lines)
       type(quantity_type), intent(in) :: quantity
       logical, intent(in) :: orders(:)
@@ -130,8 +131,8 @@ contains
       end do
     end function curve_panel
 
-    !> Plot element of a column times `factor`, grey beyond small motions. Colouring each point, as for the peak, would lose the
-    !> dashes.
+    !> Plot element for a column times `factor`; grey where the motion is not small. Small and other motions are separate elements,
+    !> because a colour for each point would lose the dashes.
     pure function line(name, style, width, factor) result(words)
       character(len=*), intent(in) :: name, width, factor
       integer, intent(in) :: style
@@ -144,7 +145,7 @@ contains
         & // beyond_colour // "' notitle"
     end function line
 
-    !> Gnuplot expression for the column of this name.
+    !> Gnuplot expression for the column called `name`.
     pure character(len=16) function column(name)
       character(len=*), intent(in) :: name
 
@@ -153,7 +154,7 @@ contains
 
   end function plot_resonance
 
-  !> Marks of the input's speed and of ranges in which the machine is unstable.
+  !> Marks for the speed of the input and for ranges in which the machine is unstable.
   pure type(marks_type) function marks_of(curve, input) result(marks)
     type(resonance_curve_type), intent(in) :: curve
     real(dp), intent(in) :: input(:)
@@ -187,7 +188,7 @@ contains
     visible = most > max(depth * high, below * low)
   end function visible_orders
 
-  !> Entry of the legend, as a part of a plot command.
+  !> Entry of the legend in a plot command.
   pure function entry(style, name) result(words)
     character(len=*), intent(in) :: style, name
     character(len=:), allocatable :: words
@@ -203,11 +204,11 @@ contains
     label = trim(quantity%name) // " (" // trim(quantity%unit) // ")"
   end function label_of
 
-  !> Picture of the table `peaks`: speeds of the maxima, with their values. `input` is the speed of the input (1/min), or empty.
+  !> Picture of the table `peaks`: the maxima and their values over the speed. `input`: speed of the input (1/min), or empty.
   function plot_peaks(table, quantities, curve, input) result(figure)
     type(table_type), intent(in) :: table
     type(quantity_type), intent(in) :: quantities(:)
-    !> Curve with its list of maxima
+    !> Curve that contains the list of maxima
     type(resonance_curve_type), intent(in) :: curve
     real(dp), intent(in) :: input(:)
     type(figure_type) :: figure
@@ -247,7 +248,7 @@ contains
 
   contains
 
-    !> Plot element of those maxima of quantity `i` for which a condition is true.
+    !> Plot element with those maxima of quantity `i` for which `condition` is true.
     pure function dots(condition, colour) result(words)
       character(len=*), intent(in) :: condition, colour
       character(len=:), allocatable :: words
@@ -258,7 +259,7 @@ contains
 
   end function plot_peaks
 
-  !> Labels with the values of the maxima, spaced so that they do not overlap.
+  !> Labels that state the values of the maxima, spaced so that they do not overlap.
   pure function values(curve, range) result(lines)
     type(resonance_curve_type), intent(in) :: curve
     real(dp), intent(in) :: range(2)

@@ -13,7 +13,7 @@ module gestell_task_resonance_points
 
   !> A point of a resonance curve.
   type, public, extends(speed_point_type) :: curve_point_type
-    !> True if the point was inserted between those of the grid
+    !> True if the point was added between the points of the grid
     logical :: refined = .false.
   end type curve_point_type
 
@@ -31,14 +31,14 @@ module gestell_task_resonance_points
     procedure :: jumps
   end type curve_points_type
 
-  !> Speeds closer than this relative distance count as equal; intervals below four times this distance are not divided
+  !> Speeds whose relative distance is smaller count as equal; intervals below four times this distance are not divided
   real(dp), parameter, public :: same = 1.0e-10_dp
-  !> Maximum deviation of a straight line between neighbours from the curve, in ln(peak)
+  !> Maximum deviation of the curve from a straight line between neighbours, in ln(peak)
   real(dp), parameter, public :: straight = 0.01_dp
 
 contains
 
-  !> Inserts points at new speeds. The points must be in the order of the grid.
+  !> Inserts points at new speeds. The new points must be in the order of the grid.
   subroutine insert(self, points, refined)
     class(curve_points_type), intent(inout) :: self
     type(speed_point_type), intent(in) :: points(:)
@@ -66,8 +66,8 @@ contains
     call move_alloc(all, self%points)
   end subroutine insert
 
-  !> Returns the `speeds` that lie within the range and are not closer to an existing point than the relative distance `same`. They
-  !> are in the order of the grid.
+  !> Selects those `speeds` that lie within the range and are farther from each existing point than the relative distance `same`.
+  !> The result `new` is in the order of the grid.
   subroutine new_ones(self, speeds, same, new)
     class(curve_points_type), intent(in) :: self
     real(dp), intent(in) :: speeds(:), same
@@ -96,8 +96,8 @@ contains
     allocate(new, source=sorted(:n))
   end subroutine new_ones
 
-  !> Computes ln(peak) of quantity `q`. `known` is true where there is a vibration whose peak exceeds its error bound; elsewhere
-  !> `level` is 0.
+  !> Computes ln(peak) of quantity `q` at all points. `known`: true where a vibration exists and its peak exceeds the error bound;
+  !> elsewhere `level` is 0.
   subroutine levels(self, q, level, known)
     class(curve_points_type), intent(in) :: self
     integer, intent(in) :: q
@@ -114,8 +114,8 @@ contains
     end do
   end subroutine levels
 
-  !> True for the intervals, shape (points - 1), across which the exact frame jumps to another vibration. Such an interval is too
-  !> short to be divided, and yet ln(peak) changes by more than `straight` across it.
+  !> True for the intervals, shape (points - 1), in which the exact frame jumps to another vibration: the interval is too short to
+  !> be divided, but ln(peak) changes by more than `straight`.
   pure function jumps(self, level, known)
     class(curve_points_type), intent(in) :: self
     real(dp), intent(in) :: level(:)
@@ -139,8 +139,8 @@ contains
     known = has_vibration(self%points%state)
   end function has_values
 
-  !> Passes a point to or from a record that allows a run to continue. Measurements other than those of the requested quantities are
-  !> not stored.
+  !> Writes a point to a record, or reads it from there, so that a run can be continued. Of the measurements, only the requested
+  !> quantities are stored.
   subroutine exchange_point(point, record)
     type(speed_point_type), intent(inout) :: point
     type(record_type), intent(inout) :: record

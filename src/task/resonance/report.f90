@@ -22,16 +22,17 @@ module gestell_task_resonance_report
 
 contains
 
-  !> Section of the report on the curves, quantity by quantity.
+  !> Section of the report about the curves, quantity by quantity.
   pure function report_resonance(quantities, curve, turns, verdict, warning, model) result(report)
     type(quantity_type), intent(in) :: quantities(:)
     type(resonance_curve_type), intent(in) :: curve
     !> Number of turns of the crank in the period
     integer, intent(in) :: turns
-    !> Verdict on the vibrations; warning of motions beyond small ones; model of the frame
+    !> `verdict`: verdict on the vibrations. `warning`: warning that some motions are too large for the linearised equations.
+    !> `model`: model of the frame
     character(len=*), intent(in) :: verdict, warning, model
     character(len=:), allocatable :: report
-    !> States of speeds without a vibration
+    !> States of speeds at which there is no vibration
     type(verdict_type), parameter :: missing(3) = [in_resonance, impossible, failed]
     character(len=*), parameter :: reasons(3) = [character(len=46) :: "no periodic vibration exists (resonance)", &
       & "the mechanism cannot be assembled", "the computation failed"]
@@ -55,7 +56,7 @@ contains
     end do
   end function report_resonance
 
-  !> Worst verdict on the vibrations of the curve, for the head of the curve and its files.
+  !> Worst verdict on the vibrations of the curve. It is printed at the head of the curve and of its files.
   pure type(judgement_type) function verdict_on(curve) result(judgement)
     type(resonance_curve_type), intent(in) :: curve
     real(dp) :: speeds(size(curve%points))
@@ -66,7 +67,7 @@ contains
       & "disturbances of these vibrations grow")
   end function verdict_on
 
-  !> Table of the largest maxima of quantity `q`, its jumps and its minimum.
+  !> Lines of the report about quantity `q`: its largest maxima, its jumps and its minimum.
   pure function curve_of(curve, q, quantity, turns, model) result(report)
     type(resonance_curve_type), intent(in) :: curve
     integer, intent(in) :: q, turns

@@ -1,5 +1,5 @@
 !> Finds resonances between the points of a curve: speeds at which a free vibration makes a whole number of oscillations in the
-!> period, so that a multiplier comes closest to 1. The multipliers at both neighbouring points reveal even the sharpest resonance.
+!> period, so that a multiplier is closest to 1. The multipliers at both neighbouring points reveal even the sharpest resonance.
 module gestell_task_resonance_seeds
   use gestell_base_kinds, only: dp, pi
   use gestell_task_resonance_points, only: curve_points_type
@@ -8,21 +8,21 @@ module gestell_task_resonance_seeds
 
   public :: crossing_speeds, swings_of_modes
 
-  !> Maximum order of the crank speed that is searched
+  !> Highest order of the crank speed whose crossings are searched
   integer, parameter, public :: most_orders = 60
-  !> A crossing counts as found if the detuning is below `part_of_damping` times the damping, or below `part_of_turns` times the
+  !> A point lies on a crossing if the detuning is below `part_of_damping` times the damping, or below `part_of_turns` times the
   !> number of oscillations
   real(dp), parameter :: part_of_damping = 0.25_dp, part_of_turns = 1.0e-7_dp
 
 contains
 
-  !> Speeds to compute next. Between two neighbours the frequency of a mode is interpolated linearly, and a crossing with a harmonic
-  !> of the period gives a speed. Once a crossing is found, the speeds at one and three half widths from it are added; otherwise a
-  !> low maximum could be missed.
+  !> Speeds to compute next. Between two neighbours the frequency of each mode is interpolated linearly; each crossing with a
+  !> harmonic of the period gives a speed. Once a point lies on a crossing, the speeds at one and three half widths from it are
+  !> added. Otherwise a low maximum could be missed.
   function crossing_speeds(curve, pairs, counts) result(speeds)
     class(curve_points_type), intent(in) :: curve
-    !> `pairs`: true to search for sums of two frequencies that equal a harmonic (parametric resonance).
-    !> `counts`, shape (points): true if details of a crossing found at this point are needed; all if absent.
+    !> `pairs`: true to search for sums of two frequencies that equal a harmonic (parametric resonance). `counts`, shape (points):
+    !> true if the details of a crossing at this point are needed; by default all are
     logical, intent(in), optional :: pairs, counts(:)
     real(dp), allocatable :: speeds(:), swings(:, :), damping(:, :)
     logical :: asked(size(curve%points))
@@ -55,7 +55,7 @@ contains
     end do
   end function crossing_speeds
 
-  !> Replaces the modes by all sums of two modes.
+  !> Replaces the modes by all sums of two modes: numbers of oscillations and dampings are added.
   pure subroutine add_up(swings, damping)
     real(dp), allocatable, intent(inout) :: swings(:, :), damping(:, :)
     real(dp), dimension(size(swings, 1) * (size(swings, 1) + 1) / 2, size(swings, 2)) :: sums, dampings
@@ -73,7 +73,8 @@ contains
     damping = dampings
   end subroutine add_up
 
-  !> Speeds at one and three half widths from a resonance at `speed`, unless a point is near. `half_width` is relative to the speed.
+  !> Speeds at one and three half widths from a resonance at `speed`, except those that have a point close by. `half_width` is
+  !> relative to the speed.
   function around(curve, speed, half_width) result(speeds)
     class(curve_points_type), intent(in) :: curve
     real(dp), intent(in) :: speed, half_width
@@ -85,7 +86,7 @@ contains
     speeds = pack(all, [(minval(abs(curve%points%speed - all(i))) > half_width / 2 * abs(speed), i = 1, 4)])
   end function around
 
-  !> True if a point lies on the crossing with harmonic `k`.
+  !> True if a point lies on the crossing of the mode with harmonic `k`.
   pure logical function found(swings, damping, k)
     real(dp), intent(in) :: swings, damping
     integer, intent(in) :: k
@@ -93,10 +94,11 @@ contains
     found = abs(swings - k) <= max(part_of_damping * damping, part_of_turns * k)
   end function found
 
-  !> Computes the number of oscillations of every mode in the period, and its damping in the same measure, |ln |rho|| / 2 pi.
-  !> Both have the shape (modes, points). The multipliers determine the number only up to an integer. This integer is chosen from
-  !> speed to speed, starting at the fastest, such that the frequency changes least: at high crank speed it is unambiguous. Points
-  !> without multipliers get -1.
+  !> Computes, for each mode, the number of oscillations in the period (`swings`) and the damping |ln |rho|| / 2 pi in the same
+  !> measure. Both have the shape (modes, points); points without multipliers get -1.
+  !>
+  !> The multipliers determine the number of oscillations only up to an integer. Starting at the fastest speed, where the integer is
+  !> unambiguous, it is chosen from speed to speed such that the frequency changes least.
   subroutine swings_of_modes(curve, swings, damping)
     class(curve_points_type), intent(in) :: curve
     real(dp), allocatable, intent(out) :: swings(:, :), damping(:, :)
@@ -128,8 +130,8 @@ contains
     end do
   end subroutine swings_of_modes
 
-  !> Assigns to every mode the multiplier and the whole number of turns nearest to the expected value. The nearest pairs are
-  !> assigned first.
+  !> Assigns to each mode a multiplier and a whole number of turns, nearest to the `expected` number of oscillations. The nearest
+  !> pairs are assigned first.
   pure subroutine assign(turns, growth, expected, swings, damping)
     real(dp), intent(in) :: turns(:), growth(:), expected(:)
     real(dp), intent(out) :: swings(:), damping(:)

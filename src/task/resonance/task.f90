@@ -116,7 +116,7 @@ contains
     end associate
   end subroutine run
 
-  !> Table resonance.csv. The period has `turns` turns of the crank.
+  !> Table resonance.csv of the curves. The period has `turns` turns of the crank.
   pure type(table_type) function curve_table(quantities, curve, turns, verdict) result(table)
     type(quantity_type), intent(in) :: quantities(:)
     type(resonance_curve_type), intent(in) :: curve
@@ -149,7 +149,7 @@ contains
 
   contains
 
-    !> Value `i` of quantity `k` at all speeds.
+    !> Value number `i` of quantity `k` at all speeds.
     pure function row(i)
       integer, intent(in) :: i
       real(dp) :: row(size(curve%points))
