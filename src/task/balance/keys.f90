@@ -38,7 +38,7 @@ module gestell_task_balance_keys
     real(dp), allocatable :: radii(:)
     !> Weight of the mean square of the moment in the weighted sum (0 to 1); the force has the weight 1 - `weight`
     real(dp) :: weight = 0.5_dp
-    !> Length (m) by which moments are divided in the weighted sum; 0: rms moment over rms force of the original machine
+    !> Length (m) by which moments are divided in the weighted sum; 0: use rms moment over rms force of the original machine
     real(dp) :: length = 0
     !> True: moments on rigid ground are about the frame's centre of mass F; false: about the mechanism's origin O
     logical :: about_frame = .true.

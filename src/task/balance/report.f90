@@ -1,4 +1,4 @@
-!> Report of the task `balance`.
+!> Writes the report of the task `balance`.
 module gestell_task_balance_report
   use gestell_base_key, only: of_length, of_mass
   use gestell_base_kinds, only: dp
@@ -99,7 +99,7 @@ contains
     class(linkage_type), intent(in) :: linkage
     !> Keys of the group &balance
     type(balance_options), intent(in) :: options
-    !> Result of `balance_force`: whether the force can be balanced completely
+    !> From `balance_force`: says whether counterweights can cancel the force completely
     integer, intent(in) :: state
     !> Length (m) by which moments are divided in the weighted sum
     real(dp), intent(in) :: length
@@ -218,7 +218,7 @@ contains
   function link_lines(variants, rigid, linkage, units) result(lines)
     !> The original machine, then the variants with counterweights
     type(variant_type), intent(in) :: variants(:)
-    !> Bodies of the linkage that can carry counterweights
+    !> Links of the linkage that can carry counterweights, and their forces on rigid ground
     type(rigid_ground_type), intent(in) :: rigid
     class(linkage_type), intent(in) :: linkage
     type(units_type), intent(in) :: units

@@ -42,7 +42,7 @@ module gestell_task_balance_variants
     real(dp), dimension(2) :: rms = 0, rms_error = 0, peak = 0, peak_error = 0
     !> Peaks of the degrees of freedom (m, rad) and their error bounds; a planar frame uses only the first three elements
     real(dp), dimension(6) :: motion = 0, motion_error = 0
-    !> Rms of the orders 1, 2, ... of force and moment (N, N m), shape (2, orders)
+    !> Rms of force and moment (N, N m) for each of the orders 1, 2, ..., shape (2, orders)
     real(dp), allocatable :: orders(:, :)
   end type mounted_type
 
@@ -78,7 +78,7 @@ contains
     !> Keys of the group &balance
     type(balance_options), intent(in) :: options
     type(variant_type), allocatable, intent(out) :: variants(:)
-    !> Result of `balance_force`: whether the force can be balanced completely
+    !> From `balance_force`: says whether counterweights can cancel the force completely
     integer, intent(out) :: state
     !> Length (m) by which moments are divided in the weighted sum
     real(dp), intent(out) :: length

@@ -27,7 +27,7 @@ module gestell_task_common_configuration
   !> The machine of an input file, and the settings shared by all tasks.
   type, public :: configuration_type
     character(len=:), allocatable :: title
-    !> Results of the machine of the input that the tasks need.
+    !> Says which results the tasks need for the machine of the input.
     type(analysis_options) :: analysis
     type(accuracy_type) :: accuracy
     type(frame_type) :: frame

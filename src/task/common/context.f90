@@ -16,7 +16,7 @@ module gestell_task_common_context
   !> Environment of a run.
   type, public :: context_type
     type(configuration_type) :: configuration
-    !> Header of all tables.
+    !> Header that is written into all tables.
     type(head_type) :: head
     !> `folder`: final folder of the results. `staging`: folder in which the files are written until the run is complete.
     character(len=:), allocatable :: folder, staging

@@ -33,7 +33,7 @@ module gestell_task_common_executor
     class(progress_type), allocatable :: progress
     !> Journal of finished pieces; not allocated: nothing is stored.
     type(journal_type), allocatable :: journal
-    !> True if several processes cooperate; then only tasks run whose pieces several runs can share.
+    !> True if several processes cooperate; tasks whose work cannot be shared are then skipped.
     logical :: together = .false.
     !> Number of calls of `spread` so far; together with the number of a piece it identifies a result in the journal.
     integer, private :: rounds = 0
@@ -199,7 +199,7 @@ contains
     end associate
   end subroutine share_error
 
-  !> Sets each mark that any process has set, in all processes. Here there is only one process: does nothing.
+  !> Sets a mark in all processes if any process has set it. Here there is only one process: does nothing.
   subroutine share_marks(marks)
     logical, contiguous, intent(inout) :: marks(:)
 

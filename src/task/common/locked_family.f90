@@ -1,5 +1,5 @@
 !> Family of machines from which several threads may request members. Members are made one at a time, because only one thread may
-!> read documents. Each thread then linearises its own member by the frame's model.
+!> read documents. Each thread then linearises its own member with the frame's model.
 module gestell_task_common_locked_family
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp

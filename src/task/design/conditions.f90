@@ -1,5 +1,5 @@
-!> Reads the operating conditions of a design: all combinations of the speeds of the sweep with the tolerances of &robust, and lines
-!> on which the conditions between them are searched.
+!> Reads the operating conditions of a design: all combinations of the speeds of the sweep with the tolerances of &robust. Defines
+!> lines along which worse conditions between these combinations are sought.
 module gestell_task_design_conditions
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp, pi
@@ -25,9 +25,9 @@ contains
     type(configuration_type), intent(inout) :: configuration
     !> Paths of all numbers that the design changes
     character(len=*), intent(in) :: paths(:)
-    !> All combinations of the speeds with the nominal values and limits of speed, stiffness and damping
+    !> All combinations of the given speeds with the factors of speed, stiffness and damping
     type(condition_type), allocatable, intent(out) :: conditions(:)
-    !> Lines through the range of conditions, on which the worst conditions are searched
+    !> Lines through the range of conditions, along which the worst conditions are sought
     type(range_line_type), allocatable, intent(out) :: lines(:)
     !> True if &robust gives a tolerance for speed, stiffness or damping
     logical, intent(out) :: robust

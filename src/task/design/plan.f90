@@ -41,8 +41,8 @@ module gestell_task_design_plan
 
   !> Plan of a design: its parameters, goals and operating conditions.
   type, public :: design_plan_type
-    !> `paths`: path of each design parameter. `all_paths`: paths of all numbers that the parameters set, with the keys `parameter`
-    !> and `with`.
+    !> `paths`: path of each design parameter. `all_paths`: paths of all numbers that the parameters set (keys `parameter` and
+    !> `with`).
     character(len=word_length), allocatable :: paths(:), all_paths(:)
     !> Index of the design parameter that sets each number of `all_paths`.
     integer, allocatable :: owners(:)
@@ -58,7 +58,7 @@ module gestell_task_design_plan
     integer :: turns = 1
     !> `convex`: true if the problem is convex, so any local optimum is global. `robust`: true if &robust gives a tolerance.
     logical :: convex = .false., robust = .false.
-    !> Lines through the range of speeds and tolerances, on which the worst conditions are searched.
+    !> Lines through the range of speeds and tolerances, along which the worst conditions are sought.
     type(range_line_type), allocatable :: lines(:)
   contains
     procedure :: covers
@@ -317,7 +317,7 @@ contains
     if (name == "constraint") call refuse_contradictions(groups, goals, error)
   end subroutine read_goals
 
-  !> Reads the keys that may stand in any one of several groups, such as `starts` and `combine`.
+  !> Reads the keys that may be given in any one of several groups, such as `starts` and `combine`.
   subroutine read_choices(doc, plan, error)
     type(document_type), intent(in) :: doc
     type(design_plan_type), intent(inout) :: plan

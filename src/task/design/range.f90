@@ -34,7 +34,7 @@ module gestell_task_design_range
     real(dp), allocatable :: places(:)
   end type range_line_type
 
-  !> The range as the search for a design uses it (see `range_type`).
+  !> A range that consists of lines, for the search for a design (see `range_type`).
   type, extends(range_type), public :: lines_type
     type(range_line_type), allocatable :: lines(:)
   contains
@@ -65,7 +65,7 @@ module gestell_task_design_range
   real(dp), parameter :: same = 1.0e-9_dp
   !> Maximum number of rounds in which points are added to a line, and maximum number of points on a line.
   integer, parameter :: most_rounds = 16, most_points = 3000
-  !> Maximum relative difference between two computations of the same maximum, for a goal's value.
+  !> Two computed values of the same maximum agree if their relative difference is at most this.
   real(dp), parameter :: agreement = 1.0e-6_dp
 
 contains
@@ -176,7 +176,7 @@ contains
     type(range_line_type), intent(in) :: line
     type(curve_type), intent(out) :: curve
     type(error_type), allocatable, intent(out) :: error
-    !> Points are no longer added once a goal exceeds this value, shape (goals)
+    !> Points are no longer added once the excess of a goal is larger than this, shape (goals)
     real(dp), intent(in), optional :: enough(:)
     type(speed_point_type), allocatable :: points(:)
     real(dp), allocatable :: wanted(:), new(:)
@@ -251,7 +251,7 @@ contains
     if (goal%about == of_multipliers) size_of = max(abs(excess), abs(goal%limit - 1), sqrt(epsilon(size_of)))
   end function size_of
 
-  !> Midpoints of the intervals to be halved: the straight lines through the two points on either side meet in the interval, above
+  !> Midpoints of the intervals to be halved. In these intervals the straight lines through the two points on either side meet above
   !> the worst value.
   function roomy_places(curve, goal, excess) result(places)
     type(curve_type), intent(in) :: curve

@@ -68,7 +68,8 @@ contains
     if (goal%excess(value) - unknown > allowed) state = "violated"
   end function limit_state
 
-  !> Sentence on what is known of the optimum: that it is global, that no machine meets the limits, or best of n starts.
+  !> Sentence on what is known of the optimum: that it is global, that no machine meets the limits, or that it is the best of n
+  !> starts.
   pure function proof_words(design) result(words)
     type(design_type), intent(in) :: design
     character(len=:), allocatable :: words

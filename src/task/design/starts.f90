@@ -16,7 +16,7 @@ module gestell_task_design_starts
 
   public :: better, is_there, judge_by, search_starts
 
-  !> Work of the local searches; each piece is one start.
+  !> Work for several threads: local searches, one piece for each start.
   type, extends(work_type) :: starts_type
     class(family_type), pointer :: family => null()
     type(design_plan_type), pointer :: plan => null()
@@ -27,7 +27,7 @@ module gestell_task_design_starts
     procedure :: exchange
   end type starts_type
 
-  !> Work of improving optima over the whole range; each piece is one optimum.
+  !> Work for several threads: improving optima over the whole range, one piece for each optimum.
   type, extends(starts_type) :: covers_type
   contains
     procedure :: compute => cover

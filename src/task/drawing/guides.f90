@@ -65,7 +65,7 @@ contains
     end do
   end function sliders
 
-  !> Gnuplot columns with the point of a guide at the distance `travel` (m) from its origin.
+  !> Gnuplot columns with the point of a guide at the distance `travel` (m) from the guide's origin.
   pure function place_on(guide, columns, origin, travel) result(words)
     type(guide_type), intent(in) :: guide
     type(columns_type), intent(in) :: columns

@@ -1,4 +1,4 @@
-!> Lines of the frame's outline and of its mounts.
+!> Draws the frame's outline, and its mounts with spring, damper and ground.
 module gestell_task_drawing_mounts
   use gestell_base_kinds, only: dp, pi
   use gestell_base_text, only: newline

@@ -24,14 +24,14 @@ module gestell_task_drawing_plot
   integer, parameter :: bold = 60, usual_step = 30, wide_step = 60
   !> Coordinate axes that point to the right and upward in the picture
   integer, parameter :: plane(2) = [1, 2]
-  !> Limits for a readable picture. More bars than `many_bars`: fewer positions. More joints than `many_joints`: smaller names; than
-  !> `too_many_joints`: only joints on the frame are named. More links than `longest_key`: no key. More probes than `most_marks`: no
-  !> names of probes.
+  !> Limits for a readable picture. More bars than `many_bars`: fewer positions. More joints than `many_joints`: smaller names. More
+  !> joints than `too_many_joints`: only joints on the frame are named. More links than `longest_key`: no key. More probes than
+  !> `most_marks`: no names of probes.
   integer, parameter :: many_bars = 14, many_joints = 16, too_many_joints = 40, longest_key = 12, most_marks = 12
 
 contains
 
-  !> Picture drawn from the table mechanism.csv.
+  !> Picture of the mechanism, drawn from the table mechanism.csv.
   function plot_mechanism(table, frame, linkage, diagram, probes) result(figure)
     type(table_type), intent(in) :: table
     class(frame_type), intent(in) :: frame

@@ -125,8 +125,8 @@ contains
     end select
   end function report_transmission
 
-  !> Lines on the smallest transmission angle, and on the nearest dead point: the joint whose length leads to it, and by which
-  !> change.
+  !> Lines on the smallest transmission angle, and on the nearest dead point: by how much a length of which joint must change to
+  !> reach it.
   function transmission_line(mechanism, diagnosis) result(line)
     class(linkage_type), intent(in) :: mechanism
     type(diagnosis_type), intent(in) :: diagnosis
@@ -236,7 +236,7 @@ contains
 
   contains
 
-    !> The three values as table cells, with an empty cell for each phase; 0 for a value that is rounding error.
+    !> The three values as table cells, each followed by an empty cell where a phase would be; 0 for rounding error.
     pure function sizes(values) result(words)
       real(dp), intent(in) :: values(3)
       character(len=:), allocatable :: words

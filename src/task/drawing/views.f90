@@ -36,12 +36,12 @@ module gestell_task_drawing_views
 
 contains
 
-  !> Picture drawn from the table mechanism.csv.
+  !> Picture of the machine, drawn from the table mechanism.csv.
   function plot_views(table, frame, linkage, diagram, placed, probes) result(figure)
     type(table_type), intent(in) :: table
     class(frame_type), intent(in) :: frame
     class(linkage_type), intent(in) :: linkage
-    !> Bars, joints on the frame and sliders, within the planes of the linkages
+    !> Bars, joints on the frame and sliders of the mechanism; positions within the planes of the linkages
     type(diagram_type), intent(in) :: diagram
     !> Positions of joints, centres of mass and guides in the frame's axes (m)
     type(placed_type), intent(in) :: placed

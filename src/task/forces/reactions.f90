@@ -15,8 +15,8 @@ module gestell_task_forces_reactions
 
   public :: find_reactions, has_part, parts_of, static_force, support_places
 
-  !> Components of a reaction on the ground: forces along x and y, magnitude of the force (N), moment about F at rest (N m); in
-  !> space also the force along z and the moments about x and y, and `moment` is that about z. Supports have no moments.
+  !> Components of a reaction: force on the ground along x and y, its magnitude (N), moment about F at rest (N m). In space also the
+  !> force along z and the moments about x and y; `moment` is then the moment about z. Supports have no moments.
   integer, parameter, public :: along_x = 1, along_y = 2, whole_force = 3, moment = 4, along_z = 5, moment_x = 6, moment_y = 7, &
     & most_parts = 7
   character(len=2), parameter, public :: part_names(most_parts) = [character(len=2) :: "fx", "fy", "f", "m", "fz", "mx", "my"]
@@ -188,8 +188,8 @@ contains
     end associate
   end function static_force
 
-  !> Finds the quantities that give the components of a reaction. Its name must end with a dot. Components that the reaction does
-  !> not have stay without weights.
+  !> Finds the quantities that give the components of a reaction. Its name must end with a dot. For a component that the reaction
+  !> does not have, `parts(i)%weights` stays unallocated.
   subroutine force_of(frame, reaction, parts)
     class(frame_type), intent(in) :: frame
     character(len=*), intent(in) :: reaction

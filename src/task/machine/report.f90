@@ -332,7 +332,7 @@ contains
       & // newline
   end function tolerance_note
 
-  !> Line on the relative steps of Newton's method to the exact vibration; empty for models without this method.
+  !> Line that lists the relative steps of Newton's method for the exact vibration; empty if the model does not use this method.
   pure function newton_line(newton) result(line)
     type(newton_type), intent(in) :: newton
     character(len=:), allocatable :: line

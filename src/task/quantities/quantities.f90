@@ -22,7 +22,7 @@ module gestell_task_quantities
   !> The part of the task `response` that evaluates requested quantities.
   type, extends(task_type), public :: quantities_task
     private
-    !> Requested quantities, each with what is reported of it: peak, rms or rms in a band
+    !> Requested quantities; each states whether its peak, its rms or its rms within a band is reported
     type(measure_type), allocatable :: measures(:)
   contains
     procedure :: describe

@@ -145,8 +145,8 @@ contains
   end subroutine exchange
 
   !> Solves the machine itself and chooses the largest step. A relative change p of a parameter shifts the phase of a free vibration
-  !> with N cycles per turn by at most 2 pi N p; this must be small against the distance of its multiplier from 1. Fails if there
-  !> are no parameters, if there is no periodic vibration, or as `solve_response` does.
+  !> with N cycles per turn by at most 2 pi N p; this must be small compared with the distance of its multiplier from 1. Fails if
+  !> there are no parameters, if there is no periodic vibration, or as `solve_response` does.
   subroutine solve_base(family, parameters, options, base, error)
     !> The machine as a function of relative changes of its parameters
     class(family_type), intent(in) :: family

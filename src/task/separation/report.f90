@@ -11,7 +11,7 @@ module gestell_task_separation_report
 
   public :: report_separation, separation_headline
 
-  !> Maximum number of pairs that fail or are undecided in the report
+  !> Maximum number of pairs listed in the report that fail or are undecided
   integer, parameter :: most_listed = 30
 
 contains

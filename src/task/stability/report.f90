@@ -19,7 +19,7 @@ module gestell_task_stability_report
 
 contains
 
-  !> Table of the multipliers: a row for each real one or conjugate pair, with the frequency of its mode.
+  !> Table of the multipliers: a row for each real multiplier or conjugate pair, with the frequency of its mode.
   pure function multiplier_lines(multipliers, modes, speed, turns) result(lines)
     type(multipliers_type), intent(in) :: multipliers
     type(mode_type), intent(in) :: modes(:)

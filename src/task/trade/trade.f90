@@ -53,9 +53,9 @@ module gestell_task_trade
 
 contains
 
-  !> Measures every method with more and more steps, and the reduction if it applies. A method ends when its error reaches that of
-  !> the converged solution or when half of its share of the time is spent; before its first row, ten times as much may be spent.
-  !> Fails if the budget is not positive and finite, if there is no converged solution, or at resonance.
+  !> Measures every method with more and more steps, and the method "reduced" if it applies. A method ends when its error reaches
+  !> that of the converged solution or when half of its share of the time is spent; before its first row, ten times as much may be
+  !> spent. Fails if the budget is not positive and finite, if there is no converged solution, or at resonance.
   subroutine measure_trade(frame, budget, trade, error, executor)
     class(frame_type), intent(in) :: frame
     !> Computing time available for all methods (s), kept approximately
@@ -177,7 +177,7 @@ contains
     if (.not. allocated(error)) call compare(coarse%phi, its_multipliers, its_solution, converged, row)
   end subroutine measure_row
 
-  !> Adds a row for the reduction if it applies to this machine. Phi(T) is composed from its multipliers and eigenvectors.
+  !> Adds a row for the method "reduced" if it applies to this machine. Phi(T) is composed from its multipliers and eigenvectors.
   subroutine measure_reduction(frame, converged, trade)
     class(frame_type), intent(in) :: frame
     type(converged_type), intent(in) :: converged
