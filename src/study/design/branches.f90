@@ -1,5 +1,5 @@
 !> Computes measures of periodic functions as the maximum of smooth branches, with derivatives. A peak has a branch for every local
-!> maximum over the turn; by the envelope theorem its phase does not enter the derivative. An rms has one branch. An
+!> maximum over the turn; by the envelope theorem the phase of the maximum does not enter the derivative. An rms has one branch. An
 !> rms within a band has one branch for each direction that is considered.
 module gestell_study_design_branches
   use gestell_base_kinds, only: dp, pi
@@ -10,9 +10,10 @@ module gestell_study_design_branches
 
   public :: maxima_over_turn, measure_branches
 
-  !> `counts`: local maxima below this part of the largest are no branches. `near`: samples above this part of the largest are
-  !> branches. `iterations`: number of Newton steps for the phase of a maximum.
+  !> `counts`: local maxima below this fraction of the largest are no branches. `near`: samples above this fraction of the largest
+  !> are branches.
   real(dp), parameter :: counts = 0.3_dp, near = 0.95_dp
+  !> Number of Newton steps for the phase of a maximum.
   integer, parameter :: iterations = 6
 
 contains
@@ -21,10 +22,10 @@ contains
   pure subroutine measure_branches(kind, band, period, samples, slopes, values, changes)
     !> Kind of the measure (gestell_study_measure)
     integer, intent(in) :: kind
-    !> Band (Hz); period (s); components over the turn, shape (samples, components), and their derivatives, shape (samples,
-    !> components, parameters)
+    !> `band`: frequency band (Hz). `period` (s). `samples`: components over the turn, shape (samples, components). `slopes`: their
+    !> derivatives, shape (samples, components, parameters)
     real(dp), intent(in) :: band(2), period, samples(:, :), slopes(:, :, :)
-    !> Values, shape (branches), and derivatives, shape (parameters, branches)
+    !> Values of the branches, shape (branches), and their derivatives, shape (parameters, branches)
     real(dp), allocatable, intent(out) :: values(:), changes(:, :)
     real(dp) :: unit
     integer :: k
@@ -49,8 +50,8 @@ contains
     changes = unit * changes
   end subroutine measure_branches
 
-  !> Computes branches for every local maximum of the magnitude of a vector y, and for the samples near the largest. Where the
-  !> magnitude hardly changes over the turn, the maximum jumps between them.
+  !> Computes branches for every local maximum of the magnitude of a vector y, and for the samples near the largest. If the
+  !> magnitude hardly changes over the turn, its maximum jumps between these samples.
   pure subroutine find_tops(samples, slopes, values, changes)
     real(dp), intent(in) :: samples(:, :), slopes(:, :, :)
     real(dp), allocatable, intent(out) :: values(:), changes(:, :)
@@ -82,7 +83,7 @@ contains
   pure subroutine maxima_over_turn(samples, places, sizes, y)
     !> y at equidistant phases, shape (samples, components)
     real(dp), intent(in) :: samples(:, :)
-    !> Phases in turns; magnitudes; y at the maxima, shape (maxima, components)
+    !> Of each maximum: phase (turns), magnitude, and y; shapes (maxima) and (maxima, components)
     real(dp), allocatable, intent(out) :: places(:), sizes(:), y(:, :)
     type(series_type) :: along
     real(dp), dimension(1, size(samples, 2)) :: at, at_d, at_dd
@@ -110,8 +111,8 @@ contains
   end subroutine maxima_over_turn
 
   !> Computes the rms within the band (gestell_study_vibration_statistics): the square root of the largest eigenvalue of the mean of
-  !> y y^T over the orders in the band. Branches are u^T y y^T u for several directions u: that of the eigenvector, which jumps
-  !> where two eigenvalues are equal, and others.
+  !> y y^T over the orders in the band. Each branch is the rms of u^T y for one direction u. The directions are the eigenvector of
+  !> the largest eigenvalue, which jumps where two eigenvalues are equal, and fixed directions.
   pure subroutine within_band(band, period, samples, slopes, values, changes)
     real(dp), intent(in) :: band(2), period, samples(:, :), slopes(:, :, :)
     real(dp), allocatable, intent(out) :: values(:), changes(:, :)
@@ -141,12 +142,12 @@ contains
   end subroutine within_band
 
   !> Directions in which a mean square is evaluated, shape (size, directions): the eigenvector of the largest eigenvalue of a
-  !> symmetric matrix, and directions all around.
+  !> symmetric matrix, and fixed directions all around.
   pure function directions_about(square) result(u)
     real(dp), intent(in) :: square(:, :)
     real(dp), allocatable :: u(:, :)
     integer, parameter :: around = 12, iterations = 200
-    !> One of each pair of opposite directions to the faces, edges and corners of a cube.
+    !> Directions to the faces, edges and corners of a cube, one of each pair of opposite directions.
     integer, parameter :: cube(3, 13) = reshape([1, 0, 0, 0, 1, 0, 0, 0, 1, 1, 1, 0, 1, -1, 0, 1, 0, 1, 1, 0, -1, 0, 1, 1, &
       & 0, 1, -1, 1, 1, 1, 1, 1, -1, 1, -1, 1, 1, -1, -1], [3, 13])
     real(dp) :: v(3), angles(around + 1), most

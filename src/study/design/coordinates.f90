@@ -4,8 +4,8 @@
 !>
 !>     z_i' = lambda_i z_i + w_i f,
 !>
-!> whose periodic solution has the harmonics (w_i f)_k / (i k 2 pi/T - lambda_i). So many loads cost little more than one.
-!> (V. A. Yakubovich, V. M. Starzhinskii, Linear Differential Equations with Periodic Coefficients, 1975, chapter II.)
+!> whose periodic solution has the harmonics (w_i f)_k / (i k 2 pi/T - lambda_i). Therefore many loads cost little more than one
+!> load. (V. A. Yakubovich, V. M. Starzhinskii, Linear Differential Equations with Periodic Coefficients, 1975, chapter II.)
 module gestell_study_design_coordinates
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp, pi
@@ -23,16 +23,17 @@ module gestell_study_design_coordinates
   !> Floquet's coordinates of a system with n states at equidistant phases.
   type, public :: coordinates_type
     real(dp) :: period = 0
-    !> lambda (1/s), imaginary parts up to multiples of 2 pi/T, shape (n); P and W, shapes (n, n, phases), relative to units that
-    !> make the states comparable, shape (n)
+    !> `lambda`: exponents (1/s), imaginary parts up to multiples of 2 pi/T, shape (n). `p`, `w`: P and W in units of `scale`,
+    !> shapes (n, n, phases)
     complex(dp), allocatable :: lambda(:), p(:, :, :), w(:, :, :)
+    !> Units that make the states comparable, shape (n)
     real(dp), allocatable :: scale(:)
-    !> Factor of each coordinate in a real motion: for a conjugate pair 2 (real part of the first) and 0, otherwise 1; shape (n)
+    !> Factor of each coordinate in a real motion: 2 and 0 for the coordinates of a conjugate pair, otherwise 1; shape (n)
     real(dp), allocatable :: share(:)
   end type coordinates_type
 
-  !> `of_modes`: allowed error of the periodicity of P. `most_condition`: allowed condition number of P. Larger values show that
-  !> free vibrations coincide, or that some are lost beside larger ones.
+  !> `of_modes`: largest allowed error in the periodicity of P. `most_condition`: largest allowed condition number of P. Larger
+  !> values show that free vibrations coincide, or that some are lost next to larger ones.
   real(dp), parameter :: of_modes = 1.0e-7_dp, most_condition = 1.0e6_dp
 
 contains
@@ -41,14 +42,15 @@ contains
   subroutine find_coordinates(system, phases, tolerance, found, fits, known)
     !> The system
     class(second_order_system), intent(in) :: system
-    !> Number of phases; tolerance relative to Phi
+    !> Number of phases
     integer, intent(in) :: phases
+    !> Allowed error of Phi, relative to its size
     real(dp), intent(in) :: tolerance
     !> The coordinates
     type(coordinates_type), intent(out) :: found
-    !> True if they are accurate enough (see `of_modes`)
+    !> True if the coordinates are accurate enough (see `of_modes`)
     logical, intent(out) :: fits
-    !> A quick solution of the system that may hold its maps at these phases
+    !> A quick solution of the system. If it holds its maps at these phases, they are used
     type(quick_motion_type), intent(in) :: known
     type(quick_motion_type) :: quick
     type(error_type), allocatable :: error
@@ -89,7 +91,8 @@ contains
     end do
   end subroutine find_coordinates
 
-  !> Inverts a small complex matrix by Gauss-Jordan elimination. `fits` is false if it is singular or its condition is too large.
+  !> Inverts a small complex matrix by Gauss-Jordan elimination. `fits` is false if the matrix is singular or its condition number
+  !> is too large.
   subroutine invert(a, b, fits)
     complex(dp), intent(in) :: a(:, :)
     complex(dp), intent(out) :: b(:, :)
@@ -118,12 +121,13 @@ contains
     fits = norm2([real(a), aimag(a)]) * norm2([real(b), aimag(b)]) <= most_condition
   end subroutine invert
 
-  !> Computes the periodic motions of `system` under other loads. The results are not finite at a resonance.
+  !> Computes the periodic motions of `system` under several loads in place of its own. The results are not finite at a resonance.
   subroutine respond(system, coordinates, phases, loads, motions)
-    !> The system and its coordinates
+    !> The system whose motions are computed
     class(second_order_system), intent(in) :: system
+    !> Floquet's coordinates of the system
     type(coordinates_type), intent(in) :: coordinates
-    !> Phases; loads, shape (phases, degrees of freedom, loads)
+    !> Phases t/T, and loads of shape (phases, degrees of freedom, loads)
     real(dp), contiguous, intent(in) :: phases(:), loads(:, :, :)
     !> q and its first and second derivatives over theta = 2 pi t/T, shape (phases, degrees of freedom, 0:2, loads)
     real(dp), intent(out) :: motions(:, :, 0:, :)

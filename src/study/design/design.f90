@@ -1,14 +1,14 @@
 !> Searches for the best machine of a family from several starts, and proves global optima of convex problems.
 !>
 !> On rigid ground samples of the shaking forces are linear in m, m x, m y of each link. Samples of the moment are linear in m and J
-!> if the position of the link is fixed. Norms of linear functions are convex, and so are their sum and their maximum. Let L be the
-!> Lagrangian (gestell_math_optimum_minimax). In these coordinates L lies above its tangent, whose minimum over the box of m, x, y
-!> is at a corner, since the tangent is linear in each of them. No machine within the limits has an objective below this minimum.
-!> (J. Verschuure, B. Demeulenaere, J. Swevers, J. De Schutter, J. Mech. Des. 130, 2008, 052301, use the same coordinates.)
+!> if the centre of mass of the link is fixed. Norms of linear functions are convex, and so are their sum and their maximum. Let L
+!> be the Lagrangian (gestell_math_optimum_minimax). In these coordinates L lies above its tangent. The tangent is linear in each of
+!> m, x, y, so its minimum over their box is at a corner. No machine within the limits has an objective below this minimum. (J.
+!> Verschuure, B. Demeulenaere, J. Swevers, J. De Schutter, J. Mech. Des. 130, 2008, 052301, use the same coordinates.)
 !>
-!> An optimum under a few conditions is optimal under all if no other condition is worse there. The search begins with the
-!> conditions that are worst at the start and adds those that its optimum makes worse, until there are none (exchange method of
-!> semi-infinite programming: R. Hettich, K. O. Kortanek, SIAM Review 35, 1993, 380-429, doi 10.1137/1035089).
+!> An optimum under a few conditions is optimal under all conditions if no other condition is worse there. The search begins with
+!> the conditions that are worst at the start. It adds the conditions that become worse at the optimum, until there are no more
+!> (exchange method of semi-infinite programming: R. Hettich, K. O. Kortanek, SIAM Review 35, 1993, 380-429, doi 10.1137/1035089).
 module gestell_study_design
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -24,18 +24,19 @@ module gestell_study_design
 
   public :: halton, is_convex, limits_alone, prove, prove_conflict, search_from
 
-  !> Stationarity at which a search has converged by default.
+  !> Default tolerance of the stationarity at which a search has converged.
   real(dp), parameter :: usual_tolerance = 1.0e-8_dp
-  !> `worth` and `patience` of a search over a range, where a resonance at the end of the range makes steps short.
+  !> `problem%worth` of a search over a range, where a resonance at the end of the range makes steps short.
   real(dp), parameter :: worth_it = 1.0e-4_dp
+  !> `problem%patience` of a search over a range.
   integer, parameter :: patience = 3
-  !> Excess of a number of the machine, relative to its limit, that counts as zero.
+  !> A limit on a goal that needs no solution is met if the goal exceeds it by less than this fraction of the limit.
   real(dp), parameter :: met = 1.0e-9_dp
 
 contains
 
-  !> Searches for a local optimum. `optimum%slope` and `optimum%slack` refer to the square of the objective if `is_squared`.
-  !> Fails if the start is not a machine, or as `minimise` does.
+  !> Searches for a local optimum. `optimum%slope` and `optimum%slack` refer to the square of the objective if `is_squared`. Fails
+  !> if there is no machine at the start, or as `minimise` does.
   subroutine search_from(family, options, start, optimum, error, tolerance)
     !> The machines among which the best is sought
     class(family_type), intent(in), target :: family
@@ -91,8 +92,9 @@ contains
     optimum%bound_price = optimum%bound_price / (2 * optimum%objective)
   end subroutine search_from
 
-  !> Judges whether the limits are met. A number of the machine is exact up to rounding, so its limit may be met exactly. The margin
-  !> that the search keeps may have no room, as at the minimum mass that the ranges allow.
+  !> Checks whether the limits are met. A goal that needs no solution, such as the mass, is exact up to rounding, so it may reach
+  !> its limit exactly. The margin that the search keeps to the limit may be impossible, as at the minimum mass that the ranges
+  !> allow.
   pure subroutine judge_limits(problem, limits, optimum)
     type(design_problem), intent(in) :: problem
     type(goal_type), intent(in) :: limits(:)
@@ -110,7 +112,7 @@ contains
     optimum%feasible = optimum%feasible .and. all(kept)
   end subroutine judge_limits
 
-  !> Finds a local optimum under all conditions of `options`, and converts it from the coordinates to the parameters.
+  !> Finds a local optimum under all conditions of `options` and converts it from the coordinates of the search to the parameters.
   subroutine minimise_under_all(problem, options, start, tolerance, optimum, error)
     type(design_problem), intent(inout) :: problem
     type(design_options), intent(in) :: options
@@ -148,9 +150,9 @@ contains
     optimum%iterations = iterations
   end subroutine minimise_under_all
 
-  !> Adds conditions to `used`, shape (conditions): if none is used, the worst of each goal at x; otherwise those that are worse at
-  !> x than all used ones. `more`: conditions were added. If x is not a machine or has no vibration, `known` is false and all
-  !> conditions are used. Fails if the goals are invalid.
+  !> Adds conditions to `used`, shape (conditions). If none is used yet, adds the worst condition of each goal at x; otherwise all
+  !> that are worse at x than the used conditions. `more`: true if conditions were added. If x is not a machine or has no vibration,
+  !> `known` is false and all conditions are used. Fails if the goals are invalid.
   subroutine add_worse(family, options, x, used, more, known, error)
     class(family_type), intent(in) :: family
     type(design_options), intent(in) :: options
@@ -186,7 +188,7 @@ contains
     more = any(used .neqv. before)
   end subroutine add_worse
 
-  !> True if the problem is convex in masses and first moments of links. `limits`: judge only the set that the limits allow.
+  !> True if the problem is convex in masses and first moments of links. `limits`: true to examine the constraints only.
   pure logical function is_convex(options, limits)
     type(design_options), intent(in) :: options
     logical, intent(in), optional :: limits
@@ -211,15 +213,17 @@ contains
 
   end function is_convex
 
-  !> Computes a lower bound on the relative excess over at least one limit that every machine in the ranges has. The limits must
-  !> allow a convex set. The bound is the minimum of the largest excess, from `start`, minus its gap. A bound <= 0 proves nothing.
-  !> The family of machines
+  !> Proves that the limits contradict each other: every machine in the ranges exceeds at least one limit by more than a lower
+  !> bound. The bound is the minimum of the largest excess, found from `start`, minus the gap of this optimum. A bound <= 0 proves
+  !> nothing. The limits must allow a convex set.
   subroutine prove_conflict(family, options, start, excess, error)
+    !> The family of machines
     class(family_type), intent(in) :: family
-    !> Parameters of the start
+    !> Limits and ranges of the design
     type(design_options), intent(in) :: options
-    !> The lower bound, relative to the size of the limit
+    !> Parameters at which the search starts
     real(dp), intent(in) :: start(:)
+    !> Lower bound on the excess, relative to the size of the limit
     real(dp), intent(out) :: excess
     type(error_type), allocatable, intent(out) :: error
     type(design_options) :: limits
@@ -244,7 +248,7 @@ contains
     limits%objectives%weight = 1 / options%constraints%scale()
   end subroutine limits_alone
 
-  !> Gap of an optimum of a convex problem: no machine within the limits has an objective smaller by more than this.
+  !> Gap of an optimum of a convex problem: no machine within the limits has an objective that is smaller by more than the gap.
   pure real(dp) function prove(options, optimum) result(gap)
     type(design_options), intent(in) :: options
     type(optimum_type), intent(in) :: optimum

@@ -15,20 +15,21 @@ module gestell_study_design_evaluation
 
   public :: add_condition, add_top, no_branches
 
-  !> A range of conditions that includes everything between given conditions.
+  !> A range of conditions, such as all speeds between two speeds.
   type, abstract, public :: range_type
-    !> Excess of each goal, shape (goals), above which the exact value is not needed; not allocated: always needed
+    !> Excess of each goal, shape (goals), above which the exact value is not needed; if unallocated, it is always needed
     real(dp), allocatable :: enough(:)
   contains
     procedure(find_tops), deferred :: find_tops
   end type range_type
 
-  !> A condition at which a goal is worst over a range.
+  !> A maximum of a goal over a range: the condition and the excess there.
   type, public :: top_type
-    !> The condition
+    !> The condition at which the goal is worst
     type(condition_type) :: condition
-    !> `goal`: number of the goal. `line`: number of the line through the range. `excess`: excess over the limit
+    !> `goal`: number of the goal. `line`: number of the line through the range
     integer :: goal = 0, line = 0
+    !> Excess of the goal over its limit
     real(dp) :: excess = 0
     !> True for a maximum inside the line, false for one at its end
     logical :: inside = .false.
@@ -36,7 +37,7 @@ module gestell_study_design_evaluation
     type(motion_type) :: motion
   end type top_type
 
-  !> Options of a design. The objective is the weighted sum of the `objectives`, or their largest weighted value if `largest`.
+  !> Options of a design. The objective is the weighted sum of the `objectives` or, if `largest`, their largest weighted value.
   type, extends(setting_type), public :: design_options
     type(goal_type), allocatable :: objectives(:), constraints(:)
     logical :: largest = .false.
@@ -46,26 +47,30 @@ module gestell_study_design_evaluation
     class(range_type), allocatable :: range
     !> Ranges of the parameters, shape (parameters)
     real(dp), allocatable :: lower(:), upper(:)
-    !> `body`: index of the first parameter of the same link. `part`: property of the link that the parameter changes. Shapes
-    !> (parameters)
+    !> `body`: index of the first parameter that belongs to the same link. `part`: property of the link that the parameter changes.
+    !> Shapes (parameters)
     integer, allocatable :: body(:), part(:)
-    !> `link`: index of the link that each parameter changes, 0 if it does not belong to one link. `unit`: unit of the parameter in
-    !> SI. Shapes (parameters). If not allocated, all neighbours are computed as members of the family
+    !> Index of the link that each parameter changes, 0 if it does not belong to one link; shape (parameters). If unallocated, all
+    !> neighbours are computed as members of the family
     integer, allocatable :: link(:)
+    !> Unit of each parameter in SI, shape (parameters)
     real(dp), allocatable :: unit(:)
   contains
     procedure :: steps, goals, combined
   end type design_options
 
-  !> Branches of goals at conditions, shapes (branches); `side` 1: counts against an upper limit, -1: against a lower limit.
+  !> Branches of goals at conditions.
   type, extends(branches_type), public :: goal_branches_type
+    !> `condition`: number of the condition. `side`: 1 if the branch is compared with an upper limit, -1 with a lower limit; shapes
+    !> (branches)
     integer, allocatable :: condition(:), side(:)
   end type goal_branches_type
 
-  !> Branches of one goal at one condition: values, derivatives, shape (parameters, values), and sides that count, shape (values,
-  !> 2).
+  !> Branches of one goal at one condition.
   type :: goal_values_type
+    !> Values, shape (values), and their derivatives, shape (parameters, values)
     real(dp), allocatable :: values(:), changes(:, :)
+    !> True if a value is compared with an upper limit (column 1), with a lower limit (column 2); shape (values, 2)
     logical, allocatable :: sides(:, :)
   end type goal_values_type
 
@@ -76,7 +81,7 @@ module gestell_study_design_evaluation
       implicit none (type, external)
       !> The range
       class(range_type), intent(in) :: self
-      !> The machine and the goals
+      !> The machine whose goals are evaluated
       type(members_type), intent(in) :: members
       type(goal_type), intent(in) :: goals(:)
       !> The maxima
@@ -110,7 +115,7 @@ contains
     goals(size(self%objectives) + 1:) = self%constraints
   end function goals
 
-  !> The objective from the values of the objectives.
+  !> The objective, combined from the values of the goals in `objectives`.
   pure real(dp) function combined(self, values)
     class(design_options), intent(in) :: self
     real(dp), intent(in) :: values(:)
@@ -129,8 +134,9 @@ contains
 
   !> Adds the branches of the goals at one condition. Fails if a goal is invalid or its derivatives cannot be computed.
   subroutine add_condition(members, motion, goals, condition, at, error)
-    !> The machine, and its motion at the condition
+    !> The machine and its neighbours
     type(members_type), intent(in) :: members
+    !> The motion of the machine at the condition
     type(motion_type), intent(in) :: motion
     !> The goals
     type(goal_type), intent(in) :: goals(:)
@@ -166,15 +172,17 @@ contains
     call append_all(at, condition, found)
   end subroutine add_condition
 
-  !> Adds the goal at one of its maxima over the range. For a maximum inside a line only the highest branch is added: the others
-  !> have their maxima at other speeds, and near a resonance their values here say nothing about those. At an end of a line all
-  !> branches are added. Fails if the goal is invalid.
+  !> Adds the goal at one of its maxima over the range. For a maximum inside a line only the highest branch is added. The other
+  !> branches have their maxima at other speeds, and near a resonance their values at this speed say nothing about these maxima. At
+  !> an end of a line all branches are added. Fails if the goal is invalid.
   subroutine add_top(members, motion, goal, top, number, at, error)
-    !> The machine, and its motion at the maximum
+    !> The machine and its neighbours
     type(members_type), intent(in) :: members
+    !> The motion of the machine at the maximum
     type(motion_type), intent(in) :: motion
-    !> The goal and its maximum
+    !> The goal whose maximum is added
     type(goal_type), intent(in) :: goal
+    !> The maximum of the goal over the range
     type(top_type), intent(in) :: top
     !> Number of the condition
     integer, intent(in) :: number
@@ -193,7 +201,7 @@ contains
     call append(at, spread(top%goal, 1, size(counts)), number, there%side(counts), there%value(counts), there%slope(:, counts))
   end subroutine add_top
 
-  !> Adds the branches of all goals at a condition together; adding them one by one would copy the list each time.
+  !> Adds the branches of all goals at a condition at once. Adding them one by one would copy the list each time.
   pure subroutine append_all(at, condition, found)
     type(goal_branches_type), intent(inout) :: at
     integer, intent(in) :: condition
@@ -265,8 +273,9 @@ contains
   !>     d ln rho_i = integral over the period of [W dA P]_ii
   !>
   !> (A. P. Seyranian, A. A. Mailybaev, Multiparameter Stability Theory with Mechanical Applications, 2003, chapter 9). The
-  !> integrand is periodic, so its mean over equidistant phases is exact up to orders that they do not resolve. As the period
-  !> changes too, A T takes the place of A. Fails if the free vibrations are too fast against the period or multipliers coincide.
+  !> integrand is periodic, so its mean over equidistant phases is exact up to the orders that the phases resolve. Because the
+  !> period may change too, A T is differentiated instead of A. Fails if the free vibrations are too fast for the period or
+  !> multipliers coincide.
   subroutine differentiate_multipliers(members, motion, moduli, changes, error)
     type(members_type), intent(in) :: members
     type(motion_type), intent(in) :: motion
@@ -305,7 +314,7 @@ contains
     end do
   end subroutine differentiate_multipliers
 
-  !> Computes a number of the machine and its derivatives, shape (parameters, values). Fails as `find_branches` does.
+  !> Computes a goal that needs no solution and its derivatives, shape (parameters, values). Fails as `find_branches` does.
   subroutine differentiate_plain(members, motion, goal, values, changes, error)
     type(members_type), intent(in) :: members
     type(motion_type), intent(in) :: motion

@@ -1,5 +1,5 @@
-!> The goals of a design: measures of quantities of the vibration, of shaking forces on rigid ground and of the torque, the largest
-!> multiplier, and numbers of the machine that need no solution.
+!> The goals of a design: measures of quantities of the vibration, of shaking forces on rigid ground and of the torque; the largest
+!> multiplier; and numbers that need no solution, such as the mass.
 module gestell_study_design_goal
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp, pi
@@ -18,7 +18,7 @@ module gestell_study_design_goal
   public :: components, new_goal, plain_values, shaking_error, take_samples
 
   !> Subjects of goals: a quantity of the motion, a shaking force on rigid ground, the torque of the drive, the largest multiplier,
-  !> or a number of the machine.
+  !> or a number of the machine that needs no solution.
   integer, parameter, public :: of_motion = 1, of_shaking = 2, of_torque = 3, of_multipliers = 4, of_machine = 5
 
   character(len=10), parameter :: machine_names(3) = [character(len=10) :: "added_mass", "sag", "separation"]
@@ -26,14 +26,14 @@ module gestell_study_design_goal
   !> An objective or a constraint of a design.
   type, public :: goal_type
     type(measure_type) :: measure
-    !> `of_motion`, `of_shaking`, `of_torque`, `of_multipliers` or `of_machine`
+    !> Subject of the goal: `of_motion`, `of_shaking`, `of_torque`, `of_multipliers` or `of_machine`
     integer :: about = of_motion
-    !> `weight`: factor in the objective. `limit`: limit of a constraint. `offset`: value for the machine of the file, subtracted
-    !> from the quantity
+    !> `weight`: factor in the objective. `limit`: limit of a constraint. `offset`: value for the machine of the input file, which
+    !> is subtracted from the quantity
     real(dp) :: weight = 1, limit = 0, offset = 0
-    !> 1: upper limit, -1: lower limit, 0: equality
+    !> Kind of limit, 1: upper limit, -1: lower limit, 0: equality
     integer :: sense = 1
-    !> Range of the separation: minimum and maximum speed (rad/s); 0: the machine's own speed
+    !> For the separation: minimum and maximum speed (rad/s) of its range; 0: the machine's own speed
     real(dp) :: speeds(2) = 0
   contains
     procedure :: excess
@@ -53,8 +53,9 @@ contains
   !> Makes a goal from its name and measure. Fails if the quantity does not exist, if it does not have this
   !> measure, or if `sag` is requested without gravity.
   pure subroutine new_goal(frame, probes, name, kind, goal, error)
-    !> The frame and the probes that `name` may refer to
+    !> The frame to which the quantity belongs
     class(frame_type), intent(in) :: frame
+    !> Probes that `name` may refer to
     type(probe_type), intent(in) :: probes(:)
     !> The user's name of the quantity
     character(len=*), intent(in) :: name
@@ -99,14 +100,14 @@ contains
       & "'band' is available only for velocities of probes: probe(NAME).v, .vx, .vy", invalid_input)
   end subroutine new_goal
 
-  !> Number of components in the samples of a goal: those of a vector.
+  !> Number of components in the samples of a goal, which may be a vector: 2 in the plane, 3 in space.
   pure integer function components(frame)
     class(frame_type), intent(in) :: frame
 
     components = merge(3, 2, allocated(frame%space))
   end function components
 
-  !> Finds the distance (m) that link(NAME).offset names; negative if the link does not exist. `named`: the name has this form.
+  !> If `name` has the form link(NAME).offset, sets `named` and returns the distance (m); it is negative if the link does not exist.
   pure subroutine find_offset(frame, name, offset, named)
     class(frame_type), intent(in) :: frame
     character(len=*), intent(in) :: name
@@ -120,7 +121,7 @@ contains
     if (named) offset = frame%mechanism%link_offset(name(len(head) + 1:len(name) - len(tail)))
   end subroutine find_offset
 
-  !> Excess of a value over the limit; for an objective, the value itself.
+  !> Excess of a value over the limit; for an objective the value itself.
   elemental real(dp) function excess(self, value)
     class(goal_type), intent(in) :: self
     real(dp), intent(in) :: value
@@ -129,7 +130,7 @@ contains
     if (self%sense == 0) excess = abs(value - self%limit)
   end function excess
 
-  !> Size to which an excess is compared: the limit, else the offset, else 1.
+  !> Size with which an excess is compared: the limit; if it is zero, the offset; if both are zero, 1.
   elemental real(dp) function scale_of(self)
     class(goal_type), intent(in) :: self
 
@@ -138,15 +139,15 @@ contains
     if (.not. scale_of > 0) scale_of = 1
   end function scale_of
 
-  !> True if the goal is the minimum of its branches, like the distance of the nearest mode; otherwise it is the maximum.
+  !> True if the goal is the minimum of its branches, like the distance of the nearest mode; other goals are the maximum.
   elemental logical function is_least(self)
     class(goal_type), intent(in) :: self
 
     is_least = self%about == of_machine .and. self%measure%quantity == "separation"
   end function is_least
 
-  !> For each branch value at one condition: true in column 1 if it counts against an upper limit, in column 2 against a lower
-  !> limit. All branches of a maximum must stay below an upper limit, but only the largest must reach a lower limit.
+  !> For each branch value at one condition: column 1 is true if it is compared with an upper limit, column 2 with a lower limit.
+  !> All branches of a maximum must stay below an upper limit, but only the largest must reach a lower limit.
   pure function sides(self, values)
     class(goal_type), intent(in) :: self
     real(dp), intent(in) :: values(:)
@@ -175,15 +176,15 @@ contains
     is_periodic = any(self%about == [of_motion, of_shaking, of_torque])
   end function is_periodic
 
-  !> True if the level of the goal is -1 / value^2.
+  !> True if the level of the goal (see `level`) is -1 / value^2.
   elemental logical function is_inverted(self)
     class(goal_type), intent(in) :: self
 
     is_inverted = self%sense > 0 .and. all(self%about /= [of_multipliers, of_machine])
   end function is_inverted
 
-  !> Level of an excess: an increasing function of it on which maxima over a range are climbed. Near a resonance a goal is
-  !> P = P_0 / sqrt(1 + u^2), u the distance in half widths, so -1 / P^2 is exactly a parabola.
+  !> Level of an excess: an increasing function of the excess, whose maxima over a range are searched. Near a resonance a peak is P
+  !> = P_0 / sqrt(1 + u^2), where u is the distance from the resonance in half widths, so the level -1 / P^2 is a parabola.
   elemental real(dp) function level(self, excess)
     class(goal_type), intent(in) :: self
     real(dp), intent(in) :: excess
@@ -194,7 +195,7 @@ contains
     if (excess + self%limit > 1 / sqrt(huge(level))) level = -1 / (excess + self%limit)**2
   end function level
 
-  !> Excess at a level, the inverse of `level`.
+  !> Excess that has the given level; the inverse of `level`.
   elemental real(dp) function excess_at(self, level)
     class(goal_type), intent(in) :: self
     real(dp), intent(in) :: level
@@ -213,12 +214,13 @@ contains
     if (self%is_periodic()) name = name // " " // trim(kinds(self%measure%kind))
   end function name_of
 
-  !> Computes the components of the periodic goals at `phases` of the turn. Only magnitudes have more than one component.
+  !> Computes the components of the periodic goals at `phases` of the turn. Only magnitudes of vectors have more than one component.
   !> Fails if a quantity does not exist, or if the mechanism does not define its energy.
   subroutine take_samples(goals, frame, probes, phases, q, samples, error)
     type(goal_type), intent(in) :: goals(:)
-    !> The frame and the probes that the goals may name
+    !> The frame whose goals are computed
     class(frame_type), intent(in) :: frame
+    !> Probes that the goals may refer to
     type(probe_type), intent(in) :: probes(:)
     real(dp), contiguous, intent(in) :: phases(:)
     !> Motion of the frame and its derivatives over theta = 2 pi t/T, shape (phases, dofs, 0:2)
@@ -290,7 +292,7 @@ contains
     if (quantity == "shaking.f") is_component = .not. is_rotation([(k, k = 1, frame%dofs())])
   end function is_component
 
-  !> Computes a number of the machine; for the separation one number for each of `branches`.
+  !> Computes a goal that needs no solution, such as the mass; for the separation one value for each of `branches`.
   subroutine plain_values(goal, frame, branches, values)
     type(goal_type), intent(in) :: goal
     class(frame_type), intent(in) :: frame

@@ -1,4 +1,4 @@
-!> Coordinates in which a design is sought. If mass m and position c of a link are both parameters, the coordinates are m and the
+!> Coordinates of the design search. If mass m and centre of mass c of a link are both parameters, the coordinates are m and the
 !> first moment m c, because shaking forces are linear in them. The range of c becomes the linear limits m c - c_max m <= 0 and
 !> c_min m - m c <= 0.
 module gestell_study_design_moments
@@ -10,10 +10,10 @@ module gestell_study_design_moments
 
   public :: new_moments
 
-  !> Maps the parameters of a design to these coordinates and back.
+  !> Converts the parameters of a design to the coordinates of the search and back.
   type, public :: moments_type
-    !> For a position, the index of the parameter that is the mass of the same link; 0 for parameters that are their own coordinate.
-    !> Shape (parameters)
+    !> For a coordinate of a centre of mass, index of the parameter that is the mass of the same link. 0 for parameters that are not
+    !> converted. Shape (parameters)
     integer, allocatable :: mass(:)
     !> Ranges of the parameters, shape (parameters)
     real(dp), allocatable :: lower(:), upper(:)
@@ -28,7 +28,8 @@ module gestell_study_design_moments
 
 contains
 
-  !> Coordinates for parameters with these ranges. `body`, `part`: link of each parameter and property that it changes.
+  !> Returns the conversion for parameters with these ranges. `body`: link of each parameter. `part`: property of the link that it
+  !> changes.
   pure function new_moments(lower, upper, body, part) result(moments)
     real(dp), intent(in) :: lower(:), upper(:)
     integer, intent(in) :: body(:), part(:)
@@ -46,7 +47,7 @@ contains
     end do
   end function new_moments
 
-  !> Number of linear limits that the coordinates add.
+  !> Number of linear limits that the coordinates need.
   pure integer function limits(self)
     class(moments_type), intent(in) :: self
 
@@ -90,7 +91,7 @@ contains
     end do
   end subroutine turn_slopes
 
-  !> Adds the linear limits at the coordinates y to the branches `at`, as groups from `first` on.
+  !> Adds the linear limits at the coordinates y to the branches `at`. Their groups are numbered from `first` on.
   pure subroutine add_limits(self, y, first, at)
     class(moments_type), intent(in) :: self
     real(dp), intent(in) :: y(:)
@@ -116,8 +117,8 @@ contains
     at%slope = reshape([at%slope, slope], [size(y), size(at%value)])
   end subroutine add_limits
 
-  !> Converts an optimum in the coordinates to the parameters. Prices of the linear limits become prices of the ranges; `slope` no
-  !> longer contains them.
+  !> Converts an optimum from the coordinates to the parameters. The prices (Lagrange multipliers) of the linear limits become
+  !> prices of the ranges and no longer contribute to `slope`.
   pure subroutine turn_optimum(self, optimum)
     class(moments_type), intent(in) :: self
     type(optimum_type), intent(inout) :: optimum

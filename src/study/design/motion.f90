@@ -25,19 +25,19 @@ module gestell_study_design_motion
 
   public :: beside, coarse, usual_phases, solve_motion, solve_slopes
 
-  !> A machine under one condition, settled by its model, and its motion.
+  !> A machine under one condition, settled on its model, and its motion.
   type, public :: motion_type
     type(condition_type) :: condition
     class(frame_type), allocatable :: frame
-    !> False: the frame rests
+    !> False if the frame stays at rest
     logical :: moves = .true.
     !> Fourier series of q over theta
     type(series_type) :: series
     !> `phases`: equidistant phases. `q`: q and its first and second derivatives over theta = 2 pi t/T for all degrees of freedom,
-    !> shape (phases, dofs, 0:2). `slope`: dq/dp and its derivatives over theta, shape (phases, dofs, 0:2, parameters), allocated by
-    !> `solve_slopes`
+    !> shape (phases, dofs, 0:2). `slope`: dq/dp and its derivatives over theta, shape (phases, dofs, 0:2, parameters).
+    !> `solve_slopes` allocates `slope`
     real(dp), allocatable :: phases(:), q(:, :, :), slope(:, :, :, :)
-    !> The fast solution with its maps, if the motion was computed by it about rest
+    !> The fast solution with its maps, if a fast solver computed the motion about rest
     type(quick_motion_type) :: quick
   contains
     procedure :: parameters
@@ -55,8 +55,9 @@ module gestell_study_design_motion
   end type loaded_type
 
   !> `fewest`: minimum number of phases. `most_corrections`: maximum number of corrections for the part of R that M, B, C do not
-  !> contain. `of_slope`: relative error allowed for the derivatives and for this part of R.
+  !> contain.
   integer, parameter :: fewest = 64, most_corrections = 6
+  !> Relative error allowed for the derivatives and for the part of R that M, B, C do not contain.
   real(dp), parameter :: of_slope = 1.0e-10_dp
 
 contains
@@ -77,7 +78,8 @@ contains
     if (allocated(self%slope)) parameters = size(self%slope, 4)
   end function parameters
 
-  !> Error of Phi allowed for derivatives: the coefficients of the exact frame are only as accurate as its motion.
+  !> Error of Phi allowed for derivatives. It exceeds the tolerance: the coefficients of the exact frame are only as accurate as its
+  !> motion.
   pure real(dp) function coarse(accuracy)
     type(accuracy_type), intent(in) :: accuracy
 
@@ -87,14 +89,14 @@ contains
   !> Computes the periodic vibration of the machine under one operating condition. Fails if no periodic vibration exists (resonance
   !> without damping) or the model finds none (see `settle`).
   subroutine solve_motion(members, condition, moves, motion, error, near)
-    !> The machine
+    !> The machine and its neighbours
     type(members_type), intent(in) :: members
     type(condition_type), intent(in) :: condition
-    !> False: no goal needs the vibration, the frame stays at rest
+    !> False if no goal needs the vibration; then the frame stays at rest
     logical, intent(in) :: moves
     type(motion_type), intent(out) :: motion
     type(error_type), allocatable, intent(out) :: error
-    !> The motion under a similar condition, where the search for the exact vibration begins
+    !> The motion under a similar condition, from which the search for the exact vibration starts
     type(motion_type), intent(in), optional :: near
     type(frame_type) :: run
     type(series_type), allocatable :: start
@@ -131,7 +133,7 @@ contains
     call motion%series%values(motion%phases, motion%q(:, :, 0), motion%q(:, :, 1), motion%q(:, :, 2))
   end subroutine solve_motion
 
-  !> Computes the derivatives of a motion that was solved with these members. Fails as `find_slopes` does.
+  !> Computes the derivatives of a motion. `members` must be those with which the motion was solved. Fails as `find_slopes` does.
   subroutine solve_slopes(members, motion, error)
     type(members_type), intent(in) :: members
     type(motion_type), intent(inout) :: motion
@@ -148,7 +150,7 @@ contains
     end if
   end subroutine solve_slopes
 
-  !> Computes the derivatives of a motion. `system` has M, B, C of the equations that the motion satisfies. Fails as `follow_loads`
+  !> Computes the derivatives of a motion. The motion satisfies the equations with M, B, C of `system`. Fails as `follow_loads`
   !> does, or if the derivatives overflow.
   subroutine find_slopes(members, system, motion, error)
     type(members_type), intent(in) :: members
@@ -194,8 +196,8 @@ contains
       & "the derivatives of the vibration overflow double precision", failed_computation)
   end subroutine find_slopes
 
-  !> Functions over the turn at equidistant phases, shape (phases, functions), without harmonics above `order`: corrections there
-  !> would be rounding errors, which these phases do not resolve.
+  !> Functions over the turn at equidistant phases, shape (phases, functions), without harmonics above `order`. Corrections of these
+  !> harmonics would be rounding errors, because the phases do not resolve them.
   function lower_part(values, order) result(lower)
     real(dp), intent(in) :: values(:, :)
     integer, intent(in) :: order
@@ -214,8 +216,8 @@ contains
     call series%values([(real(k, dp) / size(values, 1), k = 0, size(values, 1) - 1)], lower, unused, also_unused)
   end function lower_part
 
-  !> Computes the motions under loads as `respond` does, but one load at a time, for free vibrations that are too fast or lost
-  !> beside others. Fails as `solve_floquet` and `solve_periodic` do.
+  !> Computes the motions under loads as `respond` does, but one load at a time. This serves free vibrations that are too fast or
+  !> are lost next to larger ones. Fails as `solve_floquet` and `solve_periodic` do.
   subroutine follow_loads(system, accuracy, phases, loads, changes, error)
     class(frame_type), intent(in), target :: system
     type(accuracy_type), intent(in) :: accuracy
@@ -250,7 +252,7 @@ contains
     end associate
   end subroutine follow_loads
 
-  !> Computes dR/dp + dR/dq s along parameter `k` at all phases by the perturbed members; s are the current derivatives of the
+  !> Computes dR/dp + dR/dq s for parameter `k` at all phases from the perturbed members; s are the current derivatives of the
   !> motion.
   subroutine differentiate_equations(members, system, motion, k, lack)
     type(members_type), intent(in) :: members
@@ -274,15 +276,16 @@ contains
     end do
   end subroutine differentiate_equations
 
-  !> Returns perturbed member `i` along parameter `k` under the condition, and its motion q to first order. The member is varied
-  !> about q if `system` is varied about its own motion.
+  !> Returns the perturbed member number `i` of parameter `k` under the condition, and its motion q to first order. If `system` is
+  !> varied about its motion, the member is varied about q.
   subroutine beside(members, system, motion, k, i, frame, q)
     !> The machine and its perturbed members
     type(members_type), intent(in) :: members
-    !> The machine under the condition, and its motion with derivatives
+    !> The machine under the condition
     class(frame_type), intent(in) :: system
+    !> The motion of the machine and its derivatives
     type(motion_type), intent(in) :: motion
-    !> Number of the parameter; number of the member, 1 or 2
+    !> Number of the parameter, and number of the member (1 or 2)
     integer, intent(in) :: k, i
     !> The perturbed member
     class(frame_type), allocatable, intent(out) :: frame
@@ -305,7 +308,7 @@ contains
     end select
   end subroutine beside
 
-  !> Computes R of the frame at a motion q, shape (phases, dofs), for its free degrees of freedom; zero for the others.
+  !> Computes R of the frame at a motion q for its free degrees of freedom, shape (phases, dofs). R is zero for blocked ones.
   subroutine take_equations(frame, phases, q, r)
     class(frame_type), intent(in) :: frame
     real(dp), contiguous, intent(in) :: phases(:)

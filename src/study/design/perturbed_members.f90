@@ -1,11 +1,11 @@
-!> A machine of a family and its neighbours along each parameter. Differences between them are derivatives of functions of the
+!> A machine of a family and its neighbours along each parameter. Differences between them yield derivatives of functions of the
 !> machine that need no solution, such as the coefficients of its equations:
 !>
-!>     df/dp = (w_0 f(p) + w_1 f(p + d_1 h) + w_2 f(p + d_2 h)) / h,
+!>     df/dp = (w_0 f(p) + w_1 f(p + d_1 h) + w_2 f(p + d_2 h)) / h.
 !>
-!> d = -1, 1 or, if there is no machine on one side, 1, 2 or -1, -2. Such functions are exact up to rounding, so the step is known
-!> in advance: h = epsilon^(1/3) times the parameter's range. The errors are h^2 |f'''| / 6 (/ 3 on one side) and epsilon |f| / h,
-!> about 1e-10 of the change of f over the range (J. Nocedal, S. J. Wright, Numerical Optimization, 2006, section 8.1).
+!> Here d = -1, 1 or, if there is no machine on one side, 1, 2 or -1, -2. Such functions are exact up to rounding, so the step is
+!> known in advance: h = epsilon^(1/3) times the parameter's range. The errors are h^2 |f'''| / 6 (/ 3 on one side) and epsilon |f|
+!> / h, about 1e-10 of the change of f over the range (J. Nocedal, S. J. Wright, Numerical Optimization, 2006, section 8.1).
 module gestell_study_design_perturbed_members
   use gestell_base_error, only: error_type, fatal_error, impossible_mechanism, invalid_input
   use gestell_base_kinds, only: dp, pi
@@ -24,7 +24,7 @@ module gestell_study_design_perturbed_members
 
   public :: at_condition, find_members, joined, remember
 
-  !> Which property of a link a design parameter changes: mass, a coordinate of its center of mass, moment of inertia; or none.
+  !> Property of a link that a design parameter changes: none, mass, a coordinate of its centre of mass, or moment of inertia.
   integer, parameter, public :: other_part = 0, mass_part = 1, place_parts(2) = [2, 3], inertia_part = 4
   !> Input keys of these properties.
   character(len=9), parameter, public :: part_names(4) = [character(len=9) :: "mass", "center(1)", "center(2)", "inertia"]
@@ -44,15 +44,17 @@ module gestell_study_design_perturbed_members
     procedure :: drive_rpm
   end type condition_type
 
-  !> Change of a parameter for derivatives. `range`: range of the parameter. A property `part` of one link alone also has the index
-  !> `link` of the link and the parameter's `unit` in SI. Then the link is changed in place and the joints keep their positions.
+  !> How a parameter is changed for derivatives.
   type, public :: step_type
+    !> Range of the parameter
     real(dp) :: range = 0
+    !> If the parameter is a property of one link alone: index of the link, and the property. This link is then changed in place
     integer :: link = 0, part = other_part
+    !> Unit of the parameter in SI
     real(dp) :: unit = 1
   end type step_type
 
-  !> Settings for the solution of machines: model, accuracy, and the probes that goals may name.
+  !> Settings for the solution of machines: probes that goals may refer to, model, and accuracy.
   type, public :: setting_type
     type(probe_type), allocatable :: probes(:)
     character(len=11) :: model = "exact"
@@ -65,21 +67,23 @@ module gestell_study_design_perturbed_members
     !> The machine itself
     type(frame_type) :: frame
     type(step_type), allocatable :: steps(:)
-    !> Neighbours at d_1 h and d_2 h along each parameter, shape (2, parameters); not allocated if no derivatives are requested
+    !> Neighbours at the distances d_1 h and d_2 h along each parameter, shape (2, parameters); unallocated if no derivatives are
+    !> requested
     type(frame_type), allocatable :: perturbed(:, :)
-    !> d_1 h, d_2 h, shape (2, parameters), and w_0 / h, w_1 / h, w_2 / h, shape (0:2, parameters)
+    !> `distance`: d_1 h and d_2 h, shape (2, parameters). `weight`: w_0 / h, w_1 / h and w_2 / h, shape (0:2, parameters)
     real(dp), allocatable :: distance(:, :), weight(:, :)
   end type members_type
 
-  !> d and w for central, forward and backward differences.
+  !> Steps d_1, d_2 for central, forward and backward differences.
   real(dp), parameter :: offsets(2, 3) = reshape([-1.0_dp, 1.0_dp, 1.0_dp, 2.0_dp, -1.0_dp, -2.0_dp], [2, 3])
+  !> Weights w_0, w_1, w_2 for central, forward and backward differences.
   real(dp), parameter :: weights(0:2, 3) = reshape([0.0_dp, -0.5_dp, 0.5_dp, -1.5_dp, 2.0_dp, -0.5_dp, 1.5_dp, -2.0_dp, 0.5_dp], &
     & [3, 3])
 
 contains
 
-  !> Builds the machine at `parameters` and, if `steps` are given, its neighbours. The caller sets `members%setting`.
-  !> Fails if the parameters are invalid or the members are no frames.
+  !> Builds the machine at `parameters` and, if `steps` are given, its neighbours. The caller sets `members%setting`. Fails if the
+  !> parameters are invalid or the members are not frames.
   subroutine find_members(family, parameters, members, known, error, steps)
     !> The family of machines
     class(family_type), intent(in) :: family
@@ -132,7 +136,7 @@ contains
   end subroutine find_members
 
   !> Changes a property of one link by `distance` in the parameter's unit. A mass may become negative, because the functions that
-  !> are differentiated are linear in it. Fails if nothing carries the weights.
+  !> are differentiated are linear in it. Fails if nothing carries the weight of the machine.
   subroutine change_link(frame, step, distance, changed, error)
     type(frame_type), intent(in) :: frame
     type(step_type), intent(in) :: step
@@ -161,7 +165,7 @@ contains
     if (changed%weights%act) call changed%weigh((changed%weights%gravity), error)
   end subroutine change_link
 
-  !> Returns the frame at `parameters`. `known` is false if the mechanism is impossible. Fails if the member is no frame.
+  !> Returns the frame at `parameters`. `known` is false if the mechanism is impossible. Fails if the member is not a frame.
   subroutine take_frame(family, parameters, frame, known, error)
     class(family_type), intent(in) :: family
     real(dp), intent(in) :: parameters(:)
@@ -184,8 +188,9 @@ contains
     end select
   end subroutine take_frame
 
-  !> Tabulates all mechanisms at these phases, because they are evaluated again and again at all speeds; if `drive`, also the
-  !> functions that the torque of the drive needs. Links changed in place keep the machine's joints, which are located only once.
+  !> Tabulates all mechanisms at these phases, because they are evaluated repeatedly at all speeds. If `drive`, also tabulates the
+  !> functions for the torque of the drive. Neighbours with a changed link have the joints of the machine, which are located only
+  !> once.
   subroutine remember(members, phases, drive)
     type(members_type), intent(inout) :: members
     real(dp), intent(in) :: phases(:)
@@ -220,7 +225,7 @@ contains
 
   contains
 
-    !> Tabulates one mechanism. `link`: index of the link that was changed in place, 0: none.
+    !> Tabulates one mechanism. `link`: index of the link that was changed in place, 0 if none was.
     subroutine remember_one(frame, link)
       type(frame_type), intent(inout) :: frame
       integer, intent(in), optional :: link
@@ -263,7 +268,7 @@ contains
     if (self%along == along_stiffness) number = self%stiffness_factor
   end function number
 
-  !> The condition moved to another position on its line.
+  !> The same condition at another position on its line, given by the quantity that varies along the line.
   elemental function moved_to(self, value) result(there)
     class(condition_type), intent(in) :: self
     real(dp), intent(in) :: value
@@ -301,7 +306,7 @@ contains
     call run%scale_mounting(condition%stiffness_factor, condition%damping_factor)
   end subroutine at_condition
 
-  !> `list` followed by the conditions of `more` that it does not contain yet.
+  !> Returns `list` followed by the conditions of `more` that it does not contain yet.
   pure function joined(list, more)
     type(condition_type), intent(in) :: list(:), more(:)
     type(condition_type), allocatable :: joined(:)

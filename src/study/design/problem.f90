@@ -16,15 +16,15 @@ module gestell_study_design_problem
 
   public :: design_options, evaluate_goals, goal_branches_type, is_squared, take_inverse
 
-  !> A step is refused if its objective exceeds the smallest so far by this factor; larger values need not be exact.
+  !> A step is refused if its objective exceeds the smallest so far by this factor. Larger values need not be exact.
   real(dp), parameter :: refused = 1.5_dp
-  !> Smallest objective, relative to its scale, whose inverse is taken.
+  !> Smaller objectives, relative to their scale, are replaced by this value before their inverse is computed.
   real(dp), parameter :: tiny_part = 1.0e-100_dp
 
-  !> Relative margin that the search keeps to each limit, so that the limit is met if the search ends within its tolerance.
+  !> Relative margin that the search keeps to each limit. It ensures that the limit is met if the search ends within its tolerance.
   real(dp), parameter, public :: inside = 2.0e-6_dp
 
-  !> The minimax problem of a design. Its groups of branches are the objectives (one group if the largest counts), the constraints,
+  !> The minimax problem of a design. Its groups of branches are the objectives (one group if `options%largest`), the constraints,
   !> which are met at values <= 0, and the limits of the coordinates.
   type, extends(minimax_problem), public :: design_problem
     class(family_type), pointer :: family => null()
@@ -34,13 +34,16 @@ module gestell_study_design_problem
     !> quadratic function of masses
     logical :: squared = .false.
     !> True if the search minimises -1 / (objective + `shift`). If a resonance comes close to the end of a range, the objective
-    !> rises like 1 / distance, and its inverse is nearly linear. Limits of vibrations over a range are inverted in the same way
+    !> rises like 1 / distance, and its inverse is nearly linear. Upper limits on vibrations over a range are inverted in the same
+    !> way
     logical :: inverted = .false.
     !> The smallest objective so far
     real(dp), private :: least = huge(1.0_dp)
+    !> Shift of the objective before it is inverted
     real(dp) :: shift = 0
-    !> The last machine evaluated over a range, kept because an accepted step is evaluated again with derivatives
+    !> Parameters of the last machine evaluated over a range, kept because an accepted step is evaluated again with derivatives
     real(dp), allocatable, private :: last_x(:)
+    !> Branches of the last machine evaluated over a range
     type(goal_branches_type), private :: last
   contains
     procedure :: evaluate
@@ -124,7 +127,8 @@ contains
 
   end subroutine evaluate
 
-  !> Decides whether the inverse of the objective is minimised: over a range, if it is the maximum of vibrations.
+  !> Decides whether the inverse of the objective is minimised. This is done over a range, if the objective is a maximum of
+  !> vibrations.
   pure subroutine take_inverse(problem)
     type(design_problem), intent(inout) :: problem
 
@@ -153,7 +157,7 @@ contains
   subroutine evaluate_goals(family, options, goals, x, gradients, at, error)
     !> The family of machines
     class(family_type), intent(in) :: family
-    !> Conditions or range, and settings of the solution
+    !> Conditions or range, and settings for the solution
     type(design_options), intent(in) :: options
     !> The goals; their numbers are the groups of their branches
     type(goal_type), intent(in) :: goals(:)
@@ -161,7 +165,7 @@ contains
     real(dp), intent(in) :: x(:)
     !> True if derivatives are requested
     logical, intent(in) :: gradients
-    !> The branches; not `known` if there is no such machine or no vibration
+    !> The branches; `at%known` is false if the machine does not exist or has no vibration
     type(goal_branches_type), intent(out) :: at
     type(error_type), allocatable, intent(out) :: error
     type(members_type) :: members
@@ -183,7 +187,7 @@ contains
     if (error%code /= invalid_input) deallocate(error)
   end subroutine evaluate_goals
 
-  !> Evaluates the branches of `goals` at the given conditions. Fails if there is no vibration at one of them.
+  !> Evaluates the branches of `goals` at the given conditions. Fails if there is no vibration at one of these conditions.
   subroutine evaluate_conditions(members, conditions, goals, gradients, at, error)
     type(members_type), intent(in) :: members
     type(condition_type), intent(in) :: conditions(:)
@@ -244,8 +248,8 @@ contains
     end do
   end subroutine evaluate_range
 
-  !> True for the conditions at which a goal is near its worst value. At other conditions a goal cannot become worst within a step
-  !> for which the model of the problem is valid; if it does, the step is shortened.
+  !> True for the conditions at which a goal is near its worst value. At the other conditions a goal cannot become worst within a
+  !> step for which the model of the problem is valid; if it does, the step is shortened.
   pure function near_the_greatest(goals, values, conditions) result(counts)
     type(goal_type), intent(in) :: goals(:)
     type(goal_branches_type), intent(in) :: values

@@ -58,7 +58,7 @@ contains
 
   !> Solves a machine under all conditions of `options`. Fails if the goals are invalid.
   subroutine report_goals(machine, options, goals, reported, error)
-    !> The machine, not yet settled by a model
+    !> The machine, not yet settled on a model
     type(frame_type), intent(in) :: machine
     type(design_options), intent(in) :: options
     !> The goals to evaluate
@@ -82,7 +82,8 @@ contains
     end associate
   end subroutine report_goals
 
-  !> Computes the goals that need no solution. Forces are sums that may cancel: their errors are the rounding errors of the terms.
+  !> Computes the goals that need no solution. Shaking forces are sums that may cancel, so their error is the rounding error of the
+  !> terms.
   subroutine report_without_motion(goals, run, options, values, errors, error)
     type(goal_type), intent(in) :: goals(:)
     type(frame_type), intent(in) :: run

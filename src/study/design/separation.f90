@@ -1,8 +1,8 @@
 !> Computes the distances of the natural frequencies of a machine from the orders of its crank, as branches with derivatives.
 !>
-!> Where two natural frequencies meet, the smallest change of the machine turns the eigenvectors by any angle, so the larger
-!> frequency has no derivative. Its square is the maximum of Rayleigh's quotients u' C u / u' M u over the directions u of the
-!> modes' plane (R. A. Horn, C. R. Johnson, Matrix Analysis, 1985, section 4.2). Therefore directions all around the plane are
+!> Where two natural frequencies meet, even a tiny change of the machine can rotate the eigenvectors by any angle, so the larger
+!> frequency has no derivative. Its square is the maximum of Rayleigh's quotients u' C u / u' M u over the directions u in the plane
+!> of the two modes (R. A. Horn, C. R. Johnson, Matrix Analysis, 1985, section 4.2). Therefore directions all around the plane are
 !> branches too. With mean gyroscopic moments G, which grow with the speed, the quotient becomes the root w of w^2 u* M u = i w u* G
 !> u + u* C u. It is stationary at the modes u, too.
 module gestell_study_design_separation
@@ -16,25 +16,26 @@ module gestell_study_design_separation
 
   public :: find_branches, take_distances
 
-  !> Branches of the separation. `u`: directions in which the machine vibrates, shape (degrees of freedom, branches). `harmonic`:
-  !> harmonic of the period beside each direction, shape (branches). `side`: side of the harmonic on which the frequency should
-  !> stay, 1: above, -1: below; shape (branches).
+  !> Branches of the separation, each a direction in which the machine vibrates and a harmonic of the period.
   type, public :: separation_type
+    !> Directions, shape (degrees of freedom, branches)
     complex(dp), allocatable :: u(:, :)
+    !> `harmonic`: number of the harmonic. `side`: 1 if the frequency should stay above the harmonic, -1 if below; shapes (branches)
     integer, allocatable :: harmonic(:), side(:)
   end type separation_type
 
-  !> `orders`: largest order of the drive that counts. `around`: number of directions in the plane of two modes. `near`: relative
-  !> difference of squared frequencies below which two modes may meet.
+  !> `orders`: largest order of the drive that is considered. `around`: number of directions in the plane of two modes.
   integer, parameter :: orders = 4, around = 12
+  !> Two modes may meet if the relative difference of their squared frequencies is smaller.
   real(dp), parameter :: near = 0.1_dp
 
 contains
 
-  !> Finds the modes beside every harmonic that the shafts excite, up to four times the drive's speed. A frequency that coincides
-  !> with an order somewhere in the range should leave it at the nearer end. Fails if the mass matrix is not positive definite.
+  !> Finds a branch for each mode and each harmonic that the shafts excite, up to four times the drive's speed, and branches between
+  !> modes that may meet. A frequency that coincides with an order within the range should leave the range at the nearer end. Fails
+  !> if the mass matrix is not positive definite.
   subroutine find_branches(frame, speeds, branches, error)
-    !> The machine
+    !> The machine whose modes are found
     class(frame_type), intent(in) :: frame
     !> Minimum and maximum speed (rad/s) of the shaft that turns once in the period; 0: the machine's own speed
     real(dp), intent(in) :: speeds(2)
@@ -96,8 +97,9 @@ contains
   !> Computes the distance of each branch from its order (per cent), at the nearer end of the range: 100 (f / (k n) - 1) above and
   !> 100 (1 - f / (k n)) below the order. A distance is negative if the order meets the frequency within the range.
   subroutine take_distances(frame, speeds, branches, distances)
-    !> The machine, and the speeds as in `find_branches`
+    !> The machine for which distances are computed
     class(frame_type), intent(in) :: frame
+    !> Speeds at the ends of the range, as in `find_branches`
     real(dp), intent(in) :: speeds(2)
     !> Branches of this machine or of a neighbour
     type(separation_type), intent(in) :: branches

@@ -1,9 +1,9 @@
-!> Climbs every local maximum over the turn of the crank to its maximum over the speed.
+!> Finds the maximum over the speed of every local maximum over the turn of the crank.
 !>
 !> A peak is the largest of several local maxima over the turn. Within one resonance their maxima over the speed lie close together:
-!> one half-wave of the resonant vibration is largest at one speed, the next one at a speed a fraction of the width away.
-!> `climb_from` ends on one of them. Here the others are climbed separately, because each is a smooth function of the speed.
-!> A maximum is identified by its phase. Within a half width the phase moves by a quarter of the distance to the next maximum.
+!> one half-wave of the resonant vibration is largest at one speed, the next half-wave at a speed a fraction of the width away.
+!> `climb_from` finds one of them. Here the others are found separately, because each is a smooth function of the speed. A maximum
+!> is identified by its phase. Within a half width the phase moves by a quarter of the distance to the next maximum.
 module gestell_study_design_range_branch
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -23,21 +23,23 @@ module gestell_study_design_range_branch
     real(dp), allocatable :: places(:), levels(:)
   end type turn_type
 
-  !> Distance from the top at which maxima are compared, in half widths of the resonance.
+  !> Distance from the maximum over the speed at which the local maxima are compared, in half widths of the resonance.
   real(dp), parameter :: beside = 0.125_dp
   !> Safety margin on the gain that a parabola through three points predicts, relative to the gain.
   real(dp), parameter :: margin = 1
 
 contains
 
-  !> Climbs the other maxima over the turn that may exceed `climb`, a smooth maximum over the line, and moves `climb` to the
-  !> highest. Fails if the goal is invalid.
+  !> Searches the maxima over the speed of those local maxima over the turn that may exceed `climb`, and sets `climb` to the
+  !> highest. On entry `climb` is a smooth maximum along the line. Fails if the goal is invalid.
   subroutine climb_branches(members, goal, start, bounds, climb, error, motion)
-    !> The machine and the goal that is climbed
+    !> The machine and its neighbours
     type(members_type), intent(in) :: members
+    !> The goal whose maximum is sought
     type(goal_type), intent(in) :: goal
-    !> A condition on the line, and the limits of the search on the line
+    !> A condition on the line
     type(condition_type), intent(in) :: start
+    !> Limits of the search on the line
     real(dp), intent(in) :: bounds(2)
     !> The maximum found so far; becomes the highest one
     type(climb_type), intent(inout) :: climb

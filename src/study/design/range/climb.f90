@@ -6,9 +6,9 @@
 !>       call climb%take(value)
 !>     end do
 !>
-!> If the middle point is not the highest, the points move uphill, twice as far apart each time. Then follow parabolas, and golden
-!> sections if parabolas do not shorten the interval (R. P. Brent, Algorithms for Minimization without Derivatives, 1973, chapter
-!> 5). Near a resonance a peak is P = P_0 / sqrt(1 + u^2), so -1/P^2 is exactly a parabola.
+!> If the middle point is not the highest, the points move uphill, twice as far apart each time. After that parabolas are used, and
+!> golden sections if parabolas do not shorten the interval (R. P. Brent, Algorithms for Minimization without Derivatives, 1973,
+!> chapter 5). Near a resonance a peak is P = P_0 / sqrt(1 + u^2), so -1/P^2 is exactly a parabola.
 module gestell_study_design_range_climb
   use gestell_base_kinds, only: dp
   implicit none (type, external)
@@ -38,9 +38,9 @@ module gestell_study_design_range_climb
   real(dp), parameter :: golden = 0.381966011250105_dp
   !> Relative gain below which another step is not worth its cost.
   real(dp), parameter, public :: gain = 1.0e-10_dp
-  !> Number of steps in which a smooth maximum is found.
+  !> Number of steps within which a smooth maximum is found.
   integer, parameter, public :: of_smooth = 12
-  !> Length of the shortest interval, relative to its position.
+  !> The search ends if the interval is shorter than this, relative to its position.
   real(dp), parameter :: shortest = 1.0e-10_dp
 
 contains
@@ -59,7 +59,7 @@ contains
     call self%aim()
   end subroutine start
 
-  !> Takes the value at `next` and sets the next point.
+  !> Adds the value of the function at `next`, and sets the next point.
   pure subroutine take(self, value)
     class(climb_type), intent(inout) :: self
     real(dp), intent(in) :: value

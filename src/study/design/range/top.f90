@@ -1,7 +1,7 @@
-!> Evaluates one machine at a condition within a range, and finds where along a line through the range a goal is worst.
-!> The derivative with respect to the condition vanishes at such a maximum. So its derivatives with respect to the parameters are
-!> those at fixed condition (local reduction in semi-infinite programming: R. Hettich, K. O. Kortanek, SIAM Review 35, 1993,
-!> 380-429, section 2.2).
+!> Evaluates one machine at a condition within a range, and finds where along a line through the range a goal is worst. The
+!> derivative with respect to the condition vanishes at such a maximum. So the derivatives of the maximum with respect to the
+!> parameters are those at a fixed condition (local reduction in semi-infinite programming: R. Hettich, K. O. Kortanek, SIAM Review
+!> 35, 1993, 380-429, section 2.2).
 module gestell_study_design_range_top
   use gestell_base_error, only: error_type
   use gestell_base_verdict, only: failed, operator(/=), operator(==), stable
@@ -41,7 +41,8 @@ contains
     logical, intent(in) :: multipliers
     type(speed_point_type), intent(out) :: point
     type(error_type), allocatable, intent(out) :: error
-    !> The motion under a similar condition, where the search for an exact vibration begins; becomes the computed motion
+    !> On entry the motion under a similar condition, from which the search for an exact vibration starts. On return the computed
+    !> motion
     type(motion_type), intent(inout), optional :: near
     type(motion_type) :: motion
     type(goal_branches_type) :: at
@@ -70,7 +71,7 @@ contains
     end do
   end subroutine look
 
-  !> Computes turns and growth of the free vibrations. Fails as `solve_floquet` and `solve_multipliers` do.
+  !> Computes phase advance and growth of the free vibrations. Fails as `solve_floquet` and `solve_multipliers` do.
   subroutine take_free_vibrations(motion, accuracy, point, error)
     type(motion_type), intent(in) :: motion
     type(accuracy_type), intent(in) :: accuracy
@@ -97,10 +98,11 @@ contains
     if (.not. allocated(error)) call take_turns(motion%frame, multipliers%arg, multipliers%log_abs, multipliers%vectors, point)
   end subroutine take_free_vibrations
 
-  !> Climbs to the maximum of a goal over a line. Fails if the goal is invalid.
+  !> Finds the maximum of a goal along a line of conditions. Fails if the goal is invalid.
   subroutine climb_from(members, goal, start, places, levels, climb, error, motion)
-    !> The machine and the goal
+    !> The machine and its neighbours
     type(members_type), intent(in) :: members
+    !> The goal whose maximum is sought
     type(goal_type), intent(in) :: goal
     !> A condition on the line
     type(condition_type), intent(in) :: start
@@ -109,7 +111,7 @@ contains
     !> The maximum
     type(climb_type), intent(out) :: climb
     type(error_type), allocatable, intent(out) :: error
-    !> If present, each motion is computed from the last one; becomes the last motion
+    !> If present, the search for each motion starts from the previous motion; on return the last motion
     type(motion_type), intent(inout), optional :: motion
     type(speed_point_type) :: point
     real(dp) :: level
@@ -126,18 +128,18 @@ contains
     call climb_branches(members, goal, start, places([1, 3]), climb, error, motion)
   end subroutine climb_from
 
-  !> Searches for a maximum between the end of a line, where the goal is larger than at the point before it, and that point. The
-  !> interval is halved until its middle is higher than the end, or until a parabola has its vertex beyond the end.
-  !> Fails if the goal is invalid.
+  !> Searches for a maximum between the last two points of a line if the goal is larger at the end. The interval is halved until its
+  !> middle is higher than the end, or until a parabola has its vertex beyond the end. Fails if the goal is invalid.
   subroutine look_beside_end(members, goal, start, ends, end_levels, places, levels, error)
-    !> The machine and the goal
+    !> The machine and its neighbours
     type(members_type), intent(in) :: members
+    !> The goal whose maximum is sought
     type(goal_type), intent(in) :: goal
     !> A condition on the line
     type(condition_type), intent(in) :: start
-    !> The point before the end, then the end, and their levels
+    !> The point before the end, then the end; positions on the line and levels
     real(dp), intent(in) :: ends(2), end_levels(2)
-    !> Three ascending points and their levels; if there is a maximum, the middle point is the highest
+    !> Three ascending points and their levels. If there is a maximum, the middle point is the highest
     real(dp), intent(out) :: places(3), levels(3)
     type(error_type), allocatable, intent(out) :: error
     type(speed_point_type) :: point
