@@ -193,7 +193,7 @@ def garbage():
     gc.set_threshold(1)
     for _ in range(300):
         Cycle()
-        refused("a mass below zero", 2, "no machine yet", lambda: base.__setitem__("frame.mass", -1.0))
+        refused("a mass below zero", 2, "machine is empty", lambda: base.__setitem__("frame.mass", -1.0))
     gc.set_threshold(*limits)
     held, done = threading.Event(), threading.Event()
 
@@ -294,7 +294,7 @@ def refusals():
             ("zero", 1, "zero", lambda: machine.__setitem__("case.title", "a\0b")),
             ("no task", 2, "dance", lambda: machine.solve("dance")),
             ("no table", 1, "no table", lambda: machine.solve("stability").table("response")),
-            ("no quantity", 2, "no quantity", lambda: machine.solve("response").response("zeta")),
+            ("no quantity", 2, "unknown quantity", lambda: machine.solve("response").response("zeta")),
             ("impossible", 3, "", lambda: impossible().solve("stability"))):
         try:
             call()

@@ -62,7 +62,7 @@ int main(int argc, char **argv) {
   if (argc < 2) return 1;
   error = gestell_new_error();
 
-  expect("no machine yet", gestell_solve(machine, NULL, &solution, error), GESTELL_INPUT, "read one first");
+  expect("no machine yet", gestell_solve(machine, NULL, &solution, error), GESTELL_INPUT, "machine is empty");
   expect("null machine", gestell_read(NULL, argv[1], error), GESTELL_USAGE, "null");
   expect("null file", gestell_read(machine, NULL, error), GESTELL_USAGE, "null");
   expect("null text", gestell_parse(machine, NULL, error), GESTELL_USAGE, "null");
@@ -104,12 +104,12 @@ int main(int argc, char **argv) {
   expect("wrong number", gestell_get_multipliers(solution, 5, numbers, numbers, numbers, error), GESTELL_USAGE, "6");
   expect("null multipliers", gestell_get_multipliers(solution, 6, numbers, NULL, numbers, error), GESTELL_USAGE, "null");
   expect("no table", gestell_shape_table(solution, "response", &rows, &columns, error), GESTELL_USAGE, "no table");
-  expect("table by number", gestell_name_table(solution, 99, 64, text, error), GESTELL_USAGE, "tables");
-  expect("table by a negative number", gestell_name_table(solution, -1, 64, text, error), GESTELL_USAGE, "tables");
+  expect("table by number", gestell_name_table(solution, 99, 64, text, error), GESTELL_USAGE, "index of the table");
+  expect("table by a negative number", gestell_name_table(solution, -1, 64, text, error), GESTELL_USAGE, "index of the table");
   expect("shape", gestell_shape_table(solution, "multipliers", &rows, &columns, error), 0, NULL);
-  expect("no column", gestell_get_numbers(solution, "multipliers", columns, rows, numbers, error), GESTELL_USAGE, "columns");
+  expect("no column", gestell_get_numbers(solution, "multipliers", columns, rows, numbers, error), GESTELL_USAGE, "index of the column");
   expect("wrong rows", gestell_get_numbers(solution, "multipliers", 1, rows - 1, numbers, error), GESTELL_USAGE, "elements");
-  expect("wrong kind", gestell_get_words(solution, "multipliers", 1, rows, 1, text, error), GESTELL_USAGE, "no words");
+  expect("wrong kind", gestell_get_words(solution, "multipliers", 1, rows, 1, text, error), GESTELL_USAGE, "not contain words");
   expect("null column", gestell_get_numbers(solution, "multipliers", 1, rows, NULL, error), GESTELL_USAGE, "null");
   expect("short names", gestell_describe_column(solution, "multipliers", 1, 1, text, text, text, &kind, &count, error), GESTELL_USAGE,
          "elements");
@@ -121,7 +121,7 @@ int main(int argc, char **argv) {
   expect("response", gestell_solve(machine, "response", &solution, error), 0, NULL);
   expect("its name", gestell_describe_column(solution, "probes", 0, 64, text, text, text, &kind, &count, error), 0, NULL);
   for (int width = -1; width < count; width++)
-    expect("too narrow for a word", gestell_get_words(solution, "probes", 0, 1, width, text, error), GESTELL_USAGE, "there are 6 elements");
+    expect("too narrow for a word", gestell_get_words(solution, "probes", 0, 1, width, text, error), GESTELL_USAGE, "must have 6 elements");
   expect("words", gestell_get_words(solution, "probes", 0, 1, count, text, error), 0, NULL);
   if (count == 6 && strncmp(text, "outlet", 6) == 0) passed++;
   else failed++, printf("FAIL  the probe's name: %d characters, %.6s\n", count, text);
