@@ -13,7 +13,7 @@ module gestell_system_averaged
   type, extends(second_order_system), public :: averaged_system
     !> Means of M, B, C, and bounds on the errors of their elements; each of shape (f, f)
     real(dp), allocatable, dimension(:, :) :: m, b, c, m_error, b_error, c_error
-    !> Number of samples of the coefficients
+    !> Number of samples of the coefficients in the period
     integer :: evaluations = 0
     !> The system with periodic coefficients, which provides the load
     class(second_order_system), allocatable :: whole
@@ -24,7 +24,7 @@ module gestell_system_averaged
     procedure :: conserves
   end type averaged_system
 
-  !> Safety factor: an error bound is this factor times the error estimate.
+  !> Safety factor: an error bound is this multiple of the error estimate.
   real(dp), parameter :: safety = 4
   !> Maximum number of samples, and number of samples taken at a time
   integer, parameter :: most_points = 2**18, block_length = 1024
@@ -78,7 +78,7 @@ contains
   end subroutine average
 
   !> Bound on the size of the terms whose sum is an element of `a`: the larger of |a_ik| and sqrt(a_ii a_kk). Terms of masses and
-  !> springs do not exceed it even where they cancel.
+  !> springs do not exceed this bound even where they cancel.
   pure function term_size(a) result(size_of)
     real(dp), intent(in) :: a(:, :)
     real(dp) :: size_of(size(a, 1), size(a, 2))
@@ -89,7 +89,7 @@ contains
     size_of = max(abs(a), spread(root, 1, size(root)) * spread(root, 2, size(root)))
   end function term_size
 
-  !> Computes the means of M, B, C and of the moduli of their elements over equidistant points, and a bound on maximum minus minimum
+  !> Computes over equidistant points the means of M, B, C and of the moduli of their elements, and a bound on maximum minus minimum
   !> of each element; shapes (f, f, 3). The first point lies at `shift` times the distance of the points.
   subroutine means(system, points, shift, mean, magnitude, range)
     class(second_order_system), intent(in) :: system
@@ -157,8 +157,8 @@ contains
     c = spread(self%c, 1, size(phases))
   end subroutine sample_second_order
 
-  !> True if the coefficients are those of a Lagrangian without damping. The mean of a Lagrangian is a Lagrangian, so the answer is
-  !> that for the whole system.
+  !> True if the coefficients are those of a Lagrangian without damping. The mean of a Lagrangian is a Lagrangian, so this holds
+  !> exactly if it holds for the system `whole`.
   pure logical function conserves(self, chosen)
     class(averaged_system), intent(in) :: self
     integer, intent(in) :: chosen(:)

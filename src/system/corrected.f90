@@ -1,9 +1,9 @@
 !> Corrects an approximate periodic motion of M q'' + B q' + C q = h. The error of the motion solves a system with the same M, B, C
 !> and the load
 !>
-!>     h - M q'' - B q' - C q
+!>     h - M q'' - B q' - C q,
 !>
-!> of the approximate motion. A coarse solution of this system improves the motion by as many digits as the solution has itself.
+!> where q is the approximate motion. A coarse solution of this system improves the motion by as many digits as this solution has.
 module gestell_system_corrected
   use gestell_base_kinds, only: dp, pi
   use gestell_math_series_trigonometric, only: series_type
@@ -17,8 +17,9 @@ module gestell_system_corrected
     private
     !> The system whose motion is corrected
     class(second_order_system), pointer :: inner => null()
-    !> Approximate motion as functions of theta = 2 pi t/T; the functions numbered `free` are the degrees of freedom of `inner`
+    !> Approximate motion as functions of theta = 2 pi t/T
     type(series_type) :: motion
+    !> Indices of those functions of `motion` that are the degrees of freedom of `inner`
     integer, allocatable :: free(:)
   contains
     procedure :: matrices
@@ -27,8 +28,8 @@ module gestell_system_corrected
 
 contains
 
-  !> Returns the system for the error of `motion`. The functions of `motion` numbered `free` are the degrees of freedom of `inner`,
-  !> which the result points to.
+  !> Returns the system that the error of `motion` solves. The functions of `motion` numbered `free` are the degrees of freedom of
+  !> `inner`. The result points to `inner`.
   function corrected_system(inner, motion, free) result(corrected)
     class(second_order_system), intent(in), target :: inner
     type(series_type), intent(in) :: motion

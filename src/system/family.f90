@@ -8,7 +8,7 @@ module gestell_system_family
 
   public :: take_member
 
-  !> Base type of all families: an extension provides `member`.
+  !> Base type of all families. An extension provides `member`.
   type, abstract, public :: family_type
   contains
     procedure(member_at), deferred :: member
@@ -31,7 +31,7 @@ module gestell_system_family
 
 contains
 
-  !> True if all members that are frames have the same mechanism. False unless a family overrides this.
+  !> True if all members that are frames have the same mechanism. False unless an extension overrides this function.
   pure logical function not_known(self)
     class(family_type), intent(in) :: self
 
@@ -41,7 +41,7 @@ contains
   end function not_known
 
   !> Returns the member of `family` at these parameters after checking it. All studies get their systems through this procedure.
-  !> Errors: those of the family; the family returns no system; the system is invalid.
+  !> Fails as the family does, if the family returns no system, or if the system is invalid.
   subroutine take_member(family, parameters, system, error)
     class(family_type), intent(in) :: family
     !> Parameters, shape (number of parameters)

@@ -12,12 +12,12 @@ module gestell_system_mass
 
 contains
 
-  !> Replaces R by M^-1 R, shapes (points, f, f) and (points, f, columns). The diagonal of M must be about 1. The result is NaN
-  !> where M is singular.
+  !> Replaces R by M^-1 R; shapes of M and R: (points, f, f) and (points, f, columns). The diagonal of M must be about 1. The result
+  !> is NaN where M is singular.
   subroutine solve_mass(m, r)
     real(dp), contiguous, intent(in) :: m(:, :, :)
     real(dp), contiguous, intent(inout) :: r(:, :, :)
-    !> On the heap: threads have small stacks.
+    !> Work array, allocated on the heap because threads have small stacks.
     real(dp), allocatable :: w(:, :, :)
     logical :: safe(lanes)
     integer :: first, points, k
@@ -35,8 +35,8 @@ contains
     end do
   end subroutine solve_mass
 
-  !> Solves at `lanes` points from `first` on, side by side: M^-1 R = 0 + E M^-1 R is a Schur complement. Elimination is without row
-  !> exchanges; R is unchanged at points where this is not `safe`.
+  !> Solves M X = R at `lanes` points from `first` on at once. X is the Schur complement of M in the block matrix [M, R; -E, 0].
+  !> Elimination is done without row exchanges. Where this loses too many digits, `safe` is false and R is unchanged.
   subroutine solve_lanes(first, m, r, w, safe)
     integer, intent(in) :: first
     real(dp), contiguous, intent(in) :: m(:, :, :)

@@ -9,7 +9,7 @@ module gestell_system_part
 
   public :: find_parts, part_of
 
-  !> The states `chosen` of the system `whole`, as a system of its own
+  !> The states `chosen` of the system `whole`, treated as a system of its own
   type, extends(periodic_system) :: first_order_part
     class(periodic_system), allocatable :: whole
     integer, allocatable :: chosen(:)
@@ -19,7 +19,7 @@ module gestell_system_part
     procedure :: sample
   end type first_order_part
 
-  !> The degrees of freedom `chosen` of the system `whole`, as a system of its own
+  !> The degrees of freedom `chosen` of the system `whole`, treated as a system of its own
   type, extends(second_order_system) :: second_order_part
     class(second_order_system), allocatable :: whole
     integer, allocatable :: chosen(:)
@@ -32,8 +32,8 @@ module gestell_system_part
 
 contains
 
-  !> Finds the part to which each state (each degree of freedom of a second-order system) belongs. Parts are numbered from 1.
-  !> Error: the table `coupled` has the wrong shape.
+  !> Finds the part to which each state (for a second-order system each degree of freedom) belongs. Parts are numbered from 1. Fails
+  !> if the table `coupled` has the wrong shape.
   subroutine find_parts(system, parts, error)
     class(periodic_system), intent(in) :: system
     integer, allocatable, intent(out) :: parts(:)
@@ -68,8 +68,8 @@ contains
     end do
   end subroutine find_parts
 
-  !> Extracts the part of `system` that consists of the states (degrees of freedom) `chosen`. The others must not act on it.
-  !> `states`: numbers of the states of the part in the whole system.
+  !> Extracts the part of `system` that consists of the states `chosen` (for a second-order system the degrees of freedom `chosen`).
+  !> The rest of the system must not act on this part. `states`: numbers of the part's states in the whole system.
   subroutine part_of(system, chosen, part, states)
     class(periodic_system), intent(in) :: system
     integer, intent(in) :: chosen(:)

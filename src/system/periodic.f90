@@ -2,7 +2,7 @@
 !>
 !>     x' = P(t) x + f(t),   P(t + T) = P(t),   f(t + T) = f(t).                                   (20)
 !>
-!> A model extends `periodic_system`, sets `states` and `period`, and provides `matrix` (and `forcing` if there is any). For
+!> A model extends `periodic_system`, sets `states` and `period`, and provides `matrix`, and `forcing` if f is not zero. For
 !> equations M q'' + B q' + C q = h extend `second_order_system` instead: it avoids inverting M.
 module gestell_system_periodic
   use gestell_base_error, only: error_type, fatal_error, invalid_input
@@ -21,12 +21,13 @@ module gestell_system_periodic
     real(dp) :: period = 0
     !> Times in (0, T), ascending, at which the coefficients jump. Integration steps end there.
     real(dp), allocatable :: breaks(:)
-    !> Number of equal steps per period that resolves the fastest change of the coefficients. Methods with embedded methods use at
-    !> least as many nodes as these steps have with six stages; other methods use at least as many steps.
+    !> Number of equal steps per period that resolves the fastest change of the coefficients. Integration methods with embedded
+    !> methods use at least as many nodes as `least_steps` steps with six stages have. Other methods use at least `least_steps`
+    !> steps.
     integer :: least_steps = 8
     !> Relative error over a period that rounding of the coefficients causes
     real(dp) :: rounding = epsilon(1.0_dp)
-    !> Additional relative error of the forced motion by rounding of the forcing, for instance where forces cancel
+    !> Additional relative error of the forced motion that rounding of the forcing causes, for instance where forces cancel
     real(dp) :: load_rounding = 0
   contains
     procedure(matrix_at), deferred :: matrix
@@ -54,7 +55,7 @@ module gestell_system_periodic
 
 contains
 
-  !> Copies period, breaks, resolution and rounding errors from the system `from`, which this one is derived from.
+  !> Copies period, breaks, resolution and rounding errors from the system `from`. A system that is derived from `from` calls this.
   pure subroutine inherit(self, from)
     class(periodic_system), intent(inout) :: self
     class(periodic_system), intent(in) :: from
@@ -66,10 +67,9 @@ contains
     if (allocated(from%breaks)) self%breaks = from%breaks
   end subroutine inherit
 
-  !> Checks the components of the system. Every procedure that solves a system calls this first. A model with more to check
-  !> overrides it and calls this one too.
-  !> Errors: no states; a period that is not positive and finite; breaks that are not ascending within the period; `least_steps` or
-  !> a rounding error out of range.
+  !> Checks the components of the system. Every procedure that solves a system calls this first. A model that has more to check
+  !> overrides this procedure and calls it. Fails if there are no states, if the period is not positive and finite, if the breaks do
+  !> not ascend within the period, or if `least_steps` or a rounding error is out of range.
   subroutine check_periodic(self, error)
     class(periodic_system), intent(in) :: self
     type(error_type), allocatable, intent(out) :: error
@@ -93,7 +93,7 @@ contains
     end if
   end subroutine check_periodic
 
-  !> Computes f(t), shape (n). Zero unless a model overrides this.
+  !> Computes f(t), shape (n). f is zero unless a model overrides this procedure.
   subroutine no_forcing(self, t, f)
     class(periodic_system), intent(in) :: self
     real(dp), intent(in) :: t
@@ -104,8 +104,8 @@ contains
     f = 0
   end subroutine no_forcing
 
-  !> Table of the states (of a second-order system: degrees of freedom) that act on each other through P; symmetric. Parts that
-  !> never act on each other are solved separately. All states count as coupled unless a model overrides this.
+  !> Symmetric table, true for pairs of states (of a second-order system: of degrees of freedom) that act on each other through P.
+  !> Parts that never act on each other are solved separately. All pairs are coupled unless a model overrides this function.
   function all_coupled(self) result(coupled)
     class(periodic_system), intent(in) :: self
     logical, allocatable :: coupled(:, :)
@@ -113,9 +113,9 @@ contains
     allocate(coupled(self%states, self%states), source=.true.)
   end function all_coupled
 
-  !> True if the equations of the states (of a second-order system: degrees of freedom) `chosen` are those of a Lagrangian with
-  !> periodic coefficients, without damping. Multipliers then come in pairs rho, 1 / conj(rho). The other states must not act on the
-  !> chosen ones. False unless a model overrides this.
+  !> True if the equations of the states `chosen` (for a second-order system of the degrees of freedom) are those of a Lagrangian
+  !> with periodic coefficients, without damping. Multipliers then come in pairs rho, 1 / conj(rho). The other states must not act
+  !> on the chosen states. False unless a model overrides this function.
   pure logical function not_known_to_conserve(self, chosen) result(conserves)
     class(periodic_system), intent(in) :: self
     integer, intent(in) :: chosen(:)
@@ -126,7 +126,7 @@ contains
   end function not_known_to_conserve
 
   !> Computes P, shape (n, n, points), and if requested f, shape (n, points), at many phases t / T in [0, 1] at once. Integrators
-  !> call only this procedure: a model whose coefficients are cheaper in bulk overrides it.
+  !> call only this procedure. A model that computes coefficients at many phases more cheaply overrides it.
   subroutine sample(self, phases, p, f)
     class(periodic_system), intent(in) :: self
     !> Phases t / T in [0, 1]

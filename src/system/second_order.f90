@@ -14,8 +14,8 @@ module gestell_system_second_order
 
   public :: check_second_order, has_positions, sample_by_phase, sample_in_units, sample_traces
 
-  !> Base type of mechanical systems. An extension sets `states` = 2 f and `period`, and provides `matrices` (and `load` if there is
-  !> any).
+  !> Base type of mechanical systems. An extension sets `states` = 2 f and `period`, and provides `matrices`, and `load` if h is not
+  !> zero.
   type, abstract, extends(periodic_system), public :: second_order_system
   contains
     procedure(matrices_at), deferred :: matrices
@@ -40,7 +40,7 @@ module gestell_system_second_order
 
 contains
 
-  !> Checks the components like `check_periodic`. Fails also if the number of states is odd.
+  !> Checks the components as `check_periodic` does. Fails also if the number of states is odd.
   subroutine check_second_order(self, error)
     class(second_order_system), intent(in) :: self
     type(error_type), allocatable, intent(out) :: error
@@ -51,7 +51,7 @@ contains
       & // "two for each degree of freedom", invalid_input)
   end subroutine check_second_order
 
-  !> True if the states are positions and velocities.
+  !> True if the states of the system are positions and velocities.
   pure logical function has_positions(system)
     class(periodic_system), intent(in) :: system
 
@@ -62,7 +62,7 @@ contains
     end select
   end function has_positions
 
-  !> Computes h(t), shape (f). Zero unless a model overrides this.
+  !> Computes h(t), shape (f). h is zero unless a model overrides this procedure.
   subroutine no_load(self, t, h)
     class(second_order_system), intent(in) :: self
     real(dp), intent(in) :: t
@@ -74,8 +74,8 @@ contains
   end subroutine no_load
 
   !> Computes M, B, C, each of shape (points, f, f), and if requested h, shape (points, f), at many phases t / T at once. The phase
-  !> is the first index, so that loops over the phases run in vector registers. Integrators call only this procedure: override it if
-  !> coefficients are cheaper in bulk.
+  !> is the first index, so that loops over the phases run in vector registers. Integrators call only this procedure. A model that
+  !> computes coefficients at many phases more cheaply overrides it.
   subroutine sample_second_order(self, phases, m, b, c, h)
     class(second_order_system), intent(in) :: self
     !> Phases t / T in [0, 1]
@@ -130,7 +130,7 @@ contains
     end do
   end subroutine sample_in_units
 
-  !> Computes tr P = -tr M^-1 B at many phases, equation (22), shape (phases). NaN where M is singular.
+  !> Computes the trace of P, -tr M^-1 B by equation (22), at many phases, shape (phases). It is NaN where M is singular.
   subroutine sample_traces(system, phases, traces)
     class(second_order_system), intent(in) :: system
     real(dp), contiguous, intent(in) :: phases(:)
@@ -149,14 +149,14 @@ contains
     end do
   end subroutine sample_traces
 
-  !> Computes the lower half of P, [-M^-1 C, -M^-1 B] of (22), at many phases, shape (phases, f, 2 f), and if requested M^-1 h of
-  !> (21), shape (phases, f). NaN where M is singular.
+  !> Computes the lower half of P, [-M^-1 C, -M^-1 B] by equation (22), at many phases, shape (phases, f, 2 f). If requested, also
+  !> computes M^-1 h of equation (21), shape (phases, f). The results are NaN where M is singular.
   subroutine sample_accelerations(system, phases, of_states, of_load)
     class(second_order_system), intent(in) :: system
     real(dp), contiguous, intent(in) :: phases(:)
     real(dp), intent(out) :: of_states(:, :, :)
     real(dp), intent(out), optional :: of_load(:, :)
-    !> M; and the columns of C, B and h side by side
+    !> Mass matrix M, and the columns of C, B and h side by side
     real(dp), allocatable :: m(:, :, :), right(:, :, :)
     real(dp) :: units(system%states / 2)
     integer :: f, i, j
