@@ -26,8 +26,8 @@ module gestell_task_balance_report
 contains
 
   !> Headlines on the rms force, one per line. They name the variant with the smallest force on rigid ground and its effect on the
-  !> mounts, then the best variant on the mounts. The last one names a further variant that is better on rigid ground but worst on
-  !> the mounts. Empty if no counterweight reduces the force on rigid ground.
+  !> mounts, then the best variant on the mounts. The last headline warns of a further variant that reduces the force on rigid
+  !> ground but increases it on the mounts. Empty if no counterweight reduces the force on rigid ground.
   function balance_headlines(variants) result(lines)
     type(variant_type), intent(in) :: variants(:)
     character(len=:), allocatable :: lines

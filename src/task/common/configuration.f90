@@ -56,9 +56,9 @@ module gestell_task_common_configuration
 
 contains
 
-  !> Reads the machine of a checked document and runs its mechanism through one period. `own`: true if a task needs this machine;
-  !> otherwise a mechanism that cannot turn is no error. Fails if a value is out of range, if joints do not fit together (code 2) or
-  !> if a needed mechanism cannot turn (code 3).
+  !> Reads the machine of a checked input document and runs its mechanism through one period. `own`: true if a task needs this
+  !> machine; otherwise a mechanism that cannot turn is no error. Fails if a value is out of range, if joints do not fit together
+  !> (code 2) or if a needed mechanism cannot turn (code 3).
   subroutine read_machine(configuration, own, error)
     type(configuration_type), intent(inout) :: configuration
     logical, intent(in) :: own
@@ -182,8 +182,7 @@ contains
     end associate
   end subroutine read_model
 
-  !> Requests the rows of the motion from which all forces on the ground are computed, those of guides included: the HTML page
-  !> reports them.
+  !> Requests the motion data for all forces on the ground, including the forces of guides: the HTML page reports them.
   pure subroutine want_forces(self)
     class(configuration_type), intent(inout) :: self
 

@@ -23,7 +23,7 @@ contains
   !> design parameters.
   subroutine read_conditions(configuration, paths, conditions, lines, robust, error)
     type(configuration_type), intent(inout) :: configuration
-    !> Paths of all numbers that the design changes
+    !> Paths of all numbers that the design changes, such as "frame.mass"
     character(len=*), intent(in) :: paths(:)
     !> All combinations of the given speeds with the factors of speed, stiffness and damping
     type(condition_type), allocatable, intent(out) :: conditions(:)

@@ -22,12 +22,12 @@ module gestell_task_design_improved
 contains
 
   !> Returns the text of the input with all changes made by --set and by the design, each marked with a comment. Returns an empty
-  !> text if the input has no text of its own. Fails if a path cannot be set.
+  !> text if the input has no text of its own. Fails if the number at a path cannot be set.
   subroutine improved_text(doc, schema, paths, values, text, error)
     type(document_type), intent(in) :: doc
     !> Groups and keys that the input may contain
     type(schema_type), intent(in) :: schema
-    !> Paths of the changed numbers
+    !> Paths of the changed numbers, such as "frame.mass"
     character(len=*), intent(in) :: paths(:)
     !> New values of these numbers, in the units of the input
     real(dp), intent(in) :: values(:)

@@ -41,8 +41,8 @@ module gestell_task_design_plan
 
   !> Plan of a design: its parameters, goals and operating conditions.
   type, public :: design_plan_type
-    !> `paths`: path of each design parameter. `all_paths`: paths of all numbers that the parameters set (keys `parameter` and
-    !> `with`).
+    !> `paths`: path of each design parameter in the input, such as "frame.mass". `all_paths`: paths of all numbers that the
+    !> parameters set (keys `parameter` and `with`).
     character(len=word_length), allocatable :: paths(:), all_paths(:)
     !> Index of the design parameter that sets each number of `all_paths`.
     integer, allocatable :: owners(:)
@@ -86,8 +86,8 @@ contains
       & .or. any(self%options%constraints%needs_motion()))
   end function covers
 
-  !> Reads the plan of a design from a checked document. Fails if &design or &objective is missing, a path cannot be changed or
-  !> occurs twice, a range is empty, a value is invalid, a goal does not exist, or the coefficients are averaged.
+  !> Reads the plan of a design from a checked input document. Fails if &design or &objective is missing, a path cannot be changed
+  !> or occurs twice, a range is empty, a value is invalid, a goal does not exist, or the coefficients are averaged.
   subroutine read_design(configuration, plan, error)
     type(configuration_type), intent(inout) :: configuration
     type(design_plan_type), intent(out) :: plan
@@ -222,7 +222,7 @@ contains
 
   end subroutine read_parameters
 
-  !> Property of a link that a path names, for example its mass; `other_part` if the path names no such property.
+  !> Property of a link that a path such as "link(rod).mass" names; `other_part` if the path names no such property.
   pure integer function part_of(path) result(part)
     character(len=*), intent(in) :: path
     integer :: closing
@@ -239,7 +239,7 @@ contains
     same_link = one(:index(one, ").")) == other(:index(other, ")."))
   end function same_link
 
-  !> Number at a path of the input; 0 if the input file does not give it.
+  !> Value of the number with this path, such as "frame.mass", in the input file; 0 if the file does not give it.
   real(dp) function value_in_file(configuration, path) result(value)
     type(configuration_type), intent(in) :: configuration
     character(len=*), intent(in) :: path

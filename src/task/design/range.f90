@@ -73,7 +73,7 @@ contains
   !> Finds the maxima of the goals on the lines, as far as they are close to the worst values.
   subroutine find_tops(self, members, goals, tops, known, error)
     class(lines_type), intent(in) :: self
-    !> The machine and its neighbours
+    !> The machine, and copies of it with one parameter changed
     type(members_type), intent(in) :: members
     type(goal_type), intent(in) :: goals(:)
     !> Maxima found: goal, excess, condition and vibration of each

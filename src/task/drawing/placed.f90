@@ -71,7 +71,7 @@ contains
 
   contains
 
-    !> Position in the frame's axes (m) of a point given in the plane with this number.
+    !> Position in the frame's axes (m) of a point given in the plane with this `number`.
     pure function there(number, point)
       integer, intent(in) :: number
       real(dp), intent(in) :: point(3)

@@ -42,7 +42,7 @@ contains
     self%brief = .true.
   end subroutine describe
 
-  !> Requests the rows of the motion from which the forces are computed, if the task is requested.
+  !> Requests the motion data from which the forces are computed (velocities, forces of guides), if the task is requested.
   subroutine read_forces(self, configuration, error)
     class(forces_task), intent(inout) :: self
     type(configuration_type), intent(inout) :: configuration

@@ -77,7 +77,7 @@ contains
   end function support_places
 
   !> Computes all reactions: the supports in the frame's order, then the foundation and the guides if there are any, then the total.
-  !> Fails as the frame's `check` does, or if `vibration` lacks rows of the motion that the forces need.
+  !> Fails as the frame's `check` does, or if `vibration` lacks motion data that the forces need.
   subroutine find_reactions(frame, vibration, reactions, error, executor)
     class(frame_type), intent(in) :: frame
     !> The periodic vibration of the frame

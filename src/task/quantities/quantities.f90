@@ -41,7 +41,7 @@ contains
     self%brief = .true.
   end subroutine describe
 
-  !> Reads the requested quantities, and requests the rows of the motion that they need. Fails if a quantity is invalid.
+  !> Reads the requested quantities, and requests the motion data that they need. Fails if a quantity is invalid.
   subroutine read_task(self, configuration, error)
     class(quantities_task), intent(inout) :: self
     type(configuration_type), intent(inout) :: configuration

@@ -79,10 +79,10 @@ contains
 
   end subroutine all_tasks
 
-  !> Reads the tasks and the machine from a checked document. Fails if a value in the document is invalid; the error names its place
-  !> in the input file.
+  !> Reads the tasks and the machine from a checked input document. Fails if a value in the document is invalid; the error names its
+  !> place in the input file.
   subroutine read_input(doc, schema, tasks, configuration, error)
-    !> The checked document
+    !> The checked input document
     type(document_type), intent(in) :: doc
     !> Groups and keys that an input may contain
     type(schema_type), intent(in) :: schema
@@ -143,7 +143,7 @@ contains
     end do
   end function input_schema
 
-  !> Reads only the machine and the shared settings from a checked document.
+  !> Reads only the machine and the shared settings from a checked input document.
   subroutine read_configuration(doc, configuration, error)
     type(document_type), intent(in) :: doc
     type(configuration_type), intent(out) :: configuration

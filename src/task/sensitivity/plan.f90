@@ -20,7 +20,7 @@ module gestell_task_sensitivity_plan
 
   !> Plan of a sensitivity analysis.
   type, public :: sensitivity_plan_type
-    !> Paths of the parameters; if a path matches several numbers, all of them change together.
+    !> Paths of the parameters, such as "frame.mass"; if a path matches several numbers, all of them change together.
     character(len=word_length), allocatable :: paths(:)
     !> The machine as a function of relative changes of the parameters.
     type(document_family_type) :: family
@@ -31,10 +31,10 @@ module gestell_task_sensitivity_plan
 
 contains
 
-  !> Reads the plan from a checked document. Fails if a path does not name a number of the machine, names only zeros, or is given
-  !> twice.
+  !> Reads the plan from a checked input document. Fails if a path does not name a number of the machine, names only zeros, or is
+  !> given twice.
   subroutine read_sensitivity(doc, schema, units, plan, error)
-    !> The checked document
+    !> The checked input document
     type(document_type), intent(in) :: doc
     type(schema_type), intent(in) :: schema
     type(units_type), intent(in) :: units

@@ -24,7 +24,7 @@ contains
   function plot_sensitivity(table, quantities, paths, found) result(figure)
     !> The table sensitivity.csv
     type(table_type), intent(in) :: table
-    !> Paths of the parameters
+    !> Paths of the parameters, such as "frame.mass"
     character(len=*), intent(in) :: paths(:)
     !> The quantities
     type(quantity_type), intent(in) :: quantities(:)

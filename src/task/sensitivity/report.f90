@@ -20,9 +20,9 @@ contains
   !> Section of the report on a sensitivity analysis. `warning`: text on motions too large for the linearised equations, or empty.
   pure function report_sensitivity(quantities, paths, base, found, warning) result(report)
     type(quantity_type), intent(in) :: quantities(:)
-    !> Paths of the parameters
+    !> Paths of the parameters, such as "frame.mass"
     character(len=*), intent(in) :: paths(:)
-    !> Peaks, rms values and verdict of the machine itself
+    !> Peaks, rms values and verdict of the unchanged machine
     type(sensitivity_base_type), intent(in) :: base
     !> Derivatives with respect to each parameter, shape (parameters)
     type(sensitivity_type), intent(in) :: found(:)

@@ -1,8 +1,8 @@
 !> Computes the sensitivity of peaks and rms values to the parameters of a machine: d ln(peak) / d ln(parameter), in per cent per
 !> per cent.
 !>
-!> The family's parameters are relative changes, all zero for the machine itself. With F the logarithm of a peak or rms value, the
-!> central differences (F(h) - F(-h)) / (2 h) have an error that is a power series in h^2. Neville's table over h, h/2, h/4, ...
+!> The family's parameters are relative changes, all zero for the unchanged machine. With F the logarithm of a peak or rms value,
+!> the central differences (F(h) - F(-h)) / (2 h) have an error that is a power series in h^2. Neville's table over h, h/2, h/4, ...
 !> extrapolates them to h = 0. The result is the entry of the table with the smallest estimated error: its difference from the
 !> neighbouring entries plus the rounding error over h (Ridders, Adv. Eng. Software 4, 1982, 75). Small steps lose digits by
 !> cancellation.
@@ -25,7 +25,7 @@ module gestell_task_sensitivity
   !> Number of derivatives for each quantity: of the peak and of the rms.
   integer, parameter, public :: changes = 2
 
-  !> Results of the machine itself, from which the changes are measured, and the steps of the differences.
+  !> Results of the unchanged machine, from which the changes are measured, and the steps of the differences.
   type, public :: sensitivity_base_type
     type(speed_options) :: options
     !> Number of parameters.
@@ -92,7 +92,7 @@ contains
     end if
   end function state
 
-  !> Computes the derivatives with respect to all parameters. Fails if the machine itself cannot be solved.
+  !> Computes the derivatives with respect to all parameters. Fails if the unchanged machine cannot be solved.
   subroutine solve_sensitivity(family, parameters, options, base, found, error, executor)
     !> The machine as a function of relative changes of its parameters
     class(family_type), intent(in), target :: family
@@ -100,7 +100,7 @@ contains
     integer, intent(in) :: parameters
     !> Quantities to differentiate, probes, and accuracy of the solutions
     type(speed_options), intent(in) :: options
-    !> Results of the machine itself, from which the changes are measured
+    !> Results of the unchanged machine, from which the changes are measured
     type(sensitivity_base_type), intent(out) :: base
     !> Derivatives with respect to each parameter, shape (parameters)
     type(sensitivity_type), allocatable, intent(out) :: found(:)
@@ -144,9 +144,9 @@ contains
     end associate
   end subroutine exchange
 
-  !> Solves the machine itself and chooses the largest step. A relative change p of a parameter shifts the phase of a free vibration
-  !> with N cycles per turn by at most 2 pi N p; this must be small compared with the distance of its multiplier from 1. Fails if
-  !> there are no parameters, if there is no periodic vibration, or as `solve_response` does.
+  !> Solves the unchanged machine and chooses the largest step. A relative change p of a parameter shifts the phase of a free
+  !> vibration with N cycles per turn by at most 2 pi N p; this must be small compared with the distance of its multiplier from 1.
+  !> Fails if there are no parameters, if there is no periodic vibration, or as `solve_response` does.
   subroutine solve_base(family, parameters, options, base, error)
     !> The machine as a function of relative changes of its parameters
     class(family_type), intent(in) :: family
@@ -154,7 +154,7 @@ contains
     integer, intent(in) :: parameters
     !> Quantities to differentiate, probes, and accuracy of the solutions
     type(speed_options), intent(in) :: options
-    !> Results of the machine itself, and the steps of the differences
+    !> Results of the unchanged machine, and the steps of the differences
     type(sensitivity_base_type), intent(out) :: base
     type(error_type), allocatable, intent(out) :: error
     type(speed_point_type) :: point
@@ -196,7 +196,7 @@ contains
   subroutine solve_parameter(family, base, number, found, error)
     !> The machine as a function of relative changes of its parameters
     class(family_type), intent(in) :: family
-    !> Results of the machine itself, from `solve_base`
+    !> Results of the unchanged machine, from `solve_base`
     type(sensitivity_base_type), intent(in) :: base
     !> Number of the parameter
     integer, intent(in) :: number

@@ -22,7 +22,7 @@ module gestell_task_trade_task
     procedure :: run
   end type trade_task
 
-  !> Computing time available for all measurements (s), kept approximately
+  !> Approximate computing time for all measurements (s)
   real(dp), parameter :: budget = 10
 
 contains

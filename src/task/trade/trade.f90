@@ -58,7 +58,7 @@ contains
   !> spent. Fails if the budget is not positive and finite, if there is no converged solution, or at resonance.
   subroutine measure_trade(frame, budget, trade, error, executor)
     class(frame_type), intent(in) :: frame
-    !> Computing time available for all methods (s), kept approximately
+    !> Approximate computing time for all methods (s)
     real(dp), intent(in) :: budget
     type(trade_type), intent(out) :: trade
     type(error_type), allocatable, intent(out) :: error
