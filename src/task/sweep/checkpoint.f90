@@ -1,12 +1,12 @@
 !> Files of a sweep during its computation, in the folder sweep.blocks.
 !>
-!> `rows` has a fixed place for the rows of each tile (gestell_task_sweep_layout); `marks` lists the finished tiles. A mark is
-!> written after its rows, and rows without a mark are ignored. One or several processes, also after an interruption, compute tiles
-!> and pass them to `store`. `finish` turns `rows` into the table by adding its header and its name.
+!> The file `rows` has a fixed place for the rows of each tile (gestell_task_sweep_layout). The file `marks` lists the finished
+!> tiles. A mark is written after its rows; rows without a mark are ignored. One or several processes compute tiles, also after an
+!> interruption, and pass them to `store`. `finish` turns `rows` into the table: it adds the header and the name.
 !>
-!> `origin` identifies the input and the version of the program, and holds the header of the table. A process that changes the
-!> folder holds `lock` exclusively; processes that store tiles share it. `lock` is created first and removed last. Files of these
-!> names without a `lock` do not belong to a sweep and are left alone.
+!> The file `origin` identifies the input and the version of the program, and contains the header of the table. A process that
+!> changes the folder locks the file `lock` exclusively; processes that store tiles share this lock. `lock` is created first and
+!> removed last. Files with these names but without `lock` do not belong to a sweep and are not touched.
 module gestell_task_sweep_checkpoint
   use gestell_base_error, only: error_type, failed_computation, fatal_error, wrong_usage
   use gestell_base_files, only: close_file, file_size, last_reason, link_file, lock_file, open_to_read, open_to_write, read_at, &
@@ -34,14 +34,15 @@ module gestell_task_sweep_checkpoint
 
   !> A sweep and the state of its files.
   type, public :: campaign_type
-    !> True for finished tiles, and for tiles with damaged rows or marks, shape (tiles). Only the tiles that were examined count.
+    !> `done`: true for finished tiles. `damaged`: true for tiles whose rows or marks are damaged. Shape (tiles); valid only for
+    !> tiles that were examined.
     logical, allocatable :: done(:), damaged(:)
     type(layout_type) :: layout
     !> Path of the folder sweep.blocks.
     character(len=:), allocatable, private :: blocks
     type(sweep_options), private :: options
     integer(int64), private :: content = 0, fingerprint = 0
-    !> Bytes of the table's header, according to `origin`.
+    !> Length of the table's header in bytes, read from `origin`.
     integer(int64), private :: head = 0
     !> True if the table has been completed.
     logical, private :: finished = .false.
@@ -55,12 +56,13 @@ module gestell_task_sweep_checkpoint
   end type campaign_type
 
   character, parameter :: newline = new_line("a")
-  !> Maximum number of missing tiles in a message.
+  !> Maximum number of missing tiles that a message lists.
   integer, parameter :: most_named = 10
 
 contains
 
-  !> Examines the state of a sweep in `folder` without changing anything. Error: the folder has points of another input or version.
+  !> Examines the state of a sweep in `folder` without changing anything. Fails if the folder contains points of another input or
+  !> version.
   subroutine open_campaign(campaign, folder, plan, content, error, wanted)
     type(campaign_type), intent(out) :: campaign
     !> Folder that contains sweep.blocks
@@ -69,7 +71,7 @@ contains
     !> Hash of the input
     integer(int64), intent(in) :: content
     type(error_type), allocatable, intent(out) :: error
-    !> True for the tiles to examine; all by default
+    !> True for the tiles to examine; by default all
     logical, intent(in), optional :: wanted(:)
 
     campaign%blocks = folder // "/sweep.blocks"
@@ -112,7 +114,7 @@ contains
     if (rows >= 0) call close_file(rows, closed)
   end subroutine look
 
-  !> Path of a file in the folder of the sweep.
+  !> Path of a file in the folder sweep.blocks.
   pure function file_of(campaign, file) result(name)
     type(campaign_type), intent(in) :: campaign
     character(len=*), intent(in) :: file
@@ -131,7 +133,8 @@ contains
     lines = version // newline // word // newline
   end function first_lines
 
-  !> Reads `origin` and determines the length of the header. Error: it belongs to another input or version.
+  !> Reads the file `origin` and determines the length of the table's header. Fails if `origin` belongs to another input or version,
+  !> or if the folder contains other files.
   subroutine compare_origin(campaign, error)
     type(campaign_type), intent(inout) :: campaign
     type(error_type), allocatable, intent(out) :: error
@@ -159,7 +162,7 @@ contains
       & "; remove this folder to start again, or choose another with --output", wrong_usage)
   end subroutine compare_origin
 
-  !> Checks that the folder still exists. Errors: as in `compare_origin`; the folder was removed.
+  !> Fails if the folder sweep.blocks no longer exists, or as `compare_origin` does.
   subroutine check_there(campaign, error)
     type(campaign_type), intent(inout) :: campaign
     type(error_type), allocatable, intent(out) :: error
@@ -170,7 +173,7 @@ contains
       & failed_computation)
   end subroutine check_there
 
-  !> Reads the file `origin`; empty if it cannot be read.
+  !> Reads the file `origin` into `note`, which is empty if the file cannot be read.
   subroutine read_note(campaign, note)
     type(campaign_type), intent(in) :: campaign
     character(len=:), allocatable, intent(out) :: note
@@ -185,8 +188,8 @@ contains
     if (handle >= 0) call close_file(handle, done)
   end subroutine read_note
 
-  !> Makes the folder and its files before the first tile is stored. `preamble`: complete comment lines at the top of the table; the
-  !> process that begins the sweep provides them. Error: the files cannot be written.
+  !> Makes the folder and its files before the first tile is stored. `preamble`: complete comment lines for the top of the table,
+  !> given by the process that begins the sweep. Fails if the files cannot be written.
   subroutine begin(self, preamble, error)
     class(campaign_type), intent(inout) :: self
     character(len=*), intent(in) :: preamble
@@ -218,7 +221,7 @@ contains
     has_begun = file_size(file_of(self, "origin")) >= 0
   end function has_begun
 
-  !> Stores the results of a tile. Several threads may call this procedure. Error: the results cannot be written.
+  !> Stores the results of a tile. Several threads may call this procedure. Fails if the results cannot be written.
   subroutine store(self, number, results, error)
     class(campaign_type), intent(inout) :: self
     integer, intent(in) :: number
@@ -246,8 +249,8 @@ contains
     self%done(number) = .not. allocated(error)
   end subroutine store
 
-  !> Completes the table: writes its header and gives it its name in the folder `staging`. Its name in the folder of the sweep
-  !> remains until `clear`. Errors: tiles are missing; a file cannot be written.
+  !> Completes the table: writes its header and gives it its name in the folder `staging`. It also keeps its name in sweep.blocks
+  !> until `clear` is called. Fails if tiles are missing or a file cannot be written.
   subroutine finish(self, staging, summary, error, values)
     class(campaign_type), intent(inout) :: self
     !> Folder for the finished table
@@ -283,7 +286,7 @@ contains
     call unlock_file(lock)
   end subroutine finish
 
-  !> Adds up the summaries of all tiles. Error: a mark has changed or is damaged.
+  !> Combines the summaries of all tiles. Fails if a mark has changed or is damaged.
   subroutine sum_up(campaign, summary, error)
     type(campaign_type), intent(in) :: campaign
     type(summary_type), intent(inout) :: summary
@@ -307,8 +310,8 @@ contains
       & failed_computation)
   end subroutine sum_up
 
-  !> Writes the header and adds a second name (hard link) for the file. All files then still exist if the run is killed before
-  !> `clear`. If the file system has no hard links, the file is renamed instead.
+  !> Writes the header into the file of the rows, and adds the name of the table as a hard link. If the run is killed before
+  !> `clear`, all files still exist. If the file system has no hard links, the file is renamed.
   subroutine name_table(campaign, name, error)
     type(campaign_type), intent(in) :: campaign
     character(len=*), intent(in) :: name
@@ -330,8 +333,8 @@ contains
     error%unwritten = .true.
   end subroutine name_table
 
-  !> Removes the folder after `finish`, when the table is in place. Files that a run with another input has begun in the meantime
-  !> remain.
+  !> Removes the folder after `finish`, when the table has its final name. Keeps the files if another run has begun with another
+  !> input.
   subroutine clear(self)
     class(campaign_type), intent(inout) :: self
     type(error_type), allocatable :: another

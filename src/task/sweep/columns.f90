@@ -15,12 +15,12 @@ module gestell_task_sweep_columns
 
   !> A column of the table of a sweep.
   type, public :: column_type
-    !> Name of the column, and name of the column with its error bound
+    !> `name`: name of the column. `error`: name of the column that contains its error bound
     character(len=word_length + 16) :: name = "", error = ""
     type(unit_type) :: unit
     character(len=64) :: meaning = ""
     logical :: is_verdict = .false.
-    !> Number of characters of a CSV field
+    !> Number of characters of the column in a CSV file
     integer :: width = number_width
   end type column_type
 
@@ -29,7 +29,7 @@ module gestell_task_sweep_columns
 
 contains
 
-  !> All columns of the table in their order: parameters first, then the numbers of a point.
+  !> All columns of the table in their order: first the parameters, then the numbers of a point.
   pure function columns_of(plan) result(columns)
     type(sweep_plan_type), intent(in) :: plan
     type(column_type) :: columns(size(plan%grid%axes) + plan%options%numbers())
@@ -87,7 +87,7 @@ contains
     end select
   end function meaning_of
 
-  !> Table of the points in the order of the grid, the first parameter varying slowest. `values` has the shape (numbers, points of
+  !> Table of the points in the order of the grid; the first parameter varies slowest. `values` has the shape (numbers, points of
   !> the second axis, points of the first axis).
   pure type(table_type) function table_of(plan, values) result(table)
     type(sweep_plan_type), intent(in) :: plan
@@ -115,7 +115,7 @@ contains
     end do
   end function table_of
 
-  !> Table that explains the columns of a table without names, one row each.
+  !> Table with one row for each column of `table`: it explains the columns of a file without names (sweep.npy).
   pure type(table_type) function explained(table)
     type(table_type), intent(in) :: table
     character(len=word_length + 16) :: names(size(table%columns))
@@ -136,7 +136,7 @@ contains
     call explained%add("meaning", "meaning of the numbers", meanings)
   end function explained
 
-  !> Verdict in words, from its number in the results of a sweep.
+  !> Verdict in words. `number`: the verdict as a number in the results of a sweep.
   elemental character(len=verdict_length) function verdict_word(number) result(word)
     real(dp), intent(in) :: number
     type(verdict_type) :: judged

@@ -1,6 +1,6 @@
-!> Lines of sweep.csv, produced in pieces of any length so that only one piece is in memory. All lines have the same width, with
-!> numbers padded on the left. The padding for a short verdict is put before the number that precedes it, because readers of CSV
-!> keep blanks in words.
+!> Lines of sweep.csv. They are written in pieces of any length, so that only one piece is in memory. All lines have the same width:
+!> numbers are padded on the left. For a short verdict, the preceding number is padded instead, because readers of CSV keep blanks
+!> in words.
 module gestell_task_sweep_csv
   use gestell_base_kinds, only: dp
   use gestell_base_verdict, only: verdict_length, verdict_named, verdict_type
@@ -17,7 +17,7 @@ module gestell_task_sweep_csv
 
   character, parameter :: newline = new_line("a")
 
-  !> Text of a field with its length: a parameter, formatted once for many rows, or a verdict.
+  !> Text of a field and its length. It is a verdict, or a parameter that is formatted once for many rows.
   type :: field_type
     character(len=number_width) :: word = ""
     integer :: length = 0
@@ -40,8 +40,8 @@ contains
     end do
   end function header
 
-  !> Lines of a block of points that begins at point `first` of the axes. `values` has the shape (numbers, points of the second
-  !> axis, points of the first axis).
+  !> Lines of a block of points that begins at the indices `first` on the axes. `values` has the shape (numbers, points of the
+  !> second axis, points of the first axis).
   pure function csv_rows(grid, columns, first, values) result(lines)
     type(grid_type), intent(in) :: grid
     type(column_type), intent(in) :: columns(:)
@@ -113,7 +113,7 @@ contains
     text%word = line
   end function parameter_field
 
-  !> Appends a word, right-aligned in `width` characters, and a comma.
+  !> Appends the word `text` to `lines`, right-aligned in `width` characters, and a comma. `n`: length of the text so far.
   pure subroutine put(lines, n, text, width)
     character(len=:), allocatable, intent(inout) :: lines
     integer, intent(inout) :: n
@@ -128,7 +128,7 @@ contains
     lines(n:n) = ","
   end subroutine put
 
-  !> Appends a number, right-aligned in `width` characters, and a comma.
+  !> Appends a number to `lines`, right-aligned in `width` characters, and a comma. `n`: length of the text so far.
   pure subroutine put_number_right(lines, n, value, width)
     character(len=:), allocatable, intent(inout) :: lines
     integer, intent(inout) :: n

@@ -1,6 +1,8 @@
-!> Positions of the points of a sweep in the file of its table. All rows have the same width, so the place of each tile is known
-!> before the computation, and each process writes its tiles directly there. Rows are lines of CSV, or rows of a NumPy array (format
-!> version 1.0 of numpy.lib.format) of shape (points, columns). The array has numbers of eight bytes, and verdicts as numbers.
+!> Positions of the points of a sweep in the file of its table. All rows have the same width. The place of each tile is therefore
+!> known before the computation, and each process writes its tiles directly there.
+!>
+!> Rows are lines of CSV, or rows of a NumPy array (format version 1.0 of numpy.lib.format) of shape (points, columns). The array
+!> consists of eight-byte numbers; verdicts are numbers too.
 module gestell_task_sweep_layout
   use gestell_base_kinds, only: dp
   use gestell_study_grid, only: grid_type, tile_type
@@ -13,9 +15,9 @@ module gestell_task_sweep_layout
 
   public :: new_layout
 
-  !> Layout of the file of a sweep's table.
+  !> Layout of the file that contains a sweep's table.
   type, public :: layout_type
-    !> Name of the file; header before the rows, without the comment lines.
+    !> `file`: name of the file. `header`: header before the rows, without comment lines.
     character(len=:), allocatable :: file, header
     !> Bytes of a row.
     integer :: width = 0
@@ -29,20 +31,20 @@ module gestell_task_sweep_layout
     procedure :: values
   end type layout_type
 
-  !> Points (first to last on both axes) that are contiguous in the file.
+  !> A piece: points that are contiguous in the file, with indices `first` to `last` on both axes.
   type, public :: piece_type
     integer :: first(2) = 1, last(2) = 1
   end type piece_type
 
   !> Maximum number of rows of a piece.
   integer, parameter :: most_rows = 4096
-  !> Bytes of a number; bytes of the header of an array, with its part before the text. The format requires a multiple of 64, and
-  !> 128 bytes suffice for every shape.
+  !> `number_bytes`: bytes of a number. `head_bytes`: bytes of the header of an array; the format requires a multiple of 64, and 128
+  !> suffice for every shape. `before_text`: bytes of the header before its text.
   integer, parameter :: number_bytes = 8, head_bytes = 128, before_text = 10
 
 contains
 
-  !> Layout for the plan of a sweep.
+  !> Layout of the file for the plan of a sweep.
   pure type(layout_type) function new_layout(plan) result(layout)
     type(sweep_plan_type), intent(in) :: plan
 
@@ -59,7 +61,7 @@ contains
     end if
   end function new_layout
 
-  !> Header of a NumPy array: magic string, version, length of the text, and the text padded with blanks.
+  !> Header of a NumPy file: magic string, version, length of the text, and the text padded with blanks.
   pure function npy_head(points, columns) result(head)
     integer(int64), intent(in) :: points
     integer, intent(in) :: columns
@@ -103,8 +105,8 @@ contains
     end do
   end function pieces
 
-  !> Rows of a block of points that begins at point `first` of the axes. `values` has the shape (numbers, points of the second axis,
-  !> points of the first axis).
+  !> Rows of a block of points that begins at the indices `first` on the axes. `values` has the shape (numbers, points of the second
+  !> axis, points of the first axis).
   pure function rows(self, first, values)
     class(layout_type), intent(in) :: self
     integer, intent(in) :: first(2)
@@ -126,7 +128,8 @@ contains
     rows = transfer(numbers, repeat(" ", number_bytes * size(numbers)))
   end function rows
 
-  !> Reads the numbers from rows, point after point; shape (numbers, points of the second axis, points of the first axis).
+  !> Reads the numbers from rows, point after point. `numbers` has the shape (numbers, points of the second axis, points of the
+  !> first axis).
   pure subroutine values(self, rows, numbers)
     class(layout_type), intent(in) :: self
     character(len=*), intent(in) :: rows

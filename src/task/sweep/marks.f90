@@ -1,4 +1,5 @@
-!> Marks of the finished tiles of a sweep: a file of sealed records of equal length, each at the position of its tile.
+!> Marks of the finished tiles of a sweep. Their file consists of sealed records (with checksum) of equal length, each at the
+!> position of its tile.
 module gestell_task_sweep_marks
   use gestell_base_error, only: error_type
   use gestell_base_files, only: open_to_write, read_at, write_whole
@@ -13,23 +14,24 @@ module gestell_task_sweep_marks
 
   public :: read_mark, write_mark
 
-  !> Mark of a finished tile: fingerprint of input and version, number of the tile, checksum and summary.
+  !> Mark of a finished tile.
   type, public :: mark_type
+    !> Hash of the input and of the version of the program.
     integer(int64) :: fingerprint = 0
     integer :: tile = 0
-    !> Checksum of the bytes of the rows.
+    !> Checksum of the rows of the tile.
     integer(int64) :: checksum = 0
     type(summary_type) :: summary
     !> `none`: true if there is no mark. `sound`: true if the mark is complete and not damaged.
     logical :: none = .true., sound = .false.
   end type mark_type
 
-  !> Words of a record: head, tile, checksum of the rows, summary, checksum.
+  !> Number of words of a record: head, tile, checksum of the rows, summary, checksum.
   integer, parameter :: words_of_mark = sealed_head + 2 + summary_words + 1
 
 contains
 
-  !> Writes a mark at its position in the file `name`. Error: it cannot be written.
+  !> Writes a mark at its position in the file `name`. Fails if it cannot be written.
   subroutine write_mark(name, mark, error)
     character(len=*), intent(in) :: name
     type(mark_type), intent(in) :: mark
@@ -45,7 +47,7 @@ contains
     call end_writing(handle, done, name // ": tile " // text(mark%tile), error)
   end subroutine write_mark
 
-  !> Reads the mark of a tile from the open file.
+  !> Reads the mark of a tile from the open file `handle`.
   subroutine read_mark(handle, tile, mark)
     integer(c_int), intent(in) :: handle
     integer, intent(in) :: tile

@@ -18,7 +18,7 @@ module gestell_task_sweep_plot
   public :: plot_sweep
 
   character, parameter :: newline = new_line("a")
-  !> Coordinate outside every plot, but finite.
+  !> Coordinate outside every plot that is still finite.
   character(len=*), parameter :: nowhere = "1e290"
   !> Maximum number of measures in one panel.
   integer, parameter :: most_measures = 4
@@ -50,7 +50,7 @@ contains
     end if
   end function plot_sweep
 
-  !> Curves over parameter `k`, the only one that varies. `label`: label of the growth. `found`: verdicts in the title.
+  !> Curves over parameter `k`, the only one that varies. `label`: axis label of the growth. `found`: verdicts that the title lists.
   function plot_curves(plan, k, column, label, found, summary) result(figure)
     type(sweep_plan_type), intent(in) :: plan
     integer, intent(in) :: k, column(sweep_columns)
@@ -60,7 +60,7 @@ contains
     type(marks_type) :: marks
     character(len=:), allocatable :: lines, x, style, axis_lines, half, unstable_rows, margins
     character(len=16) :: symbols(xi_peak:last_peak)
-    !> Boxes slightly wider than the distance between values leave no gaps.
+    !> Width of the shading boxes relative to the distance of the values: slightly wider boxes leave no gaps.
     real(dp), parameter :: overlap = 1.05_dp
     logical :: growth, peaks, bounds
     real(dp) :: ends(2), height
@@ -110,8 +110,8 @@ contains
 
   contains
 
-    !> Adds a panel with a logarithmic axis. `columns`: numbers of columns of sweep.csv, 0 for none; `factor` multiplies their
-    !> values. Only the last of several panels labels the parameter.
+    !> Adds a panel with a logarithmic axis. `columns`: numbers of columns in sweep.csv, 0 for none. `factor`: factor on their
+    !> values. Of several panels, only the last one labels the parameter.
     subroutine add(columns, titles, factor, label)
       integer, intent(in) :: columns(:)
       character(len=*), intent(in) :: titles(:), factor, label
@@ -121,7 +121,7 @@ contains
       lines = lines // logarithmic_panel(columns, titles, factor, label, x, style, shades("bottom", "top"))
     end subroutine add
 
-    !> Shading of the unstable ranges, and legend entries.
+    !> Plot elements that shade the unstable ranges, and their legend entries.
     pure function shades(low, high) result(words)
       character(len=*), intent(in) :: low, high
       character(len=:), allocatable :: words
@@ -131,7 +131,7 @@ contains
     end function shades
   end function plot_curves
 
-  !> Panel of ln |rho| over the parameter, with points of undesirable verdicts marked.
+  !> Panel of ln |rho| over the parameter. Points whose verdict is not stable are marked.
   pure function growth_panel(column, x, style, label, summary, shades) result(lines)
     integer, intent(in) :: column(sweep_columns)
     character(len=*), intent(in) :: x, style, label, shades
@@ -181,14 +181,14 @@ contains
     lines = lines // newline // "unset object 1; unset arrow 1; set ytics" // newline
   end function growth_panel
 
-  !> Title of a measure with its unit.
+  !> Title that states a measure and its unit.
   elemental character(len=word_length + 16) function title_of(measure) result(title)
     type(measure_type), intent(in) :: measure
 
     title = trim(measure%quantity) // " " // trim(measure_names(measure%kind)) // " (" // trim(measure%unit) // ")"
   end function title_of
 
-  !> Panel with a logarithmic axis for columns of sweep.csv, given by their numbers (0 for none) and multiplied by a factor.
+  !> Panel with a logarithmic axis. It shows columns of sweep.csv, given by their numbers (0 for none) and multiplied by `factor`.
   pure function logarithmic_panel(column, titles, factor, label, x, style, shades) result(lines)
     integer, intent(in) :: column(:)
     character(len=*), intent(in) :: titles(:), factor, label, x, style, shades
@@ -214,7 +214,7 @@ contains
     lines = lines // newline
   end function logarithmic_panel
 
-  !> Charts over two parameters: ln |rho|, and all other columns that the input names.
+  !> Charts over two parameters: one for ln |rho|, and one for each other column that the input requests.
   function plot_chart(plan, column, growth_label, found) result(figure)
     type(sweep_plan_type), intent(in) :: plan
     integer, intent(in) :: column(sweep_columns)
@@ -259,7 +259,7 @@ contains
 
   contains
 
-    !> Adds a chart of `value`, a gnuplot expression. `signed`: true if stable points have negative values.
+    !> Adds a chart of the gnuplot expression `value`. `signed`: true if its values are negative at stable points.
     subroutine add(value, label, signed)
       character(len=*), intent(in) :: value, label
       logical, intent(in) :: signed
@@ -278,7 +278,7 @@ contains
       charts = charts // "plot 'sweep.csv' using (X(column(1))):(Y(column(2))):(" // value // ") with image @over" // newline
     end subroutine add
 
-    !> Adds a chart of the decimal logarithm of a column.
+    !> Adds a chart of the decimal logarithm of column `number`.
     subroutine add_decades(number, name)
       integer, intent(in) :: number
       character(len=*), intent(in) :: name
@@ -288,7 +288,7 @@ contains
 
   end function plot_chart
 
-  !> Expression for ln |rho| of the largest multiplier.
+  !> Gnuplot expression for ln |rho| of the largest multiplier.
   pure function growth_of(column) result(expression)
     integer, intent(in) :: column(sweep_columns)
     character(len=:), allocatable :: expression

@@ -18,7 +18,7 @@ module gestell_task_sweep_report
 
 contains
 
-  !> Heading: axes, number of points and tiles, engine.
+  !> Heading of the report: axes, number of points and of tiles, solution method (`engine`).
   pure function report_grid(plan) result(report)
     type(sweep_plan_type), intent(in) :: plan
     character(len=:), allocatable :: report
@@ -36,7 +36,8 @@ contains
     end do
   end function report_grid
 
-  !> Results: number of points with each verdict, range of rho_max, and motions beyond the range of linear equations.
+  !> Results in the report: number of points with each verdict, range of rho_max, and motions too large for the linearised
+  !> equations.
   pure function report_sweep(plan, summary) result(report)
     type(sweep_plan_type), intent(in) :: plan
     type(summary_type), intent(in) :: summary
@@ -71,7 +72,7 @@ contains
     end if
   end function report_sweep
 
-  !> Line on the number of solutions, and on the points that were compared with separate solutions.
+  !> Line of the report: number of solutions, and number of points that were compared with separate solutions.
   pure function evidence_line(summary) result(line)
     type(summary_type), intent(in) :: summary
     character(len=:), allocatable :: line
@@ -82,7 +83,7 @@ contains
     line = line // newline
   end function evidence_line
 
-  !> A modulus, or a note that it overflows.
+  !> Text of a modulus |rho|, or a note that it overflows.
   pure function within_range(value) result(words)
     real(dp), intent(in) :: value
     character(len=:), allocatable :: words

@@ -1,4 +1,4 @@
-!> Rows of a sweep in the file that becomes its table, each tile at its own positions.
+!> Rows of a sweep in the file that becomes its table. Each tile has its own positions in the file.
 module gestell_task_sweep_rows
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_files, only: close_file, last_reason, open_to_read, open_to_write, read_at, write_whole
@@ -16,7 +16,7 @@ module gestell_task_sweep_rows
 
 contains
 
-  !> Checksum of a tile's rows in the open file, whose header has `head` bytes; 0 if they cannot be read.
+  !> Checksum of a tile's rows in the open file `rows`, whose header has `head` bytes; 0 if the rows cannot be read.
   integer(int64) function checksum_of(layout, rows, head, tile) result(checksum)
     type(layout_type), intent(in) :: layout
     integer(c_int), intent(in) :: rows
@@ -37,7 +37,7 @@ contains
     if (.not. done) checksum = 0
   end function checksum_of
 
-  !> Reads the rows of a piece from the open file.
+  !> Reads the rows of a piece from the open file `rows`.
   subroutine read_piece(layout, rows, head, piece, bytes, done)
     type(layout_type), intent(in) :: layout
     integer(c_int), intent(in) :: rows
@@ -50,12 +50,12 @@ contains
     call read_at(rows, head + layout%place(piece%first) + 1, bytes, done)
   end subroutine read_piece
 
-  !> Reads the numbers of all points into memory. Error: they cannot be read.
+  !> Reads the numbers of all points into memory. Fails if they cannot be read.
   subroutine read_values(layout, name, head, values, error)
     type(layout_type), intent(in) :: layout
     !> Path of the file
     character(len=*), intent(in) :: name
-    !> Bytes of the header before the rows
+    !> Number of bytes of the header before the rows
     integer(int64), intent(in) :: head
     !> Results, shape (numbers, points of the second axis, points of the first axis)
     real(dp), intent(inout) :: values(:, :, :)
@@ -83,7 +83,7 @@ contains
     if (.not. done) call fatal_error(error, name // ": can no longer be read", failed_computation)
   end subroutine read_values
 
-  !> Writes the rows of a tile. Error: they cannot be written.
+  !> Writes the rows of a tile. Fails if they cannot be written.
   subroutine write_tile(layout, name, head, tile, values, checksum, error)
     type(layout_type), intent(in) :: layout
     !> Path of the file
@@ -118,8 +118,8 @@ contains
     call end_writing(handle, done, name // ": tile " // text(tile%number), error)
   end subroutine write_tile
 
-  !> Closes a file that was opened for writing. Error: the last write was not `done`, or closing fails; `name` is named in the
-  !> message.
+  !> Closes a file that was opened for writing. Fails, with `name` in the message, if the last write was not `done` or closing
+  !> fails.
   subroutine end_writing(handle, done, name, error)
     integer(c_int), intent(in) :: handle
     logical, intent(in) :: done

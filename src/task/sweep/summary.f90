@@ -19,20 +19,23 @@ module gestell_task_sweep_summary
     integer(int64) :: points = 0
   end type verdict_count_type
 
-  !> Summary. All components have eight bytes, so that `transfer` can convert them to words of a file.
+  !> Summary of points. All components consist of eight-byte elements, so that `transfer` can convert a summary to words of a file.
   type, public :: summary_type
     integer(int64) :: points = 0
-    !> Number of points with each verdict, by its number; zeros if the column is not requested.
+    !> Number of points with each verdict; the index is the number of the verdict. Zeros if the verdict is not requested.
     integer(int64) :: verdicts(0:last_number) = 0
-    !> Smallest and largest rho_max, and indices of the point with the largest on each axis; least > most if there is none.
+    !> Smallest and largest rho_max. Without a value `least` > `most`.
     real(dp) :: least = huge(1.0_dp), most = -huge(1.0_dp)
+    !> Indices, on each axis, of the point with the largest rho_max.
     integer(int64) :: where(2) = 0
-    !> Number of points at which the frame rotates too far for linear equations; degree of freedom with the largest rotation, and
-    !> its peak (rad).
+    !> `turned`: number of points at which the frame rotates too far for linearised equations. `furthest`: degree of freedom with
+    !> the largest rotation.
     integer(int64) :: turned = 0, furthest = 0
+    !> Peak of the largest rotation (rad).
     real(dp) :: greatest_turn = 0
-    !> Sums and maximum over all tiles, as in tile_results_type.
+    !> Sums over all tiles: number of solutions, and of comparisons with separate solutions.
     integer(int64) :: solutions = 0, checks = 0
+    !> Largest deviation in these comparisons, relative to the separate solution.
     real(dp) :: deviation = 0
   contains
     procedure :: add_tile
@@ -48,7 +51,7 @@ module gestell_task_sweep_summary
 
 contains
 
-  !> Adds the statistics of the computation of a tile.
+  !> Adds the statistics of the computation of one tile.
   pure subroutine add_tile(self, results)
     class(summary_type), intent(inout) :: self
     type(tile_results_type), intent(in) :: results
@@ -58,8 +61,8 @@ contains
     self%deviation = max(self%deviation, results%deviation)
   end subroutine add_tile
 
-  !> Adds points, whose block begins at point `first` of the axes. `values` has the shape (requested columns, points of the second
-  !> axis, points of the first axis).
+  !> Adds a block of points that begins at the indices `first` on the axes. `values` has the shape (requested columns, points of the
+  !> second axis, points of the first axis).
   pure subroutine add_points(self, options, first, values)
     class(summary_type), intent(inout) :: self
     type(sweep_options), intent(in) :: options
@@ -104,7 +107,7 @@ contains
     self%turned = self%turned + count(turns)
   end subroutine add_points
 
-  !> Verdicts that occur, in the order of their numbers in files.
+  !> Verdicts that occur and their numbers of points, in the order of the verdicts' numbers in files.
   pure function verdict_counts(self) result(list)
     class(summary_type), intent(in) :: self
     type(verdict_count_type), allocatable :: list(:)
@@ -113,7 +116,7 @@ contains
     list = pack([(verdict_count_type(verdict_numbered(k), self%verdicts(k)), k = 0, last_number)], self%verdicts > 0)
   end function verdict_counts
 
-  !> Adds the summary of other points. Of equal maxima the first in the order of the grid is kept.
+  !> Adds the summary of other points. Of several equal maxima, the first in the order of the grid is kept.
   pure subroutine add(self, other)
     class(summary_type), intent(inout) :: self
     type(summary_type), intent(in) :: other
@@ -133,7 +136,7 @@ contains
     self%deviation = max(self%deviation, other%deviation)
   end subroutine add
 
-  !> Text with the number of points of each verdict.
+  !> Text that states the number of points with each verdict.
   pure function tally(self) result(words)
     class(summary_type), intent(in) :: self
     character(len=:), allocatable :: words

@@ -1,4 +1,4 @@
-!> Solves a tile of a sweep by expansions over cells where these are faster, otherwise point by point.
+!> Solves a tile of a sweep: by expansions over cells where these are faster, otherwise point by point.
 module gestell_task_sweep
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
@@ -19,24 +19,25 @@ module gestell_task_sweep
 
   public :: solve_tile
 
-  !> Minimum number of points of a cell to be planned: planning takes several hundred solutions.
+  !> Minimum number of points of a cell for which an expansion is planned: planning takes as long as several hundred solutions.
   integer, parameter :: least_points = 400
-  !> Number of points of a cell that are compared with separate solutions.
+  !> Number of points of each expanded cell that are compared with separate solutions.
   integer, parameter :: checked_points = 3
 
   character(len=*), parameter :: engines(3) = [character(len=9) :: "auto", "expansion", "direct"]
 
 contains
 
-  !> Solves the points of `tile`. Errors: grid, tile, engine, accuracy or the parameters of a point are invalid.
+  !> Solves the points of `tile`. Fails if the grid, the tile, the solution method (`engine`), the accuracy or the parameters of a
+  !> point are invalid.
   subroutine solve_tile(family, grid, tile, options, results, error)
-    !> Machines over the parameters of the grid
+    !> Machines as a function of the parameters of the grid
     class(family_type), intent(in), target :: family
     type(grid_type), intent(in) :: grid
     type(tile_type), intent(in) :: tile
-    !> Engine, columns, measures and accuracy
+    !> Solution method (`engine`), columns, measures and accuracy
     type(sweep_options), intent(in) :: options
-    !> Results, number of solutions, and largest deviation in the checks
+    !> Results at the points, number of solutions, and largest deviation found by the checks
     type(tile_results_type), intent(out), target :: results
     type(error_type), allocatable, intent(out) :: error
     type(problem_type) :: problem
@@ -122,7 +123,7 @@ contains
   end subroutine expand_cell
 
   !> Compares the expansion with separate solutions at random points. `fits`: true if no deviation exceeds `perturbations` (of
-  !> Phi(T), of all numbers) plus the bound of the separate solution. `deviation`: largest deviation relative to the separate
+  !> Phi(T), of all numbers) plus the error bound of the separate solution. `deviation`: largest deviation relative to the separate
   !> solution.
   subroutine check_cell(problem, cell, expansion, perturbations, sampler, deviation, fits)
     type(problem_type), intent(in) :: problem
@@ -157,7 +158,8 @@ contains
     end do
   end subroutine check_cell
 
-  !> Compares the peaks from the expansion, where it gives any, with the peaks of a separate solution.
+  !> Compares the peaks from the expansion with those of a separate solution. `fits`: true if they agree, or if the expansion gives
+  !> no peaks.
   subroutine check_peaks(problem, parameters, sampler, numbers, perturbation, fits)
     type(problem_type), intent(in) :: problem
     real(dp), intent(in) :: parameters(:), numbers(:), perturbation

@@ -1,4 +1,5 @@
-!> The task `sweep`: solves many machines, tile by tile, in several threads or separate parts, and continues after an interruption.
+!> The task `sweep`: solves many machines tile by tile. Several threads, processes or separate runs may share the work, and an
+!> interrupted run can be continued.
 module gestell_task_sweep_task
   use gestell_base_error, only: error_type, failed_computation, fatal_error, wrong_usage
   use gestell_base_kinds, only: dp
@@ -26,7 +27,7 @@ module gestell_task_sweep_task
   implicit none (type, external)
   private
 
-  !> The task, and the files of its finished tiles.
+  !> The task, and the files that store its finished tiles.
   type, extends(task_type), public :: sweep_task
     private
     type(campaign_type) :: campaign
@@ -38,12 +39,12 @@ module gestell_task_sweep_task
     procedure :: settle
   end type sweep_task
 
-  !> Computation of tiles; each piece of work is one tile. It is stored in a file, or kept in `values` if this is allocated, shape
-  !> (numbers, points of the second axis, points of the first axis).
+  !> Parallel work: each piece computes one tile. The results are stored in files, or in `values` if this is allocated.
   type, extends(work_type) :: tiles_type
     type(locked_family_type) :: family
     type(sweep_plan_type) :: plan
     type(campaign_type) :: campaign
+    !> Results of all points, shape (numbers, points of the second axis, points of the first axis).
     real(dp), allocatable :: values(:, :, :)
   contains
     procedure :: compute
@@ -65,7 +66,8 @@ contains
     self%shared = .true.
   end subroutine describe
 
-  !> Checks the options of the run. Error: the verdict is required for the exit code but not requested as a column.
+  !> Checks the options of the run. Fails if the exit code depends on the verdict but the verdict is not among the requested
+  !> columns.
   subroutine prepare(context, error)
     type(context_type), intent(in) :: context
     type(error_type), allocatable, intent(out) :: error
@@ -147,8 +149,9 @@ contains
     if (judgement%verdict /= not_judged) call result%judge(judgement)
   end subroutine run
 
-  !> Opens the campaign for the tiles `mine`. One process begins it if it is new, then each process examines its share of the tiles.
-  !> Errors: the stored tiles do not belong to this input; the folder cannot be made, or is not shared by all processes.
+  !> Opens the campaign (the stored tiles of the sweep) for the tiles `mine`. If it is new, one process begins it. Then each process
+  !> examines its share of the tiles. Fails if the stored tiles do not belong to this input, or if the folder cannot be made or is
+  !> not visible to all processes.
   subroutine open_together(context, mine, campaign, error)
     type(context_type), intent(in) :: context
     logical, intent(in) :: mine(:)
@@ -177,7 +180,8 @@ contains
     call context%executor%share_marks(campaign%damaged)
   end subroutine open_together
 
-  !> Reports the finished sweep: the table, its picture and its text. Error: tiles are missing; the table cannot be written.
+  !> Reports the finished sweep: adds the table, its picture and the text. Fails if tiles are missing or the table cannot be
+  !> written.
   subroutine tell_sweep(context, campaign, summary, result, error)
     type(context_type), intent(in) :: context
     type(campaign_type), intent(inout) :: campaign
@@ -198,7 +202,7 @@ contains
     end associate
   end subroutine tell_sweep
 
-  !> Allocates memory for all points. Error: there is not enough; the message names the `option` to omit.
+  !> Allocates memory for all points. Fails if there is not enough memory; the message names the `option` that should be omitted.
   subroutine allocate_values(plan, option, values, error)
     type(sweep_plan_type), intent(in) :: plan
     character(len=*), intent(in) :: option
@@ -213,7 +217,7 @@ contains
       & failed_computation)
   end subroutine allocate_values
 
-  !> Adds the table with its picture, and the text of the report.
+  !> Adds the table with its picture and the text of the report to `result`.
   subroutine tell_found(context, summary, table, result)
     type(context_type), intent(in) :: context
     type(summary_type), intent(in) :: summary
@@ -236,14 +240,14 @@ contains
     end associate
   end subroutine tell_found
 
-  !> Removes the folder of the stored tiles.
+  !> Removes the folder that contains the stored tiles.
   subroutine settle(self)
     class(sweep_task), intent(inout) :: self
 
     call self%campaign%clear()
   end subroutine settle
 
-  !> Computes and stores those tiles of `mine` that are not finished.
+  !> Computes and stores those of the tiles `mine` that are not finished.
   subroutine compute_tiles(context, campaign, mine, error)
     type(context_type), intent(inout) :: context
     type(campaign_type), intent(inout) :: campaign
@@ -308,7 +312,7 @@ contains
     end if
   end subroutine compute
 
-  !> Number of points of each of these tiles.
+  !> Number of points of each of the given tiles.
   pure function points_of(plan, tiles) result(points)
     type(sweep_plan_type), intent(in) :: plan
     integer, intent(in) :: tiles(:)

@@ -1,4 +1,4 @@
-!> Cells of a tile: the range of points that one expansion covers.
+!> Cells of a tile. A cell is the range of points that one expansion covers.
 module gestell_task_sweep_expansion_cell
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -25,20 +25,22 @@ module gestell_task_sweep_expansion_cell
     procedure :: solve_single
   end type problem_type
 
-  !> Decision on a cell: expand it, or solve it point by point; a positive number is the axis along which to split it.
+  !> Decisions on a cell: expand it, or solve it point by point. A positive number is the axis along which to split it.
   integer, parameter, public :: expand_it = 0, solve_it = -1
-  !> Part of the tolerance allowed for the sum of the omitted terms on a line; a cell has more terms than a line.
+  !> Part of the tolerance that the sum of the omitted terms may reach on a line; it is small because a cell has more terms than a
+  !> line.
   real(dp), parameter :: part_of_tolerance = 1 / 16.0_dp
-  !> Points in addition to those that a line needs, so that the last terms of the cell's series can estimate the truncation error.
+  !> Points added to those that a line needs, so that the last terms of the cell's series can serve to estimate the truncation
+  !> error.
   integer, parameter :: margin = 2
-  !> Minimum number of points on an axis if there are two axes.
+  !> Minimum number of points on each axis if there are two axes.
   integer, parameter :: fewest = 5
-  !> All variables are tried if the expansion in the first one needs more points than this.
+  !> If the expansion in the first variable needs more points than this, all variables are tried.
   integer, parameter :: few_points = 20
 
 contains
 
-  !> Solves the single point (i, j). Error: as in `solve_point`.
+  !> Solves the single point (i, j). Fails as `solve_point` does.
   subroutine solve_single(self, i, j, error)
     class(problem_type), intent(in) :: self
     integer, intent(in) :: i, j
@@ -60,18 +62,18 @@ contains
     cell_points = product(cell%last - cell%first + 1)
   end function cell_points
 
-  !> Decides about a cell by expansions along lines through it: both edges and the middle, along each axis. `plan`: `expand_it` with
-  !> the variables and their numbers of points, `solve_it`, or the axis along which to split.
+  !> Decides how to solve a cell, from expansions along lines through it: both edges and the middle, along each axis. `plan`:
+  !> `expand_it` (then the variables and their numbers of points are set), `solve_it`, or the axis along which to split.
   subroutine plan_cell(problem, cell, sampler, variables, points, plan)
     !> The tile to be solved
     type(problem_type), intent(in) :: problem
-    !> Part of the tile
+    !> The cell, a part of the tile
     type(tile_type), intent(in) :: cell
-    !> Integrates the machines of the cell by one common method
+    !> Integrates all machines of the cell by the same method
     type(sampler_type), intent(out) :: sampler
-    !> Variable of the expansion for each axis
+    !> Variable in which the expansion is made, for each axis
     type(variable_type), allocatable, intent(out) :: variables(:)
-    !> Number of Chebyshev points along each axis; the decision
+    !> `points`: number of Chebyshev points along each axis. `plan`: the decision
     integer, intent(out) :: points(2), plan
     logical :: fits
     integer :: axis, side, needed, most, middle(2), tried(2)
@@ -119,9 +121,8 @@ contains
     if (problem%options%engine == "auto" .and. 2 * product(points) > cell_points(cell)) plan = solve_it
   end subroutine plan_cell
 
-  !> Finds out if an expansion may be faster than separate solutions. This requires that at least one of two axes needs no more
-  !> points than the square root of the largest useful number. `tried`: number of points that an axis needs; 0: too many; -1: not
-  !> tried.
+  !> Determines whether an expansion may be faster than separate solutions: at least one of two axes must need no more points than
+  !> the square root of the largest useful number. `tried`: number of points that an axis needs; 0: too many; -1: not tried.
   subroutine try_to_pay(sampler, middle, tolerance, variables, options, cell, tried, fits)
     type(sampler_type), intent(inout) :: sampler
     real(dp), intent(in) :: middle(:), tolerance
@@ -142,8 +143,8 @@ contains
     end do
   end subroutine try_to_pay
 
-  !> Largest number of points along an axis for which an expansion is faster than separate solutions, with `others` points along the
-  !> other axis. Two points of the expansion cost as much as one solution with its error bound.
+  !> Largest number of points along an axis, with `others` points along the other axis, for which an expansion is faster than
+  !> separate solutions. Two points of the expansion cost as much as one solution with its error bound.
   pure integer function most_useful(options, cell, others) result(most)
     type(sweep_options), intent(in) :: options
     type(tile_type), intent(in) :: cell
@@ -153,7 +154,7 @@ contains
     if (options%engine == "auto") most = cell_points(cell) / (2 * others)
   end function most_useful
 
-  !> Finds the variable that needs the fewest points along a line.
+  !> Finds the variable in which the expansion needs the fewest points along a line.
   subroutine best_variable(sampler, axis, line, tolerance, most, variable, points, fits)
     type(sampler_type), intent(inout) :: sampler
     integer, intent(in) :: axis
@@ -164,7 +165,7 @@ contains
     logical, intent(out) :: fits
     type(variable_type) :: other
     integer :: kind, needed
-    !> Below this ratio of the ends of a range its variables hardly differ.
+    !> Other variables are tried if the ratio of the ends of the range exceeds this; below, they hardly differ.
     real(dp), parameter :: wide = 1.5_dp
 
     call count_points(sampler, axis, variable, line, tolerance, most, points, fits)
@@ -183,7 +184,7 @@ contains
     end do
   end subroutine best_variable
 
-  !> Corners of a cell and its middle, shape (axes, corners).
+  !> Parameters at the corners and in the middle of a cell, shape (axes, corners).
   pure function corners(grid, cell)
     type(grid_type), intent(in) :: grid
     type(tile_type), intent(in) :: cell
@@ -198,7 +199,7 @@ contains
     if (size(grid%axes) == 1) corners = corners(:, [1, 2, 5])
   end function corners
 
-  !> Halves of a cell along an axis.
+  !> The two halves of a cell that is split along an axis.
   pure function halves(cell, axis)
     type(tile_type), intent(in) :: cell
     integer, intent(in) :: axis
@@ -209,8 +210,8 @@ contains
     halves(2)%first(axis) = halves(1)%last(axis) + 1
   end function halves
 
-  !> Random points of a cell, the same in every run; shape (2, n). (Generator of S. K. Park and K. W. Miller, Communications of the
-  !> ACM 31 (1988) 1192.)
+  !> Random points of a cell, equal in every run; shape (2, n). (Generator of S. K. Park and K. W. Miller, Communications of the ACM
+  !> 31 (1988) 1192.)
   pure function random_points(cell, n) result(points)
     type(tile_type), intent(in) :: cell
     integer, intent(in) :: n

@@ -1,4 +1,4 @@
-!> Evaluates the columns of a sweep at the points of a cell from the expansion over the cell.
+!> Evaluates the columns of a sweep at the points of a cell, from the expansion over this cell.
 module gestell_task_sweep_expansion_evaluation
   use gestell_math_lanes_products, only: combine
   use gestell_math_lanes, only: lanes, vector_border
@@ -21,18 +21,18 @@ module gestell_task_sweep_expansion_evaluation
 
 contains
 
-  !> Computes the results in `cell`, a part of the tile. A point close to resonance, where the expansion is not accurate enough for
-  !> the vibration, is solved separately. Error: that of such a point.
+  !> Computes the results in `cell`, a part of the tile. Near a resonance the expansion may not be accurate enough for the
+  !> vibration; such points are solved separately. Fails if such a solution fails.
   subroutine evaluate(problem, cell, sampler, expansion, perturbations, error)
     !> The tile and its results
     type(problem_type), intent(in) :: problem
-    !> Range of the points
+    !> The cell: range of the points
     type(tile_type), intent(in) :: cell
-    !> Integrates the machines of the cell by one common method
+    !> Has integrated all machines of the cell by the same method
     type(sampler_type), intent(in) :: sampler
     !> Chebyshev series over the cell
     type(expansion_type), intent(in) :: expansion
-    !> Bounds on the errors of Phi(T) and of all numbers of the expansion, in norm
+    !> Bounds on the errors, in norm, of Phi(T) and of all numbers of the expansion
     real(dp), intent(in) :: perturbations(2)
     type(error_type), allocatable, intent(out) :: error
     real(dp), allocatable :: lines(:, :, :), points(:, :, :), blocks(:, :, :), eight(:, :, :), columns(:, :)
@@ -70,8 +70,8 @@ contains
     end associate
   end subroutine evaluate
 
-  !> Computes the columns along a line of points, shape (points, columns), from the values at the points of the series and the
-  !> interpolation factors.
+  !> Computes the columns along a line of points, shape (points, columns), from the values `line` at the points of the series and
+  !> the interpolation `factors`.
   subroutine set_columns(options, sampler, factors, line, perturbations, columns)
     type(sweep_options), intent(in) :: options
     type(sampler_type), intent(in) :: sampler

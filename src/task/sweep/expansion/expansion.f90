@@ -1,5 +1,5 @@
-!> Expansion of the motion of a family over a cell, a range of one or two parameters, as a Chebyshev series. The matrices of the
-!> parts of a period are analytic functions of nearly all parameters. Their eigenvalues are not, so the matrices are expanded.
+!> Chebyshev series for the motion of a family over a cell, a range of one or two parameters. The matrices of the parts of a period
+!> are analytic functions of nearly all parameters. Their eigenvalues are not; therefore the matrices are expanded.
 module gestell_task_sweep_expansion
   use gestell_math_series_chebyshev, only: chebyshev_coefficients, chebyshev_points, chebyshev_values
   use gestell_base_kinds, only: dp
@@ -12,17 +12,17 @@ module gestell_task_sweep_expansion
 
   public :: expand
 
-  !> A Chebyshev series for the numbers of a sampler.
+  !> Chebyshev series for the numbers that a sampler computes.
   type, public :: expansion_type
-    !> Variables of the two axes; a single axis is the second.
+    !> Variables in which the two axes are expanded; a single axis is the second.
     type(variable_type) :: variables(2)
-    !> Number of points of the series along both axes; number of expanded numbers.
+    !> `points`: number of points of the series along each axis. `numbers`: how many numbers are expanded.
     integer :: points(2) = 1, numbers = 0
-    !> Values at the points, shape (points(2), numbers, points(1)). The second extent is padded to a multiple of four, at least
-    !> eight. A single axis is the second.
+    !> Numbers at the points of the series, shape (points(2), numbers, points(1)). The second extent is at least eight and padded to
+    !> a multiple of four. A single axis is the second.
     real(dp), allocatable :: values(:, :, :)
-    !> `rest`: bound on the sum of the omitted terms, in norm. `greatest`: largest norms of Phi(T) and of [Phi(T) x_p(T)] at the
-    !> points. `least`: smallest norm of Phi(T), which may be small compared with the motion.
+    !> `rest`: bound on the norm of the sum of the omitted terms. `greatest`: largest norms of Phi(T) and of [Phi(T) x_p(T)] at the
+    !> points. `least`: smallest norm of Phi(T) at the points.
     real(dp) :: rest = 0, greatest(2) = 0, least = 0
   contains
     procedure :: factors
@@ -33,11 +33,12 @@ module gestell_task_sweep_expansion
 
 contains
 
-  !> Samples the sampler's family at points(1) times points(2) Chebyshev points. `fits` is false if a member has no solution.
+  !> Computes the numbers of the sampler's family at points(1) times points(2) Chebyshev points. `fits` is false if a member has no
+  !> solution.
   subroutine expand(expansion, sampler, variables, points, fits)
     type(expansion_type), intent(out) :: expansion
     type(sampler_type), intent(inout) :: sampler
-    !> Variable of each axis of the cell
+    !> Variable in which each axis of the cell is expanded
     type(variable_type), intent(in) :: variables(:)
     !> Number of Chebyshev points along each axis
     integer, intent(in) :: points(2)
@@ -76,9 +77,9 @@ contains
     expansion%rest = reach * sqrt(real(sampler%parts%parts, dp)) * missing(expansion)
   end subroutine expand
 
-  !> Estimated norm of the sum of the omitted terms, from the last two terms (one even, one odd) along both axes. The terms of an
-  !> analytic function decrease at least geometrically, so the omitted terms are taken to be at most as large as the last two.
-  !> Interpolation along the other axis amplifies them by less than the Lebesgue constant 4.
+  !> Estimates the norm of the sum of the omitted terms. The terms of an analytic function decrease at least geometrically, so this
+  !> sum is taken to be at most the last two terms (one even, one odd) along each axis. Interpolation along the other axis amplifies
+  !> them by less than the Lebesgue constant 4.
   pure real(dp) function missing(expansion) result(rest)
     type(expansion_type), intent(in) :: expansion
     real(dp), parameter :: lebesgue = 4
@@ -101,8 +102,8 @@ contains
     end do
   end function missing
 
-  !> Interpolation factors of the points of an axis at the given parameters, in groups of eight with the last parameter repeated;
-  !> shape (lanes, points, groups).
+  !> Factors that interpolate between the points of an axis at the given parameters. They form groups of eight, in which the last
+  !> parameter is repeated; shape (lanes, points, groups).
   pure function factors(self, axis, parameters)
     class(expansion_type), intent(in) :: self
     integer, intent(in) :: axis
@@ -121,8 +122,8 @@ contains
     end associate
   end function factors
 
-  !> Values in blocks of eight for each point of the first axis, the last block ending with the last value; shape (lanes, points(1),
-  !> blocks).
+  !> The expanded values in blocks of eight, for each point of the first axis; shape (lanes, points(1), blocks). The last block ends
+  !> with the last value.
   pure function blocks(self)
     class(expansion_type), intent(in) :: self
     real(dp), allocatable :: blocks(:, :, :)
@@ -139,8 +140,8 @@ contains
     end do
   end function blocks
 
-  !> Computes the values at the points of the second axis for eight positions on the first axis, given by their `factors` of shape
-  !> (lanes, points(1)). The result has the shape (points(2) size(values, 2), lanes).
+  !> Interpolates at eight positions on the first axis, which have the `factors` (lanes, points(1)). Returns `values` at the points
+  !> of the second axis, shape (points(2) * size(values, 2), lanes).
   pure subroutine lines(self, blocks, factors, values)
     class(expansion_type), intent(in) :: self
     real(dp), contiguous, intent(in) :: blocks(:, :, :), factors(:, :)
@@ -159,7 +160,7 @@ contains
     end do
   end subroutine lines
 
-  !> Value of the series at one point of the cell, shape (numbers).
+  !> The expanded numbers at one point of the cell, shape (numbers).
   pure function point(self, parameters) result(values)
     class(expansion_type), intent(in) :: self
     real(dp), intent(in) :: parameters(:)

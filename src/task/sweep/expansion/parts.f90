@@ -1,11 +1,11 @@
-!> The motion over a period as a list of numbers. For each part of the period these are the map x -> A_k x + b_k in balanced units,
-!> and the maps from the state at its beginning to the positions at times within the part. b_k is present if the periodic vibration
-!> is requested, and has a unit of its own. In a part the phases of vibrations change less than in the whole period, so series in
-!> the parameters are shorter.
+!> The motion over a period as a list of numbers. The period is divided into parts, in which phases of vibrations change less than
+!> in the whole period; therefore series in the parameters are shorter. The numbers of part k are the map x -> A_k x + b_k in
+!> balanced units, and the maps from the state at its beginning to the positions at times within it. b_k is present if the periodic
+!> vibration is requested; it has a unit of its own.
 !>
-!> An error of A_k affects the state at the beginning of part j by the factor A_(j-1) ... A_(k+1) times the state before part k. The
-!> numbers of a part are therefore multiplied by weights equal to the norms of both factors. Errors and omitted terms of a series
-!> then count by their effect on the motion.
+!> An error of A_k affects the state at the beginning of part j by the factor A_(j-1) ... A_(k+1), times the state before part k.
+!> The numbers of a part are therefore multiplied by weights: the product of the norms of both factors. Errors and omitted terms of
+!> a series then count by their effect on the motion.
 module gestell_task_sweep_expansion_parts
   use gestell_base_kinds, only: dp
   use gestell_base_processor, only: vector_length
@@ -14,12 +14,13 @@ module gestell_task_sweep_expansion_parts
   implicit none (type, external)
   private
 
-  !> Sizes and weights. There are `states` states and, if `forced`, one more column. Order of the numbers: part after part, [A_k
-  !> b_k] row by row, then the same for the positions at each of the `between` times within the part. `of_map`, `of_times`: weights
-  !> of the maps and of the times, shape (parts).
+  !> Sizes and weights of the numbers. Part by part they contain [A_k b_k], row by row, then the same for the positions at each of
+  !> the `between` times within the part. Column b_k exists only if `forced`.
   type, public :: parts_type
+    !> Number of states, of parts of the period, and of times within a part at which positions are needed.
     integer :: states = 0, parts = 1, between = 0
     logical :: forced = .false.
+    !> Weights of the maps and of the times, shape (parts).
     real(dp), allocatable :: of_map(:), of_times(:)
   contains
     procedure :: columns
@@ -37,28 +38,28 @@ module gestell_task_sweep_expansion_parts
 
 contains
 
-  !> Number of columns: one for each state, and one more if `forced`.
+  !> Number of columns of [A_k b_k]: one for each state, and one more if `forced`.
   pure integer function columns(self)
     class(parts_type), intent(in) :: self
 
     columns = self%states + merge(1, 0, self%forced)
   end function columns
 
-  !> Number of all numbers.
+  !> Length of the list of numbers.
   pure integer function numbers(self)
     class(parts_type), intent(in) :: self
 
     numbers = self%times_at(self%parts + 1, 1) - 1 - self%states * self%columns()
   end function numbers
 
-  !> Number of elements of Phi(T) and x_p(T).
+  !> Number of elements of Phi(T) and, if `forced`, x_p(T).
   pure integer function numbers_of_period(self)
     class(parts_type), intent(in) :: self
 
     numbers_of_period = self%states * self%columns()
   end function numbers_of_period
 
-  !> Index of the first number of the map of a part.
+  !> Index, in the list, of the first number of the map of a part.
   pure integer function map_at(self, part)
     class(parts_type), intent(in) :: self
     integer, intent(in) :: part
@@ -66,7 +67,7 @@ contains
     map_at = self%times_at(part, 1) - self%states * self%columns()
   end function map_at
 
-  !> Index of the first number of a time within a part.
+  !> Index, in the list, of the first number that belongs to a time within a part.
   pure integer function times_at(self, part, time)
     class(parts_type), intent(in) :: self
     integer, intent(in) :: part, time
@@ -74,7 +75,7 @@ contains
     times_at = 1 + self%columns() * (part * self%states + ((part - 1) * self%between + time - 1) * (self%states / 2))
   end function times_at
 
-  !> Sets the weights from numbers without weights, shape (numbers, samples).
+  !> Sets the weights, from unweighted numbers of shape (numbers, samples).
   pure subroutine set_weights(self, values)
     class(parts_type), intent(inout) :: self
     real(dp), intent(in) :: values(:, :)
@@ -131,7 +132,7 @@ contains
     end associate
   end function phi
 
-  !> Factor (at least 1) by which the weights are too small for these weighted numbers.
+  !> Factor (at least 1) by which the weights would have to be larger for the given weighted numbers.
   pure real(dp) function reach(self, values)
     class(parts_type), intent(in) :: self
     real(dp), intent(in) :: values(:)
@@ -150,7 +151,7 @@ contains
     end do
   end function reach
 
-  !> Computes the weights for these numbers without weights.
+  !> Computes the weights for the given unweighted numbers.
   pure subroutine find_weights(self, values, of_map, of_times)
     class(parts_type), intent(in) :: self
     real(dp), intent(in) :: values(:)
@@ -181,7 +182,7 @@ contains
     of_times = max(of_times, tiny(1.0_dp)) / sqrt(real(self%parts * self%between + 1, dp))
   end subroutine find_weights
 
-  !> Largest norm to which the following maps of n states amplify a state of size 1, at the end of any of them.
+  !> Largest norm that a state of norm 1 can reach after any of the given maps, applied one after another. `n`: number of states.
   pure real(dp) function greatest_behind(n, maps) result(greatest)
     integer, intent(in) :: n
     real(dp), intent(in) :: maps(:, :, :)
@@ -196,8 +197,8 @@ contains
     end do
   end function greatest_behind
 
-  !> Upper bound of the spectral norm |M|. It exceeds |M| at most by the square root of the number of rows or columns, and is 1 for
-  !> the unit matrix.
+  !> Upper bound of the spectral norm |M|. It exceeds |M| by at most the square root of the number of rows or columns, and equals 1
+  !> for the unit matrix.
   pure real(dp) function norm_bound(matrix)
     real(dp), intent(in) :: matrix(:, :)
 
@@ -224,7 +225,7 @@ contains
     end associate
   end function map_of
 
-  !> Motion [A Phi, A x + b] after a map [A b], for the motion [Phi x] before it.
+  !> Motion [A Phi, A x + b] after the map [A b], if the motion before the map is [Phi x].
   pure function moved(self, map, motion)
     class(parts_type), intent(in) :: self
     real(dp), intent(in) :: map(:, :), motion(:, :)
@@ -236,8 +237,8 @@ contains
     end associate
   end function moved
 
-  !> Computes [Phi x_p] at the ends of all parts, shape (lanes, states, columns, 0:parts), from the weighted numbers of eight
-  !> machines, shape (lanes, numbers).
+  !> Computes [Phi x_p] at the ends of all parts, shape (lanes, states, columns, 0:parts), for eight machines. `values`: their
+  !> weighted numbers, shape (lanes, numbers).
   pure subroutine compose(self, values, motion)
     class(parts_type), intent(in) :: self
     real(dp), contiguous, intent(in) :: values(:, :)

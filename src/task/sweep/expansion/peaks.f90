@@ -1,4 +1,4 @@
-!> Peak displacements of the periodic vibration of eight machines side by side, computed from the numbers of a sampler.
+!> Peak displacements of the periodic vibration, computed for eight machines at once from the numbers of a sampler.
 module gestell_task_sweep_expansion_peaks
   use gestell_base_kinds, only: dp
   use gestell_math_lanes_equations, only: solve_equations
@@ -13,18 +13,19 @@ module gestell_task_sweep_expansion_peaks
 
 contains
 
-  !> Computes max |q(t)| for each position of the periodic motion x(t) = Phi(t) x0 + x_p(t), x0 = (E - Phi(T))^-1 x_p(T), in units
+  !> Computes max |q(t)| for each position q of the periodic motion x(t) = Phi(t) x0 + x_p(t), x0 = (E - Phi(T))^-1 x_p(T), in units
   !> of the states. Digits are lost near resonance, where E - Phi(T) is nearly singular.
   subroutine peaks_of_motion(sampler, values, motion, filled, perturbation, limit, peaks, known)
-    !> Gives the sizes, units and times of the numbers
+    !> Provides the sizes, units and times of the numbers
     type(sampler_type), intent(in) :: sampler
-    !> Weighted numbers, shape (lanes, numbers); [Phi x_p] at the ends of the parts, shape (lanes, states, columns, 0:parts)
+    !> `values`: weighted numbers, shape (lanes, numbers). `motion`: [Phi x_p] at the ends of the parts, shape (lanes, states,
+    !> columns, 0:parts)
     real(dp), contiguous, intent(in) :: values(:, :), motion(:, :, :, 0:)
     !> Number of machines; the remaining lanes are not used
     integer, intent(in) :: filled
-    !> Bound on the error of the numbers, in norm; relative error of x0 that is allowed
+    !> `perturbation`: bound on the error of the numbers, in norm. `limit`: allowed relative error of x0
     real(dp), intent(in) :: perturbation, limit
-    !> Peaks, shape (lanes, states / 2); 0 if they are not known
+    !> Peaks, shape (lanes, states / 2); 0 where x0 is not accurate enough
     real(dp), intent(out) :: peaks(:, :)
     !> True if the relative error of x0 is below `limit`
     logical, intent(out) :: known(lanes)
@@ -42,7 +43,7 @@ contains
     end do
   end subroutine peaks_of_motion
 
-  !> Computes x0 in the unit of x_p, shape (lanes, states); zero if it is not `known`.
+  !> Computes x0 in the unit of x_p, shape (lanes, states); zero for machines that are not `known`.
   pure subroutine start(sampler, motion, filled, perturbation, limit, x0, known)
     type(sampler_type), intent(in) :: sampler
     real(dp), contiguous, intent(in) :: motion(:, :, :, 0:)
@@ -69,7 +70,8 @@ contains
     end associate
   end subroutine start
 
-  !> Computes the positions at all times, shape (lanes, times, states / 2), from the state at the beginning of each part.
+  !> Computes the positions `q` at all times, shape (lanes, times, states / 2). They follow from the state at the beginning of each
+  !> part.
   pure subroutine move(sampler, values, motion, x0, q)
     type(sampler_type), intent(in) :: sampler
     real(dp), contiguous, intent(in) :: values(:, :), motion(:, :, :, 0:), x0(:, :)
@@ -100,7 +102,8 @@ contains
     end associate
   end subroutine move
 
-  !> Computes q = P x + p from the rows of [P p] and from [x 1]; shapes (lanes, n + 1, n / 2), (lanes, n + 1), (lanes, n / 2).
+  !> Computes q = P x + p for each lane. `rows`: [P p], shape (lanes, n + 1, n / 2). `x`: [x 1], shape (lanes, n + 1). `q`: shape
+  !> (lanes, n / 2).
   pure subroutine apply(n, rows, x, q)
     integer, intent(in) :: n
     real(dp), intent(in) :: rows(lanes, n + 1, n / 2), x(lanes, n + 1)

@@ -1,4 +1,4 @@
-!> Number of Chebyshev points that a line through a cell needs.
+!> Number of Chebyshev points that an expansion along a line through a cell needs.
 module gestell_task_sweep_expansion_pilot
   use gestell_math_series_chebyshev, only: chebyshev_coefficients, chebyshev_points
   use gestell_base_kinds, only: dp
@@ -9,26 +9,26 @@ module gestell_task_sweep_expansion_pilot
 
   public :: count_points, most_points
 
-  !> Number of points of the first trial, and largest number. Each trial doubles the number of intervals, so that earlier values are
-  !> used again.
+  !> Number of points of the first trial, and maximum number. Each trial doubles the number of intervals, so that earlier values are
+  !> reused.
   integer, parameter :: first_trial = 9, most_points = 129
 
 contains
 
-  !> Counts the Chebyshev points needed for a series whose omitted terms stay below `tolerance` times the smallest norm of Phi(T) on
-  !> the line.
+  !> Determines the number of Chebyshev points of a series along a line. The sum of its omitted terms must be below `tolerance`
+  !> times the smallest norm of Phi(T) on the line.
   subroutine count_points(sampler, axis, variable, fixed, tolerance, most, needed, fits)
     !> Integrates the machines
     type(sampler_type), intent(inout) :: sampler
     !> Number of the parameter that varies along the line
     integer, intent(in) :: axis
-    !> Variable in which it is expanded
+    !> Variable in which this parameter is expanded
     type(variable_type), intent(in) :: variable
-    !> All parameters; the others keep these values
+    !> `fixed`: all parameters; those that do not vary keep these values. `tolerance`: relative tolerance
     real(dp), intent(in) :: fixed(:), tolerance
     !> Maximum number of points of a trial
     integer, intent(in) :: most
-    !> Number of points; 0 if the trials do not suffice or `fits` is false
+    !> Number of points; 0 if the trials do not suffice, or if `fits` is false
     integer, intent(out) :: needed
     !> False if a member of the family on the line has no solution
     logical, intent(out) :: fits
@@ -66,8 +66,8 @@ contains
     end do
   end subroutine count_points
 
-  !> Smallest number of terms of the series through `values`, shape (numbers, points), after which the remaining terms sum to less
-  !> than `limit`. It may be up to twice the number of points. 0: the series is too short to decide.
+  !> Smallest number of terms of the series through `values`, shape (numbers, points), such that the sum of the remaining terms is
+  !> below `limit`. It may be up to twice the number of points. 0 if the series is too short to decide.
   pure integer function needed_points(values, limit) result(needed)
     real(dp), intent(in) :: values(:, :), limit
     real(dp) :: size_of_term(size(values, 2)), rest
@@ -89,8 +89,8 @@ contains
     end if
   end function needed_points
 
-  !> Number of terms needed, extrapolated from terms that are not yet small enough. The terms of cos(h x) are Bessel functions
-  !> J_k(h), which finally decrease by the factor h / 2k from term to term. 0: the terms do not decrease fast enough.
+  !> Number of terms needed, extrapolated from terms that are not yet small enough. For cos(h x) the terms are Bessel functions
+  !> J_k(h), which finally decrease by the factor h / 2k per term. 0 if the terms do not decrease fast enough.
   pure integer function continued(size_of_term, limit) result(needed)
     real(dp), intent(in) :: size_of_term(:), limit
     !> Largest ratio of successive terms for which the extrapolation is reliable.

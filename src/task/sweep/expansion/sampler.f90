@@ -1,5 +1,5 @@
-!> Represents the motion over a period by numbers that depend smoothly on the parameters (`parts_type`). The numbers are computed by
-!> the same method for every member of a family.
+!> Represents the motion over a period by numbers that depend smoothly on the parameters (see `parts_type`). The numbers of all
+!> members of a family are computed by the same method.
 module gestell_task_sweep_expansion_sampler
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -25,58 +25,59 @@ module gestell_task_sweep_expansion_sampler
   public :: new_sampler
 
   !> Integrates the members of a family by one method. The number of steps is proportional to the phase advance of the fastest
-  !> motion. With equal steps the integration errors are as smooth as the numbers. Where the number of steps changes the errors
-  !> jump, by at most a sixteenth.
+  !> motion. If this number is constant, the integration errors depend smoothly on the parameters. Where it changes, the errors
+  !> jump, by at most a sixteenth of the largest integration error.
   type, public :: sampler_type
     class(family_type), pointer :: family => null()
     class(method_type), allocatable :: method
-    !> `steps`: possible numbers of steps in ascending order; the last one suffices for a member whose fastest motion is `fastest`.
-    !> `fewest`: number of nodes of the least demanding member; no other member has fewer.
+    !> Possible numbers of steps, ascending. The last one suffices for a member whose fastest motion is `fastest`.
     integer, allocatable :: steps(:)
+    !> `fastest`: fastest motion that was measured. `fewest`: number of nodes of the least demanding member; no member has fewer.
     real(dp) :: fastest = 0, fewest = huge(1.0_dp)
-    !> Structure of the numbers.
+    !> Structure of the list of numbers.
     type(parts_type) :: parts
-    !> Units that balance the states, shape (n).
+    !> Units in which the states have balanced magnitudes, shape (n).
     real(dp), allocatable :: scale(:)
-    !> Bound on the relative error of the numbers due to integration and rounding, from the members where it was measured.
+    !> Bound on the relative error of the numbers due to integration and rounding, from the members for which it was determined.
     real(dp) :: error = 0
     !> Number of solutions computed so far.
     integer :: solutions = 0
-    !> `times`: number of times within a period at which the periodic vibration is evaluated, 0 if it is not requested. `transform`:
-    !> matrix from the values at these times to harmonics. `unit`: unit of x_p.
+    !> Number of times within a period at which the periodic vibration is evaluated; 0 if the vibration is not requested.
     integer :: times = 0
+    !> Matrix that transforms the values at these times within a period to harmonics.
     real(dp), allocatable :: transform(:, :)
+    !> Unit of x_p.
     real(dp) :: unit = 1
-    !> True if the members at all corners are undamped (`conserves` in gestell_system_periodic).
+    !> True if the machines at all corners of the cell are undamped (`conserves` in gestell_system_periodic).
     logical :: conserves = .true.
-    !> Degrees of freedom (numbers of xi, eta, psi) of the positions.
+    !> Degrees of freedom (1: xi, 2: eta, 3: psi, ...) to which the positions belong.
     integer, allocatable :: free(:)
-    !> Member with the stored motion of the mechanism, if all members share the mechanism.
+    !> Member with the stored motion of the mechanism; allocated if all members share the mechanism.
     type(frame_type), allocatable :: remembered
   contains
     procedure :: sample
     procedure :: check
   end type sampler_type
 
-  !> Maximum phase (rad) of vibrations within the period. Beyond it expansions need too many points, and order reduction is the
-  !> better method.
+  !> Maximum phase (rad) of the vibrations within the period. Above it, expansions need too many points, and order reduction is
+  !> better.
   real(dp), parameter :: most_turns = 700
-  !> Rounding error of the series of numbers of magnitude 1.
+  !> Rounding error of a series for numbers of magnitude 1.
   real(dp), parameter :: rounded = 16 * epsilon(1.0_dp)
   !> Largest number of times within a period for which expansions are worthwhile.
   integer, parameter :: most_times = 256
-  !> `most_parts`: maximum number of parts of a period. `least_terms`: number of terms of a series whose phase does not change.
-  !> `solution`: cost of a solution relative to one term of a part at a point. `composition`: cost of composing the parts, relative
-  !> to a term.
+  !> Maximum number of parts of a period.
   integer, parameter :: most_parts = 16
+  !> `least_terms`: number of terms of a series in which no phase changes. Costs relative to one term of a part at a point:
+  !> `solution` for a solution, `composition` for composing the parts.
   real(dp), parameter :: least_terms = 17, solution = 20000, composition = 6
 
 contains
 
-  !> Sets up a sampler for a cell that is accurate at all corners, with the number of steps of the most demanding one.
+  !> Sets up a sampler that is accurate at all corners of a cell: the most demanding corner determines the number of steps.
   subroutine new_sampler(sampler, family, corners, accuracy, forced, points, fits)
     type(sampler_type), intent(out) :: sampler
-    !> Machines over the parameters
+    !> Machines as a function of the parameters
     class(family_type), intent(in), target :: family
     !> Parameters of the corners, shape (parameters, corners)
     real(dp), intent(in) :: corners(:, :)
@@ -148,7 +149,7 @@ contains
     call weigh(sampler, corners, fits)
   end subroutine new_sampler
 
-  !> Stores the motion of the mechanism of a planar frame.
+  !> Stores the motion of the mechanism, if `system` is a planar frame.
   subroutine remember(sampler, system)
     type(sampler_type), intent(inout) :: sampler
     class(periodic_system), intent(in) :: system
@@ -165,8 +166,8 @@ contains
     end select
   end subroutine remember
 
-  !> Chooses the possible numbers of steps. Steps end at the ends of the parts and at the required times, and they fill the lanes.
-  !> Each number exceeds the one before by at least a tenth, up to that of the most demanding corner, which takes `most` nodes.
+  !> Chooses the possible numbers of steps. Steps end at the ends of the parts and at the required times, and they fill the vector
+  !> lanes. Each number exceeds the previous one by at least a tenth. The last one gives the most demanding corner its `most` nodes.
   pure subroutine choose_steps(sampler, most)
     type(sampler_type), intent(inout) :: sampler
     real(dp), intent(in) :: most
@@ -183,15 +184,15 @@ contains
     sampler%steps = [sampler%steps, last]
   end subroutine choose_steps
 
-  !> Factor on the number of steps that reduces the error to a sixteenth. Interpolation may amplify the error by about as much where
-  !> it is not smooth, since the Lebesgue constant is 4 for a hundred points on an axis.
+  !> Factor on the number of steps that reduces the error to a sixteenth. Interpolation may amplify an error that is not smooth by
+  !> about this much: the Lebesgue constant is 4 for a hundred points on an axis.
   pure real(dp) function reserve(self)
     class(sampler_type), intent(in) :: self
 
     reserve = 16**(1.0_dp / self%method%order)
   end function reserve
 
-  !> Number of steps that suffices for a member with this fastest motion and for its coefficients.
+  !> Number of steps that suffices for the coefficients of `system` and for its fastest motion.
   pure integer function enough(self, fastest, system)
     class(sampler_type), intent(in) :: self
     real(dp), intent(in) :: fastest
@@ -205,9 +206,9 @@ contains
     enough = self%steps(k)
   end function enough
 
-  !> Number of parts with the lowest cost for `points` points; it divides `times` if these are required. Along an axis the phase of
-  !> the fastest vibration at the end of the period changes by +-`half_turn`. A function cos(z + x h) needs about h terms (Bessel
-  !> functions J_k(h)) and some more.
+  !> Number of parts for which `points` points cost least; if `times` are required, it divides their number. Along an axis the phase
+  !> of the fastest vibration at the end of the period changes by +-`half_turn`. The series of a function cos(z + x h) needs
+  !> somewhat more than h terms (Bessel functions J_k(h)).
   pure integer function cheapest_parts(half_turn, points, times) result(cheapest)
     real(dp), intent(in) :: half_turn
     integer, intent(in) :: points, times
@@ -226,7 +227,7 @@ contains
     end do
   end function cheapest_parts
 
-  !> Sets the weights of the parts from the propagation of errors at the corners.
+  !> Sets the weights of the parts such that they reflect the propagation of errors at the corners.
   subroutine weigh(sampler, corners, fits)
     type(sampler_type), intent(inout) :: sampler
     real(dp), intent(in) :: corners(:, :)
@@ -242,13 +243,13 @@ contains
     call sampler%parts%set_weights(values)
   end subroutine weigh
 
-  !> Determines the number of times at which the vibration of a frame must be known. `fits` is false for systems other than frames.
+  !> Determines the number of times at which the vibration of a frame must be computed. `fits` is false for other systems.
   subroutine look_at_vibration(sampler, system, accuracy, fits)
     type(sampler_type), intent(inout) :: sampler
     class(periodic_system), intent(in) :: system
     type(accuracy_type), intent(in) :: accuracy
     logical, intent(out) :: fits
-    !> Harmonics below this part of the largest amplitude do not affect the peak.
+    !> Harmonics below this fraction of the largest amplitude do not affect the peak.
     real(dp), parameter :: small = 1.0e-9_dp
     type(floquet_type) :: floquet
     type(vibration_type) :: vibration
@@ -274,7 +275,7 @@ contains
     end select
   end subroutine look_at_vibration
 
-  !> Computes the weighted numbers at these parameters. `fits` is false if there is no solution.
+  !> Computes the weighted numbers of the machine with these parameters. `fits` is false if it has no solution.
   subroutine sample(self, parameters, values, fits)
     class(sampler_type), intent(inout) :: self
     real(dp), intent(in) :: parameters(:)
@@ -302,7 +303,7 @@ contains
     if (fits) values = self%parts%weighted(numbers_of(self, maps))
   end subroutine sample
 
-  !> Exchanges the mechanism of a member with the one whose motion is stored; a second call reverses the exchange.
+  !> Exchanges the mechanism of a member with the mechanism whose motion is stored. A second call reverses the exchange.
   pure subroutine exchange(self, system)
     class(sampler_type), intent(inout) :: self
     class(periodic_system), intent(inout) :: system
@@ -314,14 +315,14 @@ contains
     end select
   end subroutine exchange
 
-  !> Computes the numbers of the period by a separate solution, with a bound on its error relative to the norms of the numbers.
+  !> Computes Phi(T) and x_p(T) by a separate solution, with a bound on their error relative to their norms.
   subroutine check(self, parameters, accuracy, values, bound, fits)
     class(sampler_type), intent(inout) :: self
     !> Parameters of the machine
     real(dp), intent(in) :: parameters(:)
     !> Tolerance of the sweep
     type(accuracy_type), intent(in) :: accuracy
-    !> Phi(T) column by column and x_p(T), without weights; bound on their relative error
+    !> `values`: Phi(T), column by column, and x_p(T), unweighted. `bound`: bound on their relative error
     real(dp), intent(out) :: values(:), bound
     !> False if there is no solution
     logical, intent(out) :: fits
@@ -345,7 +346,7 @@ contains
     fits = .true.
   end subroutine check
 
-  !> Numbers computed from maps that start at the beginning of each part, shape (n, columns, parts * (between + 1)).
+  !> The list of numbers, computed from `maps` that start at the beginning of each part, shape (n, columns, parts * (between + 1)).
   pure function numbers_of(self, maps) result(values)
     class(sampler_type), intent(in) :: self
     real(dp), contiguous, intent(in) :: maps(:, :, :)

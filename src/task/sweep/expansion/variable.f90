@@ -1,5 +1,5 @@
-!> Variable in which a parameter is expanded. The motion over a period is smoother in one variable than in another. For example, the
-!> phase of vibrations within a period is proportional to the inverse of the speed.
+!> Variables in which a parameter can be expanded. The motion over a period is smoother in one variable than in another. For
+!> example, the phase of vibrations within a period is proportional to the inverse of the speed.
 module gestell_task_sweep_expansion_variable
   use gestell_base_kinds, only: dp
   implicit none (type, external)
@@ -7,7 +7,7 @@ module gestell_task_sweep_expansion_variable
 
   integer, parameter, public :: itself = 1, inverse = 2, logarithm = 3
 
-  !> Range of a parameter, mapped to x in [-1, 1].
+  !> A variable in which a parameter is expanded; its range is mapped to x in [-1, 1].
   type, public :: variable_type
     real(dp) :: from = 0, to = 0
     integer :: kind = itself
@@ -19,14 +19,14 @@ module gestell_task_sweep_expansion_variable
 
 contains
 
-  !> True if the variable is defined in the whole range.
+  !> True if the variable is defined on the whole range.
   pure logical function suits(self)
     class(variable_type), intent(in) :: self
 
     suits = self%kind == itself .or. self%from * self%to > 0
   end function suits
 
-  !> x of a parameter: 1 at `to`, -1 at `from`.
+  !> x at a parameter: 1 at the end `to` of the range, -1 at `from`.
   elemental real(dp) function x_of(self, parameter) result(x)
     class(variable_type), intent(in) :: self
     real(dp), intent(in) :: parameter
