@@ -1,4 +1,5 @@
-!> Ball arithmetic: a ball contains all numbers within `radius` of `mid`. Rounding errors are not included; the caller adds them.
+!> Ball arithmetic: a ball represents all numbers whose distance from `mid` is at most `radius`. Rounding errors are not included;
+!> the caller adds them.
 module gestell_math_ball
   use gestell_base_kinds, only: dp
   implicit none (type, external)
@@ -31,7 +32,7 @@ module gestell_math_ball
 
 contains
 
-  !> Maximum of |x| over the numbers x in the ball.
+  !> Maximum of |x| over all numbers x in the ball.
   elemental real(dp) function greatest(self)
     class(ball), intent(in) :: self
 
@@ -59,7 +60,7 @@ contains
     multiply = ball(a%mid * b%mid, abs(a%mid) * b%radius + a%radius * b%greatest())
   end function multiply
 
-  !> Quotient; `b` must not contain zero.
+  !> Quotient of two balls; `b` must not contain zero.
   elemental type(ball) function divide(a, b)
     type(ball), intent(in) :: a, b
 

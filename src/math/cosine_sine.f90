@@ -1,5 +1,5 @@
-!> Computes cosines and sines of many angles in a loop that the compiler vectorises on every system. (Only the GNU run-time library
-!> has vectorised functions, with errors of up to four units in the last place.)
+!> Computes cosines and sines of many angles in a loop that compilers vectorise on every system. (Vectorised library functions exist
+!> only in the GNU run-time library, with errors of up to four units in the last place.)
 module gestell_math_cosine_sine
   use gestell_base_kinds, only: dp, pi
   implicit none (type, external)
@@ -7,22 +7,23 @@ module gestell_math_cosine_sine
 
   public :: cosine_sine
 
-  !> pi / 2 in two parts. The first has 33 bits, so that its multiples up to `farthest` / (pi / 2) are exact.
+  !> First part of pi / 2, which is stored in two parts. It has 33 bits, so that its multiples up to `farthest` / (pi / 2) are
+  !> exact.
   real(dp), parameter :: quarter_head = anint(pi / 2 * 2.0_dp**32) / 2.0_dp**32
   real(dp), parameter :: quarter_tail = 6.077100506506192e-11_dp
 
-  !> Larger angles (rad) are computed by the run-time library.
+  !> Cosines and sines of larger angles (rad) are computed by the run-time library.
   real(dp), parameter :: farthest = 1.0e6_dp
 
-  !> Adding and subtracting this number rounds to the nearest integer.
+  !> A number is rounded to the nearest integer by adding and then subtracting this constant.
   real(dp), parameter :: rounder = 1.5_dp / epsilon(1.0_dp)
 
 contains
 
-  !> Computes c = cos(angles), s = sin(angles), all of one shape; errors are below 0.8 epsilon.
+  !> Computes c = cos(angles) and s = sin(angles); all arrays have the same shape. Errors are below 0.8 epsilon.
   !>
-  !> After subtracting multiples of pi / 2 the remaining angle, |x| <= pi / 4, enters the Taylor series up to x^16 / 16! and x^17 /
-  !> 17!. The next terms are below 2e-18. Each multiple of pi / 2 turns (c, s) into (-s, c).
+  !> Multiples of pi / 2 are subtracted from the angle. For the remainder, |x| <= pi / 4, the Taylor series are summed up to x^16 /
+  !> 16! and x^17 / 17!; the next terms are below 2e-18. Each multiple of pi / 2 changes (c, s) to (-s, c).
   pure subroutine cosine_sine(angles, c, s)
     real(dp), contiguous, intent(in) :: angles(:)
     real(dp), contiguous, intent(out) :: c(:), s(:)

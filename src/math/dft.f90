@@ -9,11 +9,12 @@ module gestell_math_dft
 
 contains
 
-  !> Discrete Fourier transform y_k = sum over j of x_j exp(-2 pi i j k / n), j and k from 0 to n - 1. It takes n (p1 + p2 + ...)
-  !> multiplications for n = p1 p2 ... .
+  !> Discrete Fourier transform y_k = sum over j of x_j exp(-2 pi i j k / n), j and k from 0 to n - 1. For n = p1 p2 ... it requires
+  !> n (p1 + p2 + ...) multiplications.
   !>
-  !> With n = l m there are m transforms of length l, X(a, j), of the samples x_a, x_a+m, x_a+2m, ... Each factor p of m joins p of
-  !> them into one. The order is Stockham's, in which nothing is sorted (D. A. Bailey, Int. J. Supercomput. Appl. 2, 1988, 82).
+  !> With n = l m there are m transforms X(a, j) of length l, one for each sequence of samples x_a, x_a+m, x_a+2m, ... For each
+  !> factor p of m, groups of p transforms are joined to one. The results are in Stockham's order, which needs no sorting (D. A.
+  !> Bailey, Int. J. Supercomput. Appl. 2, 1988, 82).
   pure function dft(x) result(y)
     complex(dp), contiguous, intent(in) :: x(:)
     complex(dp) :: y(size(x))
@@ -35,7 +36,8 @@ contains
     end do
   end function dft
 
-  !> Joins p transforms of length l each into one: y(a, j + l q) = sum over r of w^(r (j + l q)) x(a + m r, j), w^(l p) = 1.
+  !> Joins groups of p transforms of length l to one transform: y(a, j + l q) = sum over r of w^(r (j + l q)) x(a + m r, j), w^(l p)
+  !> = 1.
   pure subroutine join(m, p, l, roots, x, y)
     integer, intent(in) :: m, p, l
     complex(dp), intent(in) :: roots(0:m * p * l - 1), x(m, 0:p - 1, 0:l - 1)

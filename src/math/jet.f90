@@ -1,5 +1,5 @@
-!> Truncated Taylor arithmetic: a value with its first three derivatives with respect to the crank angle. Kinematic formulas written
-!> in jets carry exact derivatives along, by Leibniz' rule and the chain rule.
+!> Truncated Taylor arithmetic: a jet is a value with its first three derivatives with respect to the crank angle. Kinematic
+!> formulas written for jets thus give exact derivatives, by Leibniz' rule and the chain rule.
 module gestell_math_jet
   use gestell_base_kinds, only: dp
   implicit none (type, external)
@@ -7,7 +7,7 @@ module gestell_math_jet
 
   public :: operator(+), operator(-), operator(*), operator(/), sqrt, sin, cos
 
-  !> Value `v`, first derivative `d`, second `dd` and third `ddd`
+  !> Value `v`, first derivative `d`, second derivative `dd` and third derivative `ddd`
   type, public :: jet
     real(dp) :: v = 0, d = 0, dd = 0, ddd = 0
   end type jet
@@ -91,7 +91,7 @@ contains
     c = jet(a * b%v, a * b%d, a * b%dd, a * b%ddd)
   end function multiply_constant
 
-  !> c = a / b, from a = c b differentiated three times.
+  !> Quotient c = a / b, computed from a = c b and its first three derivatives.
   elemental function divide(a, b) result(c)
     type(jet), intent(in) :: a, b
     type(jet) :: c
@@ -101,7 +101,7 @@ contains
     c%ddd = (a%ddd - 3 * (c%dd * b%d + c%d * b%dd) - c%v * b%ddd) / b%v
   end function divide
 
-  !> c = sqrt(a), from a = c c differentiated three times; requires a%v > 0.
+  !> c = sqrt(a), computed from a = c c and its first three derivatives; requires a%v > 0.
   elemental function square_root(a) result(c)
     type(jet), intent(in) :: a
     type(jet) :: c

@@ -1,4 +1,4 @@
-!> Interface to LAPACK, the only one in the project. Explicit interfaces, workspaces and `info` are hidden here.
+!> Interface to LAPACK. No other module calls LAPACK; workspaces and `info` are hidden here.
 module gestell_math_lapack
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
@@ -125,7 +125,7 @@ module gestell_math_lapack
 
 contains
 
-  !> Computes LU factors of the square matrix `a`, in place (dgetrf). Error: `a` is singular.
+  !> Replaces the square matrix `a` by its LU factors (dgetrf). Error: `a` is singular.
   subroutine factorise(a, pivots, error)
     real(dp), contiguous, intent(inout) :: a(:, :)
     integer, intent(out) :: pivots(:)
@@ -136,7 +136,7 @@ contains
     if (info /= 0) call fatal_error(error, "the matrix of a linear system is singular", failed_computation)
   end subroutine factorise
 
-  !> Solves A X = B in place of `b(n, columns)` with the factors from `factorise`.
+  !> Solves A X = B with the LU factors from `factorise`. Overwrites `b(n, columns)` with X.
   subroutine solve_factored(a, pivots, b)
     real(dp), contiguous, intent(in) :: a(:, :)
     integer, intent(in) :: pivots(:)
@@ -161,7 +161,7 @@ contains
     value = sum([(log(abs(lu(i, i))), i = 1, size(a, 1))])
   end subroutine log_abs_determinant
 
-  !> Computes the inverse of `a`. Error: `a` is singular.
+  !> Computes the inverse of the real matrix `a`. Error: `a` is singular.
   subroutine real_inverse(a, inverted, error)
     real(dp), intent(in) :: a(:, :)
     real(dp), allocatable, intent(out) :: inverted(:, :)
@@ -175,7 +175,7 @@ contains
     if (.not. allocated(error)) call solve_factored(lu, pivots, inverted)
   end subroutine real_inverse
 
-  !> Computes the inverse of the complex `a`. Error: `a` is singular.
+  !> Computes the inverse of the complex matrix `a`. Error: `a` is singular.
   subroutine complex_inverse(a, inverted, error)
     complex(dp), intent(in) :: a(:, :)
     complex(dp), allocatable, intent(out) :: inverted(:, :)
@@ -194,8 +194,8 @@ contains
     end if
   end subroutine complex_inverse
 
-  !> Computes the eigenvalues of `a(n, n)`, and right and left eigenvectors as unit columns (dgeev, which balances). Conjugate pairs
-  !> are adjacent, the eigenvalue with positive imaginary part first. Error: no convergence.
+  !> Computes the eigenvalues of the real matrix `a(n, n)`, and its right and left eigenvectors as unit columns (dgeev, which
+  !> balances). Conjugate pairs are adjacent, the eigenvalue with positive imaginary part first. Error: no convergence.
   subroutine real_eigensystem(a, values, right, left, error)
     real(dp), intent(in) :: a(:, :)
     complex(dp), allocatable, intent(out) :: values(:), right(:, :), left(:, :)
@@ -217,7 +217,8 @@ contains
     call unpack_vectors(vl, wi, left)
   end subroutine real_eigensystem
 
-  !> Computes eigenvalues and unit eigenvectors of the complex `a(n, n)` (zgeev), in LAPACK's order. Error: no convergence.
+  !> Computes the eigenvalues and unit eigenvectors of the complex matrix `a(n, n)` (zgeev), in LAPACK's order. Error: no
+  !> convergence.
   subroutine complex_eigensystem(a, values, right, left, error)
     complex(dp), intent(in) :: a(:, :)
     complex(dp), allocatable, intent(out) :: values(:), right(:, :), left(:, :)
@@ -233,7 +234,7 @@ contains
     if (info /= 0) call fatal_error(error, "the iteration for the eigenvalues of a matrix did not converge", failed_computation)
   end subroutine complex_eigensystem
 
-  !> Converts eigenvectors from LAPACK's real storage, where a pair's real and imaginary parts are two columns, to complex columns.
+  !> Converts eigenvectors to complex columns. LAPACK stores the real and imaginary parts of a conjugate pair as two real columns.
   pure subroutine unpack_vectors(v, wi, z)
     real(dp), contiguous, intent(in) :: v(:, :), wi(:)
     complex(dp), allocatable, intent(out) :: z(:, :)
@@ -251,9 +252,8 @@ contains
     end do
   end subroutine unpack_vectors
 
-  !> Computes the eigenvalues lambda, ascending, of A x = lambda B x with symmetric A and symmetric positive definite B, and
-  !> eigenvectors as columns with X' B X = E (dsygv).
-  !> Errors: B is not positive definite; no convergence.
+  !> Solves A x = lambda B x for a symmetric A and a symmetric positive definite B (dsygv). Computes the eigenvalues, ascending, and
+  !> the eigenvectors as columns with X' B X = E. Errors: B is not positive definite; no convergence.
   subroutine symmetric_pencil(a, b, values, error, vectors)
     !> A and B, shape (n, n)
     real(dp), intent(in) :: a(:, :), b(:, :)
@@ -278,7 +278,7 @@ contains
     if (present(vectors)) call move_alloc(a_copy, vectors)
   end subroutine symmetric_pencil
 
-  !> Powers of two d such that rows and columns of D^-1 A D have similar norms, D = diag(d) (dgebal).
+  !> Powers of two d for which rows and columns of D^-1 A D, D = diag(d), have similar norms (dgebal).
   function balancing(a) result(d)
     real(dp), intent(in) :: a(:, :)
     real(dp) :: d(size(a, 1))
@@ -290,7 +290,7 @@ contains
     if (info /= 0) d = 1
   end function balancing
 
-  !> Computes the lower triangular R with R B R' = E for a symmetric, positive definite B (dpotrf, dtrtri). Error: B is not positive
+  !> Computes the lower triangular R with R B R' = E for a symmetric positive definite B (dpotrf, dtrtri). Error: B is not positive
   !> definite.
   subroutine inverse_factor(b, r, error)
     real(dp), intent(in) :: b(:, :)
@@ -308,9 +308,9 @@ contains
     end do
   end subroutine inverse_factor
 
-  !> Computes the x with the smallest |A x - c| among those with B x = d (dgglse). Error: x is not unique.
+  !> Computes the x that minimises |A x - c| subject to B x = d (dgglse). Error: x is not unique.
   subroutine constrained_least_squares(a, c, b, d, x, error)
-    !> A, shape (m, n); c, shape (m); B, shape (p, n); d, shape (p)
+    !> `a`: A, shape (m, n). `c`: c, shape (m). `b`: B, shape (p, n). `d`: d, shape (p).
     real(dp), intent(in) :: a(:, :), c(:), b(:, :), d(:)
     !> Solution, shape (n)
     real(dp), intent(out) :: x(:)

@@ -8,7 +8,7 @@ module gestell_math_matrix
 
 contains
 
-  !> D^-1 A D with D = diag(d): the matrix in the units `d` of its states.
+  !> Matrix D^-1 A D with D = diag(d): A in units `d` of the states.
   pure function balanced(a, d)
     real(dp), intent(in) :: a(:, :), d(:)
     real(dp) :: balanced(size(d), size(d))
@@ -31,14 +31,15 @@ contains
     end do
   end function unit_matrix
 
-  !> Solves C q = load for a positive semi-definite C, by elimination with full pivoting in units that make the diagonal 1.
+  !> Solves C q = load for a positive semi-definite C, by elimination with full pivoting, in units in which the diagonal is 1.
   !> Components of q that the equations do not determine are set to 0.
   pure subroutine solve_semidefinite(c, load, sizes, q, left)
-    !> C, shape (n, n); load, shape (n); sizes of the terms that were summed to the load, shape (n)
+    !> `c`: C, shape (n, n). `load`: right-hand side, shape (n). `sizes`: sizes of the terms that were summed to the load, shape
+    !> (n).
     real(dp), intent(in) :: c(:, :), load(:), sizes(:)
-    !> Solution, shape (n); 0 if C cannot balance the load
+    !> Solution, shape (n); zero if C cannot balance the load
     real(dp), intent(out) :: q(:)
-    !> Number of a row in which C cannot balance the load, to 1e-9 of the sizes; 0: there is none
+    !> Number of a row in which C cannot balance the load, to 1e-9 of `sizes`; 0 if there is no such row
     integer, intent(out) :: left
     real(dp), parameter :: singular = 1.0e-12_dp, negligible = 1.0e-9_dp
     real(dp) :: a(size(load), size(load)), b(size(load)), x(size(load)), unit(size(load)), greatest

@@ -1,4 +1,4 @@
-!> Converts typed numbers to fractions.
+!> Converts numbers from the input to fractions.
 module gestell_math_rational
   use gestell_base_kinds, only: dp
   implicit none (type, external)
@@ -6,17 +6,18 @@ module gestell_math_rational
 
   public :: common_multiple, greatest_divisor, to_rational
 
-  !> Maximum denominator of a decimal number, and its maximum relative distance from the fraction
+  !> Maximum denominator of the fraction that replaces a decimal number
   integer, parameter :: highest = 64
+  !> Maximum relative difference between a decimal number and the fraction
   real(dp), parameter :: rounding = 1.0e-9_dp
-  !> Maximum of each number of a fraction
+  !> Maximum of numerator and denominator
   real(dp), parameter :: greatest = 4096
 
 contains
 
-  !> Converts `values` to a fraction in lowest terms. `values` is a decimal number, [0.5], or a fraction, [1, 2]. `known` is false
-  !> if it is not a fraction: a zero, a number above 4096, a decimal number too far from a fraction, or two numbers that are not
-  !> integers.
+  !> Converts `values` to a fraction in lowest terms. `values` contains a decimal number, such as [0.5], or numerator and
+  !> denominator, such as [1, 2]. `known` is false if a number is zero or above 4096, if no fraction is close enough to the decimal
+  !> number, or if numerator or denominator is not an integer.
   pure subroutine to_rational(values, numerator, denominator, known)
     real(dp), intent(in) :: values(:)
     integer, intent(out) :: numerator, denominator
@@ -44,7 +45,7 @@ contains
     denominator = denominator / shared
   end subroutine to_rational
 
-  !> Greatest common divisor of two integers that are not zero, by Euclid's algorithm.
+  !> Greatest common divisor of two nonzero integers, by Euclid's algorithm.
   elemental integer function greatest_divisor(a, b) result(divisor)
     integer, intent(in) :: a, b
     integer :: rest, next
@@ -58,7 +59,7 @@ contains
     end do
   end function greatest_divisor
 
-  !> Least common multiple of two integers that are not zero.
+  !> Least common multiple of two nonzero integers.
   elemental integer function common_multiple(a, b) result(multiple)
     integer, intent(in) :: a, b
 

@@ -1,5 +1,5 @@
-!> Finds a zero of a continuous function between two points where its signs differ, by inverse quadratic interpolation where this is
-!> safe and bisection elsewhere (Chandrupatla, Adv. Eng. Software 28, 1997, 145). The caller evaluates the function:
+!> Finds a zero of a continuous function between two points where its signs differ. It uses inverse quadratic interpolation where
+!> this is safe, and bisection elsewhere (Chandrupatla, Adv. Eng. Software 28, 1997, 145). The caller evaluates the function:
 !>
 !>     call search%start(a, f(a), b, f(b))
 !>     do while (.not. search%found(tolerance))
@@ -14,11 +14,11 @@ module gestell_math_root_search
 
   !> A search for a zero
   type, public :: root_search_type
-    !> Ends of the bracket, newest point first; values of the function there
+    !> `x`: ends of the interval that contains the zero, newest point first. `f`: values of the function at these points.
     real(dp) :: x(2) = 0, f(2) = 0
-    !> Point that left the bracket last; value of the function there
+    !> Point that was an end of the interval most recently, and the value of the function at this point
     real(dp), private :: x_before = 0, f_before = 0
-    !> True until the first point has been added
+    !> True until the first point has been added by `take`
     logical, private :: is_new = .true.
   contains
     procedure :: start
@@ -32,7 +32,7 @@ module gestell_math_root_search
 
 contains
 
-  !> Starts a search between `a` and `b`, where the function is `fa` and `fb`.
+  !> Starts a search between `a` and `b`, where the function has the values `fa` and `fb`.
   subroutine start(self, a, fa, b, fb)
     class(root_search_type), intent(out) :: self
     real(dp), intent(in) :: a, fa, b, fb
@@ -41,7 +41,7 @@ contains
     self%f = [fa, fb]
   end subroutine start
 
-  !> True if the bracket is narrower than two tolerances, or the function is zero at one of its ends.
+  !> True if the interval that contains the zero is narrower than two tolerances, or if the function is zero at one of its ends.
   pure logical function found(self, tolerance)
     class(root_search_type), intent(in) :: self
     real(dp), intent(in) :: tolerance
@@ -49,7 +49,7 @@ contains
     found = tolerance > 0.5_dp * self%width() .or. .not. minval(abs(self%f)) > 0
   end function found
 
-  !> Point at which the caller evaluates the function next; at least `tolerance` away from both ends of the bracket.
+  !> Point at which the caller must evaluate the function next. It is at least `tolerance` away from both ends of the interval.
   pure real(dp) function next(self, tolerance)
     class(root_search_type), intent(in) :: self
     real(dp), intent(in) :: tolerance
@@ -71,7 +71,7 @@ contains
     next = max(minval(self%x), min(maxval(self%x), self%x(1) + part * (self%x(2) - self%x(1))))
   end function next
 
-  !> True if a point with the value `f` replaces the newest end of the bracket; false if it replaces the other end.
+  !> True if a point with the value `f` replaces the newest end of the interval; false if it replaces the other end.
   pure logical function replaces(self, f)
     class(root_search_type), intent(in) :: self
     real(dp), intent(in) :: f
@@ -79,7 +79,7 @@ contains
     replaces = (f > 0) .eqv. (self%f(1) > 0)
   end function replaces
 
-  !> Adds the point `x`, within the bracket, where the function is `f`.
+  !> Adds the point `x` within the interval, where the function has the value `f`.
   pure subroutine take(self, x, f)
     class(root_search_type), intent(inout) :: self
     real(dp), intent(in) :: x, f
@@ -97,14 +97,14 @@ contains
     self%is_new = .false.
   end subroutine take
 
-  !> Result: the end of the bracket where the function is nearer to zero.
+  !> Result of the search: the end of the interval at which the function is closer to zero.
   pure real(dp) function root(self)
     class(root_search_type), intent(in) :: self
 
     root = merge(self%x(1), self%x(2), abs(self%f(1)) < abs(self%f(2)))
   end function root
 
-  !> Width of the bracket.
+  !> Width of the interval that contains the zero.
   pure real(dp) function width(self)
     class(root_search_type), intent(in) :: self
 

@@ -1,4 +1,4 @@
-!> Rotations in space by a rotation vector theta (rad), with a = |theta|:
+!> Rotations in space, described by a rotation vector theta (rad) with a = |theta|:
 !>
 !>     R = exp([theta]) = 1 + s_1 [theta] + s_2 [theta]^2,   s_1 = sin(a)/a,  s_2 = (1 - cos a)/a^2,
 !>
@@ -6,8 +6,8 @@
 !>
 !>     T = 1 - s_2 [theta] + s_3 [theta]^2,   s_3 = (a - sin a)/a^3.
 !>
-!> The s_k are entire functions of a^2: s_k = sum over n of (-a^2)^n / (2 n + k)!. (A. Mueller, Applied Mechanics Reviews 73, 2021,
-!> 010803, doi 10.1115/1.4047987.)
+!> The s_k are entire functions of a^2: s_k = sum over n of (-a^2)^n / (2 n + k)! (A. Mueller, Applied Mechanics Reviews 73, 2021,
+!> 010803, doi 10.1115/1.4047987).
 module gestell_math_rotation
   use gestell_base_kinds, only: dp
   implicit none (type, external)
@@ -42,7 +42,7 @@ contains
     outer = spread(a, 2, size(b)) * spread(b, 1, size(a))
   end function outer
 
-  !> R, the rotation matrix, shape (3, 3).
+  !> Rotation matrix R of the rotation vector theta, shape (3, 3).
   pure function rotation_matrix(theta) result(r)
     real(dp), intent(in) :: theta(3)
     real(dp) :: r(3, 3)
@@ -50,7 +50,7 @@ contains
     r = rotation_less_one(theta) + identity()
   end function rotation_matrix
 
-  !> R - 1, shape (3, 3). Computing R first would lose digits of small rotations.
+  !> R - 1, where R is the rotation matrix; shape (3, 3). Computing R first would lose digits of small rotations.
   pure function rotation_less_one(theta) result(r)
     real(dp), intent(in) :: theta(3)
     real(dp) :: r(3, 3), s(3, 0:2), c(3, 3)
@@ -60,8 +60,8 @@ contains
     r = s(1, 0) * c + s(2, 0) * matmul(c, c)
   end function rotation_less_one
 
-  !> R - 1 - [theta] and its first and second time derivatives, shape (3, 3, 0:2), from theta, theta', theta'', shape (3, 0:2). The
-  !> derivatives are R' = R [w], R'' = R ([w]^2 + [w']).
+  !> R - 1 - [theta], the part of a rotation beyond first order, and its first and second time derivatives, shape (3, 3, 0:2).
+  !> `theta` contains theta, theta', theta'', shape (3, 0:2). The derivatives of R are R' = R [w], R'' = R ([w]^2 + [w']).
   pure function turn_beyond_first_order(theta) result(beyond)
     real(dp), intent(in) :: theta(3, 0:2)
     real(dp) :: beyond(3, 3, 0:2), s(3, 0:2), t(3, 3, 0:2), r(3, 3), c(3, 3), spin(3, 3), w_d(3)
@@ -78,7 +78,8 @@ contains
     beyond(:, :, 2) = matmul(r, matmul(spin, spin) + cross_matrix(w_d)) - cross_matrix(theta(:, 2))
   end function turn_beyond_first_order
 
-  !> T and its first and second time derivatives, shape (3, 3, 0:2), from theta, theta', theta'', shape (3, 0:2).
+  !> T, which gives the angular velocity w = T theta', and its first and second time derivatives, shape (3, 3, 0:2). `theta`
+  !> contains theta, theta', theta'', shape (3, 0:2).
   pure function turning_matrices(theta) result(t)
     real(dp), intent(in) :: theta(:, 0:)
     real(dp) :: t(3, 3, 0:2), s(3, 0:2), f(2:3, 0:2), c(3, 3, 0:2), cc(3, 3, 0:2), x_d, x_dd
@@ -102,7 +103,7 @@ contains
       & + f(3, 2) * cc(:, :, 0) + 2 * f(3, 1) * cc(:, :, 1) + f(3, 0) * cc(:, :, 2)
   end function turning_matrices
 
-  !> T - 1, shape (3, 3), without loss of digits for small rotations.
+  !> T - 1, shape (3, 3), where w = T theta' is the angular velocity; without loss of digits for small rotations.
   pure function turning_less_one(theta) result(t)
     real(dp), intent(in) :: theta(3)
     real(dp) :: t(3, 3), s(3, 0:2), c(3, 3)
@@ -112,8 +113,9 @@ contains
     t = s(3, 0) * matmul(c, c) - s(2, 0) * c
   end function turning_less_one
 
-  !> s_1, s_2, s_3 and their first and second derivatives with respect to x = a^2, shape (3, 0:2), by their series. A frame turns by
-  !> no more than a few radians, for which the truncation error is below rounding; within one radian ten terms suffice.
+  !> Coefficients s_1, s_2, s_3 and their first and second derivatives with respect to x = a^2, shape (3, 0:2), by their series. A
+  !> frame turns by no more than a few radians; the truncation error is then below rounding. Within one radian ten terms are
+  !> sufficient.
   pure function coefficients(x) result(s)
     real(dp), intent(in) :: x
     real(dp) :: s(3, 0:2)

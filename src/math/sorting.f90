@@ -8,7 +8,7 @@ module gestell_math_sorting
 
 contains
 
-  !> Positions of the values in ascending order. Equal values keep their order. Fast if the values are nearly ascending.
+  !> Indices that sort the values in ascending order. Equal values keep their order. Fast if the values are nearly sorted.
   pure function ascending(values) result(positions)
     real(dp), intent(in) :: values(:)
     integer :: positions(size(values))

@@ -1,4 +1,4 @@
-!> Rotations in the plane as complex numbers E = exp(i psi).
+!> Rotations in the plane, represented by complex numbers E = exp(i psi).
 module gestell_math_turn
   use gestell_base_kinds, only: dp
   implicit none (type, external)
@@ -8,7 +8,7 @@ module gestell_math_turn
 
 contains
 
-  !> E - 1 without cancellation at small angles: 1 - cos psi = sin^2 psi/(1 + cos psi).
+  !> E - 1, without cancellation for small angles psi: 1 - cos psi = sin^2 psi/(1 + cos psi).
   elemental complex(dp) function less_one(turn)
     complex(dp), intent(in) :: turn
 

@@ -1,4 +1,4 @@
-!> Eigenvalues of small matrices, eight side by side, as the roots of their characteristic polynomials.
+!> Computes the eigenvalues of eight small matrices side by side, as the roots of their characteristic polynomials.
 module gestell_math_batch_characteristic_roots
   use gestell_math_batch_hessenberg, only: characteristic_polynomial, evaluate, hessenberg_type, most_states
   use gestell_base_kinds, only: pi
@@ -13,27 +13,30 @@ module gestell_math_batch_characteristic_roots
 
   !> Maximum number of iterations
   integer, parameter :: most_iterations = 40
-  !> Bounds on the last step, relative to the norm of the matrix and to the distance from other roots. Convergence is cubic: the
-  !> error after this step is about the first bound times the square of the second one, below roundoff.
+  !> The iteration ends when a step is small relative to the norm of the matrix (`last_step`) and to the distance from other roots
+  !> (`last_part`). Convergence is cubic: the remaining error is about the first bound times the square of the second one, below
+  !> roundoff.
   real(dp), parameter :: last_step = 1.0e-9_dp, last_part = 1.0e-4_dp
-  !> Cosines of the start angles of m pairs of roots, as column m. The angles are not symmetric, because the iteration would
-  !> preserve a symmetry.
+  !> Indices of the following array constructor
   integer :: i, m
+  !> Cosines of the starting angles of m pairs of roots, as column m. The angles are not symmetric, because the iteration would
+  !> preserve a symmetry.
   real(dp), parameter :: begin_at(most_states / 2, most_states / 2) = &
     & reshape([((cos(pi * (i - 0.6_dp) / m), i = 1, most_states / 2), m = 1, most_states / 2)], [most_states / 2, most_states / 2])
 
 contains
 
   !> Computes starting values of the eigenvalues, shape (lanes, n): the roots of quadratic factors of the characteristic polynomial.
-  !> If the factors do not converge, points on a circle are used. Its centre is the mean of the eigenvalues, its radius the
-  !> geometric mean of their distances from it.
+  !> If the factors do not converge, points on a circle are used. The centre of the circle is the mean of the eigenvalues; its
+  !> radius is the geometric mean of their distances from the centre.
   pure subroutine guess_roots(length, h, z_re, z_im, conjugate, found)
-    !> Numbers per vector register (gestell_base_processor)
+    !> Number of double precision numbers in a vector register (gestell_base_processor)
     integer, intent(in) :: length
     type(hessenberg_type), intent(in) :: h
-    !> Real and imaginary parts; 1 in lanes with roots of factors, 0 in lanes with points on a circle
+    !> `z_re`, `z_im`: real and imaginary parts. `found`: 1 in lanes where the factors have converged, 0 in lanes with points on a
+    !> circle.
     real(dp), intent(out) :: z_re(lanes, most_states), z_im(lanes, most_states), found(lanes)
-    !> True for roots that are the conjugate of the preceding root in all lanes; the iteration preserves this. Shape (n)
+    !> True for each root that is the conjugate of the preceding root in all lanes, shape (n); the iteration preserves this property
     logical, intent(out) :: conjugate(most_states)
     real(dp) :: c(lanes, 0:most_states), s(lanes, most_states), q(lanes, most_states)
     real(dp), dimension(lanes) :: mean, radius, middle, square
@@ -72,8 +75,8 @@ contains
     end do
   end subroutine guess_roots
 
-  !> Updates root `k` in the lanes that have not converged, from the polynomial p and its derivative d there. `greatest`: squares of
-  !> the largest steps so far; `near`: positive where another root is too near for the size of this step.
+  !> Updates root `k` in the lanes that have not converged, from the polynomial p and its derivative d at this root. `greatest`:
+  !> square of the largest step so far. `near`: positive where another root is too near for a step of this size.
   pure subroutine step_here(n, k, p_re, p_im, d_re, d_im, converged, z_re, z_im, greatest, near, once) bind(C, &
     & name="lanes_gestell_aberth")
     !$omp declare simd uniform(n, k, p_re, p_im, d_re, d_im, converged, z_re, z_im, greatest, near) linear(once) simdlen(2) &
@@ -128,18 +131,19 @@ contains
     end do
   end subroutine step_here
 
-  !> Computes the eigenvalues z, shape (lanes, n), from starting values by the iteration of Aberth and Ehrlich. It takes Newton
-  !> steps for p / q, where q has the other approximations as its roots. One step is usual from quadratic factors of p, six to seven
-  !> from a circle. A lane does not change once it has converged, so no lane depends on another.
+  !> Computes the eigenvalues z, shape (lanes, n), from starting values by the iteration of Aberth and Ehrlich: Newton steps for p /
+  !> q, where the roots of q are the other approximations. Starting from quadratic factors, one step is usually sufficient; starting
+  !> from a circle, six to seven. A lane does not change once it has converged, so no lane depends on another.
   pure subroutine find_roots(length, h, conjugate, z_re, z_im, converged)
     !> Numbers per vector register (gestell_base_processor)
     integer, intent(in) :: length
     type(hessenberg_type), intent(in) :: h
-    !> True for roots that are the conjugate of the preceding root in all lanes, shape (n)
+    !> True for each root that is the conjugate of the preceding root in all lanes, shape (n)
     logical, intent(in) :: conjugate(most_states)
-    !> Real and imaginary parts; on input 1 in lanes to be skipped, on output 1 in lanes that have converged, else 0
+    !> `z_re`, `z_im`: real and imaginary parts. `converged`: on input 1 in lanes to be skipped; on output 1 in lanes that have
+    !> converged, else 0.
     real(dp), intent(inout) :: z_re(lanes, most_states), z_im(lanes, most_states), converged(lanes)
-    !> The n roots are stored twice, one copy behind the other.
+    !> The n roots, stored twice in succession, so that a loop over the other roots needs no test
     real(dp), dimension(lanes, 2 * most_states) :: w_re, w_im
     real(dp), dimension(lanes) :: greatest, near, p_re, p_im, d_re, d_im
     procedure(step_here), bind(C, name="_ZGVeN2uuuuuuuuuuul_lanes_gestell_aberth") :: step_512

@@ -1,9 +1,9 @@
-!> Hessenberg matrices, eight side by side as in gestell_math_lanes, and values of their characteristic polynomials without
-!> coefficients. (`characteristic_polynomial` computes coefficients, for starting values.)
+!> Hessenberg matrices, eight side by side as in gestell_math_lanes. Values of their characteristic polynomials are computed without
+!> the coefficients of the polynomials. Only starting values use coefficients (`characteristic_polynomial`).
 !>
 !> Hyman's method (J. H. Wilkinson, The Algebraic Eigenvalue Problem, chapter 7): with x_n = 1, rows n ... 2 of (H - lambda E) x = 0
-!> give x_(n-1) ... x_1. The residual of row 1, r(lambda), equals det(H - lambda E) up to a constant factor. Its rounding error
-!> corresponds to a matrix whose elements are changed by a few roundings each, whatever the subdiagonal.
+!> give x_(n-1) ... x_1. The residual of row 1, r(lambda), equals det(H - lambda E) up to a constant factor. Its rounding error is
+!> equivalent to changing each element of the matrix by a few roundings, whatever the size of the subdiagonal elements.
 module gestell_math_batch_hessenberg
   use gestell_base_processor, only: has_versions
   use gestell_math_lanes, only: lanes
@@ -16,30 +16,30 @@ module gestell_math_batch_hessenberg
   !> Maximum number of rows
   integer, parameter, public :: most_states = 12
 
-  !> Smallest product of subdiagonal elements for which no overflow can occur
+  !> Minimum product of the subdiagonal elements: with a smaller product, overflow is possible
   real(dp), parameter :: least_product = 1.0e-100_dp
 
-  !> Hessenberg matrices of n rows. The first index of all arrays is the lane.
+  !> Hessenberg matrices with n rows. The first index of every array is the lane.
   type, bind(C), public :: hessenberg_type
     integer(c_int) :: n = 0
-    !> Rows divided by their subdiagonal element (row 1 by 1), with reversed sign; shape (lanes, most_states, most_states)
+    !> Each row divided by its subdiagonal element (row 1 by 1), with reversed sign; shape (lanes, most_states, most_states)
     real(dp) :: g(lanes, most_states, most_states)
     !> Reciprocals of the subdiagonal elements h(i, i-1), 1 for i = 1; shape (lanes, most_states)
     real(dp) :: v(lanes, most_states)
-    !> Frobenius norm and trace of the matrix, product of the absolute subdiagonal elements
+    !> `norm`: Frobenius norm. `trace`: trace. `product`: product of the absolute values of the subdiagonal elements.
     real(dp) :: norm(lanes), trace(lanes), product(lanes)
-    !> 1; or 0 where `product` is so small that overflow is possible: the subdiagonal elements are then taken as 1
+    !> Normally 1. 0 where `product` is so small that overflow is possible; the subdiagonal elements are then replaced by 1
     real(dp) :: sound(lanes)
   end type hessenberg_type
 
 contains
 
-  !> Applies the reflection E - beta u u' from both sides, which leaves a single element below the diagonal of column `k`.
+  !> Applies from both sides the reflection E - beta u u' that makes all but one element below the diagonal of column `k` zero.
   pure subroutine reflect_here(a, n, k, once) bind(C, name="lanes_gestell_reflect")
     !$omp declare simd uniform(a, n, k) linear(once) simdlen(2) notinbranch
     real(dp), intent(inout) :: a(lanes, most_states, most_states)
     integer(c_int), value :: n, k, once
-    !> A shorter column below the diagonal needs no reflection.
+    !> A column below the diagonal that is shorter than this needs no reflection.
     real(dp), parameter :: nothing = 1.0e-100_dp
     real(dp) :: u(lanes, most_states), beta(lanes), share(lanes), length, sum
     integer :: i, j, lane
@@ -103,9 +103,9 @@ contains
     end do
   end subroutine reflect_here
 
-  !> Reduces the matrices `a`, shape (lanes, most_states, most_states), to Hessenberg form by Householder reflections. They have `n`
-  !> rows and elements below about 1. Subdiagonal elements below the roundoff are raised to it. `a` is overwritten. `length`:
-  !> numbers per vector register (gestell_base_processor).
+  !> Reduces the matrices `a`, shape (lanes, most_states, most_states), to Hessenberg form by Householder reflections. The matrices
+  !> have `n` rows; their elements should be below about 1. Subdiagonal elements smaller than roundoff are increased to roundoff.
+  !> `a` is overwritten. `length`: number of double precision numbers in a vector register (gestell_base_processor).
   pure subroutine new_hessenberg(length, a, n, h)
     real(dp), intent(inout) :: a(lanes, most_states, most_states)
     integer, intent(in) :: length, n
@@ -145,7 +145,7 @@ contains
     call take(a, h)
   end subroutine new_hessenberg
 
-  !> Stores one Hessenberg matrix `a` of `n` rows, with elements below about 1, in all lanes.
+  !> Stores a single Hessenberg matrix `a` in all lanes. It has `n` rows; its elements should be below about 1.
   pure subroutine of_one(n, a, h)
     integer, intent(in) :: n
     real(dp), intent(in) :: a(most_states, most_states)
@@ -167,7 +167,8 @@ contains
     call take(eight, h)
   end subroutine of_one
 
-  !> Stores the elements; norm and trace must be set. Subdiagonal elements below the roundoff are raised to it.
+  !> Stores the elements of the matrices `a` in `h`, whose norm and trace must already be set. Subdiagonal elements smaller than
+  !> roundoff are increased to roundoff.
   pure subroutine take(a, h)
     real(dp), intent(inout) :: a(lanes, most_states, most_states)
     type(hessenberg_type), intent(inout) :: h
@@ -194,8 +195,11 @@ contains
     end do
   end subroutine take
 
-  !> Computes the coefficients c_0 ... c_(n-1) of det(lambda E - H) = t^n + c_(n-1) t^(n-1) + ... + c_0, lambda = `mean` + t; shape
-  !> (lanes, 0:n-1). x_(n-1) ... x_0 are polynomials in t here; `x` holds their coefficients.
+  !> Computes the coefficients c_0 ... c_(n-1) of the characteristic polynomial, shape (lanes, 0:n-1):
+  !>
+  !>     det(lambda E - H) = t^n + c_(n-1) t^(n-1) + ... + c_0,   lambda = `mean` + t.
+  !>
+  !> x_(n-1) ... x_0 of Hyman's method are polynomials in t here; `x` holds their coefficients.
   pure subroutine characteristic_polynomial(h, mean, c)
     type(hessenberg_type), intent(in) :: h
     real(dp), intent(in) :: mean(lanes)
@@ -290,7 +294,7 @@ contains
     d_im = y_im(:, 0)
   end subroutine evaluate_here
 
-  !> Computes p = -r(lambda) and its derivative d at lambda = z, real and imaginary parts.
+  !> Computes p = -r(lambda), which is the characteristic polynomial up to a constant factor, and its derivative d at lambda = z.
   pure subroutine evaluate(length, h, z_re, z_im, p_re, p_im, d_re, d_im)
     !> Numbers per vector register (gestell_base_processor)
     integer, intent(in) :: length

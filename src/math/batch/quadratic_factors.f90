@@ -1,8 +1,8 @@
 !> Factorises real polynomials, eight side by side, into real quadratic factors f_k = t^2 - s_k t + q_k.
 !>
-!> The iteration is that of Weierstrass (Durand and Kerner) with factors in place of roots. With the product g of the other factors,
-!> p = (f_k + d) g where d = p / g modulo f_k. Residues modulo f_k are linear; their products use t^2 = s_k t - q_k. All numbers are
-!> real, and a conjugate pair of roots can become two real ones while a factor changes.
+!> The iteration is the iteration of Weierstrass (Durand and Kerner), with factors in place of roots. Let g be the product of the
+!> other factors; then p = (f_k + d) g with d = p / g modulo f_k. Residues modulo f_k are linear in t; their products use t^2 = s_k
+!> t - q_k. All numbers are real. A conjugate pair of roots can become two real ones while a factor changes.
 module gestell_math_batch_quadratic_factors
   use gestell_base_processor, only: has_versions
   use gestell_math_lanes, only: lanes
@@ -12,11 +12,11 @@ module gestell_math_batch_quadratic_factors
 
   public :: find_factors
 
-  !> Maximum number of iterations: with real roots the iteration may move erratically.
+  !> Maximum number of iterations: if roots are real, the iteration may move erratically.
   integer, parameter :: most_iterations = 30
-  !> Bound on the last step, relative to the mean radius of the roots. Convergence is quadratic.
+  !> The iteration ends when a step, relative to the mean radius of the roots, is at most this. Convergence is quadratic.
   real(dp), parameter :: last_step = 1.0e-6_dp
-  !> Smallest divisor of a step
+  !> Minimum absolute value of the divisor in a step
   real(dp), parameter :: least_divisor = 1.0e-100_dp
 
 contains
@@ -55,11 +55,11 @@ contains
   !> Computes the quadratic factors of the polynomials t^2m + c_(2m-1) t^(2m-1) + ... + c_0 from starting values. A lane does not
   !> change once it has converged, so no lane depends on another.
   pure subroutine find_factors(length, m, c, radius, bound, s, q, converged)
-    !> Numbers per vector register (gestell_base_processor); number of factors
+    !> `length`: number of double precision numbers in a vector register (gestell_base_processor). `m`: number of factors.
     integer, intent(in) :: length, m
-    !> Coefficients; mean radius of the roots; bound on the moduli of all roots
+    !> `c`: coefficients. `radius`: mean radius of the roots. `bound`: bound on the moduli of all roots.
     real(dp), intent(in) :: c(lanes, 0:2 * m - 1), radius(lanes), bound(lanes)
-    !> s_k and q_k, shape (lanes, m), from starting values to the result. Behind the m factors there is room for a second copy.
+    !> s_k and q_k, shape (lanes, m): starting values, replaced by the result. The second half of the arrays is room for a copy.
     real(dp), intent(inout) :: s(lanes, 2 * m), q(lanes, 2 * m)
     !> 1 in lanes that have converged, else 0
     real(dp), intent(out) :: converged(lanes)
@@ -75,7 +75,7 @@ contains
     end if
   end subroutine find_factors
 
-  !> Updates factor `k` in the lanes that have not converged. `greatest`: squares of the largest steps of q so far.
+  !> Updates factor `k` in the lanes that have not converged. `greatest`: square of the largest step so far, in units of q.
   pure subroutine improve(m, k, c, bound, converged, s, q, greatest)
     integer, intent(in) :: m, k
     real(dp), intent(in) :: c(lanes, 0:2 * m - 1), bound(lanes), converged(lanes)

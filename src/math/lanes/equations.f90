@@ -1,5 +1,5 @@
-!> Solves small systems of equations, eight side by side as in gestell_math_lanes, by Householder reflections. Elimination would
-!> need different row exchanges in each lane; reflections need none.
+!> Solves small systems of linear equations, eight side by side as in gestell_math_lanes, by Householder reflections. Elimination
+!> would need different row exchanges in each lane; reflections need no exchanges.
 module gestell_math_lanes_equations
   use gestell_base_kinds, only: dp
   use gestell_math_lanes, only: lanes
@@ -8,19 +8,19 @@ module gestell_math_lanes_equations
 
   public :: solve_equations
 
-  !> Smallest length of a column: a shorter one counts as zero.
+  !> Minimum length of a column: a shorter column counts as zero.
   real(dp), parameter :: nothing = 1.0e-100_dp
 
 contains
 
-  !> Solves A x = b, and computes the Frobenius norm of A^-1, which equals that of R^-1 with A = Q R. The norm is 1e100 or more if A
-  !> is singular.
+  !> Solves A x = b and computes the Frobenius norm of A^-1. With A = Q R this norm equals the norm of R^-1. It is 1e100 or more if
+  !> A is singular.
   pure subroutine solve_equations(n, equations, x, inverse_norm)
     !> Number of unknowns
     integer, intent(in) :: n
     !> [A b], shape (lanes, n, n + 1); overwritten
     real(dp), intent(inout) :: equations(lanes, n, n + 1)
-    !> Solution, shape (lanes, n); norm of A^-1 in each lane
+    !> `x`: solution, shape (lanes, n). `inverse_norm`: norm of A^-1 in each lane.
     real(dp), intent(out) :: x(lanes, n), inverse_norm(lanes)
     real(dp) :: pivot(lanes, n), column(lanes, n)
     integer :: k
@@ -41,8 +41,8 @@ contains
     call substitute(n, n, equations, pivot, x)
   end subroutine solve_equations
 
-  !> Applies the reflection E - beta u u' that leaves only `pivot` in the rows from `k` on of column `k`; u is stored in their
-  !> place.
+  !> Applies the Householder reflection E - beta u u' that changes column `k`, rows `k` to `n`, to `pivot` followed by zeros. u is
+  !> stored in these rows of the column.
   pure subroutine reflect(n, k, a, pivot)
     integer, intent(in) :: n, k
     real(dp), intent(inout) :: a(lanes, n, n + 1)
@@ -85,7 +85,7 @@ contains
     end do
   end subroutine reflect
 
-  !> x <- R^-1 x for the first `rows` rows, where the reciprocals of the diagonal are `pivot`.
+  !> Replaces x by R^-1 x, using the first `rows` rows. `pivot`: reciprocals of the diagonal elements of R.
   pure subroutine substitute(n, rows, r, pivot, x)
     integer, intent(in) :: n, rows
     real(dp), intent(in) :: r(lanes, n, n + 1), pivot(lanes, n)

@@ -1,15 +1,14 @@
-!> Elimination in eight small matrices side by side. The first index of all arrays is the lane, the number of the matrix: a vector
-!> register of the processor holds one element of several matrices and applies the same arithmetic to all.
+!> Elimination in eight small matrices side by side. The first index of every array is the lane, the number of the matrix. A vector
+!> register of the processor holds one element of several matrices and applies the same arithmetic to all of them.
 !>
-!> Without the lanes this is elimination by blocks of 3 x 3 from left to right, in panels of three or six columns. From the columns
-!> to its left a panel needs only their multipliers, L of A = L U. They are stored block row by block row: l(:, :, k, i) is column k
-!> in the rows of block i. U is not stored, since only the Schur complement is needed. So the matrix itself needs no memory: a panel
-!> is filled just before its elimination. Data that are read again are stored in the order of reading.
+!> Within each lane this is elimination by blocks of 3 x 3 from left to right, in panels of three or six columns. A panel needs only
+!> the multipliers of the columns to its left: L of A = L U. They are stored block row by block row: l(:, :, k, i) is column k in
+!> the rows of block i. U is not stored, because only the Schur complement is needed. So the matrix itself needs no memory: each
+!> panel is filled just before its elimination. Data are stored in the order in which they are read again.
 !>
-!> The sums of a block stay in registers while they run over all eliminated unknowns (gestell_math_lanes_versions). The compiler can
-!> keep the registers full because of this, and because only the data depend on the lane. The inner loop tests its end at the
-!> bottom: a test at the top would be control flow in a lane. With `!GCC$ ivdep` gfortran assumes that lanes do not depend on each
-!> other; results are the same without it.
+!> The sums of a block stay in registers during the loop over all eliminated unknowns (gestell_math_lanes_versions). Compilers can
+!> keep them there because only the data, not the flow of control, depend on the lane. For this reason the inner loop tests its end
+!> at the bottom. With `!GCC$ ivdep` gfortran assumes that lanes do not depend on each other; results are the same without it.
 module gestell_math_lanes
   use gestell_base_kinds, only: dp
   use gestell_base_processor, only: has_long_vectors, vector_length
@@ -21,10 +20,10 @@ module gestell_math_lanes
 
   !> `block`: rows of a block; `width`: maximum number of columns in a panel; `lanes`: number of matrices side by side
   public :: block, columns_at_once, columns_of_panel, eliminate, lanes, padded, reduce, schur_complement, vector_border, width
-  !> Largest multiplier for which elimination without exchanges loses no significant digits. Threshold pivoting in sparse
-  !> elimination allows 10 to 100 (I. S. Duff, A. M. Erisman, J. K. Reid, Direct Methods for Sparse Matrices, section 5).
+  !> Largest multiplier for which elimination without exchanges loses no significant digits. For comparison, threshold pivoting in
+  !> sparse elimination allows 10 to 100 (I. S. Duff, A. M. Erisman, J. K. Reid, Direct Methods for Sparse Matrices, section 5).
   real(dp), parameter, public :: safe_multiplier = 16
-  !> Smallest pivot: a smaller one counts as zero.
+  !> Minimum absolute value of a pivot: a smaller pivot counts as zero.
   real(dp), parameter :: least_pivot = 1.0e-8_dp
 
 contains
@@ -36,12 +35,12 @@ contains
     padded = block * ((n + block - 1) / block)
   end function padded
 
-  !> Best number of columns of a panel: six if the processor has 32 vector registers for eighteen sums, otherwise three.
+  !> Best number of columns of a panel: six if the processor has 32 vector registers, which can hold eighteen sums; otherwise three.
   pure integer function columns_at_once()
     columns_at_once = merge(width, block, has_long_vectors())
   end function columns_at_once
 
-  !> Number of columns of the next panel of a map that has `left` more columns: six or three, or one if it is the last column.
+  !> Number of columns of the next panel if `left` columns remain: six or three, or one for a last single column.
   pure integer function columns_of_panel(left) result(columns)
     integer, intent(in) :: left
 
@@ -49,8 +48,8 @@ contains
     if (left >= columns_at_once()) columns = columns_at_once()
   end function columns_of_panel
 
-  !> Position of the first element of `numbers` whose address is a multiple of eight elements. A vector of eight that begins
-  !> elsewhere occupies two cache lines.
+  !> Index of the first element of `numbers` whose address is a multiple of eight elements. Vectors of eight that begin elsewhere
+  !> occupy two cache lines.
   integer function vector_border(numbers)
     real(dp), contiguous, target, intent(in) :: numbers(:)
 
@@ -59,19 +58,20 @@ contains
     end associate
   end function vector_border
 
-  !> Replaces the matrix `w`, shape (lanes, rows, columns), with A of `n` rows and columns in its upper left,
+  !> Computes the Schur complement of A, which has `n` rows and columns, in the matrix `w`, shape (lanes, rows, columns). It
+  !> replaces
   !>
   !>     [ A  R ]
   !>     [ G  S ]      by      [ ...  ... ;  ...  S - G A^-1 R ].
   !>
-  !> All numbers of rows and columns are multiples of `block`; A is in units in which its diagonal is about 1. Rows are not
-  !> exchanged. `multiplier`, shape (lanes), is the largest factor by which a row of A was subtracted from another one, huge if a
-  !> pivot vanished. Elimination is as accurate as with exchanges if the multiplier is not far above 1.
+  !> All numbers of rows and columns are multiples of `block`. A must be in units in which its diagonal is about 1. Rows are not
+  !> exchanged. `multiplier`, shape (lanes), is the largest factor by which a row of A was subtracted from another one; it is huge
+  !> if a pivot is zero. Elimination is as accurate as with exchanges if `multiplier` is not far above 1.
   pure subroutine schur_complement(w, n, multiplier)
     real(dp), contiguous, intent(inout) :: w(:, :, :)
     integer, intent(in) :: n
     real(dp), intent(out) :: multiplier(lanes)
-    !> On the heap: threads have small stacks.
+    !> Allocated on the heap, because threads have small stacks
     real(dp), allocatable :: panel(:, :, :), l(:, :, :, :)
     integer :: rows, first, last, count, c, row, lane
 
@@ -102,11 +102,12 @@ contains
     end do
   end subroutine schur_complement
 
-  !> Eliminates the next unknowns: three or six columns of A and G. The columns before `first` have been eliminated.
+  !> Eliminates three or six unknowns: a panel of columns of A and G. All columns before `first` have already been eliminated.
   pure subroutine eliminate(first, columns, n, rows, panel, l, multiplier)
-    !> First column of the panel; number of its columns; number of unknowns; number of rows
+    !> `first`: first column of the panel. `columns`: number of its columns. `n`: number of unknowns. `rows`: number of rows.
     integer, intent(in) :: first, columns, n, rows
-    !> The panel; the multipliers L, to which those of this panel are added; the largest multiplier in the rows of A so far
+    !> `panel`: the panel. `l`: multipliers L, to which the multipliers of this panel are added. `multiplier`: largest multiplier in
+    !> the rows of A so far.
     real(dp), intent(inout) :: panel(lanes, width, rows), l(lanes, block, n, rows / block), multiplier(lanes)
     real(dp) :: unused(lanes)
     integer :: through, row, c
@@ -129,13 +130,13 @@ contains
     end do
   end subroutine eliminate
 
-  !> Updates a panel of one, three or six columns, up to row `rows`, by the elimination of the unknowns `from` to `to`.
+  !> Applies the elimination of the unknowns `from` to `to` to a panel of one, three or six columns, up to row `rows`.
   pure subroutine reduce(from, to, columns, n, rows, panel, l)
-    !> First and last unknown; number of columns of the panel; number of unknowns; number of rows
+    !> `from`, `to`: first and last unknown. `columns`: columns of the panel. `n`: number of unknowns. `rows`: number of rows.
     integer, intent(in) :: from, to, columns, n, rows
     !> The panel
     real(dp), intent(inout) :: panel(lanes, width, rows)
-    !> The multipliers L of the unknowns
+    !> Multipliers L of the eliminated unknowns
     real(dp), intent(in) :: l(lanes, block, n, rows / block)
     integer :: length, row, terms, i, c
     logical :: six
@@ -163,7 +164,7 @@ contains
     end do
   end subroutine reduce
 
-  !> W <- L^-1 W for the first column of W.
+  !> Replaces the first column of W by L^-1 times this column.
   pure subroutine solve_for_column(w, l)
     real(dp), intent(inout) :: w(lanes, width, block)
     real(dp), intent(in) :: l(lanes, block, block)
@@ -176,8 +177,8 @@ contains
     end do
   end subroutine solve_for_column
 
-  !> Eliminates three unknowns, columns `c` to c + 2 of a panel whose first column is `first`. Stores their multipliers in the rows
-  !> below, up to `rows`, and updates the columns to their right.
+  !> Eliminates three unknowns: columns `c` to c + 2 of a panel whose first column is column `first` of the matrix. Stores their
+  !> multipliers for all rows below, up to `rows`, and updates the panel's columns to the right.
   pure subroutine divide(first, c, columns, n, rows, panel, l, multiplier)
     integer, intent(in) :: first, c, columns, n, rows
     real(dp), intent(inout) :: panel(lanes, width, rows), l(lanes, block, n, rows / block), multiplier(lanes)
@@ -203,7 +204,7 @@ contains
     end do
   end subroutine divide
 
-  !> Factorises W = L U with unit L. The reciprocals of the pivots are stored in place of the pivots.
+  !> Factorises the block W = L U; the diagonal of L is 1. The reciprocals of the pivots are stored in place of the pivots.
   pure subroutine factorise_block(w, l, multiplier)
     real(dp), intent(inout) :: w(lanes, width, block), l(lanes, block, block), multiplier(lanes)
     real(dp) :: p1, p2, p3, u12, u13, u23, l21, l31, l32

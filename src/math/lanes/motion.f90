@@ -1,4 +1,4 @@
-!> Applies affine maps one after the other to vectors side by side, as in gestell_math_lanes.
+!> Applies a sequence of affine maps to several vectors side by side, as in gestell_math_lanes.
 module gestell_math_lanes_motion
   use gestell_base_processor, only: has_versions, vector_length
   use gestell_math_lanes_versions, only: lanes
@@ -71,16 +71,17 @@ contains
     end do
   end subroutine apply_here
 
-  !> Applies x <- A x + b for the maps of `steps` steps in turn.
+  !> Applies x <- A x + b to all vectors for the maps of `steps` steps, one after the other.
   pure subroutine apply_in_turn(n, columns, room, first, steps, groups, maps, forced, most, motion, done)
-    !> Number of states; columns of the maps; first extent of `maps`; number of the first map; number of steps; groups of vectors
+    !> `n`: number of states. `columns`: columns of the maps. `room`: first extent of `maps`. `first`: number of the first map.
+    !> `steps`: number of steps. `groups`: number of groups of vectors.
     integer, intent(in) :: n, columns, room, first, steps, groups
-    !> Maps [A b], or A alone, shape (room, n, columns); 1 in lanes of the last group to which b is added, else 0; limit of the sum
-    !> of absolute values of a lane
+    !> `maps`: maps [A b], or A alone, shape (room, n, columns). `forced`: 1 in lanes of the last group to which b is added, else 0.
+    !> `most`: limit on the sum of absolute values in a lane.
     real(dp), intent(in) :: maps(room, n, columns), forced(lanes), most
     !> The vectors before the first step and after each step, shape (lanes, n, groups, 0:steps)
     real(dp), intent(inout) :: motion(lanes, n, groups, 0:steps)
-    !> Number of steps before the first one after which the absolute values in a lane sum to `most` or more
+    !> Number of successive steps for which the sum of absolute values in every lane stays below `most`
     integer, intent(out) :: done
     procedure(apply_here), bind(C, name="_ZGVeN2uuuuuuuuuuul_lanes_gestell_apply") :: apply_512
     procedure(apply_here), bind(C, name="_ZGVdN2uuuuuuuuuuul_lanes_gestell_apply") :: apply_256

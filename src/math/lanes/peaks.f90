@@ -1,4 +1,4 @@
-!> Maxima of periodic functions, eight side by side, by the method of gestell_math_series_fourier.
+!> Computes maxima of periodic functions, eight side by side, by the method of gestell_math_series_fourier.
 module gestell_math_lanes_peaks
   use gestell_base_kinds, only: dp, pi
   use gestell_math_cosine_sine, only: cosine_sine
@@ -13,10 +13,10 @@ module gestell_math_lanes_peaks
 
 contains
 
-  !> Computes max |f| of trigonometric polynomials, by solving f' = 0 near every sample close to which the maximum can lie. Half a
-  !> spacing away from the maximum |f| is smaller by at most spacing^2 max |f''| / 8. `samples` has the shape (lanes, n). The
-  !> columns of `harmonics` are the coefficients of cos(k theta), k = 1 ... (n - 1) / 2, then those of sin(k theta); further columns
-  !> are ignored.
+  !> Computes max |f| of trigonometric polynomials by solving f' = 0 near every sample close to which the maximum can lie. Within
+  !> half a spacing of the maximum, |f| is smaller than the maximum by at most spacing^2 max |f''| / 8. `samples` has the shape
+  !> (lanes, n). The columns of `harmonics` are the coefficients of cos(k theta), k = 1 ... (n - 1) / 2, then those of sin(k theta);
+  !> further columns are ignored.
   pure subroutine greatest_values(samples, harmonics, greatest)
     real(dp), contiguous, intent(in) :: samples(:, :), harmonics(:, :)
     real(dp), intent(out) :: greatest(lanes)
@@ -50,8 +50,8 @@ contains
     end do
   end subroutine greatest_values
 
-  !> Finds the next sample after `at`, in every lane, that is not below `least` or its neighbours. The result is n + 1 if there is
-  !> none.
+  !> Finds, in every lane, the next sample after sample `at` that is at least `least` and at least as large as its neighbours. If
+  !> there is none, `at` becomes n + 1.
   pure subroutine find_next(n, size_at, least, at)
     integer, intent(in) :: n
     real(dp), intent(in) :: size_at(lanes, 0:n + 1), least(lanes)
@@ -76,8 +76,8 @@ contains
   end subroutine find_next
 
   !> Raises `greatest` to the maximum of |f| near the samples `at`, where |f| is at least as large as one spacing away on both
-  !> sides. Newton's iteration for f' = 0 is kept between a place where |f| rises towards the maximum and a place beyond it. It ends
-  !> when the next step would raise |f| by less than its rounding.
+  !> sides. Newton's iteration for f' = 0 is kept between a point from which |f| rises towards the maximum and a point beyond the
+  !> maximum. It ends when the next step would raise |f| by less than its rounding.
   pure subroutine refine(n, mean, harmonics, at, greatest)
     integer, intent(in) :: n
     real(dp), contiguous, intent(in) :: harmonics(:, :)
@@ -113,7 +113,7 @@ contains
     end do
   end subroutine refine
 
-  !> Computes f, df/dtheta and d2f/dtheta2. cos(k theta) and sin(k theta) follow by recurrence.
+  !> Computes f, df/dtheta and d2f/dtheta2, with cos(k theta) and sin(k theta) from a recurrence.
   pure subroutine evaluate(orders, mean, harmonics, theta, f, f_d, f_dd)
     integer, intent(in) :: orders
     real(dp), intent(in) :: mean(lanes), harmonics(lanes, 2 * orders), theta(lanes)

@@ -1,4 +1,4 @@
-!> Sums of products in eight lanes side by side, as in gestell_math_lanes.
+!> Computes sums of products in eight lanes side by side, as in gestell_math_lanes.
 module gestell_math_lanes_products
   use gestell_base_processor, only: has_versions, vector_length
   use gestell_math_lanes_versions, only: four_columns
@@ -18,7 +18,8 @@ contains
     in_fours = 4 * ((n + 3) / 4)
   end function in_fours
 
-  !> Computes values(lane, j) = sum over k = 1 ... n of factors(lane, k) terms(k, j), j = 1 ... numbers, a multiple of four.
+  !> Computes values(lane, j) = sum over k = 1 ... n of factors(lane, k) terms(k, j) for j = 1 ... numbers. `numbers` must be a
+  !> multiple of four.
   pure subroutine combine(n, numbers, factors, terms, values)
     integer, intent(in) :: n, numbers
     real(dp), intent(in) :: factors(lanes, n), terms(n, numbers)
@@ -90,8 +91,9 @@ contains
     end do
   end subroutine multiply_here
 
-  !> Computes C = factor A B. The rows of A have the shape (lanes, columns, n), of which the first n elements are used. B and C have
-  !> the shape (lanes, n, columns), columns >= n. `length`: numbers per vector register (gestell_base_processor).
+  !> Computes C = factor A B. The rows of A have the shape (lanes, columns, n); their first n elements are used. B and C have the
+  !> shape (lanes, n, columns), columns >= n. `length`: number of double precision numbers in a vector register
+  !> (gestell_base_processor).
   pure subroutine multiply(length, n, columns, factor, rows, b, c)
     integer, intent(in) :: length, n, columns
     real(dp), intent(in) :: factor, rows(lanes, columns, n), b(lanes, n, columns)

@@ -1,8 +1,8 @@
 !> Inner loops of elimination for six columns at once, for processors with 32 vector registers (AVX-512), of which 18 hold sums. The
-!> procedures correspond to those of gestell_math_lanes_versions for three columns.
+!> procedures correspond to those of gestell_math_lanes_versions, which process three columns.
 !>
-!> Nobody reads the values stored in `kept`. Because it might overlap one of the factors (`target`), GCC loads each factor once for
-!> all its products, and not once for each.
+!> The values stored in `kept` are never used. Because `kept` may overlap one of the factors (`target`), GCC loads each factor once
+!> for all its products, instead of once for each product.
 module gestell_math_lanes_six
   use gestell_base_processor, only: has_versions
   use gestell_math_lanes_versions, only: block, lanes, width
@@ -34,7 +34,7 @@ contains
     end do
   end subroutine subtract_here
 
-  !> C <- C - R S in all lanes, with `terms` columns of R and rows of S.
+  !> Computes C <- C - R S in all lanes. R has `terms` columns, S has `terms` rows.
   pure subroutine subtract_six(terms, c, r, s)
     integer, intent(in) :: terms
     real(dp), intent(inout) :: c(lanes, width, block)
@@ -85,7 +85,7 @@ contains
     end do
   end subroutine reduce_here
 
-  !> C <- L^-1 (C - R S) in all lanes; L has ones on its diagonal.
+  !> Computes C <- L^-1 (C - R S) in all lanes. The diagonal of L is 1.
   pure subroutine reduce_six(terms, c, r, s, l)
     integer, intent(in) :: terms
     real(dp), intent(inout) :: c(lanes, width, block)
@@ -163,8 +163,8 @@ contains
     end do
   end subroutine divide_here
 
-  !> L <- (C - R S) U^-1 in all lanes. U holds the reciprocals of the pivots in their place. `multiplier` is raised to the largest
-  !> element of L in absolute value.
+  !> Computes L <- (C - R S) U^-1 in all lanes. U contains the reciprocals of its pivots in place of the pivots. `multiplier` is
+  !> raised to the largest absolute value of an element of L.
   pure subroutine divide_six(terms, c, r, s, u, l, multiplier)
     integer, intent(in) :: terms
     real(dp), intent(in) :: c(lanes, width, block), u(lanes, width, width)

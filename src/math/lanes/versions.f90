@@ -1,6 +1,6 @@
-!> Inner loops of elimination and of products for eight lanes. They are compiled in versions for processors with long vectors
-!> (gestell_base_processor), so that a portable build can use these without a compiler flag. Callers pass the first element of the
-!> three columns of a panel.
+!> Inner loops of elimination and of products for eight lanes. They are also compiled in versions for processors with long vectors
+!> (gestell_base_processor), so that a portable build can use long vectors without a compiler flag. Callers pass the first element
+!> of the three columns of a panel.
 module gestell_math_lanes_versions
   use gestell_base_processor, only: has_versions
   use, intrinsic :: iso_c_binding, only: c_int, dp => c_double
@@ -9,7 +9,7 @@ module gestell_math_lanes_versions
 
   public :: four_columns, solve_with_lower, solve_with_upper, subtract_column, subtract_product
 
-  !> Defined in gestell_math_lanes, which explains them
+  !> See gestell_math_lanes for the meaning of these constants.
   integer, parameter, public :: lanes = 8, block = 3, width = 6
 
 contains
@@ -68,7 +68,7 @@ contains
     end do
   end subroutine subtract_here
 
-  !> C <- C - R S in all lanes, with `terms` columns of R and rows of S. `length`: numbers per vector register.
+  !> Computes C <- C - R S in all lanes. R has `terms` columns, S has `terms` rows. `length`: numbers in a vector register.
   pure subroutine subtract_product(length, terms, c, r, s)
     integer, intent(in) :: length, terms
     real(dp), intent(inout) :: c(lanes, width, block)
@@ -116,7 +116,7 @@ contains
     end do
   end subroutine column_here
 
-  !> C <- C - R S for the first column of C and S only.
+  !> Computes C <- C - R S in all lanes, for the first column of C and S only.
   pure subroutine subtract_column(length, terms, c, r, s)
     integer, intent(in) :: length, terms
     real(dp), intent(inout) :: c(lanes, width, block)
@@ -158,8 +158,8 @@ contains
     end do
   end subroutine upper_here
 
-  !> L <- W U^-1 in all lanes. U holds the reciprocals of the pivots in their place. `multiplier` is raised to the largest element
-  !> of L in absolute value.
+  !> Computes L <- W U^-1 in all lanes. U contains the reciprocals of its pivots in place of the pivots. `multiplier` is raised to
+  !> the largest absolute value of an element of L.
   pure subroutine solve_with_upper(length, w, u, l, multiplier)
     integer, intent(in) :: length
     real(dp), intent(in) :: w(lanes, width, block), u(lanes, width, block)
@@ -195,7 +195,7 @@ contains
     end do
   end subroutine lower_here
 
-  !> W <- L^-1 W in all lanes; L has ones on its diagonal.
+  !> Computes W <- L^-1 W in all lanes. The diagonal of L is 1.
   pure subroutine solve_with_lower(length, w, l)
     integer, intent(in) :: length
     real(dp), intent(inout) :: w(lanes, width, block)
@@ -246,7 +246,7 @@ contains
     end do
   end subroutine four_here
 
-  !> C = A B with one row of A and C in each lane, and four columns of B and C.
+  !> Computes C = A B in all lanes, for one row of A and C in each lane and four columns of B and C.
   pure subroutine four_columns(length, terms, a, b, c)
     integer, intent(in) :: length, terms
     real(dp), intent(in) :: a(lanes, terms), b(terms, 4)

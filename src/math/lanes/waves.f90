@@ -1,5 +1,6 @@
-!> Waves cos k theta and sin k theta at equidistant phases of a turn, eight phases side by side. They convert values to harmonics
-!> and back, for orders below half the number of phases. Even and odd parts are treated separately, so half of the turn suffices.
+!> Converts values of functions to harmonics and back, with the waves cos k theta and sin k theta at equidistant phases of a turn,
+!> eight phases side by side. Orders are below half the number of phases. Even and odd parts are treated separately, so that only
+!> half of the turn is needed.
 module gestell_math_lanes_waves
   use gestell_base_kinds, only: dp, pi
   use gestell_math_cosine_sine, only: cosine_sine
@@ -10,11 +11,11 @@ module gestell_math_lanes_waves
 
   public :: waves_at
 
-  !> Waves at a number of phases
+  !> Values of the waves cos k theta and sin k theta at equidistant phases
   type, public :: waves_type
     !> Half the number of phases, a multiple of `lanes`
     integer :: half = 0
-    !> cos k theta_j and sin k theta_j over half the turn, symmetric in k and j, shape (lanes, half, half / lanes)
+    !> cos k theta_j and sin k theta_j over half the turn, shape (lanes, half, half / lanes); symmetric in k and j
     real(dp), allocatable, private :: cosine(:, :, :), sine(:, :, :)
   contains
     procedure :: values
@@ -23,7 +24,7 @@ module gestell_math_lanes_waves
 
 contains
 
-  !> Returns the waves at `phases` phases, a multiple of 2 lanes.
+  !> Returns the waves at `phases` phases; the number must be a multiple of 2 `lanes`.
   pure function waves_at(phases) result(waves)
     integer, intent(in) :: phases
     type(waves_type) :: waves
@@ -46,8 +47,8 @@ contains
     end do
   end function waves_at
 
-  !> Values at the phases k/phases from harmonics: cosines of the orders 0 ... half - 1, then sines of these orders. Both have the
-  !> shape (phases, functions).
+  !> Computes values at the phases k/phases from harmonics, which are the coefficients of cosines of the orders 0 ... half - 1, then
+  !> of sines of these orders. Values and harmonics have the shape (phases, functions).
   pure function values(waves, harmonics)
     class(waves_type), intent(in) :: waves
     real(dp), contiguous, intent(in) :: harmonics(0:, :)
@@ -65,7 +66,7 @@ contains
     end do
   end function values
 
-  !> Harmonics from values, both of shape (phases, functions). The order `half` is left out.
+  !> Computes harmonics from values; both have the shape (phases, functions). The order `half` is omitted.
   pure function harmonics(waves, values)
     class(waves_type), intent(in) :: waves
     real(dp), contiguous, intent(in) :: values(0:, :)
@@ -91,7 +92,7 @@ contains
     harmonics(0, :) = harmonics(0, :) / 2
   end function harmonics
 
-  !> A B for an A whose rows are stored in lanes.
+  !> Product A B for a matrix A whose rows are stored side by side in lanes.
   pure function products(a, b) result(c)
     real(dp), contiguous, intent(in) :: a(:, :, :)
     real(dp), intent(in) :: b(:, :)

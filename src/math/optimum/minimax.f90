@@ -1,22 +1,23 @@
-!> Minimises sums of maxima under limits on maxima, by sequential quadratic programming.
+!> Minimises a sum of maxima subject to upper limits on other maxima, by sequential quadratic programming.
 !>
-!> The value of a group is phi_g(x), the maximum of f_b(x) over its branches b. The search minimises the exact penalty function
-!> (Fletcher, Practical Methods of Optimization, 2nd ed., section 14.3)
+!> Smooth functions f_b(x), called branches, form groups. The value phi_g(x) of group g is the maximum of its branches. Some groups
+!> are objectives, the others are constraints. The search minimises the exact penalty function (Fletcher, Practical Methods of
+!> Optimization, 2nd ed., section 14.3)
 !>
 !>     Phi(x) = sum over objectives of phi_g + sum over constraints of w_g max(0, phi_g).                            (1)
 !>
-!> A constraint is a group with one more branch, 0, so every quadratic program has a solution. The step d minimises Phi with
-!> branches linearised about x, plus d' B d / 2, within the bounds. The multipliers lambda_b >= 0 of this program are those of the
-!> branches.
+!> In the quadratic program a constraint is a group with an additional branch of value 0, so that a solution always exists. The step
+!> d minimises Phi with branches linearised about x, plus d' B d / 2, within the bounds. The multipliers lambda_b >= 0 of this
+!> program are the multipliers of the branches.
 !>
 !> The weight w_g grows tenfold until the step reduces the violation almost as far as possible (Byrd, Nocedal, Waltz, Optim. Methods
-!> Softw. 23, 2008, 197-213, doi 10.1080/10556780701394169). It falls towards twice the price where the limits can be met. B
-!> approximates the Hessian of the Lagrangian L = sum of lambda_b f_b by damped BFGS updates (Powell, Lecture Notes in Mathematics
+!> Softw. 23, 2008, 197-213, doi 10.1080/10556780701394169). If the limits can be met, the weight decreases towards twice the price.
+!> B approximates the Hessian of the Lagrangian L = sum of lambda_b f_b by damped BFGS updates (Powell, Lecture Notes in Mathematics
 !> 630, 1978, 144-157, doi 10.1007/BFb0067703).
 !>
-!> A step must reduce Phi. Near an optimum it need only stay below the maximum of the last three values, so that curved limits do
-!> not shorten the full steps, which converge superlinearly (Maratos effect). A second-order correction would have to match the
-!> branches of two points (Zhou, Tits, J. Optim. Theory Appl. 76, 1993, 455-476, doi 10.1007/BF00939377).
+!> A step must reduce Phi. Near an optimum Phi need only be below the maximum of its last three values, so that curved limits do not
+!> shorten the full steps, which converge superlinearly (Maratos effect). The alternative, a second-order correction, would have to
+!> match the branches of two points (Zhou, Tits, J. Optim. Theory Appl. 76, 1993, 455-476, doi 10.1007/BF00939377).
 module gestell_math_optimum_minimax
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -31,21 +32,21 @@ module gestell_math_optimum_minimax
 
   !> Result of a minimisation
   type, public :: optimum_type
-    !> The best point, shape (parameters), and the value of each group there, shape (groups)
+    !> `x`: the best point, shape (parameters). `groups`: value of each group at this point, shape (groups).
     real(dp), allocatable :: x(:), groups(:)
-    !> Price of each constraint, shape (constraints): decrease of the optimum if the limit is widened by one. It is the sum of the
-    !> multipliers of the group's branches, >= 0. For a limit that cannot be met it is only a weight.
+    !> Price of each constraint, shape (constraints): amount by which the minimum decreases if the limit is relaxed by one. It is
+    !> the sum of the multipliers of the group's branches, >= 0. For a limit that cannot be met it is only a weight.
     real(dp), allocatable :: price(:)
-    !> Price of each bound, shape (parameters): dL/dx where a bound is active, > 0 at the lower and < 0 at the upper bound; 0
-    !> between the bounds; dL/dx of either sign for a fixed parameter
+    !> Price of each bound, shape (parameters). If a bound is active, it is dL/dx: > 0 at the lower and < 0 at the upper bound.
+    !> Between the bounds it is 0. For a fixed parameter it is dL/dx of either sign.
     real(dp), allocatable :: bound_price(:)
-    !> dL/dx, shape (parameters), zero for fixed parameters
+    !> Derivative dL/dx of the Lagrangian, shape (parameters); zero for fixed parameters
     real(dp), allocatable :: slope(:)
-    !> Objective minus L: positive if branches with multipliers lie below the value of their group
+    !> Objective minus the Lagrangian L; positive if branches with multipliers lie below the value of their group
     real(dp) :: slack = 0
-    !> Sum of the objectives; value of the largest constraint if it is > 0, else 0
+    !> `objective`: sum of the objectives. `violation`: value of the largest constraint if it is > 0, else 0.
     real(dp) :: objective = 0, violation = 0
-    !> Residual of the Karush-Kuhn-Tucker conditions relative to the objective (dimensionless). It is the larger of
+    !> Residual of the Karush-Kuhn-Tucker conditions relative to the objective (dimensionless): the larger of
     !>
     !>     max over i of |s_i - mid(0, s_i - dL/ds_i / S, 1)|, s_i = (x_i - lower_i) / (upper_i - lower_i), and
     !>     sum over b of lambda_b (max(phi_g, 0 for constraints) - f_b) / S.
@@ -53,52 +54,54 @@ module gestell_math_optimum_minimax
     !> The scale S is |objective| + max over b, i of lambda_b |df_b/ds_i|, but at least a thousandth of the objective's size at the
     !> start. The residual does not depend on units or scaling.
     real(dp) :: stationarity = huge(1.0_dp)
-    !> Bound on the possible improvement if all branches are convex and all limits are met: no point has an objective below (1 -
-    !> gap) times this one. If the objective is small, `gap` is relative to a thousandth of the objective's size at the start.
+    !> Bound on the possible improvement, valid if all branches are convex and all limits are met: no point has an objective below
+    !> (1 - gap) times the result. If the objective is small, `gap` is relative to a thousandth of the objective's size at the
+    !> start.
     !>
-    !> L is convex and, because lambda >= 0, nowhere within the limits above the objective. It lies above its tangent, whose minimum
-    !> in the box is known (Boyd, Vandenberghe, Convex Optimization, 2004, sections 5.1.3 and 5.5.1):
+    !> L is convex, and within the limits it never exceeds the objective, because lambda >= 0. It lies above its tangent, whose
+    !> minimum in the box is known (Boyd, Vandenberghe, Convex Optimization, 2004, sections 5.1.3 and 5.5.1):
     !>
     !>     gap = (objective - sum of lambda_b f_b + sum over i of max over the box of -dL/dx_i (xi_i - x_i)) / |objective|.
     real(dp) :: gap = huge(1.0_dp)
-    !> Number of steps; number of all evaluations; number of evaluations with gradients
+    !> `iterations`: number of steps. `evaluations`: number of all evaluations. `gradients`: number of evaluations with gradients.
     integer :: iterations = 0, evaluations = 0, gradients = 0
-    !> True if the stationarity is within the tolerance and no step reduces the violation by more than it; true if the limits are
-    !> met, to the tolerance times their sizes at the start.
+    !> `converged`: true if the stationarity is within the tolerance and no step can reduce the violation by more than the
+    !> tolerance. `feasible`: true if all limits are met, to the tolerance times their sizes at the start.
     logical :: converged = .false., feasible = .false.
   end type optimum_type
 
-  !> State of the search: weights w, which are 1 for objectives, and B for the parameters that are not fixed
+  !> State of the search: scaling, weights w of the groups (1 for objectives), and B for the parameters that are not fixed
   type, extends(scaled_type) :: search_type
     real(dp), allocatable :: weight(:), hessian(:, :)
     !> Values of the groups at the last points, at most three; shape (groups, points)
     real(dp), allocatable :: past(:, :)
-    !> True if B is more than a guess; true if the full step is likely to be accepted, so that gradients are requested at once.
+    !> `learned`: true if B is based on at least one step. `full`: true if the full step will probably be accepted, so that
+    !> gradients are requested at once.
     logical :: learned = .false., full = .true.
   end type search_type
 
-  !> Maximum and minimum of the weights
+  !> Maximum and minimum of the weights of constraints
   real(dp), parameter :: heaviest = 1.0e6_dp, lightest = 0.01_dp
-  !> Rounding errors in the violation of a group and, relatively, in Phi; shortest fraction of a step; norm below which a step
-  !> counts as zero
+  !> `nothing`: rounding error in the violation of a group. `noise`: relative rounding error in Phi. `shortest`: minimum fraction of
+  !> a step. `standstill`: norm below which a step counts as zero.
   real(dp), parameter :: nothing = 1.0e-11_dp, noise = 1.0e-13_dp, shortest = 1.0e-9_dp, standstill = 1.0e-10_dp
-  !> Floor of the scale in relative numbers, as a fraction of the objective's size at the start
+  !> Minimum of the scale by which results are divided, as a fraction of the objective's size at the start
   real(dp), parameter :: floor_of_size = 1.0e-3_dp
 
 contains
 
-  !> Finds a local minimum. The start is moved into the bounds.
+  !> Finds a local minimum. If the start lies outside the bounds, it is moved to them.
   !>
   !> If rounding errors prevent convergence, the best point is returned and `converged` is false. The same happens if the optimum is
-  !> at a zero of a norm, which has no gradient there; its square has one. If the limits cannot be met, the result minimises the sum
-  !> of their violations, each divided by the limit's size at the start.
-  !> Errors: bounds that are not finite or lower > upper; the problem cannot be evaluated at the start; errors of `evaluate`.
+  !> at a zero of a norm, where the norm has no gradient; the square of the norm has a gradient there. If the limits cannot be met,
+  !> the result minimises the sum of their violations, each divided by the size of the limit at the start. Errors: bounds that are
+  !> not finite or lower > upper; the problem cannot be evaluated at the start; errors of `evaluate`.
   subroutine minimise(problem, start, tolerance, optimum, error)
-    !> The problem; `evaluate` may change it.
+    !> The problem; its procedure `evaluate` may change it
     class(minimax_problem), intent(inout) :: problem
-    !> Start, shape (parameters); tolerance of the stationarity, usually 1e-8
+    !> `start`: starting point, shape (parameters). `tolerance`: tolerance of the stationarity, usually 1e-8.
     real(dp), intent(in) :: start(:), tolerance
-    !> The best point and its properties
+    !> The best point, with its values, prices and optimality conditions
     type(optimum_type), intent(out) :: optimum
     type(error_type), allocatable, intent(out) :: error
     type(search_type) :: search
@@ -146,7 +149,7 @@ contains
     optimum%gradients = search%gradients
   end subroutine minimise
 
-  !> Values of the groups as they enter Phi: negative constraints count as 0.
+  !> Values of the groups as they contribute to Phi: for constraints, negative values are replaced by 0.
   pure function counted(search, greatest) result(top)
     type(search_type), intent(in) :: search
     real(dp), intent(in) :: greatest(:)
@@ -164,14 +167,14 @@ contains
     phi = dot_product(search%weight, counted(search, greatest))
   end function phi
 
-  !> Possible rounding error of Phi.
+  !> Possible rounding error of Phi when Phi has the value `merit`.
   pure real(dp) function noise_of(merit)
     real(dp), intent(in) :: merit
 
     noise_of = noise * max(floor_of_size, abs(merit))
   end function noise_of
 
-  !> Initialises B so that the steepest objective's step stays within the box.
+  !> Initialises B so that the step of the steepest objective does not leave the box.
   subroutine guess(search, here)
     type(search_type), intent(inout) :: search
     type(point_type), intent(in) :: here
@@ -187,9 +190,9 @@ contains
   subroutine find_step(search, here, d, lambda, descent, relief)
     type(search_type), intent(inout) :: search
     type(point_type), intent(in) :: here
-    !> Step, shape (parameters); multipliers of the branches, shape (branches)
+    !> `d`: step, shape (parameters). `lambda`: multipliers of the branches, shape (branches).
     real(dp), allocatable, intent(out) :: d(:), lambda(:)
-    !> Change of Phi in the linearised branches (`descent` < 0); decrease of the violation (`relief`)
+    !> `descent`: change of Phi with linearised branches, < 0. `relief`: decrease of the violation.
     real(dp), intent(out) :: descent, relief
     type(error_type), allocatable :: error
     real(dp), allocatable :: slope(:, :), multiplier(:), value(:), prices(:)
@@ -250,7 +253,7 @@ contains
       end associate
     end subroutine solve
 
-    !> Values of the groups after the step, with linearised branches.
+    !> Values of the groups after the step, computed with linearised branches.
     function model() result(greatest)
       real(dp) :: greatest(size(search%unit))
 
@@ -266,8 +269,8 @@ contains
 
   end subroutine find_step
 
-  !> Searches from `here` along `d` for a point where Phi is low enough, and computes gradients there. `there%known` is false if the
-  !> search fails.
+  !> Searches from `here` along `d` for a point where Phi is small enough, and computes gradients at this point, `there`. If the
+  !> search fails, `there%known` is false.
   subroutine walk(problem, search, here, d, descent, there, error)
     class(minimax_problem), intent(inout) :: problem
     type(search_type), intent(inout) :: search
@@ -303,8 +306,8 @@ contains
     there%known = .false.
   end subroutine walk
 
-  !> Updates B by damped BFGS with the change of the gradient of L over the step from `here` to `there`. The curvature along the
-  !> step is kept at or above a fifth of the previous curvature of B.
+  !> Updates B by damped BFGS with the change of the gradient of L over the step from `here` to `there`. The new curvature of B
+  !> along the step is at least a fifth of the previous one.
   subroutine learn(search, here, there, lambda)
     type(search_type), intent(inout) :: search
     type(point_type), intent(in) :: here, there
@@ -336,8 +339,8 @@ contains
       & + spread(change / dot_product(step, change), 2, n) * spread(change, 1, n)
   end subroutine learn
 
-  !> Number of the branch at `there` that continues branch `b` of `here`: its two gradients predict its change of value best and
-  !> differ least.
+  !> Index of the branch at `there` that continues branch `b` of `here`. Of all branches of the group, its gradient differs least,
+  !> and the mean of the two gradients best predicts the change of its value.
   pure integer function same_branch(here, b, there) result(best)
     type(point_type), intent(in) :: here, there
     integer, intent(in) :: b
@@ -357,7 +360,7 @@ contains
     end do
   end function same_branch
 
-  !> Evaluates a point with its multipliers: prices, residual of the optimality conditions, gap.
+  !> Computes the properties of a point from the multipliers of its branches: prices, residual of the optimality conditions, gap.
   subroutine judge(problem, search, here, lambda, tolerance, now)
     class(minimax_problem), intent(in) :: problem
     type(search_type), intent(in) :: search

@@ -1,19 +1,20 @@
-!> Convex quadratic programs whose objective contains maxima:
+!> Solves convex quadratic programs whose objective contains maxima:
 !>
 !>     minimise  1/2 d' B d + sum over groups g of w_g max over b in g of (v_b + a_b' d)
 !>     subject to  v_b + a_b' d <= 0  for the branches b of group 0
 !>
-!> They are solved by the dual active-set method of Goldfarb and Idnani (Math. Programming 27, 1983, 1-33, doi 10.1007/BF02591962).
-!> With B = L L' and y = L' d the minimum is y = -sum lambda_b L^-1 a_b, where lambda >= 0 and sum over b in g of lambda_b = w_g.
+!> The method is the dual active-set method of Goldfarb and Idnani (Math. Programming 27, 1983, 1-33, doi 10.1007/BF02591962). With
+!> B = L L' and y = L' d the minimum is y = -sum lambda_b L^-1 a_b, where lambda >= 0 and sum over b in g of lambda_b = w_g.
 !>
-!> The method maintains this form and a working set of branches with multipliers. Working branches of a group have equal values, and
-!> each group has at least one. The branch p that exceeds its group most enters the working set. While its multiplier grows, the
-!> multipliers of the working set change by r times as much,
+!> The method maintains this form of y and a working set of branches with multipliers. Working branches of a group have equal
+!> values, and each group has at least one. The branch p that exceeds the value of its group most enters the working set. When its
+!> multiplier grows by t, the multipliers of the working set change by t r_b, and y by t dy:
 !>
 !>     r = argmin |L^-1 a_p + sum r_b L^-1 a_b|,  sum over b in g of r_b = -1 for the group of p, 0 for others,      (1)
 !>     dy = -(L^-1 a_p + sum r_b L^-1 a_b),  d(v_p + a_p' d - maximum of its group) = -|dy|^2,                       (2)
 !>
-!> until p no longer exceeds its group or a multiplier falls to zero. The branch of this multiplier then leaves the working set.
+!> The multiplier of p grows until p no longer exceeds its group or another multiplier falls to zero. In the second case the branch
+!> of this multiplier leaves the working set.
 module gestell_math_optimum_quadratic_program
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
@@ -29,12 +30,12 @@ contains
   !> Solves the quadratic program.
   !> Errors: B is not positive definite; no d satisfies the constraints; rounding errors prevent convergence.
   subroutine solve_quadratic_program(hessian, weight, group, value, slope, d, multiplier, error)
-    !> B, shape (n, n), positive definite; weights >= 0 of the groups 1, 2, ...; values v, shape (branches); slopes a, shape (n,
-    !> branches)
+    !> `hessian`: B, shape (n, n), positive definite. `weight`: weights >= 0 of the groups 1, 2, ... `value`: values v, shape
+    !> (branches). `slope`: slopes a, shape (n, branches).
     real(dp), intent(in) :: hessian(:, :), weight(:), value(:), slope(:, :)
-    !> Group of each branch, 0 for constraints; every other group has a branch.
+    !> Group of each branch, 0 for constraints. Every group from 1 on must have a branch.
     integer, intent(in) :: group(:)
-    !> Minimum, shape (n); multipliers, shape (branches)
+    !> `d`: minimum, shape (n). `multiplier`: multipliers of the branches, shape (branches).
     real(dp), intent(out) :: d(:), multiplier(:)
     type(error_type), allocatable, intent(out) :: error
     real(dp), allocatable :: inverse_l(:, :), a(:, :), r(:)
@@ -106,7 +107,7 @@ contains
 
   contains
 
-    !> Maximum of each branch's group in the model, taken over the working branches; 0 for group 0.
+    !> Value, in the linear model, of the group to which each branch belongs: the maximum over its working branches; 0 for group 0.
     pure function top_of(groups) result(top)
       integer, intent(in) :: groups(:)
       real(dp) :: top(size(groups)), of_group(0:size(weight))
@@ -120,8 +121,9 @@ contains
       top = of_group(groups)
     end function top_of
 
-    !> Recomputes y from the working set alone, because rounding errors of the multipliers grow with their sizes. It minimises |y|^2
-    !> / 2 + sum over g of w_g (value of a branch of g), with equal values within each group and zero for group 0.
+    !> Recomputes y from the working set alone, to remove rounding errors, which grow with the sizes of the multipliers. The new y
+    !> minimises |y|^2 / 2 + sum over g of w_g phi_g, where phi_g is the value of group g. The working branches of each group must
+    !> have equal values; those of group 0 must be zero.
     subroutine settle()
       real(dp) :: gradient(size(d)), differences(size(working), size(d)), gaps(size(working))
       integer :: first(0:size(weight)), j, rows
@@ -147,8 +149,9 @@ contains
       call constrained_least_squares(unit_matrix(size(d)), gradient, differences(:rows, :), gaps(:rows), y, error)
     end subroutine settle
 
-    !> r of (1). If a branch is the only working branch of its group its r is known: -1 for the group of p, else 0. So the
-    !> least-squares problem has only the working branches of shared groups as unknowns, at most twice the number of parameters.
+    !> Computes r of (1). For a branch that is the only working branch of its group, r is known: -1 for the group of p, else 0. So
+    !> the unknowns of the least-squares problem are only the working branches that share a group, at most twice the number of
+    !> parameters.
     function change(entering) result(ratio)
       integer, intent(in) :: entering
       real(dp) :: ratio(size(working)), total(size(weight))

@@ -1,5 +1,5 @@
-!> A minimax problem in scaled units: parameters run from 0 to 1 between their bounds, and values are divided by their sizes at the
-!> start. So the search does not depend on units.
+!> Scales a minimax problem: parameters run from 0 to 1 between their bounds, and values are divided by their sizes at the start.
+!> The search therefore does not depend on units.
 module gestell_math_optimum_scaled
   use gestell_base_error, only: error_type, failed_computation, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
@@ -9,33 +9,35 @@ module gestell_math_optimum_scaled
 
   public :: greatest_by_group, sums_by_group
 
-  !> Functions of a problem at a point. Each branch belongs to a group; the value of a group is its largest branch.
+  !> Functions of a problem at a point. Each function, called a branch, belongs to a group; the value of a group is the maximum of
+  !> its branches.
   type, public :: branches_type
-    !> Group of each branch, shape (branches), from 1 to the number of groups; each group has at least one branch
+    !> Number of the group to which each branch belongs, shape (branches); every group has at least one branch
     integer, allocatable :: group(:)
-    !> Values, shape (branches); gradients, shape (parameters, branches), allocated if requested
+    !> `value`: values, shape (branches). `slope`: gradients, shape (parameters, branches), allocated if requested.
     real(dp), allocatable :: value(:), slope(:, :)
-    !> False if the functions cannot be evaluated here: the search shortens a step to such a point.
+    !> False if the functions cannot be evaluated at this point; the search then shortens its step.
     logical :: known = .true.
   end type branches_type
 
-  !> The problem is to minimise the sum of the values of groups 1 .. objectives, while groups objectives + 1 .. objectives +
-  !> constraints are at most 0 and lower <= x <= upper.
+  !> Minimax problem: minimise the sum of the values of groups 1 .. objectives. The values of groups objectives + 1 .. objectives +
+  !> constraints must be at most 0, and lower <= x <= upper.
   type, abstract, public :: minimax_problem
-    !> Number of objectives, and of constraints
+    !> Number of objectives and number of constraints
     integer :: objectives = 1, constraints = 0
     !> Bounds, shape (parameters), finite. A parameter with equal bounds is fixed.
     real(dp), allocatable :: lower(:), upper(:)
-    !> Relative improvement below which a step counts as idle; number of successive idle steps after which the search ends
+    !> Relative improvement below which a step counts as idle
     real(dp) :: worth = 0
+    !> Number of successive idle steps after which the search ends
     integer :: patience = 15
   contains
     procedure(evaluate_at), deferred :: evaluate
   end type minimax_problem
 
   abstract interface
-    !> Evaluates the branches at `x`, with gradients if requested. Their number and order may differ from point to point. Values
-    !> that are not finite count as not known. An error ends the search.
+    !> Evaluates the branches at `x`, and their gradients if requested. The number and order of the branches may differ from point
+    !> to point. If a value is not finite, the point is treated as if it could not be evaluated. An error ends the search.
     subroutine evaluate_at(self, x, gradients, at, error)
       import :: branches_type, dp, error_type, minimax_problem
       implicit none (type, external)
@@ -47,25 +49,27 @@ module gestell_math_optimum_scaled
     end subroutine evaluate_at
   end interface
 
-  !> A point s, each component from 0 to 1, with its branches and the values of its groups, in scaled units
+  !> An evaluated point s, whose components lie between 0 and 1: values and gradients of all branches, and the value of each group,
+  !> in scaled units
   type, public :: point_type
-    !> Point, shape (parameters); values, shape (branches); gradients, shape (parameters, branches); values of the groups
+    !> `s`: the point, shape (parameters). `value`: values, shape (branches). `slope`: gradients, shape (parameters, branches).
+    !> `greatest`: value of each group, shape (groups).
     real(dp), allocatable :: s(:), value(:), slope(:, :), greatest(:)
-    !> Group of each branch
+    !> Number of the group to which each branch belongs, shape (branches)
     integer, allocatable :: group(:)
     !> False if the functions cannot be evaluated at this point
     logical :: known = .false.
   end type point_type
 
-  !> Scaling x = lower + span s, where span is 1 for fixed parameters
+  !> Scaling x = lower + span s of the parameters; span is 1 for fixed parameters
   type, public :: scaled_type
     !> Number of objectives
     integer :: objectives = 0
-    !> Spans, shape (parameters); units of the values, shape (groups)
+    !> `span`: differences of the bounds, shape (parameters). `unit`: units of the values, shape (groups).
     real(dp), allocatable :: span(:), unit(:)
     !> Numbers of the parameters that are not fixed
     integer, allocatable :: free(:)
-    !> Number of evaluations so far, and of those with gradients
+    !> `evaluations`: number of evaluations so far. `gradients`: number of evaluations with gradients.
     integer :: evaluations = 0, gradients = 0
   contains
     procedure :: begin
@@ -75,13 +79,13 @@ module gestell_math_optimum_scaled
 
 contains
 
-  !> Determines the scaling and evaluates the start.
-  !> Errors: bounds of the wrong number, not finite, or lower > upper; the problem cannot be evaluated at the start.
+  !> Determines the scaling and evaluates the start. Errors: wrong number of bounds; bounds not finite, or lower > upper; the
+  !> problem cannot be evaluated at the start.
   subroutine begin(self, problem, start, here, error)
     class(scaled_type), intent(out) :: self
     class(minimax_problem), intent(inout) :: problem
     real(dp), intent(in) :: start(:)
-    !> The start with its branches, in scaled units
+    !> The starting point with the values and gradients of its branches, in scaled units
     type(point_type), intent(out) :: here
     type(error_type), allocatable, intent(out) :: error
     integer :: first(problem%objectives + problem%constraints), g, b, i
@@ -121,15 +125,15 @@ contains
     here%slope = here%slope / spread(self%unit(here%group), 1, size(start))
   end subroutine begin
 
-  !> Evaluates the branches at `s` in scaled units.
+  !> Evaluates the branches at the point `s`; everything is in scaled units.
   subroutine look(self, problem, s, gradients, there, error)
     class(scaled_type), intent(inout) :: self
     class(minimax_problem), intent(inout) :: problem
-    !> Scaled point, moved into [0, 1]
+    !> Point in scaled units; components outside [0, 1] are moved to the nearest bound
     real(dp), intent(in) :: s(:)
     !> True: compute gradients too
     logical, intent(in) :: gradients
-    !> The point with its branches; `known` is false if a value is not finite or a group has no branch.
+    !> The evaluated point; `known` is false if a value is not finite or a group has no branch
     type(point_type), intent(out) :: there
     type(error_type), allocatable, intent(out) :: error
     type(branches_type) :: at
@@ -152,7 +156,7 @@ contains
       & / spread(self%unit(at%group), 1, size(s))
   end subroutine look
 
-  !> Maximum of a quantity over the branches of each group, shape (groups).
+  !> Maximum of `number` over the branches of each group, shape (groups).
   pure function greatest_by_group(number, group, groups) result(greatest)
     real(dp), intent(in) :: number(:)
     integer, intent(in) :: group(:), groups
@@ -165,7 +169,7 @@ contains
     end do
   end function greatest_by_group
 
-  !> Sum of a quantity over the branches of each group, shape (groups).
+  !> Sum of `number` over the branches of each group, shape (groups).
   pure function sums_by_group(number, group, groups) result(sums)
     real(dp), intent(in) :: number(:)
     integer, intent(in) :: group(:), groups
@@ -178,7 +182,7 @@ contains
     end do
   end function sums_by_group
 
-  !> x at `s`, never outside the bounds.
+  !> Parameters x at the scaled point `s`, never outside the bounds.
   pure function place(self, problem, s) result(x)
     class(scaled_type), intent(in) :: self
     class(minimax_problem), intent(in) :: problem

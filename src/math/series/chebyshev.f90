@@ -1,6 +1,6 @@
-!> Chebyshev series sum over k = 0 ... n - 1 of c_k T_k(x) on [-1, 1], which interpolates at the extreme points x_j = cos(pi j / (n
-!> - 1)), j = 0 ... n - 1 (x_0 = 0 for n = 1). See L. N. Trefethen, Approximation Theory and Approximation Practice, SIAM 2013,
-!> chapters 2 to 4.
+!> Chebyshev series on [-1, 1], the sum over k = 0 ... n - 1 of c_k T_k(x). It interpolates a function at the points x_j = cos(pi j
+!> / (n - 1)), j = 0 ... n - 1 (x_0 = 0 for n = 1), the extreme points of T_(n-1). See L. N. Trefethen, Approximation Theory and
+!> Approximation Practice, SIAM 2013, chapters 2 to 4.
 module gestell_math_series_chebyshev
   use gestell_base_kinds, only: dp, pi
   implicit none (type, external)
@@ -10,7 +10,7 @@ module gestell_math_series_chebyshev
 
 contains
 
-  !> Interpolation points, descending from 1 to -1 and exactly symmetric; shape (n).
+  !> Interpolation points of a series with n terms, descending from 1 to -1 and exactly symmetric; shape (n).
   pure function chebyshev_points(n) result(x)
     integer, intent(in) :: n
     real(dp) :: x(n)
@@ -24,7 +24,7 @@ contains
     end do
   end function chebyshev_points
 
-  !> Matrix that maps values at the points to coefficients, shape (n, n).
+  !> Matrix, shape (n, n), that maps values at the interpolation points to coefficients of the series.
   pure function chebyshev_coefficients(n) result(matrix)
     integer, intent(in) :: n
     real(dp) :: matrix(n, n)

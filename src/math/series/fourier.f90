@@ -8,11 +8,11 @@ module gestell_math_series_fourier
 
   public :: find_tops, fourier_series, greatest, greatest_between, transform_matrix
 
-  !> f(theta) = mean + sum_k amplitude(k) cos(k theta + phase(k)); theta runs from 0 to 2 pi over the period
+  !> Fourier series f(theta) = mean + sum_k amplitude(k) cos(k theta + phase(k)); theta runs from 0 to 2 pi over the period
   type, public :: fourier_type
     !> Mean of f
     real(dp) :: mean = 0
-    !> Amplitudes >= 0 and phases (rad) of orders 1, 2, ...
+    !> `amplitude`: amplitudes of orders 1, 2, ..., >= 0. `phase`: phases (rad) of these orders.
     real(dp), allocatable :: amplitude(:), phase(:)
   contains
     procedure :: value => series_value
@@ -25,7 +25,8 @@ module gestell_math_series_fourier
 
 contains
 
-  !> Returns the series through `samples` at theta = 2 pi (i - 1) / size(samples), of all orders below half the number of samples.
+  !> Returns the series that interpolates `samples` at theta = 2 pi (i - 1) / size(samples). It contains all orders below half the
+  !> number of samples.
   pure function fourier_series(samples) result(series)
     real(dp), intent(in) :: samples(:)
     type(fourier_type) :: series
@@ -37,7 +38,7 @@ contains
     series%phase = atan2(-sine, cosine)
   end function fourier_series
 
-  !> Computes the coefficients of cos(k theta) and sin(k theta), k = 1 ... size(cosine).
+  !> Computes the Fourier coefficients of cos(k theta) and sin(k theta), k = 1 ... size(cosine), from `samples`.
   pure subroutine transform(samples, cosine, sine)
     real(dp), intent(in) :: samples(:)
     real(dp), intent(out) :: cosine(:), sine(:)
@@ -51,8 +52,8 @@ contains
     end do
   end subroutine transform
 
-  !> Matrix of `transform` for n samples, shape (n, columns). The product samples * matrix gives the coefficients of cos(k theta),
-  !> then those of sin(k theta). Columns of zeros fill up to a multiple of four.
+  !> Matrix, shape (n, columns), by which n samples are multiplied to give their Fourier coefficients. The product samples * matrix
+  !> contains the coefficients of cos(k theta), then those of sin(k theta). Columns of zeros are added up to a multiple of four.
   pure function transform_matrix(n) result(matrix)
     integer, intent(in) :: n
     real(dp), allocatable :: matrix(:, :)
@@ -67,7 +68,7 @@ contains
     end do
   end function transform_matrix
 
-  !> Maximum of |f| for the series through `samples`.
+  !> Maximum of |f| over all theta, where f is the Fourier series that interpolates `samples`.
   pure real(dp) function greatest(samples)
     real(dp), intent(in) :: samples(:)
     real(dp), dimension((size(samples) - 1) / 2) :: cosine, sine
@@ -76,7 +77,7 @@ contains
     greatest = greatest_between(samples, cosine, sine)
   end function greatest
 
-  !> f at theta with its first and second derivative, shape (3).
+  !> Value of f at theta with its first and second derivative, shape (3).
   pure function series_value(self, theta) result(f)
     class(fourier_type), intent(in) :: self
     real(dp), intent(in) :: theta
@@ -85,8 +86,8 @@ contains
     f = value(self%mean, self%amplitude * cos(self%phase), -self%amplitude * sin(self%phase), theta)
   end function series_value
 
-  !> f at theta with its first and second derivative, shape (3), from coefficients. cos(k theta) and sin(k theta) follow by
-  !> recurrence.
+  !> Value of f at theta with its first and second derivative, shape (3), from the Fourier coefficients. cos(k theta) and sin(k
+  !> theta) are computed by recurrence.
   pure function value(mean, cosine, sine, theta) result(f)
     real(dp), intent(in) :: mean, cosine(:), sine(:), theta
     real(dp) :: f(3)
@@ -108,7 +109,7 @@ contains
     end do
   end function value
 
-  !> Root mean square (rms), by Parseval's theorem.
+  !> Root mean square (rms) of the function, by Parseval's theorem.
   pure real(dp) function rms(self)
     class(fourier_type), intent(in) :: self
 
@@ -117,15 +118,15 @@ contains
     if (rms > 0) rms = rms * sqrt((self%mean / rms)**2 + sum((self%amplitude / rms)**2) / 2)
   end function rms
 
-  !> Maximum of |mean| and the amplitudes.
+  !> Largest absolute value among the mean and all amplitudes.
   pure real(dp) function greatest_term(self)
     class(fourier_type), intent(in) :: self
 
     greatest_term = max(abs(self%mean), maxval(self%amplitude))
   end function greatest_term
 
-  !> Largest amplitude in the upper third of the orders, relative to the largest of all orders. Small if the samples resolve the
-  !> function.
+  !> Largest amplitude in the upper third of the orders, relative to the largest amplitude of all orders. It is small if the samples
+  !> resolve the function.
   pure real(dp) function tail(self)
     class(fourier_type), intent(in) :: self
     real(dp) :: greatest
@@ -137,11 +138,11 @@ contains
     if (greatest > 0) tail = maxval(self%amplitude(n - n / 3 + 1:)) / greatest
   end function tail
 
-  !> Estimated error of a value between the samples, caused by orders above those that the samples resolve.
+  !> Estimated error of the series between the samples, caused by orders too high for the samples to resolve.
   !>
   !> It is four times the sum of the amplitudes in the upper third of the resolved orders. Twice this sum exceeds the sum of all
-  !> unresolved amplitudes if amplitudes fall at least like 1/k^2. Another factor of two counts because unresolved orders also
-  !> appear as lower ones (aliasing).
+  !> unresolved amplitudes if amplitudes fall at least like 1/k^2. The other factor of two is needed because unresolved orders also
+  !> appear as lower orders (aliasing).
   pure real(dp) function beyond(self)
     class(fourier_type), intent(in) :: self
     integer :: n
@@ -150,7 +151,7 @@ contains
     beyond = 4 * sum(self%amplitude(n - n / 3 + 1:))
   end function beyond
 
-  !> Maximum of |f| of the series; `samples` are those that the series goes through.
+  !> Maximum of |f| over all theta; `samples` are the samples from which the series was computed.
   pure real(dp) function peak(self, samples)
     class(fourier_type), intent(in) :: self
     real(dp), intent(in) :: samples(:)
@@ -158,9 +159,9 @@ contains
     peak = greatest_between(samples, self%amplitude * cos(self%phase), -self%amplitude * sin(self%phase))
   end function peak
 
-  !> Maximum of |f|, by solving f' = 0 near every sample close to which the maximum can lie. The highest orders are left out if
-  !> their amplitudes are below the rounding of the samples, epsilon / sqrt(samples) of the largest sample: multiplied by k^2 they
-  !> would create many candidates.
+  !> Maximum of |f| over all theta, by solving f' = 0 near every sample close to which the maximum can lie. The highest orders are
+  !> omitted if their amplitudes are below the rounding of the samples, epsilon / sqrt(samples) of the largest sample: multiplied by
+  !> k^2 they would create many candidates.
   pure real(dp) function greatest_between(samples, cosine, sine) result(peak)
     real(dp), intent(in) :: samples(:), cosine(:), sine(:)
     real(dp), parameter :: noise = 4 * epsilon(1.0_dp)
@@ -183,19 +184,21 @@ contains
     end do
   end function greatest_between
 
-  !> Finds the samples close to which the maximum of |f| may lie. Half a spacing away from the maximum |f| is smaller by at most
-  !> `loss`, spacing^2 max |f''| / 8.
+  !> Finds the points close to which the maximum of |f| may lie. Within half a spacing of the maximum, |f| is smaller than the
+  !> maximum by at most `loss`, spacing^2 max |f''| / 8.
   !>
-  !> Nearly equal samples, as of a constant with rounding, would all be candidates. If there are more than a few, it is cheaper to
-  !> evaluate f at a fraction of the spacing, which rules out most of them, because the loss falls with the square of the spacing.
+  !> If all samples are nearly equal, such as those of a constant with rounding, all of them are candidates. If there are more than
+  !> a few candidates, it is cheaper to evaluate f at a fraction of the spacing: the loss falls with the square of the spacing,
+  !> which rules out most candidates.
   pure subroutine find_tops(samples, mean, cosine, sine, loss, places, step)
-    !> Samples of f; mean of f; coefficients of cos(k theta) and sin(k theta); maximum loss at the spacing of the samples
+    !> `samples`: samples of f. `mean`: mean of f. `cosine`, `sine`: coefficients of cos(k theta) and sin(k theta). `loss`: maximum
+    !> loss at the spacing of the samples.
     real(dp), intent(in) :: samples(:), mean, cosine(:), sine(:), loss
     !> Values of theta (rad) close to which the maximum may lie
     real(dp), allocatable, intent(out) :: places(:)
-    !> Spacing of theta (rad) between the places compared
+    !> Spacing of theta (rad) between the points that were compared
     real(dp), intent(out) :: step
-    !> The spacing is divided by `finer` until at most `few` places, times the next divisor, remain.
+    !> The spacing is divided by `finer`, at most twice, while more than `few` points times the next divisor remain.
     integer, parameter :: finer = 4, finest = finer**2, few = 8
     real(dp), allocatable :: f(:)
     complex(dp), allocatable :: c(:)
@@ -216,8 +219,8 @@ contains
     end do
   end subroutine find_tops
 
-  !> Maximum of |f| near `start`, where |f| is at least as large as one `step` away on both sides. Newton's iteration for f' = 0
-  !> is kept between a place where |f| rises towards the maximum and a place beyond it.
+  !> Maximum of |f| near `start`, where |f| is at least as large as one `step` away on both sides. Newton's iteration for f' = 0 is
+  !> kept between a point from which |f| rises towards the maximum and a point beyond the maximum.
   pure real(dp) function refined(mean, cosine, sine, start, step)
     real(dp), intent(in) :: mean, cosine(:), sine(:), start, step
     real(dp) :: theta, rising, falling, f(3)

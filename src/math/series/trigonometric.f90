@@ -1,4 +1,4 @@
-!> Trigonometric polynomials: several functions at once, with derivatives, at many phases.
+!> Trigonometric polynomials: evaluates several functions at once, with derivatives, at many phases.
 module gestell_math_series_trigonometric
   use gestell_math_cosine_sine, only: cosine_sine
   use gestell_math_dft, only: dft
@@ -8,12 +8,12 @@ module gestell_math_series_trigonometric
 
   public :: series_through
 
-  !> f_j(theta) = sum over k of cosine(k, j) cos(k theta) + sine(k, j) sin(k theta), k = 0 ... K
+  !> Trigonometric polynomials f_j(theta) = sum over k of cosine(k, j) cos(k theta) + sine(k, j) sin(k theta), k = 0 ... K
   type, public :: series_type
     !> Coefficients of cos(k theta) and sin(k theta), k = 0 ... K; shapes (0:K, functions)
     real(dp), allocatable :: cosine(:, :), sine(:, :)
-    !> Taylor coefficients of f_j in K (theta - theta_p) at the equidistant places theta_p = 2 pi p / size(taylor, 3), shape
-    !> (0:terms, functions, 0:places - 1). Allocated by `tabulate`.
+    !> Taylor coefficients of f_j in powers of K (theta - theta_p) about equidistant points theta_p = 2 pi p / size(taylor, 3),
+    !> shape (0:terms, functions, 0:places - 1). Allocated by `tabulate`.
     real(dp), allocatable, private :: taylor(:, :, :)
   contains
     procedure :: tabulate
@@ -23,16 +23,17 @@ module gestell_math_series_trigonometric
     procedure :: trim => trim_series
   end type series_type
 
-  !> With fewer orders, summing over the orders is cheaper than Taylor coefficients.
+  !> Minimum number of orders for Taylor coefficients; with fewer orders, summing over the orders is cheaper.
   integer, parameter :: many_orders = 64
-  !> Places per order, and highest power. No phase is further than z = pi / 4, in K theta, from a place. So the truncation error in
-  !> the second derivative of order K, z^(terms - 1) / (terms - 1)!, is below epsilon / 4.
+  !> `places_per_order`: number of expansion points per order. `terms`: highest power. No phase is further than z = pi / 4, in K
+  !> theta, from an expansion point. So the truncation error in the second derivative of order K, z^(terms - 1) / (terms - 1)!, is
+  !> below epsilon / 4.
   integer, parameter :: places_per_order = 4, terms = 18
 
 contains
 
-  !> Returns the series through `samples`, shape (samples, functions), at theta = 2 pi (i - 1) / size(samples, 1), of all orders
-  !> below half the number of samples.
+  !> Returns the series that interpolates `samples`, shape (samples, functions), at theta = 2 pi (i - 1) / size(samples, 1). It
+  !> contains all orders below half the number of samples.
   pure function series_through(samples) result(series)
     real(dp), intent(in) :: samples(:, :)
     type(series_type) :: series
@@ -51,8 +52,8 @@ contains
     series%sine(0, :) = 0
   end function series_through
 
-  !> Prepares a series of many orders for `values` at many phases, so that the cost no longer grows with the number of orders. Call
-  !> this again after changing the coefficients.
+  !> Prepares a series of many orders for `values` at many phases: the cost per phase then does not grow with the number of orders.
+  !> Call this again after changing the coefficients.
   pure subroutine tabulate(self)
     class(series_type), intent(inout) :: self
     complex(dp), allocatable :: z(:)
@@ -93,7 +94,7 @@ contains
     end do
   end subroutine tabulate
 
-  !> Adds Re(c exp(i k theta)), times `unit`, to the orders k and -k of a transform.
+  !> Adds Re(c exp(i k theta)), times `unit`, to elements k and -k of a discrete Fourier transform.
   pure subroutine add_order(z, k, c, unit)
     complex(dp), intent(inout) :: z(0:)
     integer, intent(in) :: k
@@ -103,7 +104,7 @@ contains
     z(modulo(-k, size(z))) = z(modulo(-k, size(z))) + unit * conjg(c) / 2
   end subroutine add_order
 
-  !> Computes f, df/dtheta and d2f/dtheta2 at theta = 2 pi `phases`, each of shape (phases, functions).
+  !> Computes f, df/dtheta and d2f/dtheta2 at theta = 2 pi `phases`, each with the shape (phases, functions).
   pure subroutine values(self, phases, f, f_d, f_dd)
     class(series_type), intent(in) :: self
     !> Phases theta / (2 pi), shape (phases)
@@ -117,7 +118,7 @@ contains
     end if
   end subroutine values
 
-  !> Computes the values by Horner's scheme from the nearest place.
+  !> Computes the values from the Taylor coefficients at the nearest expansion point, by Horner's scheme.
   pure subroutine expand(self, phases, f, f_d, f_dd)
     class(series_type), intent(in) :: self
     real(dp), contiguous, intent(in) :: phases(:)
@@ -148,7 +149,7 @@ contains
     end do
   end subroutine expand
 
-  !> Computes the values by summing over the orders. cos(k theta) and sin(k theta) follow by recurrence. Phases are processed in
+  !> Computes the values by summing over the orders, with cos(k theta) and sin(k theta) from a recurrence. Phases are processed in
   !> blocks that stay in the processor's first cache.
   pure subroutine add_up(self, phases, f, f_d, f_dd)
     class(series_type), intent(in) :: self
@@ -190,8 +191,8 @@ contains
     end do
   end subroutine add_up
 
-  !> Largest amplitude of each function in the upper third of the orders, shape (functions). The error by unresolved orders is about
-  !> as large.
+  !> Largest amplitude of each function in the upper third of the orders, shape (functions). The error caused by unresolved orders
+  !> is about as large.
   pure function tail(self)
     class(series_type), intent(in) :: self
     real(dp) :: tail(size(self%cosine, 2))
@@ -203,9 +204,9 @@ contains
     end associate
   end function tail
 
-  !> Estimate of the largest amplitude of each function above the highest order, shape (functions). Amplitudes are assumed to fall
-  !> from the last sixth of the orders to the orders above it as they fall to the last sixth from the sixth before, but by no more
-  !> than a factor of ten.
+  !> Estimate of the largest amplitude of each function above the highest order, shape (functions). From the last sixth of the
+  !> orders to the orders above it, amplitudes are assumed to fall by the same factor as from the sixth before it to the last sixth.
+  !> This factor is limited to ten.
   pure function beyond(self)
     class(series_type), intent(in) :: self
     real(dp), parameter :: steepest = 0.1_dp
@@ -221,8 +222,8 @@ contains
     beyond = last * min(1.0_dp, max(steepest, last / max(before, tiny(before))))
   end function beyond
 
-  !> Removes the highest orders whose amplitudes, divided by `units` of the functions, are all below `least`: derivatives would
-  !> amplify the noise in them.
+  !> Removes the highest orders if the amplitudes of all functions, divided by `units`, are below `least`: derivatives would amplify
+  !> the noise in these orders.
   pure subroutine trim_series(self, units, least)
     class(series_type), intent(inout) :: self
     real(dp), intent(in) :: units(:), least
