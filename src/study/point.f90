@@ -24,7 +24,7 @@ module gestell_study_point
     logical :: columns(sweep_columns) = [.true., .true., .true., .true., .true., .true., .true., .false., .false., .false.]
     !> True if the verdict follows the peaks in the table. This is so if the input requests peaks but no verdict
     logical :: verdict_last = .false.
-    !> Measures of the vibration; each is written with its error bound, after the columns above
+    !> Measures of the vibration; each is written with its error bound, after the requested columns
     type(measure_type), allocatable :: measures(:)
     !> Probes to which the measures refer
     type(probe_type), allocatable :: probes(:)
@@ -116,8 +116,8 @@ contains
     if (forced) call set_vibration(member, options, values, error, measures)
   end subroutine solve_point
 
-  !> Maximum accepted error of a vibration from an expansion, relative, in the norm of balanced units. It exceeds the tolerance:
-  !> near a resonance the error of the vibration is many times that of Phi.
+  !> Maximum accepted relative error of a vibration from an expansion, in units that make the states comparable. It exceeds the
+  !> tolerance: near a resonance the error of the vibration is many times that of Phi.
   pure real(dp) function peak_limit(options)
     type(sweep_options), intent(in) :: options
 

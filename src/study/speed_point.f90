@@ -37,7 +37,7 @@ module gestell_study_speed_point
     !> If allocated, the amplitudes of these harmonics are reported instead of 1 ... `orders`
     integer, allocatable :: harmonics(:)
     type(accuracy_type) :: accuracy
-    !> Further measures of these quantities
+    !> Further measures of quantities of the vibration
     type(measure_type), allocatable :: measures(:)
   contains
     procedure :: split_off

@@ -45,7 +45,7 @@ module gestell_study_tile_results
     integer :: solutions = 0
     !> Number of points at which an expansion was checked against a direct solution
     integer :: checks = 0
-    !> Largest deviation of Phi (and of x_p) found by these checks, relative to its size
+    !> Largest deviation of Phi (and of x_p) from the direct solution at the checked points, relative to its size
     real(dp) :: deviation = 0
   end type tile_results_type
 

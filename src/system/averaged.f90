@@ -33,9 +33,10 @@ contains
 
   !> Computes the averaged model of `system` with bounds on the errors of the means.
   !>
-  !> The means are computed by the trapezoidal rule. The number of points doubles until two successive doublings change nothing but
-  !> roundings: for smooth coefficients the error falls faster than any power of the number of points. At a jump of the coefficients
-  !> N points have an error of up to the jump / N. One jump is counted for each break, and one for the end of the period.
+  !> The means are computed by the trapezoidal rule. The number of points doubles until two successive doublings change the means by
+  !> rounding only: for smooth coefficients the error falls faster than any power of the number of points. At a jump of the
+  !> coefficients N points have an error of up to the jump / N. One jump is counted for each break, and one for the end of the
+  !> period.
   subroutine average(system, averaged)
     class(second_order_system), intent(in) :: system
     type(averaged_system), intent(out) :: averaged

@@ -39,7 +39,7 @@ module gestell_study_balance
   type, public :: rigid_ground_type
     !> Shaking force (kg m) and moment (kg m^2) divided by -Omega^2, at equidistant crank angles from 0 on; shape (rows, angles)
     real(dp), allocatable :: found(:, :)
-    !> The bodies that can carry counterweights, with their effects
+    !> Bodies that can carry counterweights, with the effect of a counterweight on each
     type(turning_body_type), allocatable :: bodies(:)
     !> Rounding error of the rms force (kg m) and of the rms moment (kg m^2)
     real(dp) :: rounding(2) = 0
@@ -87,7 +87,7 @@ contains
     integer, intent(in), optional :: links(:)
     !> Radii of the counterweights (m), shape (1) or (size(links)); by default the lengths of the links
     real(dp), intent(in), optional :: radii(:)
-    !> The frame, if it moves in space; its drive must turn
+    !> For a frame in space: its mechanisms and their drive, which must turn
     type(space_type), intent(in), optional :: space
     integer, parameter :: most = 8192
     type(point_type), allocatable :: at(:, :)
@@ -163,7 +163,8 @@ contains
     relative_rounding = max(least, part * epsilon(1.0_dp) / linkage%angle_scale**2)
   end function relative_rounding
 
-  !> True if the upper third of the orders is negligible: small against the largest row of its kind, or rounding error.
+  !> True if the upper third of the orders is negligible: below 1e-9 of the largest row of the same kind, or below its rounding
+  !> error.
   pure logical function resolved(rigid)
     type(rigid_ground_type), intent(in) :: rigid
     real(dp), parameter :: small = 1.0e-9_dp, least = 1.0e-12_dp
@@ -206,7 +207,8 @@ contains
     rows(3, :) = rows(3, :) - about(1) * rows(2, :) + about(2) * rows(1, :)
   end subroutine move_moment
 
-  !> Shaking of links in the plane, shape (3, angles). `part`: part of the frame's rotation psi by which the crank angle lags.
+  !> Shaking force and moment of links in the plane, shape (3, angles). `part`: part of the frame's rotation psi by which the crank
+  !> angle lags.
   function shaking_in_plane(links, at, part, about) result(rows)
     type(link_type), intent(in) :: links(:)
     type(point_type), intent(in) :: at(:, :)
@@ -225,8 +227,8 @@ contains
     call move_moment(about, rows)
   end function shaking_in_plane
 
-  !> Shaking of `planes` on the frame of `space` at rest, divided by -Omega^2, shape (6, angles): kg m and kg m^2. `angles`: drive
-  !> angles (rad). `about`: reference point of the moments, relative to F (m).
+  !> Shaking forces (kg m) and moments (kg m^2) of `planes` on the frame of `space` at rest, divided by -Omega^2, shape (6, angles).
+  !> `angles`: drive angles (rad). `about`: reference point of the moments, relative to F (m).
   pure function shaking_of_planes(space, planes, about, angles) result(rows)
     type(space_type), intent(in) :: space
     type(plane_type), intent(in) :: planes(:)
@@ -247,7 +249,7 @@ contains
     end do
   end function shaking_of_planes
 
-  !> Shaking of a single link that moves with the links of its plane, shape (6, angles).
+  !> Shaking forces and moments of a single link that moves with the links of its plane, shape (6, angles).
   pure function shaking_of_link(space, link, about, angles) result(rows)
     type(space_type), intent(in) :: space
     type(link_type), intent(in) :: link
@@ -264,7 +266,7 @@ contains
     rows = shaking_of_planes(space, [plane], about, angles)
   end function shaking_of_link
 
-  !> Shaking that remains with counterweights, divided by -Omega^2, shape (rows, angles).
+  !> Shaking forces and moments that remain with counterweights, divided by -Omega^2, shape (rows, angles).
   pure function what_is_left(rigid, weights) result(rows)
     type(rigid_ground_type), intent(in) :: rigid
     type(counterweight_type), intent(in) :: weights(:)
@@ -279,7 +281,8 @@ contains
     end do
   end function what_is_left
 
-  !> Computes the shaking that remains with counterweights at a speed (rad/s). Rows below their rounding error are set to zero.
+  !> Computes the shaking forces and moments that remain with counterweights at a speed (rad/s). Rows below their rounding error are
+  !> set to zero.
   pure subroutine measure_left(rigid, weights, speed, left)
     !> Shaking of the linkage and effects of counterweights
     type(rigid_ground_type), intent(in) :: rigid

@@ -22,8 +22,8 @@ contains
   pure subroutine measure_branches(kind, band, period, samples, slopes, values, changes)
     !> Kind of the measure (gestell_study_measure)
     integer, intent(in) :: kind
-    !> `band`: frequency band (Hz). `period` (s). `samples`: components over the turn, shape (samples, components). `slopes`: their
-    !> derivatives, shape (samples, components, parameters)
+    !> `band`: frequency band (Hz). `period`: period (s). `samples`: components over the turn, shape (samples, components).
+    !> `slopes`: their derivatives, shape (samples, components, parameters)
     real(dp), intent(in) :: band(2), period, samples(:, :), slopes(:, :, :)
     !> Values of the branches, shape (branches), and their derivatives, shape (parameters, branches)
     real(dp), allocatable, intent(out) :: values(:), changes(:, :)
@@ -83,7 +83,7 @@ contains
   pure subroutine maxima_over_turn(samples, places, sizes, y)
     !> y at equidistant phases, shape (samples, components)
     real(dp), intent(in) :: samples(:, :)
-    !> Of each maximum: phase (turns), magnitude, and y; shapes (maxima) and (maxima, components)
+    !> Phases (turns) and magnitudes of the maxima, shapes (maxima), and y at the maxima, shape (maxima, components)
     real(dp), allocatable, intent(out) :: places(:), sizes(:), y(:, :)
     type(series_type) :: along
     real(dp), dimension(1, size(samples, 2)) :: at, at_d, at_dd

@@ -50,7 +50,7 @@ contains
     type(coordinates_type), intent(out) :: found
     !> True if the coordinates are accurate enough (see `of_modes`)
     logical, intent(out) :: fits
-    !> A quick solution of the system. If it holds its maps at these phases, they are used
+    !> A fast solution of the system. Its maps over the phases are used if they belong to the same number of phases
     type(quick_motion_type), intent(in) :: known
     type(quick_motion_type) :: quick
     type(error_type), allocatable :: error

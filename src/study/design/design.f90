@@ -26,9 +26,10 @@ module gestell_study_design
 
   !> Default tolerance of the stationarity at which a search has converged.
   real(dp), parameter :: usual_tolerance = 1.0e-8_dp
-  !> `problem%worth` of a search over a range, where a resonance at the end of the range makes steps short.
+  !> In a search over a range, a step that improves the objective by a smaller fraction is idle. A resonance at the end of the range
+  !> makes such steps frequent.
   real(dp), parameter :: worth_it = 1.0e-4_dp
-  !> `problem%patience` of a search over a range.
+  !> A search over a range ends after this number of successive idle steps.
   integer, parameter :: patience = 3
   !> A limit on a goal that needs no solution is met if the goal exceeds it by less than this fraction of the limit.
   real(dp), parameter :: met = 1.0e-9_dp
@@ -46,7 +47,7 @@ contains
     real(dp), intent(in) :: start(:)
     type(optimum_type), intent(out) :: optimum
     type(error_type), allocatable, intent(out) :: error
-    !> Stationarity at which the search has converged
+    !> Stationarity below which the search has converged
     real(dp), intent(in), optional :: tolerance
     type(design_problem) :: problem
     real(dp), dimension(size(start)) :: corner
@@ -202,7 +203,7 @@ contains
 
   contains
 
-    !> True if the goal is convex as an upper limit or objective, or concave as a lower limit. The mass is both.
+    !> True if the goal is convex as an upper limit or objective, or concave as a lower limit. The mass is both convex and concave.
     elemental logical function goes(goal, is_objective)
       type(goal_type), intent(in) :: goal
       logical, intent(in) :: is_objective
@@ -213,9 +214,9 @@ contains
 
   end function is_convex
 
-  !> Proves that the limits contradict each other: every machine in the ranges exceeds at least one limit by more than a lower
-  !> bound. The bound is the minimum of the largest excess, found from `start`, minus the gap of this optimum. A bound <= 0 proves
-  !> nothing. The limits must allow a convex set.
+  !> Tries to prove that no machine in the ranges meets all limits. `excess` is a lower bound on the largest relative excess over a
+  !> limit: the minimum of the largest excess, searched from `start`, minus the gap of this optimum. A bound <= 0 proves nothing.
+  !> The limits must allow a convex set.
   subroutine prove_conflict(family, options, start, excess, error)
     !> The family of machines
     class(family_type), intent(in) :: family

@@ -53,7 +53,7 @@ module gestell_study_design_evaluation
     !> Index of the link that each parameter changes, 0 if it does not belong to one link; shape (parameters). If unallocated, all
     !> neighbours are computed as members of the family
     integer, allocatable :: link(:)
-    !> Unit of each parameter in SI, shape (parameters)
+    !> Unit of each parameter, as a multiple of the SI unit; shape (parameters)
     real(dp), allocatable :: unit(:)
   contains
     procedure :: steps, goals, combined
@@ -86,7 +86,7 @@ module gestell_study_design_evaluation
       type(goal_type), intent(in) :: goals(:)
       !> The maxima
       type(top_type), allocatable, intent(out) :: tops(:)
-      !> True if there is a vibration everywhere
+      !> True if the machine has a vibration at all conditions of the range
       logical, intent(out) :: known
       type(error_type), allocatable, intent(out) :: error
     end subroutine find_tops
@@ -142,7 +142,7 @@ contains
     type(goal_type), intent(in) :: goals(:)
     !> Number of the condition
     integer, intent(in) :: condition
-    !> The branches so far
+    !> List of branches, to which the branches at this condition are added
     type(goal_branches_type), intent(inout) :: at
     type(error_type), allocatable, intent(out) :: error
     real(dp) :: samples(size(motion%phases), components(motion%frame), size(goals))

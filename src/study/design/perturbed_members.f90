@@ -1,5 +1,5 @@
-!> A machine of a family and its neighbours along each parameter. Differences between them yield derivatives of functions of the
-!> machine that need no solution, such as the coefficients of its equations:
+!> A machine of a family and its neighbours, which differ in one parameter each. Differences between them yield derivatives of
+!> functions of the machine that need no solution, such as the coefficients of its equations:
 !>
 !>     df/dp = (w_0 f(p) + w_1 f(p + d_1 h) + w_2 f(p + d_2 h)) / h.
 !>
@@ -50,7 +50,7 @@ module gestell_study_design_perturbed_members
     real(dp) :: range = 0
     !> If the parameter is a property of one link alone: index of the link, and the property. This link is then changed in place
     integer :: link = 0, part = other_part
-    !> Unit of the parameter in SI
+    !> Unit of the parameter, as a multiple of the SI unit
     real(dp) :: unit = 1
   end type step_type
 
@@ -61,7 +61,7 @@ module gestell_study_design_perturbed_members
     type(accuracy_type) :: accuracy
   end type setting_type
 
-  !> A machine and its neighbours along each parameter.
+  !> A machine and its neighbours, which differ from it in one parameter each.
   type, public :: members_type
     type(setting_type) :: setting
     !> The machine itself

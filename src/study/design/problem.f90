@@ -159,7 +159,7 @@ contains
     class(family_type), intent(in) :: family
     !> Conditions or range, and settings for the solution
     type(design_options), intent(in) :: options
-    !> The goals; their numbers are the groups of their branches
+    !> The goals; the branches of goal number g form group g
     type(goal_type), intent(in) :: goals(:)
     !> Parameters of the machine
     real(dp), intent(in) :: x(:)

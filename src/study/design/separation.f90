@@ -94,8 +94,9 @@ contains
 
   end subroutine find_branches
 
-  !> Computes the distance of each branch from its order (per cent), at the nearer end of the range: 100 (f / (k n) - 1) above and
-  !> 100 (1 - f / (k n)) below the order. A distance is negative if the order meets the frequency within the range.
+  !> Computes the distance of each branch from its order (per cent) at the nearer end of the range, with frequency f, harmonic k and
+  !> speed n: 100 (f / (k n) - 1) above and 100 (1 - f / (k n)) below the order. A distance is negative if the order meets the
+  !> frequency within the range.
   subroutine take_distances(frame, speeds, branches, distances)
     !> The machine for which distances are computed
     class(frame_type), intent(in) :: frame
@@ -171,7 +172,7 @@ contains
     g = (model%b - transpose(model%b)) / 2 * (speed / abs(frame%speed))
   end function gyroscopic
 
-  !> Index of the end of the range, 1 or 2, that is nearer to a mode on this side of an order.
+  !> Index of the end of the range at which the frequency comes nearest to the order: 2 for a frequency above the order, 1 below it.
   pure integer function end_of(side)
     integer, intent(in) :: side
 

@@ -4,7 +4,7 @@
 !> |-------------|------------------------------|------------------------------------------------------|
 !> | exact       | the exact equations          | the vibration                                        |
 !> | first_order | the equations about rest (8) | the vibration, from the exact equations              |
-!> | rest        | the equations about rest (8) | rest, as Nguyen van Khang judges stability           |
+!> | rest        | the equations about rest (8) | rest, the method of Nguyen van Khang                 |
 !>
 !> Each model is a linear periodic system whose periodic motion is the vibration, so one solver of such systems serves all models.
 !> Newton's method computes the exact vibration (gestell_study_frame_model_newton), starting from the linear vibration. If that
@@ -40,7 +40,7 @@ module gestell_study_frame_model
     type(varied_frame_type), allocatable :: others(:)
   end type newton_type
 
-  !> If the first step of Newton's method is larger, the vibration is far from the linear one and may be one of several.
+  !> If the first relative step of Newton's method is larger, the vibration is far from the linear one and may be one of several.
   real(dp), parameter :: notably_nonlinear = 0.02_dp
   !> A motion given as a start is rejected if a step of Newton's method from it reaches this fraction of the motion.
   real(dp), parameter :: beside = 0.3_dp

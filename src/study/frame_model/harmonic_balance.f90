@@ -115,7 +115,7 @@ contains
     end associate
   end subroutine balance_harmonics
 
-  !> Samples M, B, C over theta and h at equidistant phases, in the given units of the states.
+  !> Samples the coefficients of the equations in theta = 2 pi t/T, and h, at equidistant phases. `units`: units of the states.
   subroutine sample(system, phases, units, at, h)
     class(second_order_system), intent(in) :: system
     integer, intent(in) :: phases

@@ -141,7 +141,7 @@ contains
     end do
   end subroutine invert
 
-  !> A^-1 times harmonics of the load, multiplied by the weights of the rms.
+  !> A^-1 times harmonics of the load, multiplied by `weights`.
   pure function weighted(means, load) result(x)
     class(means_type), intent(in) :: means
     real(dp), intent(in) :: load(0:, :)

@@ -1,6 +1,6 @@
 !> Newton's method for the periodic vibration of the exact frame (doc/theory.md, equation 36). A step goes from a periodic motion
-!> q_k to q_k+1, the periodic motion of the frame varied about q_k (gestell_model_exact_varied_frame). It solves for the residual of
-!> q_k. A fast, coarse solver is therefore enough: its errors are relative to the step, not to the motion.
+!> q_k to q_k+1, the periodic motion of the frame varied about q_k (gestell_model_exact_varied_frame). Only the difference q_k+1 -
+!> q_k is computed, from the residual of q_k. A fast, coarse solver is enough, because its errors are relative to this difference.
 module gestell_study_frame_model_newton
   use gestell_base_error, only: error_type, failed_computation, fatal_error, no_convergence
   use gestell_base_kinds, only: dp
@@ -232,7 +232,8 @@ contains
     too_rough = size(next%q, 1) > most_samples_passed(frame) .and. .not. next%error <= rough
   end function too_rough
 
-  !> Computes the motion and its `change` from `from` by harmonic balance. Arguments as in `next_motion`; `n`: number of phases.
+  !> Computes the motion by harmonic balance, and its `change` against the motion `from`. Arguments as in `next_motion`; `n`: number
+  !> of phases.
   subroutine balance(frame, system, n, next, change, fits, from, lack)
     class(frame_type), intent(in) :: frame, system
     integer, intent(in) :: n
@@ -270,7 +271,8 @@ contains
     next%series%sine = harmonics(n / 2:, :)
   end subroutine balance
 
-  !> Computes the motion and its `change` from `from` by one integration over the turn. Arguments as in `next_motion`.
+  !> Computes the motion by one integration over the turn, and its `change` against the motion `from`. Arguments as in
+  !> `next_motion`.
   subroutine integrate(frame, system, n, next, change, fits, from, lack)
     class(frame_type), intent(in) :: frame, system
     integer, intent(in) :: n
@@ -329,8 +331,8 @@ contains
   end subroutine solve_fully
 
   !> Adds the effect of the motion's relative error, `part`, on the multipliers to the rounding error of `varied`. An error of the
-  !> motion changes only the difference between the coefficients about the motion and about rest. `scale`: balanced units of the
-  !> states.
+  !> motion changes only the difference between the coefficients about the motion and about rest. `scale`: units that make states
+  !> comparable.
   subroutine add_rounding(frame, scale, part, varied)
     class(frame_type), intent(in) :: frame
     real(dp), intent(in) :: scale(:), part

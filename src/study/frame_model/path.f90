@@ -124,7 +124,7 @@ contains
     class(path_family_type), intent(inout) :: family
     !> Motion near the vibration, and the value of lambda
     real(dp), intent(in) :: q(:, :), lambda
-    !> 1: the tangent points to larger lambda, -1: to smaller
+    !> 1: the tangent points to larger lambda, -1: it points to smaller lambda
     integer, intent(in) :: way
     type(point_type), intent(out) :: at
     type(error_type), allocatable, intent(out) :: error

@@ -44,10 +44,10 @@ module gestell_study_frame_model_vibration_path
   !> come first. Beyond a jump its vibration continues that of faster speeds.
   real(dp), parameter :: other_speeds(*) = [0.97_dp, 1.03_dp, 0.9_dp, 1.1_dp]
 
-  !> The damping at the start is the larger of `of_speed` times the drive speed and `of_frequency` times the frequency of the
-  !> stiffest direction. It falls as exp(-fall lambda), so weakly damped resonances are approached slowly.
+  !> On a path over damping the damping at the start is the larger of `of_speed` times the drive speed and `of_frequency` times the
+  !> frequency of the stiffest direction. It falls as exp(-fall lambda), so weakly damped resonances are approached slowly.
   real(dp), parameter :: of_speed = 2, of_frequency = 1, fall = 12
-  !> Maximum number of linear systems that are solved on this path.
+  !> Maximum number of linear systems that are solved on a path over damping.
   integer, parameter :: most_systems = 500
   !> Value of `furthest_back` on a path over damping. With more damping than at its start it leads to another equilibrium of the
   !> frame.

@@ -19,7 +19,7 @@ contains
   !> less than half of the total strength, as when a slow crank modulates the frequency. Then its frequency is replaced by the one
   !> nearest to the mean over all components of similar shape.
   pure subroutine find_components(p, turn, period, mass, mode)
-    !> The positions of p, that is without growth; shape (samples, f)
+    !> Positions of p, the periodic part of the vibration without growth; shape (samples, f)
     complex(dp), intent(in) :: p(:, :)
     !> `turn`: Im lambda (rad/s). `period`: the period (s). `mass`: the mean mass matrix, shape (f, f)
     real(dp), intent(in) :: turn, period, mass(:, :)

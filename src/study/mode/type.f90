@@ -28,7 +28,7 @@ module gestell_study_mode_type
     integer :: components = 0
     !> Frequencies of the components (rad/s, not negative), and their shares of |p|^2 in the norm of the mean mass matrix
     real(dp) :: frequencies(most_components) = 0, shares(most_components) = 0
-    !> Shapes of the components in the positions, unit vectors in this norm; shape (degrees of freedom, components)
+    !> Shapes of the components: positions, with norm 1 in the norm of the mean mass matrix; shape (degrees of freedom, components)
     complex(dp) :: shapes(most_dofs, most_components) = 0
     !> Index of the component whose frequency is the frequency of the mode
     integer :: principal = 1

@@ -116,8 +116,8 @@ contains
     end do
   end subroutine move_moments
 
-  !> Computes the rows that only the exact frame has: its rotation, moments and forces of supports beyond the linear terms. cos psi
-  !> - 1 is computed by `less_one`, because the plain difference loses the digits of a small rotation.
+  !> Computes the rows that only the exact frame has: the parts of rotation, moments and support forces beyond the linear terms. cos
+  !> psi - 1 is computed by `less_one`, because the plain difference loses the digits of a small rotation.
   subroutine add_turned(frame, x, motion)
     class(frame_type), intent(in) :: frame
     real(dp), intent(in) :: x(:, :)

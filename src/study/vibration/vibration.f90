@@ -36,14 +36,14 @@ module gestell_study_vibration
     real(dp), allocatable :: peak(:), peak_error(:), rms(:)
     !> Bounds on the errors of the quantities at any time; they also bound the errors of the rms values. Shape (quantities)
     real(dp), allocatable :: error(:)
-    !> |x(T) - x(0)| of the computed motion relative to the maximum of |x(t)|, in balanced units
+    !>x(T) - x(0)| of the computed motion relative to the maximum of |x(t)|, in units that make the states comparable
     real(dp) :: closing_defect = 0
     !> Rows of the motion (gestell_model_quantity), allocated if requested. `motion`: at equidistant phases that resolve the motion,
     !> shape (rows, samples). `motion_history`: at the times of the history, shape (rows, points + 1)
     real(dp), allocatable :: motion(:, :), motion_history(:, :)
-    !> Bounds on the errors of these rows
+    !> Bounds on the errors of the rows of the motion
     type(turn_errors_type) :: motion_errors
-    !> Harmonics of these rows, shape (rows)
+    !> Harmonics of the rows of the motion, shape (rows)
     type(fourier_type), allocatable :: motion_series(:)
   end type vibration_type
 
@@ -266,7 +266,8 @@ contains
   end subroutine take_series
 
   !> True if the samples resolve the rows of the motion after the states: accelerations and forces of guides. Harmonics below the
-  !> rounding error of a row's terms count as resolved. So do harmonics below both the row's error and its closing defect.
+  !> rounding error of a row's terms count as resolved. So do harmonics that are smaller than the row's error and than the
+  !> difference of its values at the end and the start of the period.
   logical function rows_resolved(frame, system, phases, x, vibration)
     class(frame_type), intent(in) :: frame
     class(periodic_system), intent(in) :: system
@@ -286,9 +287,9 @@ contains
     end associate
   end function rows_resolved
 
-  !> True if the samples resolve the free states, from which the forces follow. Harmonics below the rounding error of the largest
-  !> state, in balanced units, count as resolved. So do harmonics below both the error of the state and `missed`, its closing
-  !> defect: motions of this size are free vibrations, not harmonics.
+  !> True if the samples resolve the free states, from which the forces follow. In comparable units, harmonics below the rounding
+  !> error of the largest state count as resolved. So do harmonics that are smaller than the error of the state and than `missed`,
+  !> its difference between end and start of the period: motions of this size are free vibrations, not harmonics.
   pure logical function states_resolved(frame, floquet, vibration, missed)
     class(frame_type), intent(in) :: frame
     type(floquet_type), intent(in) :: floquet

@@ -25,7 +25,7 @@ module gestell_study_design_range_climb
     logical :: smooth = .false.
     !> Curvature of a smooth maximum: the value falls by `bend` t^2 at the distance t
     real(dp) :: bend = 0
-    !> Number of values taken
+    !> Number of values that the search has used
     integer :: steps = 0
     real(dp), private :: x(3) = 0, f(3) = 0, bounds(2) = 0, before = 0
     integer, private :: most = 0

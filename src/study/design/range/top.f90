@@ -31,8 +31,9 @@ module gestell_study_design_range_top
 
 contains
 
-  !> Solves the machine at a condition. `point%values(1, g)` is the excess of goal g over its limit; turns and growth of the free
-  !> vibrations are set if they can be computed. If there is no solution, `point%state` says so. Fails if the goals are invalid.
+  !> Solves the machine at a condition. `point%values(1, g)` is the excess of goal g over its limit. Phase advance and growth of the
+  !> free vibrations are set if they can be computed. If there is no solution, `point%state` says so. Fails if the goals are
+  !> invalid.
   subroutine look(members, goals, condition, multipliers, point, error, near)
     type(members_type), intent(in) :: members
     type(goal_type), intent(in) :: goals(:)
