@@ -65,7 +65,8 @@ contains
     call lay_lines(conditions, of_stiffness, of_damping, lines)
   end subroutine read_conditions
 
-  !> Factors of a number that has this relative tolerance: the nominal value 1 and both limits; 1 alone without a tolerance.
+  !> Factors at which a number with this relative tolerance is evaluated: nominal value and both limits, or 1 alone without a
+  !> tolerance.
   pure function factors_within(scatter) result(factors)
     real(dp), intent(in) :: scatter
     real(dp), allocatable :: factors(:)
@@ -78,7 +79,7 @@ contains
   !> lines in stiffness at the lowest and the highest speed for each damping factor.
   subroutine lay_lines(conditions, of_stiffness, of_damping, lines)
     type(condition_type), intent(in) :: conditions(:)
-    !> Factors of the stiffness and of the damping of the mounts
+    !> Factors by which the stiffness and the damping of the mounts are multiplied
     real(dp), intent(in) :: of_stiffness(:), of_damping(:)
     type(range_line_type), allocatable, intent(out) :: lines(:)
     type(condition_type) :: start

@@ -86,8 +86,9 @@ contains
       & .or. any(self%options%constraints%needs_motion()))
   end function covers
 
-  !> Reads the plan of a design from a checked input document. Fails if &design or &objective is missing, a path cannot be changed
-  !> or occurs twice, a range is empty, a value is invalid, a goal does not exist, or the coefficients are averaged.
+  !> Reads the plan of a design from a checked input document. Fails if &design or &objective is missing, a range is empty, or a
+  !> goal does not exist. Also fails if a path cannot be changed or occurs twice, if a value is invalid, or if the coefficients are
+  !> averaged.
   subroutine read_design(configuration, plan, error)
     type(configuration_type), intent(inout) :: configuration
     type(design_plan_type), intent(out) :: plan

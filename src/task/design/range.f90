@@ -76,7 +76,7 @@ contains
     !> The machine, and copies of it with one parameter changed
     type(members_type), intent(in) :: members
     type(goal_type), intent(in) :: goals(:)
-    !> Maxima found: goal, excess, condition and vibration of each
+    !> Maxima found, each with its goal, excess, condition and vibration
     type(top_type), allocatable, intent(out) :: tops(:)
     !> False if some point has no stable vibration; `tops` is then not allocated
     logical, intent(out) :: known

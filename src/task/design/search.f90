@@ -38,9 +38,9 @@ module gestell_task_design_search
     type(optimum_type), allocatable :: found(:)
     !> Number of the best start; 0 if no start has a machine with a vibration.
     integer :: best = 0
-    !> Goals and the conditions at which they are reported: the given conditions, then the maxima between them.
+    !> Goals, and the conditions at which they are reported: the given conditions, then the maxima between them.
     type(design_options) :: options
-    !> The same goals, evaluated as worst values over the whole range.
+    !> Goals, each evaluated as its worst value over the whole range.
     type(design_options) :: over_range
     !> Parameters of the best design, rounded to the reported digits.
     real(dp), allocatable :: x(:)

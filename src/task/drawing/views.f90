@@ -1,5 +1,5 @@
-!> Draws a machine in space: three views at one scale in first-angle projection. The view from the left is to the right of the front
-!> view; the view from above is below it.
+!> Draws a machine in space: three views at one scale in first-angle projection. In this projection the view from the left stands to
+!> the right of the front view, and the view from above stands below it.
 module gestell_task_drawing_views
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, either, newline, text

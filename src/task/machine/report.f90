@@ -116,7 +116,7 @@ contains
     lines = lines // slips(configuration%frame) // values_out_of_the_plane(configuration%document)
   end function slips_of
 
-  !> Adds these warnings to the result as headlines. They are not added to the report, which already contains them.
+  !> Adds the warnings in `lines` to the result as headlines. They are not added to the report, which already contains them.
   pure subroutine warn_of_slips(result, lines)
     type(result_type), intent(inout) :: result
     character(len=*), intent(in) :: lines

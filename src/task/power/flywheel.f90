@@ -1,9 +1,9 @@
 !> Computes how much the speed fluctuates if a flywheel keeps it nearly constant.
 !>
-!> A flywheel of inertia J_f rotates with the crank; its angle in space is theta = phi + psi. Neglecting products of the
-!> fluctuation, (J_f + K) theta'' = M - M_d. Here M_d is the torque on the crank at constant speed, M is the mean of M_d, and K =
-!> sum (m |r'|^2 + J phi'^2) is the reduced inertia of the mechanism, replaced by its mean. The neglected terms are about as large
-!> as the square of the relative fluctuation.
+!> A flywheel of inertia J_f rotates with the crank; its angle in space is theta = phi + psi. If products of the fluctuation are
+!> neglected, (J_f + K) theta'' = M - M_d. M_d: torque on the crank at constant speed. M: mean of M_d. K = sum (m |r'|^2 + J
+!> phi'^2): reduced inertia of the mechanism, replaced by its mean. The neglected terms are about as large as the square of the
+!> relative fluctuation.
 module gestell_task_power_flywheel
   use gestell_math_series_fourier, only: fourier_series, fourier_type, greatest
   use gestell_base_kinds, only: dp, pi

@@ -33,7 +33,7 @@ module gestell_task_trade_model_trade
   type, public :: model_trade_type
     !> Results with periodic and with averaged coefficients
     type(finding_type) :: periodic, averaged
-    !> Errors due to averaging, in the measures of `trade_row_type`
+    !> Errors of Phi(T), of the multipliers and of x0 due to averaging, defined as in `trade_row_type`
     real(dp) :: error_phi = 0, error_rho = 0, error_x0 = 0
     !> Number of evaluations of the coefficients from which the means were computed
     integer :: evaluations = 0

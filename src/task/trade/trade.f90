@@ -47,7 +47,7 @@ module gestell_task_trade
   type, public :: trade_type
     !> A row for each method and number of steps
     type(trade_row_type), allocatable :: rows(:)
-    !> Error bounds of the converged solution, in the measures of `trade_row_type`: smaller errors cannot be measured
+    !> Error bounds of the converged solution, defined as the errors in `trade_row_type`; smaller errors cannot be measured
     real(dp) :: floor_phi = 0, floor_rho = 0, floor_x0 = 0
   end type trade_type
 
@@ -139,7 +139,7 @@ contains
     !> Converged solution with which the row is compared
     type(converged_type), intent(in) :: converged
     type(trade_row_type), intent(out) :: row
-    !> Computing time of all these solutions (s)
+    !> Total computing time of the solutions made for this row (s)
     real(dp), intent(out) :: spent
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: most = 9
