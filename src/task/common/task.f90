@@ -1,4 +1,5 @@
-!> Defines a task: a result that the user can request. A new task needs a folder next to this one and an entry in the registry.
+!> Defines a task: a result that the user can request. A new task needs a folder of its own in src/task and an entry in the
+!> registry.
 module gestell_task_common_task
   use gestell_base_error, only: error_type
   use gestell_input_schema, only: schema_type

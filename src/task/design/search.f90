@@ -193,7 +193,7 @@ contains
   end function value_of
 
   !> Computes the trade-off curve: the minimum of the first objective for several upper limits of the second. The limits range from
-  !> its value at the minimum of the first objective to its own minimum.
+  !> the second objective's value at the minimum of the first one to its own minimum.
   subroutine find_curve(family, plan, design, error)
     class(family_type), intent(in) :: family
     type(design_plan_type), intent(in) :: plan

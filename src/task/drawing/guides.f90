@@ -82,7 +82,7 @@ contains
     end if
   end function place_on
 
-  !> Gnuplot columns with a displacement by the length `way` (m) along a guide.
+  !> Gnuplot columns with a displacement of length `way` (m) along a guide.
   pure function step_along(guide, columns, way) result(words)
     type(guide_type), intent(in) :: guide
     type(columns_type), intent(in) :: columns

@@ -236,7 +236,7 @@ contains
 
   contains
 
-    !> The three values as table cells, each followed by an empty cell where a phase would be; 0 for rounding error.
+    !> The three values as table cells, each followed by an empty cell in the column of the phase; 0 for rounding error.
     pure function sizes(values) result(words)
       real(dp), intent(in) :: values(3)
       character(len=:), allocatable :: words

@@ -144,7 +144,7 @@ contains
 
   end function reaction_line
 
-  !> Name of a reaction, for a support in the plane followed by its position.
+  !> Name of a reaction; for a support in the plane, its position follows.
   pure function labelled(reaction) result(line)
     type(reaction_type), intent(in) :: reaction
     character(len=:), allocatable :: line

@@ -1,5 +1,5 @@
-!> Computes the distance of the modes' frequencies from the orders of the crank speed. Also computes the share of each degree of
-!> freedom in the kinetic energy of the modes.
+!> Computes the distance of the modes' frequencies from the orders of the crank speed. Also computes how the degrees of freedom
+!> share the kinetic energy of each mode.
 module gestell_task_separation
   use gestell_base_kinds, only: dp, pi
   use gestell_study_mode_type, only: mode_type, most_dofs
