@@ -1,4 +1,4 @@
-!> Stability borders of the exact frame over one parameter, found separately on each branch of its vibrations.
+!> Stability borders over one parameter of a frame in the exact model, found separately on each branch of its vibrations.
 !>
 !> A branch and its multipliers are smooth functions of the parameter, so the search of gestell_task_boundary_line_search applies to
 !> each branch. At a turning point a multiplier passes through +1, the branch ends and the vibration ceases to exist.
@@ -129,8 +129,8 @@ contains
   end function nodes_of
 
   !> Adds the undecided parts of the range to `rest`: parts that no branch covers, and parts beyond an end at which the continuation
-  !> failed, unless another branch passes through this end. The latter parts extend to the nearest end of another failed
-  !> continuation, or else to the end of the range.
+  !> failed. The latter extend to the nearest end of another failed continuation, or else to the end of the range. They are omitted
+  !> if another branch passes through the end.
   subroutine add_gaps(axis, branches, rest)
     type(axis_type), intent(in) :: axis
     type(branch_type), intent(in) :: branches(:)
@@ -181,8 +181,8 @@ contains
   end subroutine add_open
 
   !> True if an odd number of real multipliers exceeds 1 along the whole branch. A single point proves nothing: the branch may be
-  !> unstable there because of a tongue at +1, as at 2 w = 2 Omega in a machine that repeats after half a turn. Points near a
-  !> turning point, where a multiplier equals 1 within its error, are ignored.
+  !> unstable there because of a tongue at +1, as at 2 w = 2 Omega (w: natural frequency) in a machine that repeats after half a
+  !> turn. Points near a turning point, where a multiplier equals 1 within its error, are ignored.
   pure logical function is_never_kept(search)
     type(search_type), intent(in) :: search
     integer :: i, above, known

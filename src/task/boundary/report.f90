@@ -183,7 +183,8 @@ contains
     if (size(rest%places) > most_listed .and. .not. of_level) report = report // more_listed
   end function open_lines
 
-  !> Describes the nearest machine along a parameter that is not unstable: value of the parameter, distance to it, and verdict.
+  !> Describes the nearest machine along a parameter that is not unstable: value of the parameter, distance from the given value,
+  !> and verdict.
   pure function way_to(path, nearest) result(sentence)
     character(len=*), intent(in) :: path
     type(nearest_type), intent(in) :: nearest

@@ -22,7 +22,8 @@ module gestell_task_boundary_solution
     type(border_rest_type) :: rest
     !> For two parameters: the curves.
     type(border_map_type), allocatable :: map
-    !> Nearest system along each parameter that is not unstable; not allocated without a given machine or if that is not unstable.
+    !> Nearest system along each parameter that is not unstable. Not allocated if there is no given machine, or if that is not
+    !> unstable.
     type(nearest_type), allocatable :: nearest(:)
     !> For a level over one parameter: the curve. In its points, `speed` is the parameter and `values(1:2, 1)` is the quantity and
     !> its error.

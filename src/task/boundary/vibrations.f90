@@ -1,4 +1,4 @@
-!> Vibrations of the exact frame over one parameter: branches that are followed along their arc through the whole range.
+!> Vibrations of a frame in the exact model over one parameter: branches that are followed along their arc through the whole range.
 module gestell_task_boundary_vibrations
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
@@ -62,7 +62,7 @@ module gestell_task_boundary_vibrations
   !> Maximum number of steps along a path, and of linear systems that are solved for a path.
   integer, parameter :: most_steps = 3000, most_systems = 20000
 
-  !> Activity that the progress line states.
+  !> Text of the progress line while vibrations are followed.
   character(len=*), parameter :: following = "following vibrations"
 
 contains
@@ -116,8 +116,8 @@ contains
     if (associated(options%executor)) call options%executor%show(following, 1.0_dp)
   end subroutine trace_branches
 
-  !> Follows the path of vibrations from motion `q` at `start` until it meets one of the `branches`, leaves the range or is lost.
-  !> `way`: initial direction, 1 upward or -1 downward.
+  !> Follows the path of vibrations from motion `q` at `start` until it meets one of the `branches`, leaves the range, or the
+  !> continuation fails. `way`: initial direction, 1 upward or -1 downward.
   subroutine walk(family, q, start, way, branches, trail)
     type(line_path_type), intent(inout) :: family
     real(dp), intent(in) :: q(:, :), start

@@ -22,8 +22,8 @@ module gestell_task_campbell_crossings
     integer :: mode = 0
     !> Ratio of the mode's frequency to the crank speed
     real(dp) :: order = 0
-    !> Number of this harmonic of the period, or 0 if the order was not requested or is a half order. A crossing with 0 is listed
-    !> only if locking removes at least half of the damping.
+    !> Number of the harmonic of the period at the crossing. 0: the order was not requested or is a half order; such a crossing is
+    !> listed only if locking removes at least half of the damping.
     integer :: harmonic = 0
     !> `speed`: speed of the crossing, or middle of the interval in which the mode is locked. `ends`: ends of this interval.
     !> `error`: error bound of these speeds. All in 1/min
@@ -34,13 +34,13 @@ module gestell_task_campbell_crossings
     type(mode_type) :: at
   end type crossing_type
 
-  !> Search for the crossings of one mode with one multiple of the frequency of the period. The multiple is n / 2.
+  !> Search for the crossings of one mode with one multiple (n / 2) of the frequency of the period.
   type :: search_type
     class(family_type), pointer :: family => null()
     type(campbell_options) :: options
     !> Number of the mode
     integer :: mode = 0
-    !> The multiple (a multiple of 1/2): ratio of the mode's frequency to the frequency of the period
+    !> Ratio, at the crossings, of the mode's frequency to the frequency of the period; a multiple of 1/2
     real(dp) :: multiple = 0
     !> Number of the harmonic, or 0 as in `crossing_type`
     integer :: harmonic = 0

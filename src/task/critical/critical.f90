@@ -49,8 +49,8 @@ module gestell_task_critical
     type(crossing_type) :: crossing
     !> `peak`, `no_peak`, `unbounded` or `self_excited`
     integer :: outcome = no_peak
-    !> Half width of the resonance, from the damping of the mode: half the range of speeds (1/min) in which the vibration exceeds 1
-    !> / sqrt(2) of its peak
+    !> Half width of the resonance, from the damping of the mode: half of the range of speeds (1/min) in which the vibration exceeds
+    !> 1/sqrt(2) of its peak
     real(dp) :: half_width = 0
     !> True for each quantity that has a peak near the crossing
     logical :: found(2) = .false.
@@ -76,12 +76,12 @@ module gestell_task_critical
     procedure :: exchange
   end type searches_type
 
-  !> `reach`: half of the searched range, in half widths of the resonance. `most_reach`: its limit, relative to the speed. `near`:
-  !> maximum distance of a peak from its crossing, in half widths, apart from the distance of the samples.
+  !> `reach`: half of the searched range, in half widths of the resonance. `most_reach`: its limit, relative to the speed. A peak
+  !> belongs to a crossing if they are less than about `near` half widths apart.
   real(dp), parameter :: reach = 6, most_reach = 0.3_dp, near = 1
   !> Number of speeds at which the search starts
   integer, parameter :: samples = 37
-  !> Minimum prominence of a peak: ratio of its height to the adjacent valleys
+  !> Minimum prominence of a peak: ratio of its height to the higher of the adjacent valleys
   real(dp), parameter :: least_prominence = 1.02_dp
   !> Accuracy of the speed of a peak, in half widths
   real(dp), parameter :: exact = 1.0e-3_dp
@@ -270,7 +270,7 @@ contains
   end subroutine nearest_top
 
   !> Records a peak, and updates the worst verdict and the largest motion. Rejects an amplitude that the accuracy cannot distinguish
-  !> from zero. Also rejects a force that rises by more than the share of this order: it is the peak of another order.
+  !> from zero. Also rejects a force that rises too much for the share of this order: it is the peak of another order.
   subroutine take_top(point, top, options, critical)
     type(curve_point_type), intent(in) :: point
     type(maximum_type), intent(in) :: top

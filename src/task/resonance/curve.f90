@@ -225,7 +225,7 @@ contains
     call solve_speed_point(self%family, self%speeds(k), self%options, self%points(k), error)
   end subroutine compute
 
-  !> Passes a point to or from a record.
+  !> Writes a point to a record, or reads it from there.
   subroutine exchange(self, k, record)
     class(round_type), intent(inout) :: self
     integer, intent(in) :: k

@@ -164,7 +164,7 @@ contains
     end associate
   end subroutine tell_jump
 
-  !> Unbounded maximum of linearised equations, which covers the points `first` to `last`. These points have no value.
+  !> Maximum for the points `first` to `last`, which have no value: there the vibration of the linearised equations is unbounded.
   type(maximum_type) function without_bounds(curve, q, first, last) result(maximum)
     class(curve_points_type), intent(in) :: curve
     integer, intent(in) :: q, first, last

@@ -87,7 +87,7 @@ contains
 
   contains
 
-    !> Entries of the legend, which holds for all panels. `orders`: true for visible orders.
+    !> Entries of the legend that all panels share. `orders`: true for visible orders.
     pure function key(orders) result(words)
       logical, intent(in) :: orders(:)
       character(len=:), allocatable :: words

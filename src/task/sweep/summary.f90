@@ -24,7 +24,7 @@ module gestell_task_sweep_summary
     integer(int64) :: points = 0
     !> Number of points with each verdict; the index is the number of the verdict. Zeros if the verdict is not requested.
     integer(int64) :: verdicts(0:last_number) = 0
-    !> Smallest and largest rho_max. Without a value `least` > `most`.
+    !> Smallest and largest rho_max. If there is no value, `least` > `most`.
     real(dp) :: least = huge(1.0_dp), most = -huge(1.0_dp)
     !> Indices, on each axis, of the point with the largest rho_max.
     integer(int64) :: where(2) = 0

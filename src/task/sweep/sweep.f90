@@ -122,9 +122,9 @@ contains
     call evaluate(problem, cell, sampler, expansion, perturbations, error)
   end subroutine expand_cell
 
-  !> Compares the expansion with separate solutions at random points. `fits`: true if no deviation exceeds `perturbations` (of
-  !> Phi(T), of all numbers) plus the error bound of the separate solution. `deviation`: largest deviation relative to the separate
-  !> solution.
+  !> Compares the expansion with separate solutions at random points. `fits`: true if no deviation of Phi(T), or of [Phi(T) x_p(T)],
+  !> exceeds its bound in `perturbations` plus the error bound of the separate solution. `deviation`: largest deviation relative to
+  !> the separate solution.
   subroutine check_cell(problem, cell, expansion, perturbations, sampler, deviation, fits)
     type(problem_type), intent(in) :: problem
     type(tile_type), intent(in) :: cell

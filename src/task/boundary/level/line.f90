@@ -9,7 +9,7 @@ module gestell_task_boundary_level_line
   implicit none (type, external)
   private
 
-  !> A measured quantity, and the level, in the unit of the quantity, whose crossings are sought.
+  !> A measured quantity and its level, in the unit of the quantity. Crossings of this level are sought.
   type, public :: level_type
     type(measure_type) :: measure
     real(dp) :: value = 0

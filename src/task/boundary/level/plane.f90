@@ -21,7 +21,7 @@ module gestell_task_boundary_level_plane
 
   !> Plane of two parameters in which the region above a level is sought.
   type, extends(plane_type), public :: level_plane_type
-    !> The quantity and its measure; the level in the unit of the quantity.
+    !> The quantity and its measure (peak, rms or band).
     type(speed_options) :: options
     !> Level in the unit of the quantity.
     real(dp) :: level = 0

@@ -68,13 +68,13 @@ contains
     end do
   end subroutine solve_node
 
-  !> Connects node `l` with the next node `r`. Assigns each multiplier of `l` to the multiplier of `r` that fits its slope best, in
-  !> the order of quality.
+  !> Connects node `l` with the next node `r`. Assigns each multiplier of `l` to the multiplier of `r` that fits its slope best; the
+  !> best fits are assigned first.
   pure subroutine connect(l, r, stretch)
     type(node_type), intent(in) :: l, r
     type(stretch_type), intent(out) :: stretch
-    !> `weight`: weight of a change of slope relative to a deviation of z. `apart`: any other assignment must deviate by at least
-    !> this factor more. Multipliers closer to each other than `alike` may be exchanged.
+    !> `weight`: weight of a change of slope relative to a deviation of z. `apart`: any other assignment must have a deviation that
+    !> is larger by at least this factor. Multipliers closer to each other than `alike` may be exchanged.
     real(dp), parameter :: weight = 0.5_dp, apart = 3, alike = 0.05_dp
     real(dp), dimension(size(l%slope), size(l%slope)) :: away
     logical, dimension(size(l%slope), size(l%slope)) :: free
@@ -155,8 +155,8 @@ contains
     !> `bend`: maximum difference between the slopes of a phase at both ends (rad). `near`: maximum deviation of z from the
     !> prediction (rad). Strong decay raises this maximum by `part` times the decay.
     real(dp), parameter :: bend = 3, near = 0.02_dp, part = 0.25_dp
-    !> The sign of a growth rate is certain if the rate exceeds `safety` times its error between the ends, and `clear` times its
-    !> error at them.
+    !> The sign of a growth rate is certain if the rate exceeds this multiple of its error: `safety` inside the interval, `clear` at
+    !> its ends.
     real(dp), parameter :: safety = 2, clear = 10
     integer, parameter :: samples = 8
     complex(dp) :: z(size(self%miss), 0:samples)

@@ -38,14 +38,15 @@ module gestell_task_boundary_line_follow
   real(dp), parameter :: shortest = 1.0e-7_dp, beside_nothing = 1.0e-4_dp
   !> Number of nodes above which intervals are no longer divided.
   integer, parameter :: most = 4000
-  !> States of an interval: to be divided, final, or without systems.
+  !> States of an interval. `open`: it must be divided. `done`: it is final. `empty`: it has no systems.
   integer, parameter :: open = 0, done = 1, empty = 2
 
 contains
 
   !> Follows the multipliers from the first to the last of the ascending positions `t`. Nodes are placed at all `t`, and between
   !> them where the multipliers deviate from the prediction of their slopes. All intervals that are too long are halved in the same
-  !> round. Therefore, if there are too many nodes, only the shortest intervals remain rough. Fails if the parameters are invalid.
+  !> round. If there are too many nodes, inaccurate curves therefore remain only in the shortest intervals. Fails if the parameters
+  !> are invalid.
   subroutine follow_multipliers(line, t, way, error)
     type(line_type), intent(in), target :: line
     real(dp), intent(in) :: t(:)

@@ -57,8 +57,8 @@ contains
     end if
   end subroutine border_functions
 
-  !> Computes h, the product over pairs of (1 - w_i w_k), with scaled factors. `known`: true if each factor differs from zero by
-  !> more than its error.
+  !> Computes h, the product over pairs of multipliers of (1 - w_i w_k), with scaled factors. `known`: true if each factor differs
+  !> from zero by more than its error.
   pure subroutine product_of_pairs(w, radius, h, known)
     complex(dp), intent(in) :: w(:)
     real(dp), intent(in) :: radius(:)

@@ -55,8 +55,9 @@ contains
     integer, intent(in) :: number
     type(place_type), allocatable :: places(:)
     integer, parameter :: samples = 16
-    !> Limits in radians. `close`: two phases meet if their distance, apart from errors, is smaller. `below`: smallest sine of the
-    !> argument. `locked`: phases with a smaller difference count as one. `safety`: factor of the errors.
+    !> Two phases meet if their distance, apart from errors, is below `close` (rad). A place where the sine of the argument is
+    !> smaller than `below` is omitted: its conjugate is listed. Phases that differ by less than `locked` (rad) are equal. `safety`:
+    !> factor on errors.
     real(dp), parameter :: close = 0.02_dp, below = -0.2_dp, locked = 1.0e-9_dp, safety = 4
     !> Pairs that decay more strongly than this (ln |rho|) are ignored: if they lost stability where they meet, the curves would
     !> show it.

@@ -115,7 +115,8 @@ contains
   !> Links the two ends of each border that crosses the box through its vertex half way, so that the region lies on the left.
   pure subroutine link_through(box, ids, half_way, k, vertices)
     type(box_type), intent(in) :: box
-    !> Numbers of the vertices on the two sides and half way; coordinate that is constant on these lines
+    !> `ids`, `half_way`: numbers of the vertices on the two sides and on the line half way. `k`: coordinate that is constant on
+    !> these lines
     integer, intent(in) :: ids(:), half_way(:), k
     type(vertices_type), intent(inout) :: vertices
     integer, allocatable :: at(:, :)

@@ -36,7 +36,8 @@ contains
     class(plane_type), intent(in), target :: plane
     !> Coordinates of the lines of the search grid
     real(dp), intent(in) :: u1(:), u2(:)
-    !> Number of the first vertex on each line of constant u1 or u2; the last element is one more than the last number
+    !> `first1`, `first2`: number of the first vertex on each line of constant u1 or u2; the last element is one more than the last
+    !> number
     integer, intent(in) :: first1(:), first2(:)
     type(vertices_type), intent(inout) :: vertices
     type(error_type), allocatable, intent(out) :: error

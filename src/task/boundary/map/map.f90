@@ -40,8 +40,8 @@ module gestell_task_boundary_map
 
   !> Border curves in the plane of two parameters.
   type, public :: border_map_type
-    !> Vertices in their order along the curves. The region lies to the left of a curve if the first parameter points to the right
-    !> and the second upward. A closed curve ends with its first vertex.
+    !> Vertices in their order along the curves. The region lies to the left of a curve if the first parameter is plotted to the
+    !> right and the second upward. A closed curve ends with its first vertex.
     type(border_vertex_type), allocatable :: vertices(:)
     !> Number of curves.
     integer :: curves = 0

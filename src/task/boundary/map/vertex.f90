@@ -46,8 +46,8 @@ module gestell_task_boundary_map_vertex
     type(vertex_type), allocatable :: list(:)
     !> Places on the searched lines where a border cannot be excluded.
     type(open_spot_type), allocatable :: open(:)
-    !> `thin`: number of undamped meetings whose tongues are narrower than the tolerance of the lines. `left_out`: number of
-    !> meetings of multipliers that were not searched. `rough`: number of connections between vertices that could not be refined.
+    !> `thin`: number of meetings of undamped multipliers whose tongues are narrower than the tolerance of the lines. `left_out`:
+    !> number of meetings that were not searched. `rough`: number of connections between vertices that could not be refined.
     integer :: thin = 0, left_out = 0, rough = 0
   contains
     procedure :: add

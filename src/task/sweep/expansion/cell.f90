@@ -122,7 +122,8 @@ contains
   end subroutine plan_cell
 
   !> Determines whether an expansion may be faster than separate solutions: at least one of two axes must need no more points than
-  !> the square root of the largest useful number. `tried`: number of points that an axis needs; 0: too many; -1: not tried.
+  !> the square root of the number that `most_useful` returns. `tried`: number of points that an axis needs; 0: too many; -1: not
+  !> tried.
   subroutine try_to_pay(sampler, middle, tolerance, variables, options, cell, tried, fits)
     type(sampler_type), intent(inout) :: sampler
     real(dp), intent(in) :: middle(:), tolerance
@@ -143,8 +144,8 @@ contains
     end do
   end subroutine try_to_pay
 
-  !> Largest number of points along an axis, with `others` points along the other axis, for which an expansion is faster than
-  !> separate solutions. Two points of the expansion cost as much as one solution with its error bound.
+  !> Largest number of points along an axis, with `others` points along the other axis, for which an expansion is taken to be faster
+  !> than separate solutions: in total, at most half of the points of the cell.
   pure integer function most_useful(options, cell, others) result(most)
     type(sweep_options), intent(in) :: options
     type(tile_type), intent(in) :: cell

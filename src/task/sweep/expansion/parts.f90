@@ -14,13 +14,14 @@ module gestell_task_sweep_expansion_parts
   implicit none (type, external)
   private
 
-  !> Sizes and weights of the numbers. Part by part they contain [A_k b_k], row by row, then the same for the positions at each of
-  !> the `between` times within the part. Column b_k exists only if `forced`.
+  !> Structure and weights of the list of numbers. Part by part the list contains [A_k b_k], row by row, then the same for the
+  !> positions at each of the `between` times within the part. Column b_k exists only if `forced`.
   type, public :: parts_type
-    !> Number of states, of parts of the period, and of times within a part at which positions are needed.
+    !> `states`: number of states. `parts`: number of parts of the period. `between`: number of times within a part at which
+    !> positions are computed.
     integer :: states = 0, parts = 1, between = 0
     logical :: forced = .false.
-    !> Weights of the maps and of the times, shape (parts).
+    !> `of_map`: weights of the maps. `of_times`: weights of the positions at times within the parts. Both have shape (parts).
     real(dp), allocatable :: of_map(:), of_times(:)
   contains
     procedure :: columns

@@ -26,7 +26,7 @@ contains
     suits = self%kind == itself .or. self%from * self%to > 0
   end function suits
 
-  !> x at a parameter: 1 at the end `to` of the range, -1 at `from`.
+  !> Coordinate x of a parameter: 1 at the end `to` of the range, -1 at `from`.
   elemental real(dp) function x_of(self, parameter) result(x)
     class(variable_type), intent(in) :: self
     real(dp), intent(in) :: parameter
@@ -40,7 +40,7 @@ contains
     x = max(-1.0_dp, min(1.0_dp, ((u - a) - (b - u)) / (b - a)))
   end function x_of
 
-  !> Parameter at x, the inverse of `x_of`.
+  !> Parameter at the coordinate `x`; inverse of `x_of`.
   elemental real(dp) function parameter_of(self, x) result(parameter)
     class(variable_type), intent(in) :: self
     real(dp), intent(in) :: x
