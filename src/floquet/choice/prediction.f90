@@ -18,7 +18,7 @@ contains
   !> Number of steps at which a method with embedded methods should reach the tolerance in its first solution. It is the smallest
   !> number that meets all these requirements:
   !>
-  !> - the steps resolve the coefficients, and the fastest motion turns by at most `longest_turn` radians in a step,
+  !> - the steps resolve the coefficients, and the phase of the fastest motion advances by at most `longest_turn` radians in a step,
   !> - without fitting, the error of Gauss' method is at most `left` times the allowed error,
   !> - the first embedded method changes the result by at most `change` times the allowed error,
   !> - the second embedded method has begun to converge, or the first one changes the result by at most twice the allowed error,
@@ -92,8 +92,8 @@ contains
     if (method%lower_order > 0) fewest = 6 * fewest / method%stages
   end function fewest
 
-  !> Number of steps for which the error of the fastest motion alone is `error`. In the median this motion turns by 0.98 times
-  !> `fastest`.
+  !> Number of steps for which the error of the fastest motion alone is `error`. In the median the phase of this motion advances by
+  !> 0.98 times `fastest`.
   pure real(dp) function following(order, constant, survey, error) result(steps)
     integer, intent(in) :: order
     real(dp), intent(in) :: constant, error
@@ -102,9 +102,9 @@ contains
     steps = 0.98_dp * survey%fastest * (constant * survey%fade * max(survey%fastest, 1.0_dp) / error)**(1.0_dp / order)
   end function following
 
-  !> Number of steps for which the error of the method is `error`. It grows with the angle of the fastest motion, 0.925 `fastest`,
-  !> and with the share `fade` that the decay of this motion leaves. It also grows with the bandwidth of the coefficients: their
-  !> k-th harmonic falls like exp(-k width), and a method of order p has its largest error at k = p / width.
+  !> Number of steps for which the error of the method is `error`. It grows with the phase advance of the fastest motion, 0.925
+  !> `fastest`, and with the share `fade` that the decay of this motion leaves. It also grows with the bandwidth of the
+  !> coefficients: their k-th harmonic falls like exp(-k width), and a method of order p has its largest error at k = p / width.
   pure real(dp) function predicted(order, constant, system, survey, error) result(steps)
     !> Order p of the method
     integer, intent(in) :: order

@@ -20,11 +20,11 @@ module gestell_floquet_choice_survey
 
   !> Properties of a system with n states, estimated from samples of its coefficients before it is solved.
   type, public :: survey_type
-    !> Upper bound on the angle w_max T by which the fastest motion turns within the period (rad): |P| T / sqrt 2. The factor sqrt 2
-    !> is correct because frequencies come in pairs w, -w.
+    !> Upper bound on the phase advance w_max T of the fastest motion within the period (rad): |P| T / sqrt 2. The factor sqrt 2 is
+    !> correct because frequencies come in pairs w, -w.
     real(dp) :: phase_advance = 0
-    !> Better estimate of the angle w_max T by which the fastest motion turns within the period (rad): (|P^16| / sqrt 2)^(1/16) T at
-    !> the phase where P is largest. The 16th power suppresses all motions but the fastest.
+    !> Better estimate of the phase advance w_max T of the fastest motion within the period (rad): (|P^16| / sqrt 2)^(1/16) T at the
+    !> phase where P is largest. The 16th power suppresses all motions but the fastest.
     real(dp) :: fastest = 0
     !> `width`: distance from the real axis up to which the coefficients (1) and the loads (2) are analytic (rad, 2 pi per period);
     !> zero if unknown. `height`: the k-th harmonic is at most `height` k^`growth` exp(-k `width`).
@@ -121,7 +121,7 @@ contains
   end subroutine survey_system
 
   !> Share of the fastest motion in the norm of Phi(T); between `least` and 1. `p` is P, shape (n, n), in units of `unit` / T,
-  !> `power` is its 16th power and `fastest` the angle by which the fastest motion turns within the period (rad).
+  !> `power` is its 16th power and `fastest` the phase advance of the fastest motion within the period (rad).
   !>
   !> Let the pair of eigenvalues of the fastest motion be r exp(+-i (pi / 2 + e)), so that this motion decays by exp(-d), d =
   !> fastest e, in the period. Then tr P^16 = 2 r^16 cos 16 e and tr P^17 = -2 r^17 sin 17 e. The trace of P gives the mean decay of

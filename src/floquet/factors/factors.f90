@@ -36,7 +36,7 @@ module gestell_floquet_factors
     real(dp), allocatable :: a(:, :, :), b(:, :), error(:), b_error(:)
     !> Sum over all segments of the error of A divided by |A|.
     real(dp) :: relative_error = 0
-    !> Angle by which the fastest motion turns within the period (rad).
+    !> Phase advance of the fastest motion within the period (rad).
     real(dp) :: phase_advance = 0
     !> `steps`: steps of the final solution. `evaluations`: evaluations of the coefficients in all solutions together.
     integer :: steps = 0, evaluations = 0

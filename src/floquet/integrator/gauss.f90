@@ -17,9 +17,9 @@ module gestell_floquet_integrator_gauss
   !> Minimum number of stages for embedded methods. With fewer stages the order of the embedded methods is too low for an error
   !> estimate.
   integer, parameter :: fewest_to_embed = 6
-  !> Maximum angle (radians) by which the fastest motion may turn in a step of `pair`, for even and odd numbers of stages. In longer
-  !> steps, matrices of the embedded methods can become singular during elimination, and rows must be exchanged. This begins at 6
-  !> radians with even and at 11 radians with odd numbers of stages.
+  !> Maximum phase advance (radians) of the fastest motion in a step of `pair`, for even and odd numbers of stages. In longer steps,
+  !> matrices of the embedded methods can become singular during elimination, and rows must be exchanged. This begins at 6 radians
+  !> with even and at 11 radians with odd numbers of stages.
   real(dp), parameter :: longest_even = 5.5_dp, longest_odd = 10
 
   type, extends(method_type), public :: gauss_method

@@ -15,12 +15,13 @@ module gestell_floquet_integrator_method
   !> Variations of coefficients and loads between the nodes of the steps, which the solution neglects; summed over the steps
   type, public :: unseen_type
     !> `coefficients`: phase error (radians) due to variations of the coefficients. `loads`: error of the loads times time. `turns`:
-    !> angle (radians) by which the fastest motion turns. `load`: loads times time. `missed`: interpolation error of the loads times
+    !> phase advance (radians) of the fastest motion. `load`: loads times time. `missed`: interpolation error of the loads times
     !> time.
     real(dp) :: coefficients = 0, loads = 0, turns = 0, load = 0, missed = 0
     !> Number of steps
     integer :: steps = 0
-    !> Sums over the steps of the squares (1) and fourth powers (2) of the angles (radians per step) to which the steps are fitted
+    !> Sums over the steps of the squares (1) and fourth powers (2) of the phase advances (radians per step) to which the steps are
+    !> fitted
     real(dp) :: fitted(2) = 0
     !> Bounds on the changes of the last f states due to the error of the loads, shape (f). If there are positions, these states are
     !> the velocities.
@@ -38,12 +39,13 @@ module gestell_floquet_integrator_method
     integer :: order = 0
     !> Number of evaluations of the coefficients per step; an end shared by two steps counts once
     integer :: stages = 0
-    !> Error constant: if the fastest motion turns by theta radians in a period of N steps, the relative error of Phi(T) is about
+    !> Error constant: if the phase of the fastest motion advances by theta radians in a period of N steps, the relative error of
+    !> Phi(T) is about
     !>
     !>     error_constant theta (theta / N)**order.
     real(dp) :: error_constant = 0
     !> True if the method is exact for constant P. Then the error predicted by `error_constant` is multiplied by the varying part of
-    !> P. Let theta be the angle (radians) by which the fastest motion turns in a period. If theta exceeds the number m of steps
+    !> P. Let theta be the phase advance (radians) of the fastest motion in a period. If theta exceeds the number m of steps
     !> (`least_steps`) that resolve P, the error is also multiplied by (m / theta)**3: errors of a motion much faster than the
     !> changes of P nearly cancel.
     logical :: exact_if_constant = .false.
@@ -51,8 +53,8 @@ module gestell_floquet_integrator_method
     integer :: lower_order = 0
     !> Error constant of the first embedded method
     real(dp) :: lower_constant = 0
-    !> Maximum angle (radians) by which the fastest motion may turn in a step. In longer steps `pair` may need row exchanges, which
-    !> are slow.
+    !> Maximum phase advance (radians) of the fastest motion in a step. In longer steps `pair` may need row exchanges, which are
+    !> slow.
     real(dp) :: longest_turn = huge(1.0_dp)
   contains
     procedure :: prepare => nothing_to_prepare

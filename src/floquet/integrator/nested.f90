@@ -36,8 +36,8 @@ module gestell_floquet_integrator_nested
 
 contains
 
-  !> Ratio of the phase errors of Gauss' methods with s - 1 and with s stages, times z^2, for a motion that turns by z radians in a
-  !> step.
+  !> Ratio of the phase errors of Gauss' methods with s - 1 and with s stages, times z^2, for a motion whose phase advances by z
+  !> radians in a step.
   elemental real(dp) function fall_over(s)
     integer, intent(in) :: s
 
@@ -102,8 +102,8 @@ contains
     nested%ba = factors(2, :)
   end function nested_tableau
 
-  !> Fits the method, but not the embedded ones, to a motion that turns by `turn` radians in a step. Fitting does not change `b` and
-  !> `ba`.
+  !> Fits the method, but not the embedded ones, to a motion whose phase advances by `turn` radians in a step. Fitting does not
+  !> change `b` and `ba`.
   pure subroutine fit_nested(self, turn)
     class(nested_type), intent(inout) :: self
     real(dp), intent(in) :: turn

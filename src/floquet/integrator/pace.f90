@@ -119,7 +119,8 @@ contains
   elemental subroutine find_pair(t_0, t_1, t_2, t_3, p, q)
     real(dp), intent(in) :: t_0, t_1, t_2, t_3
     real(dp), intent(out) :: p, q
-    !> Minimum of the determinant relative to its terms: its value for a decaying motion that turns by a ten-thousandth of a radian
+    !> Minimum of the determinant relative to its terms: its value for a decaying motion whose phase advances by a ten-thousandth of
+    !> a radian
     real(dp), parameter :: least = 1.0e-8_dp
     real(dp) :: det
 

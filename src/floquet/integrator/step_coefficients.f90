@@ -88,9 +88,9 @@ contains
 
   !> Adds estimates of the variations of coefficients and loads between the nodes to `unseen`.
   !>
-  !> In a step the fastest motion turns by z = |h^2 C|^1/2 + |h B| radians. Changes of the coefficients shift its phase by z |M| +
-  !> |h B| + |h^2 C| / z radians. If interpolation between the nodes misses a part e of a variation, quadrature misses only e^2.
-  !> Masses are about 1 in these units, so a load times a time is a change of velocity.
+  !> In a step the phase of the fastest motion advances by z = |h^2 C|^1/2 + |h B| radians. Changes of the coefficients shift its
+  !> phase by z |M| + |h B| + |h^2 C| / z radians. If interpolation between the nodes misses a part e of a variation, quadrature
+  !> misses only e^2. Masses are about 1 in these units, so a load times a time is a change of velocity.
   pure subroutine estimate_unseen(nested, at, units, unseen)
     type(nested_type), intent(in) :: nested
     type(coefficients_type), intent(in) :: at

@@ -8,11 +8,12 @@
 !>     Psi = z / (1 + xi_1^2 z^2 / (1 + xi_2^2 z^2 / (1 + ... + xi_s-1^2 z^2))).
 !>
 !> This is the continued fraction of exp(z), truncated. The omitted tail is g = 1 + xi_s^2 z^2 / (1 + xi_s+1^2 z^2 / (1 + ...)). For
-!> a motion that turns by `turn` radians in a step, z = i turn, the tail is a real number. If xi_s-1^2 is replaced by xi_s-1^2 / g,
-!> the method follows this motion exactly. It remains symmetric and symplectic.
+!> a motion whose phase advances by `turn` radians in a step, z = i turn, the tail is a real number. If xi_s-1^2 is replaced by
+!> xi_s-1^2 / g, the method follows this motion exactly. It remains symmetric and symplectic.
 !>
-!> A motion that turns by z then has the phase error c_s z^(2 s - 1) (z^2 - turn^2). For slow motions this exceeds the error without
-!> fitting. With six or more stages it is never more than a fifteenth of the error that the fitted motion has without fitting.
+!> A motion whose phase advances by z then has the phase error c_s z^(2 s - 1) (z^2 - turn^2). For slow motions this exceeds the
+!> error without fitting. With six or more stages it is never more than a fifteenth of the error that the fitted motion has without
+!> fitting.
 module gestell_floquet_integrator_tableau
   use gestell_base_kinds, only: dp, pi
   implicit none (type, external)
@@ -61,7 +62,7 @@ contains
     tableau%ba = [(dot_product(tableau%b, tableau%a(:, j)), j = 1, stages)]
   end function gauss_tableau
 
-  !> Fits a Gauss tableau to a motion that turns by `turn` radians in a step, if it has enough stages, and computes A A.
+  !> Fits a Gauss tableau to a motion whose phase advances by `turn` radians in a step, if it has enough stages, and computes A A.
   pure subroutine fit_tableau(self, turn)
     class(tableau_type), intent(inout) :: self
     real(dp), intent(in) :: turn
@@ -71,7 +72,7 @@ contains
   end subroutine fit_tableau
 
   !> Changes xi_s-1 in A so that the continued fraction includes its tail g, which lies between 1/2 and 1. No method with s stages
-  !> follows a motion that turns by more than 2 s radians in a step; for such a motion the g of 2 s radians is used.
+  !> follows a motion whose phase advances by more than 2 s radians in a step; for such a motion the g of 2 s radians is used.
   pure subroutine add_tail(high, next, b, turn, a)
     !> `high`, `next`: Legendre polynomials P_s-1 and P_s-2 at the nodes, shape (s). `b`: weights, shape (s). `turn`: angle
     !> (radians) per step.

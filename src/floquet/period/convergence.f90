@@ -100,9 +100,9 @@ contains
   !> The estimate for the coefficients is multiplied by 24, which is sufficient for a change that takes no longer than a step. For
   !> the loads the largest of three estimates is used, but at most the whole load:
   !> - the error of the loads, times 2 + turns / 4;
-  !> - the interpolation error between the s nodes times (z / 2)^s / (1 3 ... (2 s - 1)), where the fastest motion turns by z in a
-  !>   step. The factor bounds the part of cos(z t) along the Legendre polynomial P_s. The oscillation of a fast motion does not
-  !>   average this error out;
+  !> - the interpolation error between the s nodes times (z / 2)^s / (1 3 ... (2 s - 1)), where the phase of the fastest motion
+  !>   advances by z in a step. The factor bounds the part of cos(z t) along the Legendre polynomial P_s. The oscillation of a fast
+  !>   motion does not average this error out;
   !> - half of the changes of velocity due to the error of the loads, relative to the largest x_p. This estimate is the largest
   !>   where a small load moves the system most.
   !>
@@ -110,8 +110,8 @@ contains
   pure function left_unseen(unseen, scale, peak, angle, stages) result(left)
     !> Variations of coefficients and loads between the nodes, summed over the steps
     type(unseen_type), intent(in) :: unseen
-    !> `scale`: units of the states, shape (n). `peak`: largest norm of x_p / scale. `angle`: angle (radians) by which the fastest
-    !> motion turns in a step.
+    !> `scale`: units of the states, shape (n). `peak`: largest norm of x_p / scale. `angle`: phase advance (radians) of the fastest
+    !> motion in a step.
     real(dp), intent(in) :: scale(:), peak, angle
     !> Number of stages s
     integer, intent(in) :: stages

@@ -77,7 +77,7 @@ contains
   pure real(dp) function roundoff(system, level, phase_advance)
     class(periodic_system), intent(in) :: system
     type(level_type), intent(in) :: level
-    !> Angle (radians) by which the fastest motion turns within the period
+    !> Phase advance (radians) of the fastest motion within the period
     real(dp), intent(in) :: phase_advance
 
     roundoff = (epsilon(1.0_dp) * ((size(level%phi, 1) + level%stages) * level%steps + 2 * phase_advance) + system%rounding) &

@@ -58,7 +58,7 @@ module gestell_floquet_period_monodromy
     !> Factor by which a rounding error can grow within the period, relative to Phi(T); far above 1 where Phi(t) grows and falls
     !> again
     real(dp) :: transient_growth = 1
-    !> Angle (radians) by which the fastest motion turns within the period
+    !> Phase advance (radians) of the fastest motion within the period
     real(dp) :: phase_advance = 0
     !> `steps`: steps of the result. `evaluations`: evaluations of the coefficients in all solutions together.
     integer :: steps = 0, evaluations = 0
@@ -159,8 +159,8 @@ contains
   !>
   !> - the differences are not small and do not fall,
   !> - the bound exceeds Phi(T), or the largest x_p(t), itself,
-  !> - a difference exceeds a hundredth, and the fastest motion turns by more radians per step than the order of the method: such
-  !>   differences may fall only by chance.
+  !> - a difference exceeds a hundredth, and the phase of the fastest motion advances by more radians per step than the order of the
+  !>   method: such differences may fall only by chance.
   subroutine with_given_steps(system, steps, forced, phase_advance, monodromy, error)
     class(periodic_system), intent(in) :: system
     integer, intent(in) :: steps
@@ -250,8 +250,8 @@ contains
     integer :: steps
     logical :: rounding
 
-    ! A method of order p begins to converge where the fastest motion turns by about p / 3 radians in a step. The middle solution
-    ! has this step.
+    ! A method of order p begins to converge where the phase of the fastest motion advances by about p / 3 radians in a step. The
+    ! middle solution has this step.
     if (3 * phase_advance / monodromy%method%order > most_steps) then
       call too_many_steps(error)
       return

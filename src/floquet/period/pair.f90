@@ -1,6 +1,6 @@
 !> Estimates the error of the map of the period from the maps of the embedded methods, equation (61) of doc/theory.md.
 !>
-!> For an oscillation that turns by z in a step, Gauss' method with s stages has the phase error
+!> For an oscillation whose phase advances by z in a step, Gauss' method with s stages has the phase error
 !>
 !>     e_s = c_s z^(2 s + 1),   c_s = (s!)^2 / ((2 s)! (2 s + 1)!),   c_s / c_(s-1) = 1 / (4 (4 s^2 - 1)),
 !>
@@ -14,7 +14,7 @@
 !>
 !>     Phi - Phi_1 = D_1,   Phi_1 - Phi_2 = D_2,   D_1 = q D_2,   q = z^2 / (4 (4 (s - 1)^2 - 1)).                    (a)
 !>
-!> For Phi, fitted to a motion that turns by v in a step,
+!> For Phi, fitted to a motion whose phase advances by v in a step,
 !>
 !>     the error is (z^2 - v^2) / (4 (4 s^2 - 1)) D_1, with positions twice this value.                               (b)
 !>
@@ -50,8 +50,8 @@ contains
     type(level_type), intent(in) :: level
     !> Maps of the first and the second embedded method
     type(period_map_type), intent(in) :: lower(2)
-    !> `scale`: units of the states, shape (n). `angle`: angle (radians) by which the fastest motion turns in a step. `fitted`:
-    !> means of the squares and fourth powers of the angles to which the steps are fitted.
+    !> `scale`: units of the states, shape (n). `angle`: phase advance (radians) of the fastest motion in a step. `fitted`: means of
+    !> the squares and fourth powers of the phase advances (radians) to which the steps are fitted.
     real(dp), intent(in) :: scale(:), angle, fitted(2)
     !> True if the states are positions and velocities
     logical, intent(in) :: positions

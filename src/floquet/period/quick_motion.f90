@@ -32,7 +32,7 @@ module gestell_floquet_period_quick_motion
     real(dp), allocatable :: x(:, :), scale(:)
     !> Estimated errors relative to the motion: `rounding`, and `truncation` due to the steps
     real(dp) :: rounding = 0, truncation = 0
-    !> `phase_advance`: angle (radians) by which the fastest vibration turns within the period. `amplification`: factor by which the
+    !> `phase_advance`: phase advance (radians) of the fastest vibration within the period. `amplification`: factor by which the
     !> periodic motion amplifies errors of the steps.
     real(dp) :: phase_advance = 0, amplification = usual_amplification
     !> Norms of the harmonics of order 0, 1, ..., relative to the whole motion, in units of `scale`
@@ -42,8 +42,8 @@ module gestell_floquet_period_quick_motion
     real(dp), allocatable :: maps(:, :, :)
   end type quick_motion_type
 
-  !> Largest angle (radians per period) of the fastest vibration for this method. Beyond it, reduction to slowly varying modes is
-  !> faster.
+  !> Largest phase advance (radians per period) of the fastest vibration for this method. Beyond it, reduction to slowly varying
+  !> modes is faster.
   real(dp), parameter :: most_turns = 700
   !> `usual_ratio`: ratio of successive harmonics that is assumed until they are known. `reserve`: factor by which the amplification
   !> may grow without loss of accuracy. `slack`: factor by which the estimated error may exceed the allowed one before a motion is
@@ -61,11 +61,11 @@ contains
     integer, intent(in) :: phases
     !> Allowed error relative to the motion
     real(dp), intent(in) :: of_motion
-    !> The periodic motion. On input it may hold the motion of a similar system, whose units, angle, amplification and harmonics are
-    !> then used; or it is empty.
+    !> The periodic motion. On input it may hold the motion of a similar system, whose units, phase advance, amplification and
+    !> harmonics are then used; or it is empty.
     type(quick_motion_type), intent(inout) :: motion
-    !> False if this method is unsuitable or fails. It is unsuitable if the coefficients jump, if the fastest vibration turns by
-    !> more than `most_turns`, or if a multiplier is so near 1 that rounding exceeds the allowed error.
+    !> False if this method is unsuitable or fails. It is unsuitable if the coefficients jump, if the phase advance of the fastest
+    !> vibration exceeds `most_turns`, or if a multiplier is so near 1 that rounding exceeds the allowed error.
     logical, intent(out) :: fits
     class(method_type), allocatable :: method
     type(survey_type) :: survey

@@ -21,10 +21,10 @@ module gestell_floquet_solution_part
 
   public :: solve_part, solution_methods
 
-  !> Reduction is tried if the fastest vibration turns by more than this angle within the period (rad).
+  !> Reduction is tried if the phase advance of the fastest vibration within the period exceeds this angle (rad).
   real(dp), parameter :: large_advance = 700
-  !> If the periodic motion from a reduction is too inaccurate, the system is integrated instead, provided that the fastest
-  !> vibration turns by at most this angle (rad). Integration then takes about 0.1 s.
+  !> If the periodic motion from a reduction is too inaccurate, the system is integrated instead, provided that the phase advance of
+  !> the fastest vibration within the period is at most this angle (rad). Integration then takes about 0.1 s.
   real(dp), parameter :: most_affordable = 1.0e5_dp
   !> Relative accuracy of the periodic motion that a reduction must reach: `few_digits` where integration would be expensive,
   !> `many_digits` where it is cheap.

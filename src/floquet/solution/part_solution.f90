@@ -29,7 +29,7 @@ module gestell_floquet_solution_part_solution
   type, abstract, public :: part_solution_type
     !> Units that make the states comparable, shape (n).
     real(dp), allocatable :: scale(:)
-    !> Angle by which the fastest integrated motion turns within the period (rad)
+    !> Phase advance of the fastest integrated motion within the period (rad)
     real(dp) :: phase_advance = 0
     !> Methods, costs and errors
     type(evidence_type) :: evidence

@@ -55,7 +55,8 @@ contains
 
     integer :: products
 
-    ! Products for the commutators, and for the exponential if the fastest motion turns by less than about two radians.
+    ! Products for the commutators, and for the exponential if the phase of the fastest motion advances by less than about two
+    ! radians.
     products = merge(2, 6, self%order == 4) + 7
     work = self%stages * matrix_work(states, second_order) + products * product_work(states + 1)
   end function work
