@@ -94,7 +94,7 @@ contains
     call part%inherit(system)
   end subroutine part_of
 
-  !> Computes P of the chosen states.
+  !> Computes the matrix P of the chosen states.
   subroutine matrix(self, t, p)
     class(first_order_part), intent(in) :: self
     real(dp), intent(in) :: t
@@ -105,7 +105,7 @@ contains
     p = many(:, :, 1)
   end subroutine matrix
 
-  !> Computes f of the chosen states.
+  !> Computes the forcing f of the chosen states.
   subroutine forcing(self, t, f)
     class(first_order_part), intent(in) :: self
     real(dp), intent(in) :: t
@@ -116,7 +116,7 @@ contains
     f = full(self%chosen)
   end subroutine forcing
 
-  !> Samples P and f of the chosen states.
+  !> Samples the matrix P and the forcing f of the chosen states.
   subroutine sample(self, phases, p, f)
     class(first_order_part), intent(in) :: self
     real(dp), intent(in) :: phases(:)
@@ -145,7 +145,7 @@ contains
     c = full_c(self%chosen, self%chosen)
   end subroutine matrices
 
-  !> Computes h of the chosen degrees of freedom.
+  !> Computes the load h of the chosen degrees of freedom.
   subroutine load(self, t, h)
     class(second_order_part), intent(in) :: self
     real(dp), intent(in) :: t

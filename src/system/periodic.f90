@@ -40,7 +40,7 @@ module gestell_system_periodic
   end type periodic_system
 
   abstract interface
-    !> Computes P(t), shape (n, n), at a time in [0, T].
+    !> Computes the matrix P(t) of the equations x' = P x + f, shape (n, n), at a time in [0, T].
     subroutine matrix_at(self, t, p)
       import :: periodic_system, dp
       implicit none (type, external)
@@ -93,7 +93,7 @@ contains
     end if
   end subroutine check_periodic
 
-  !> Computes f(t), shape (n). f is zero unless a model overrides this procedure.
+  !> Computes the forcing f(t), shape (n). It is zero unless a model overrides this procedure.
   subroutine no_forcing(self, t, f)
     class(periodic_system), intent(in) :: self
     real(dp), intent(in) :: t
@@ -125,8 +125,8 @@ contains
     conserves = .false.
   end function not_known_to_conserve
 
-  !> Computes P, shape (n, n, points), and if requested f, shape (n, points), at many phases t / T in [0, 1] at once. Integrators
-  !> call only this procedure. A model that computes coefficients at many phases more cheaply overrides it.
+  !> Computes the matrix P, shape (n, n, points), and if requested the forcing f, shape (n, points), at many phases t / T in [0, 1]
+  !> at once. Integrators call only this procedure. A model that computes coefficients at many phases more cheaply overrides it.
   subroutine sample(self, phases, p, f)
     class(periodic_system), intent(in) :: self
     !> Phases t / T in [0, 1]

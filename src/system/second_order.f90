@@ -62,7 +62,7 @@ contains
     end select
   end function has_positions
 
-  !> Computes h(t), shape (f). h is zero unless a model overrides this procedure.
+  !> Computes the load h(t), shape (f). It is zero unless a model overrides this procedure.
   subroutine no_load(self, t, h)
     class(second_order_system), intent(in) :: self
     real(dp), intent(in) :: t
@@ -103,7 +103,7 @@ contains
     class(second_order_system), intent(in) :: system
     !> Phases t / T
     real(dp), contiguous, intent(in) :: phases(:)
-    !> U M U, U B U, U C U, each of shape (phases, f, f); and the diagonal of U, shape (f)
+    !> U M U, U B U, U C U with U = diag(units), each of shape (phases, f, f); `units` has shape (f)
     real(dp), contiguous, intent(out) :: m(:, :, :), b(:, :, :), c(:, :, :), units(:)
     !> U h, shape (phases, f)
     real(dp), contiguous, intent(out), optional :: h(:, :)
@@ -130,7 +130,8 @@ contains
     end do
   end subroutine sample_in_units
 
-  !> Computes the trace of P, -tr M^-1 B by equation (22), at many phases, shape (phases). It is NaN where M is singular.
+  !> Computes the trace of the first-order matrix P, -tr M^-1 B by equation (22), at many phases, shape (phases). It is NaN where M
+  !> is singular.
   subroutine sample_traces(system, phases, traces)
     class(second_order_system), intent(in) :: system
     real(dp), contiguous, intent(in) :: phases(:)
@@ -149,8 +150,8 @@ contains
     end do
   end subroutine sample_traces
 
-  !> Computes the lower half of P, [-M^-1 C, -M^-1 B] by equation (22), at many phases, shape (phases, f, 2 f). If requested, also
-  !> computes M^-1 h of equation (21), shape (phases, f). The results are NaN where M is singular.
+  !> Computes the lower half of the first-order matrix P, [-M^-1 C, -M^-1 B] by equation (22), at many phases, shape (phases, f, 2
+  !> f). If requested, also computes M^-1 h of equation (21), shape (phases, f). The results are NaN where M is singular.
   subroutine sample_accelerations(system, phases, of_states, of_load)
     class(second_order_system), intent(in) :: system
     real(dp), contiguous, intent(in) :: phases(:)
@@ -181,7 +182,8 @@ contains
     end do
   end subroutine sample_accelerations
 
-  !> Computes P of any system with the phase as the first index, shape (phases, n, n), and if requested f, shape (phases, n).
+  !> Computes the first-order matrix P of any system with the phase as the first index, shape (phases, n, n), and if requested the
+  !> forcing f, shape (phases, n).
   subroutine sample_by_phase(system, phases, p, f)
     class(periodic_system), intent(in) :: system
     !> Phases t / T in [0, 1]
@@ -216,7 +218,7 @@ contains
     end select
   end subroutine sample_by_phase
 
-  !> Computes P(t) of (22), shape (n, n).
+  !> Computes the first-order matrix P(t) of equation (22), shape (n, n).
   subroutine first_order_matrix(self, t, p)
     class(second_order_system), intent(in) :: self
     real(dp), intent(in) :: t
@@ -227,7 +229,7 @@ contains
     p = many(:, :, 1)
   end subroutine first_order_matrix
 
-  !> Computes f(t) of (21), shape (n).
+  !> Computes the first-order forcing f(t) of equation (21), shape (n).
   subroutine first_order_forcing(self, t, f)
     class(second_order_system), intent(in) :: self
     real(dp), intent(in) :: t
@@ -238,7 +240,8 @@ contains
     f = many(:, 1)
   end subroutine first_order_forcing
 
-  !> Computes P = [0 E; -M^-1 C, -M^-1 B] and f = [0; M^-1 h], (21) and (22), at many phases. NaN where M is singular.
+  !> Computes the first-order matrix P = [0 E; -M^-1 C, -M^-1 B] and the forcing f = [0; M^-1 h] of equations (21) and (22), at many
+  !> phases. The results are NaN where M is singular.
   subroutine sample_first_order(self, phases, p, f)
     class(second_order_system), intent(in) :: self
     real(dp), intent(in) :: phases(:)

@@ -127,7 +127,7 @@ contains
 
   contains
 
-    !> Computes f_0, f_1, f_2 of the body's counterweight from unit unbalances at the angles 0, pi/2 and pi.
+    !> Computes the effect f_0, f_1, f_2 of a counterweight on a body, from unit unbalances at the angles 0, pi/2 and pi.
     subroutine find_effect(body)
       type(turning_body_type), intent(inout) :: body
       real(dp) :: of(size(rigid%found, 1), n, 3)
@@ -199,7 +199,7 @@ contains
 
   end function resolved
 
-  !> Moves the reference point of the moment from the origin to `about`: subtracts about x S''.
+  !> Moves the reference point of the moment from the origin to `about`: subtracts `about` x force.
   pure subroutine move_moment(about, rows)
     real(dp), intent(in) :: about(2)
     real(dp), intent(inout) :: rows(:, :)

@@ -26,7 +26,8 @@ module gestell_study_balance_bodies
     complex(dp) :: pivot = 0
     !> Distance of the counterweight from the pivot (m)
     real(dp) :: radius = 0
-    !> The functions f_0, f_1, f_2 of gestell_study_balance, shape (rows, angles, 3): forces dimensionless, moments in m
+    !> Effect of a counterweight on forces (dimensionless) and moments (m), shape (rows, angles, 3): the functions f_0, f_1, f_2 of
+    !> gestell_study_balance
     real(dp), allocatable :: effect(:, :, :)
   end type turning_body_type
 

@@ -127,8 +127,8 @@ contains
 
   contains
 
-    !> Shaking forces and moments with the effects f_0 of counterweights of these unbalances added, shape (rows, angles). f_0 does
-    !> not depend on the angle of a counterweight.
+    !> Shaking forces and moments with the part of the counterweights' effects that does not depend on their angles, shape (rows,
+    !> angles).
     pure function rows_with(unbalances) result(rows)
       real(dp), intent(in) :: unbalances(:)
       real(dp) :: rows(size(rigid%found, 1), size(rigid%found, 2))

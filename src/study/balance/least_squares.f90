@@ -13,7 +13,7 @@ module gestell_study_balance_least_squares
   implicit none (type, external)
   private
 
-  !> The factors of A V = W. `counts` is true for the columns of W that do not vanish.
+  !> Factors of A V = W: V orthogonal, W with orthogonal columns. `counts`: true for the columns of W that do not vanish.
   type :: singular_type
     real(dp), allocatable :: w(:, :), v(:, :)
     logical, allocatable :: counts(:)
@@ -26,7 +26,7 @@ module gestell_study_balance_least_squares
   type, public :: least_squares_type
     private
     type(singular_type) :: force, moment
-    !> `of_moment`: the matrix A_2. `free`: the matrix N
+    !> `of_moment`: the matrix A_2 of the moments. `free`: the matrix N of unknowns that do not change the force
     real(dp), allocatable :: of_moment(:, :), free(:, :)
     !> Kind of each row: 1 force, 2 moment
     integer, allocatable :: kinds(:)
@@ -85,7 +85,8 @@ contains
     row = pack(values, spread(kinds == kind, 2, size(values, 2)))
   end function row_of
 
-  !> Computes V and W of A V = W. A column of W vanishes if it is below 1e-8 of `size_of_all`, by default the longest column of A.
+  !> Computes orthogonal V and W with orthogonal columns from A V = W. A column of W vanishes if it is below 1e-8 of `size_of_all`,
+  !> by default the longest column of A.
   pure subroutine decompose(self, a, size_of_all)
     class(singular_type), intent(inout) :: self
     real(dp), intent(in) :: a(:, :)

@@ -29,7 +29,7 @@ contains
     !> Shaking forces and moments of the linkage and the effects of counterweights on its bodies
     type(rigid_ground_type), intent(in) :: rigid
     integer, intent(in) :: body
-    !> Factor of each row, shape (rows)
+    !> Weight by which each row is multiplied, shape (rows)
     real(dp), intent(in) :: weights(:)
     type(counterweight_type), intent(out) :: best
     integer, parameter :: places = 720
@@ -77,7 +77,7 @@ contains
 
   contains
 
-    !> 2 B' A - B A' at the angle alpha.
+    !> Value at `alpha` of 2 B' A - B A', which vanishes where the reduction B^2 / A of the mean square is stationary.
     pure real(dp) function stationary(alpha)
       real(dp), intent(in) :: alpha
       real(dp) :: v(3), along(3)

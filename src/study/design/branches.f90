@@ -81,7 +81,7 @@ contains
 
   !> Finds every local maximum over the turn of the magnitude of a vector y: a zero of y . y', by Newton's method from the samples.
   pure subroutine maxima_over_turn(samples, places, sizes, y)
-    !> y at equidistant phases, shape (samples, components)
+    !> The vector y at equidistant phases, shape (samples, components)
     real(dp), intent(in) :: samples(:, :)
     !> Phases (turns) and magnitudes of the maxima, shapes (maxima), and y at the maxima, shape (maxima, components)
     real(dp), allocatable, intent(out) :: places(:), sizes(:), y(:, :)
@@ -179,7 +179,7 @@ contains
     end select
   end function directions_about
 
-  !> Computes the mean of y z^T over the orders `first` to `last`.
+  !> Computes the mean of y z^T over the period, restricted to the orders `first` to `last`.
   pure subroutine add_orders(y, z, first, last, mean)
     type(series_type), intent(in) :: y, z
     integer, intent(in) :: first, last

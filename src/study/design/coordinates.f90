@@ -23,8 +23,8 @@ module gestell_study_design_coordinates
   !> Floquet's coordinates of a system with n states at equidistant phases.
   type, public :: coordinates_type
     real(dp) :: period = 0
-    !> `lambda`: exponents (1/s), imaginary parts up to multiples of 2 pi/T, shape (n). `p`, `w`: P and W in units of `scale`,
-    !> shapes (n, n, phases)
+    !> `lambda`: exponents (1/s), imaginary parts up to multiples of 2 pi/T, shape (n). `p`, `w`: the periodic matrix P of the free
+    !> vibrations and its inverse W, in units of `scale`, shapes (n, n, phases)
     complex(dp), allocatable :: lambda(:), p(:, :, :), w(:, :, :)
     !> Units that make the states comparable, shape (n)
     real(dp), allocatable :: scale(:)

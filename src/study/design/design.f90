@@ -43,7 +43,7 @@ contains
     class(family_type), intent(in), target :: family
     !> Goals, conditions, and ranges of the parameters
     type(design_options), intent(in) :: options
-    !> Parameters of the start
+    !> Parameters at which the search starts
     real(dp), intent(in) :: start(:)
     type(optimum_type), intent(out) :: optimum
     type(error_type), allocatable, intent(out) :: error
@@ -297,7 +297,7 @@ contains
 
   contains
 
-    !> Change of the tangent of L from the optimum to a corner of the box of this link.
+    !> Change of the tangent of the Lagrangian from the optimum to a corner of the ranges of this link.
     pure real(dp) function at_corner(corner) result(change)
       integer, intent(in) :: corner
       real(dp) :: mass_there, place_there(2)

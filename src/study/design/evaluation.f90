@@ -33,7 +33,7 @@ module gestell_study_design_evaluation
     real(dp) :: excess = 0
     !> True for a maximum inside the line, false for one at its end
     logical :: inside = .false.
-    !> A motion under a similar condition, if known
+    !> A motion under a similar condition, if known; the search for the motion at `condition` starts from it
     type(motion_type) :: motion
   end type top_type
 
@@ -242,8 +242,8 @@ contains
     at%slope = reshape([at%slope, slope], [size(slope, 1), size(at%value)])
   end subroutine append
 
-  !> Computes derivatives of the goals' samples, shape (phases, components, goals, parameters), from perturbed members and their
-  !> motions.
+  !> Computes derivatives of the goals' samples, shape (phases, components, goals, parameters), from the neighbours of the machine
+  !> and their motions.
   subroutine differentiate_samples(members, motion, goals, samples, slopes, error)
     type(members_type), intent(in) :: members
     type(motion_type), intent(in) :: motion

@@ -47,14 +47,14 @@ contains
     end do
   end function new_moments
 
-  !> Number of linear limits that the coordinates need.
+  !> Number of linear limits that replace the ranges of centres of mass.
   pure integer function limits(self)
     class(moments_type), intent(in) :: self
 
     limits = 2 * count(self%mass > 0)
   end function limits
 
-  !> Coordinates of the parameters x.
+  !> Coordinates that correspond to the parameters x.
   pure function from(self, x) result(y)
     class(moments_type), intent(in) :: self
     real(dp), intent(in) :: x(:)
@@ -64,7 +64,7 @@ contains
     where (self%mass > 0) y = x(max(self%mass, 1)) * x
   end function from
 
-  !> Parameters of the coordinates y.
+  !> Parameters that correspond to the coordinates y.
   pure function to(self, y) result(x)
     class(moments_type), intent(in) :: self
     real(dp), intent(in) :: y(:)

@@ -54,10 +54,10 @@ module gestell_study_design_motion
     procedure :: conserves
   end type loaded_type
 
-  !> `fewest`: minimum number of phases. `most_corrections`: maximum number of corrections for the part of R that M, B, C do not
-  !> contain.
+  !> `fewest`: minimum number of phases. `most_corrections`: maximum number of corrections for the terms of the equations that M, B,
+  !> C do not contain.
   integer, parameter :: fewest = 64, most_corrections = 6
-  !> Relative error allowed for the derivatives and for the part of R that M, B, C do not contain.
+  !> Relative error allowed for the derivatives and for the terms of the equations that M, B, C do not contain.
   real(dp), parameter :: of_slope = 1.0e-10_dp
 
 contains
@@ -252,8 +252,8 @@ contains
     end associate
   end subroutine follow_loads
 
-  !> Computes dR/dp + dR/dq s for parameter `k` at all phases from the perturbed members; s are the current derivatives of the
-  !> motion.
+  !> Computes dR/dp + dR/dq s for parameter `k` at all phases, from the neighbours of the machine. R is the residual of the
+  !> equations, s the current derivative of the motion.
   subroutine differentiate_equations(members, system, motion, k, lack)
     type(members_type), intent(in) :: members
     class(frame_type), intent(in) :: system
@@ -276,20 +276,20 @@ contains
     end do
   end subroutine differentiate_equations
 
-  !> Returns the perturbed member number `i` of parameter `k` under the condition, and its motion q to first order. If `system` is
-  !> varied about its motion, the member is varied about q.
+  !> Returns neighbour number `i` of the machine along parameter `k` under the condition, and its motion q to first order. If
+  !> `system` is varied about its motion, the neighbour is varied about q.
   subroutine beside(members, system, motion, k, i, frame, q)
-    !> The machine and its perturbed members
+    !> The machine and its neighbours, which differ in one parameter each
     type(members_type), intent(in) :: members
     !> The machine under the condition
     class(frame_type), intent(in) :: system
     !> The motion of the machine and its derivatives
     type(motion_type), intent(in) :: motion
-    !> Number of the parameter, and number of the member (1 or 2)
+    !> Number of the parameter, and number of the neighbour (1 or 2)
     integer, intent(in) :: k, i
-    !> The perturbed member
+    !> The neighbour of the machine
     class(frame_type), allocatable, intent(out) :: frame
-    !> Its motion, shape (phases, dofs, 0:2)
+    !> Motion of the neighbour and its derivatives over theta, shape (phases, dofs, 0:2)
     real(dp), intent(out) :: q(:, :, 0:)
     type(frame_type), allocatable :: run
     type(varied_frame_type), allocatable :: varied
@@ -308,7 +308,7 @@ contains
     end select
   end subroutine beside
 
-  !> Computes R of the frame at a motion q for its free degrees of freedom, shape (phases, dofs). R is zero for blocked ones.
+  !> Computes the residual R of the frame's equations at a motion q, shape (phases, dofs). Its blocked components are zero.
   subroutine take_equations(frame, phases, q, r)
     class(frame_type), intent(in) :: frame
     real(dp), contiguous, intent(in) :: phases(:)

@@ -70,7 +70,8 @@ module gestell_study_design_perturbed_members
     !> Neighbours at the distances d_1 h and d_2 h along each parameter, shape (2, parameters); unallocated if no derivatives are
     !> requested
     type(frame_type), allocatable :: perturbed(:, :)
-    !> `distance`: d_1 h and d_2 h, shape (2, parameters). `weight`: w_0 / h, w_1 / h and w_2 / h, shape (0:2, parameters)
+    !> Difference formula along each parameter. `distance`: steps d_1 h and d_2 h to the neighbours, shape (2, parameters).
+    !> `weight`: weights w_0 / h, w_1 / h, w_2 / h of machine and neighbours, shape (0:2, parameters)
     real(dp), allocatable :: distance(:, :), weight(:, :)
   end type members_type
 

@@ -16,7 +16,8 @@ module gestell_study_design_separation
 
   public :: find_branches, take_distances
 
-  !> Branches of the separation, each a direction in which the machine vibrates and a harmonic of the period.
+  !> Branches of the separation, the distance of natural frequencies from orders. Each branch is a direction in which the machine
+  !> vibrates, and a harmonic of the period.
   type, public :: separation_type
     !> Directions, shape (degrees of freedom, branches)
     complex(dp), allocatable :: u(:, :)
@@ -126,8 +127,8 @@ contains
     end do
   end subroutine take_distances
 
-  !> Computes the undamped frequencies, ascending, and the modes u exp(i w t). Modes that do not oscillate are computed without G.
-  !> Fails if the mass matrix is not positive definite.
+  !> Computes the undamped frequencies, ascending, and the modes u exp(i w t), with the gyroscopic moments `g`. For modes that do
+  !> not oscillate `g` is omitted. Fails if the mass matrix is not positive definite.
   subroutine find_modes(m, g, c, frequencies, modes, error)
     real(dp), intent(in) :: m(:, :), g(:, :), c(:, :)
     real(dp), intent(out) :: frequencies(:)
@@ -162,7 +163,7 @@ contains
     end do
   end subroutine find_modes
 
-  !> Mean gyroscopic moments at a speed of the crank (rad/s).
+  !> Matrix of the mean gyroscopic moments at a speed of the crank (rad/s).
   pure function gyroscopic(frame, model, speed) result(g)
     class(frame_type), intent(in) :: frame
     type(averaged_system), intent(in) :: model

@@ -37,7 +37,7 @@ module gestell_study_frame_model_harmonic_balance
     procedure :: at_phases
   end type balance_type
 
-  !> Coefficients at the phases, shape (phases, f, f).
+  !> Coefficients M, B, C of the equations at the phases, shape (phases, f, f).
   type :: coefficients_type
     real(dp), allocatable, dimension(:, :, :) :: m, b, c
   end type coefficients_type
@@ -139,7 +139,7 @@ contains
     end do
   end subroutine sample
 
-  !> Applies the equations M q'' + B q' + C q and then A^-1 to weighted harmonics `v`; the result is weighted too.
+  !> Applies the equations M q'' + B q' + C q and then the preconditioner to weighted harmonics `v`; the result is weighted too.
   pure function applied(means, at, v) result(x)
     type(means_type), intent(in) :: means
     type(coefficients_type), intent(in) :: at

@@ -8,21 +8,21 @@ module gestell_study_frame_model_harmonic_means
 
   public :: solve_means
 
-  !> Means of M, B, C over the turn in units of the states, and inverses of A_k.
+  !> Means of M, B, C over the turn, in units of the states, and the inverses of the matrices A_k of all orders k.
   type, public :: means_type
     !> `f`: number of degrees of freedom. `half`: half the number of phases; the phases resolve the orders below `half`
     integer :: f = 0, half = 0
     !> Means of M, B, C, shape (f, f, 3)
     real(dp), allocatable :: coefficients(:, :, :)
-    !> Real and imaginary parts of A_k^-1, shape (0:half - 1, f, f)
+    !> Real and imaginary parts of the inverse matrices A_k^-1 of the orders k, shape (0:half - 1, f, f)
     real(dp), allocatable, dimension(:, :, :) :: along, across
     !> `of_velocity`: ratio of velocity to displacement at order 1, shape (f). `weights`: weights of the harmonics in the rms of
     !> motion and velocity, shape (0:2 half - 1, f)
     real(dp), allocatable :: of_velocity(:), weights(:, :)
     !> Norm of A_k^-1 for each order k
     real(dp), allocatable :: gains(:)
-    !> Factor by which errors of a turn are amplified: the maximum of |(i k W - P)^-1|/T, which approximates (E - Phi(T))^-1 near a
-    !> resonance
+    !> Factor by which errors of a turn are amplified: the maximum over k of |(i k W - P)^-1|/T, P the matrix of the averaged
+    !> first-order equations. It approximates |(E - Phi(T))^-1| near a resonance
     real(dp) :: amplification = 0
     !> The Fourier transform at the phases
     type(waves_type) :: waves
@@ -36,13 +36,13 @@ module gestell_study_frame_model_harmonic_means
 
 contains
 
-  !> Computes the means and the inverses of A_k.
+  !> Computes the means of M, B, C, and the inverses of A_k = <C> + i k W <B> - (k W)^2 <M> for all orders k.
   pure subroutine solve_means(m, b, c, omega, survey, means, fits)
     !> Coefficients over theta at equidistant phases in the units of `survey`, shapes (phases, f, f), and 2 pi/T (rad/s)
     real(dp), intent(in) :: m(:, :, :), b(:, :, :), c(:, :, :), omega
     type(survey_type), intent(in) :: survey
     type(means_type), intent(out) :: means
-    !> False if an A_k is singular
+    !> False if the matrix A_k of some order k is singular
     logical, intent(out) :: fits
     integer :: f, n, furthest, i, k
 
@@ -65,8 +65,8 @@ contains
     call invert_means(means, fits)
   end subroutine solve_means
 
-  !> Inverts A_k for all orders. For orders that the phases do not resolve only the norms are kept. `fits` is false if an A_k is
-  !> singular.
+  !> Inverts the matrices A_k of all orders k. For orders that the phases do not resolve only the norms are kept. `fits` is false if
+  !> one of the matrices is singular.
   pure subroutine invert_means(means, fits)
     type(means_type), intent(inout) :: means
     logical, intent(out) :: fits
@@ -141,7 +141,7 @@ contains
     end do
   end subroutine invert
 
-  !> A^-1 times harmonics of the load, multiplied by `weights`.
+  !> Harmonics of the load multiplied by the inverse matrices A_k^-1 and by `weights`.
   pure function weighted(means, load) result(x)
     class(means_type), intent(in) :: means
     real(dp), intent(in) :: load(0:, :)

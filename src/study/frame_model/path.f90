@@ -35,7 +35,8 @@ module gestell_study_frame_model_path
     !> `difference`: step of lambda for difference quotients. `precise`: tolerance of the two motions. Errors of 1e-8 over a step of
     !> 1e-3 make the quotients accurate to 1e-5
     real(dp) :: difference = 1.0e-3_dp, precise = 1.0e-8_dp
-    !> `close`: a motion has converged if its relative correction is smaller. `last_lambda`: largest lambda that has a member
+    !> `close`: a motion has converged if its relative correction is smaller. `last_lambda`: largest lambda at which a machine
+    !> exists
     real(dp) :: close = 1.0e-3_dp, last_lambda = huge(1.0_dp)
     !> True if the multipliers of every iterate are computed too
     logical :: multipliers = .false.
@@ -53,7 +54,7 @@ module gestell_study_frame_model_path
   type, public :: iterate_type
     !> The iterate at equidistant phases, shape (samples, dofs)
     real(dp), allocatable :: q(:, :)
-    !> True if a fast solver computed it
+    !> True if a fast solver computed the iterate
     logical :: quickly = .true.
     !> Multipliers in the upper half plane, if requested: their arguments, ascending, and |ln abs(rho)|; shape (n, 2)
     real(dp), allocatable :: angles(:, :)

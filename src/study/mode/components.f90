@@ -13,15 +13,15 @@ module gestell_study_mode_components
 
 contains
 
-  !> Finds the components c_m of a mode from p at equidistant phases and sorts them, strongest first. The strength |c_m|^2 is
-  !> measured in the norm of `mass`, so it does not depend on the springs. The strengths add up to the mean square of the motion
+  !> Finds the components c_m of a mode from p, the periodic part of a free vibration, and sorts them, strongest first. The strength
+  !>c_m|^2 is measured in the norm of `mass`, so it does not depend on the springs. The strengths add up to the mean square of p
   !> (Parseval). If lambda is real, p has conjugate components; two of them count as one vibration. The strongest component may have
   !> less than half of the total strength, as when a slow crank modulates the frequency. Then its frequency is replaced by the one
   !> nearest to the mean over all components of similar shape.
   pure subroutine find_components(p, turn, period, mass, mode)
     !> Positions of p, the periodic part of the vibration without growth; shape (samples, f)
     complex(dp), intent(in) :: p(:, :)
-    !> `turn`: Im lambda (rad/s). `period`: the period (s). `mass`: the mean mass matrix, shape (f, f)
+    !> `turn`: imaginary part of the exponent lambda (rad/s). `period`: the period (s). `mass`: the mean mass matrix, shape (f, f)
     real(dp), intent(in) :: turn, period, mass(:, :)
     !> Receives the components
     type(mode_type), intent(inout) :: mode

@@ -63,7 +63,8 @@ contains
     motions%exponent = motions%exponent / system%period
   end subroutine solve_motions
 
-  !> Computes p at equidistant phases. Within each segment the integration starts from the eigenvectors at the start of the segment.
+  !> Computes the periodic parts p of all vibrations at equidistant phases. Within each segment the integration starts from the
+  !> eigenvectors at the start of the segment.
   subroutine follow_vectors(system, factored, motions, error)
     class(periodic_system), intent(in) :: system
     type(factored_type), intent(in) :: factored
@@ -100,7 +101,7 @@ contains
 
   contains
 
-    !> Stores p of all vibrations if `phase` is the next requested phase.
+    !> Stores the periodic parts p of all vibrations if `phase` is the next requested phase.
     subroutine keep(phase)
       real(dp), intent(in) :: phase
       integer :: i, f

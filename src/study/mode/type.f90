@@ -26,7 +26,8 @@ module gestell_study_mode_type
     real(dp) :: error = 0
     !> Number of components that are kept, the strongest first
     integer :: components = 0
-    !> Frequencies of the components (rad/s, not negative), and their shares of |p|^2 in the norm of the mean mass matrix
+    !> Frequencies of the components (rad/s, not negative), and their shares of the mean square of the motion, in the norm of the
+    !> mean mass matrix
     real(dp) :: frequencies(most_components) = 0, shares(most_components) = 0
     !> Shapes of the components: positions, with norm 1 in the norm of the mean mass matrix; shape (degrees of freedom, components)
     complex(dp) :: shapes(most_dofs, most_components) = 0
@@ -57,7 +58,7 @@ contains
     grows = self%identified .and. self%growth > self%error
   end function grows
 
-  !> Share of the principal component in |p|^2; NaN if the mode is not identified.
+  !> Share of the principal component in the mean square of the motion; NaN if the mode is not identified.
   elemental real(dp) function share(self)
     class(mode_type), intent(in) :: self
 

@@ -159,7 +159,7 @@ contains
     end associate
   end subroutine add_turned
 
-  !> Computes q'' from x' = P x + f (doc/theory.md, equations 20 to 22).
+  !> Computes the accelerations q'' from x' = P x + f (doc/theory.md, equations 20 to 22).
   subroutine add_accelerations(frame, system, phases, x, motion)
     class(frame_type), intent(in) :: frame
     class(periodic_system), intent(in) :: system
@@ -275,8 +275,9 @@ contains
     if (size(errors) > rows_of(n, guide_forces)) call add_moment_errors(frame, maxval(abs(motion(:4 * n, :)), dim=2), errors)
   end subroutine motion_errors
 
-  !> Adds the errors that `move_moments` causes to the errors of the guides' moments. `large`: maxima of the rows, shape (rows). The
-  !> product u x r changes by du x r + u x dr. T^-1 rho differs from rho by about theta x rho/2.
+  !> Adds the errors that `move_moments` causes to the errors of the guides' moments. `large`: maxima of the rows, shape (rows).
+  !> With the displacement u of F and the force r of the guides, u x r has the error du x r + u x dr. T^-1 rho differs from the
+  !> moment rho by about theta x rho/2.
   pure subroutine add_moment_errors(frame, large, errors)
     class(frame_type), intent(in) :: frame
     real(dp), intent(in) :: large(:)

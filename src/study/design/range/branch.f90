@@ -18,7 +18,8 @@ module gestell_study_design_range_branch
 
   public :: climb_branches
 
-  !> The local maxima over the turn under one condition: their phases (turns) and their levels.
+  !> The local maxima over the turn under one condition: their phases (turns) and the levels of the goal
+  !> (gestell_study_design_goal).
   type :: turn_type
     real(dp), allocatable :: places(:), levels(:)
   end type turn_type
@@ -30,8 +31,8 @@ module gestell_study_design_range_branch
 
 contains
 
-  !> Searches the maxima over the speed of those local maxima over the turn that may exceed `climb`, and sets `climb` to the
-  !> highest. On entry `climb` is a smooth maximum along the line. Fails if the goal is invalid.
+  !> Finds the maxima over the speed for those local maxima over the turn that may exceed `climb`, and sets `climb` to the highest.
+  !> On entry `climb` is a smooth maximum along the line. Fails if the goal is invalid.
   subroutine climb_branches(members, goal, start, bounds, climb, error, motion)
     !> The machine and its neighbours
     type(members_type), intent(in) :: members

@@ -107,7 +107,7 @@ contains
     type(goal_type), intent(in) :: goal
     !> A condition on the line
     type(condition_type), intent(in) :: start
-    !> Three ascending positions on the line and their levels
+    !> Three ascending positions on the line, and the levels of the goal there (see `level` of gestell_study_design_goal)
     real(dp), intent(in) :: places(3), levels(3)
     !> The maximum
     type(climb_type), intent(out) :: climb
@@ -138,9 +138,9 @@ contains
     type(goal_type), intent(in) :: goal
     !> A condition on the line
     type(condition_type), intent(in) :: start
-    !> The point before the end, then the end; positions on the line and levels
+    !> Positions of the last point before the end and of the end, and the levels of the goal there
     real(dp), intent(in) :: ends(2), end_levels(2)
-    !> Three ascending points and their levels. If there is a maximum, the middle point is the highest
+    !> Three ascending positions, and the levels of the goal there. If there is a maximum, the middle level is the highest
     real(dp), intent(out) :: places(3), levels(3)
     type(error_type), allocatable, intent(out) :: error
     type(speed_point_type) :: point
