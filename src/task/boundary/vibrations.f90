@@ -294,8 +294,8 @@ contains
     turns_at = (flat(0) .and. any(back)) .or. (back(0) .and. .not. any(flat))
   end function turns_at
 
-  !> Makes a branch, in ascending order of lambda, of the points `first` to `last` of a path. `lost` refers to the ends of the whole
-  !> path.
+  !> Makes a branch from the points `first` to `last` of a path and puts them in ascending order of lambda. `lost`: true for each
+  !> end of the whole path at which the continuation failed.
   pure function branch_of(family, whole, first, last, lost) result(branch)
     type(line_path_type), intent(in) :: family
     type(trail_type), intent(in) :: whole

@@ -59,9 +59,10 @@ module gestell_task_critical
     real(dp), dimension(2) :: speed = 0, error = 0, height = 0, prominence = 0
     !> Share of the order in the mean square of the vibration, at the peak of the amplitude
     real(dp) :: share = 0
-    !> Worst verdict on the machine at the two peaks; for an unbounded or self-excited vibration the verdict at the crossing
+    !> Worst verdict on the machine at the peaks of amplitude and force. For an unbounded or self-excited vibration, the verdict at
+    !> the crossing
     type(verdict_type) :: verdict
-    !> Largest motion of the frame at the two peaks
+    !> Largest motion of the frame at the peaks of amplitude and force
     type(moved_type) :: moved
   end type critical_type
 
@@ -128,7 +129,7 @@ contains
     class(searches_type), intent(inout) :: self
     integer, intent(in) :: k
     type(error_type), allocatable, intent(out) :: error
-    !> Relative distance from an undamped crossing at which the excitation of the mode is examined
+    !> At this relative distance from an undamped crossing, the vibration shows whether the order excites the mode
     real(dp), parameter :: aside = 1.0e-3_dp
     type(curve_points_type) :: curve
     type(maximum_type) :: tops(2)

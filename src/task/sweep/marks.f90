@@ -26,7 +26,7 @@ module gestell_task_sweep_marks
     logical :: none = .true., sound = .false.
   end type mark_type
 
-  !> Number of words of a record: head, tile, checksum of the rows, summary, checksum.
+  !> Number of words of a record. A record consists of head, tile, checksum of the rows, summary and checksum.
   integer, parameter :: words_of_mark = sealed_head + 2 + summary_words + 1
 
 contains

@@ -123,8 +123,8 @@ contains
   end subroutine expand_cell
 
   !> Compares the expansion with separate solutions at random points. `fits`: true if no deviation of Phi(T), or of [Phi(T) x_p(T)],
-  !> exceeds its bound in `perturbations` plus the error bound of the separate solution. `deviation`: largest deviation relative to
-  !> the separate solution.
+  !> exceeds its bound in `perturbations` plus the error bound of the separate solution (x_p: motion forced from rest). `deviation`:
+  !> largest deviation relative to the separate solution.
   subroutine check_cell(problem, cell, expansion, perturbations, sampler, deviation, fits)
     type(problem_type), intent(in) :: problem
     type(tile_type), intent(in) :: cell

@@ -43,7 +43,7 @@ contains
     !> Points of the curve
     class(speed_point_type), intent(in) :: points(:)
     type(figure_type) :: figure
-    !> Labels whose distance is smaller than this part of the axis would overlap.
+    !> Minimum distance of labels that do not overlap, as a fraction of the axis.
     real(dp), parameter :: apart = 0.03_dp
     character(len=:), allocatable :: lines
     type(marks_type) :: marks

@@ -204,7 +204,7 @@ contains
     type(speed_point_type), intent(in) :: points(2)
     type(level_crossing_type), intent(out) :: crossing
     type(error_type), allocatable, intent(out) :: error
-    !> The quantity counts as discontinuous if it changes by more than this part of the level within the tolerance.
+    !> The quantity counts as discontinuous if it changes by more than this fraction of the level over a distance of the tolerance.
     real(dp), parameter :: jump = 1.0e-2_dp
     type(root_search_type) :: search
     type(speed_point_type) :: point

@@ -240,7 +240,7 @@ contains
     !> One axis for each parameter; only the range of axis `which` is used
     type(axis_type), intent(in) :: axes(:)
     integer, intent(in) :: which
-    !> Values of the other parameters
+    !> Values of the parameters that do not vary
     real(dp), intent(in) :: base(:)
     !> Accuracy, tolerance of the borders, and executor
     type(border_options), intent(in) :: options

@@ -18,22 +18,23 @@ module gestell_task_boundary_line_meeting
   type, public :: meeting_type
     !> `no_tongue`, `tongue`, `thin` or `open_question`
     integer :: outcome = open_question
-    !> `t`: position of the maximum growth of the pair. `width`: width of the part around it in which the growth may be positive.
+    !> `t`: position at which the two multipliers grow most. `width`: width of the part around it in which they may grow.
     real(dp) :: t = 0, width = 0
-    !> The pair at the position with the largest growth found
+    !> The two multipliers at the position with the largest growth found
     type(pair_type) :: top
-    !> On each side of a tongue, the nearest solved pair in which both multipliers decay.
+    !> On each side of a tongue, the nearest solved position at which both multipliers decay.
     type(pair_type) :: sides(2)
-    !> True for each side of the tongue on which a pair of decaying multipliers was found.
+    !> True for each side of the tongue on which a position was found where both multipliers decay.
     logical :: outside(2) = .false.
   end type meeting_type
 
-  !> The sign of a growth is certain if the growth exceeds this multiple of its error.
+  !> The sign of a growth rate is certain if the rate exceeds this multiple of its error.
   real(dp), parameter :: clear = 2
 
 contains
 
-  !> Finds the maximum growth of a pair of multipliers near `start`, where their phases meet. Fails if the parameters are invalid.
+  !> Searches for the maximum growth of a pair of multipliers near `start`, where their phases meet. Fails if the parameters are
+  !> invalid.
   subroutine search_meeting(path, start, rate, meeting, error)
     type(pair_path_type), intent(in) :: path
     !> `start`: position where the phases meet. `rate`: rate (1/t) at which the phases separate
@@ -142,7 +143,8 @@ contains
     end do
   end subroutine find_outside
 
-  !> Solves the pair at `start` and at equal distances on both sides of it, where the detuning is about three times the growth.
+  !> Computes the pair of multipliers at `start` and at equal distances on both sides of it, where the detuning is about three times
+  !> the growth.
   subroutine three_about(path, start, rate, bounds, three, error)
     type(pair_path_type), intent(in) :: path
     real(dp), intent(in) :: start, rate, bounds(2)
@@ -162,11 +164,11 @@ contains
     if (.not. allocated(error)) call path%solve(middle + s, three(3), error)
   end subroutine three_about
 
-  !> Computes the end of a tongue: the zero of `excess` between a pair that decays and a pair that grows. Fails if the parameters
-  !> are invalid.
+  !> Computes the position of the end of a tongue: the zero of `excess` between a position where both multipliers decay and one
+  !> where the pair grows. Fails if the parameters are invalid.
   subroutine tongue_end(path, outside, top, t, missing, error)
     type(pair_path_type), intent(in) :: path
-    !> `outside`: pair that decays. `top`: pair that grows
+    !> `outside`: the pair of multipliers where both decay. `top`: the pair where it grows
     type(pair_type), intent(in) :: outside, top
     !> Position of the end of the tongue
     real(dp), intent(out) :: t

@@ -30,7 +30,7 @@ module gestell_task_boundary_line_pair
     procedure :: solve
   end type pair_path_type
 
-  !> Two multipliers at one position of a line.
+  !> A pair of multipliers at one position of a line.
   type, public :: pair_type
     real(dp) :: t = 0
     !> `mean`: mean of the two logarithms z. `delta`: square of half their difference
@@ -53,8 +53,8 @@ module gestell_task_boundary_line_pair
 
 contains
 
-  !> Solves the pair at `t`: selects the two multipliers closest to the values that the cubic curves of the interval predict. Fails
-  !> if the parameters are invalid.
+  !> Solves the system at `t` and selects the pair: the two multipliers closest to the values that the cubic curves of the interval
+  !> predict. Fails if the parameters are invalid.
   subroutine solve(self, t, pair, error)
     class(pair_path_type), intent(in) :: self
     real(dp), intent(in) :: t

@@ -25,11 +25,11 @@ module gestell_task_boundary_line_search
     procedure :: compute => search_place
   end type meetings_type
 
-  !> Parallel work: each piece searches one gap between neighbouring marks, the solved systems on the line.
+  !> Parallel work: each piece searches one gap between two neighbouring solved systems (marks) on the line.
   type, extends(searches_type) :: gaps_type
     type(line_type), pointer :: line => null()
     type(probe_type), pointer :: marks(:) => null()
-    !> For each gap, the number of the mark before it.
+    !> Number of the mark (solved system) before each gap.
     integer, allocatable :: gaps(:)
   contains
     procedure :: compute => close_gap
@@ -198,8 +198,9 @@ contains
     end do
   end subroutine add_tongue
 
-  !> Searches for missing borders in the gaps between neighbouring marks. The number of borders in a gap must be odd if exactly one
-  !> of its marks is unstable, otherwise even. In a gap without borders, no function of the multipliers may change its sign.
+  !> Searches for missing borders in the gaps between neighbouring solved systems (marks). The number of borders in a gap must be
+  !> odd if exactly one of its marks is unstable, otherwise even. In a gap without borders, no function of the multipliers may
+  !> change its sign.
   subroutine close_gaps(line, search, error)
     type(line_type), intent(in), target :: line
     type(search_type), intent(inout), target :: search
@@ -220,7 +221,7 @@ contains
 
   contains
 
-    !> True if borders must be sought between mark `i` and the next mark.
+    !> True if borders must be sought between mark `i` (a solved system) and the next mark.
     pure logical function is_open(i)
       integer, intent(in) :: i
       integer :: n
@@ -233,7 +234,7 @@ contains
 
   end subroutine close_gaps
 
-  !> Searches gap `k` between two neighbouring marks for borders.
+  !> Searches for borders in gap number `k`, between two neighbouring marks (solved systems).
   recursive subroutine close_gap(self, k, error)
     class(gaps_type), intent(inout) :: self
     integer, intent(in) :: k

@@ -12,7 +12,7 @@ module gestell_task_sweep_expansion
 
   public :: expand
 
-  !> Chebyshev series for the numbers that a sampler computes.
+  !> Chebyshev series for the numbers by which a sampler represents the motion.
   type, public :: expansion_type
     !> Variables in which the two axes are expanded; a single axis is the second.
     type(variable_type) :: variables(2)
@@ -21,8 +21,8 @@ module gestell_task_sweep_expansion
     !> Numbers at the points of the series, shape (points(2), numbers, points(1)). The second extent is at least eight and padded to
     !> a multiple of four. A single axis is the second.
     real(dp), allocatable :: values(:, :, :)
-    !> `rest`: bound on the norm of the sum of the omitted terms. `greatest`: largest norms of Phi(T) and of [Phi(T) x_p(T)] at the
-    !> points. `least`: smallest norm of Phi(T) at the points.
+    !> `rest`: bound on the norm of the sum of the omitted terms. `greatest`: largest norms, at the points, of Phi(T) and of [Phi(T)
+    !> x_p(T)] (x_p: motion forced from rest). `least`: smallest norm of Phi(T) at the points.
     real(dp) :: rest = 0, greatest(2) = 0, least = 0
   contains
     procedure :: factors
@@ -33,8 +33,8 @@ module gestell_task_sweep_expansion
 
 contains
 
-  !> Computes the numbers of the sampler's family at points(1) times points(2) Chebyshev points. `fits` is false if a member has no
-  !> solution.
+  !> Computes the numbers that represent the motion, at points(1) times points(2) Chebyshev points. `fits` is false if a member of
+  !> the family has no solution.
   subroutine expand(expansion, sampler, variables, points, fits)
     type(expansion_type), intent(out) :: expansion
     type(sampler_type), intent(inout) :: sampler

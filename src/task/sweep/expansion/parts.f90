@@ -46,14 +46,14 @@ contains
     columns = self%states + merge(1, 0, self%forced)
   end function columns
 
-  !> Length of the list of numbers.
+  !> Length of the list of numbers that represent the motion.
   pure integer function numbers(self)
     class(parts_type), intent(in) :: self
 
     numbers = self%times_at(self%parts + 1, 1) - 1 - self%states * self%columns()
   end function numbers
 
-  !> Number of elements of Phi(T) and, if `forced`, x_p(T).
+  !> Number of elements of the monodromy matrix Phi(T) and, if `forced`, of the motion x_p(T) that is forced from rest.
   pure integer function numbers_of_period(self)
     class(parts_type), intent(in) :: self
 
@@ -92,7 +92,7 @@ contains
     end do
   end subroutine set_weights
 
-  !> The numbers multiplied by their weights, shape (numbers).
+  !> The list of numbers that represent the motion, multiplied by their weights; shape (numbers).
   pure function weighted(self, values)
     class(parts_type), intent(in) :: self
     real(dp), intent(in) :: values(:)
@@ -107,7 +107,7 @@ contains
     end do
   end function weighted
 
-  !> Phi(T), column by column, and x_p(T), computed from weighted numbers; shape (numbers_of_period).
+  !> Phi(T), column by column, and the motion x_p(T) forced from rest, computed from weighted numbers; shape (numbers_of_period).
   pure function period(self, values)
     class(parts_type), intent(in) :: self
     real(dp), intent(in) :: values(:)
@@ -122,7 +122,7 @@ contains
     period = reshape(motion, [size(motion)])
   end function period
 
-  !> Phi(T) computed from weighted numbers, shape (states, states).
+  !> Monodromy matrix Phi(T), computed from weighted numbers; shape (states, states).
   pure function phi(self, values)
     class(parts_type), intent(in) :: self
     real(dp), intent(in) :: values(:)
@@ -226,7 +226,8 @@ contains
     end associate
   end function map_of
 
-  !> Motion [A Phi, A x + b] after the map [A b], if the motion before the map is [Phi x].
+  !> Motion [A Phi, A x + b] after the map [A b], given the `motion` [Phi x] before it. Phi: transition matrix, x: motion forced
+  !> from rest.
   pure function moved(self, map, motion)
     class(parts_type), intent(in) :: self
     real(dp), intent(in) :: map(:, :), motion(:, :)
@@ -238,8 +239,8 @@ contains
     end associate
   end function moved
 
-  !> Computes [Phi x_p] at the ends of all parts, shape (lanes, states, columns, 0:parts), for eight machines. `values`: their
-  !> weighted numbers, shape (lanes, numbers).
+  !> Computes [Phi x_p] (transition matrix, motion forced from rest) at the ends of all parts for eight machines, shape (lanes,
+  !> states, columns, 0:parts). `values`: their weighted numbers, shape (lanes, numbers).
   pure subroutine compose(self, values, motion)
     class(parts_type), intent(in) :: self
     real(dp), contiguous, intent(in) :: values(:, :)

@@ -1,4 +1,4 @@
-!> Peak displacements of the periodic vibration, computed for eight machines at once from the numbers of a sampler.
+!> Peak displacements of the periodic vibration, computed for eight machines at once from the numbers that represent their motions.
 module gestell_task_sweep_expansion_peaks
   use gestell_base_kinds, only: dp
   use gestell_math_lanes_equations, only: solve_equations
@@ -14,20 +14,20 @@ module gestell_task_sweep_expansion_peaks
 contains
 
   !> Computes max |q(t)| for each position q of the periodic motion x(t) = Phi(t) x0 + x_p(t), x0 = (E - Phi(T))^-1 x_p(T), in units
-  !> of the states. Digits are lost near resonance, where E - Phi(T) is nearly singular.
+  !> of the states. x_p is the motion forced from rest. Digits are lost near resonance, where E - Phi(T) is nearly singular.
   subroutine peaks_of_motion(sampler, values, motion, filled, perturbation, limit, peaks, known)
-    !> Provides the sizes, units and times of the numbers
+    !> Provides the sizes, units and times of the numbers that represent the motions
     type(sampler_type), intent(in) :: sampler
-    !> `values`: weighted numbers, shape (lanes, numbers). `motion`: [Phi x_p] at the ends of the parts, shape (lanes, states,
-    !> columns, 0:parts)
+    !> `values`: weighted numbers that represent the motions, shape (lanes, numbers). `motion`: [Phi x_p] at the ends of the parts,
+    !> shape (lanes, states, columns, 0:parts)
     real(dp), contiguous, intent(in) :: values(:, :), motion(:, :, :, 0:)
     !> Number of machines; the remaining lanes are not used
     integer, intent(in) :: filled
-    !> `perturbation`: bound on the error of the numbers, in norm. `limit`: allowed relative error of x0
+    !> `perturbation`: bound on the error of the numbers, in norm. `limit`: allowed relative error of the initial state x0
     real(dp), intent(in) :: perturbation, limit
-    !> Peaks, shape (lanes, states / 2); 0 where x0 is not accurate enough
+    !> Peaks, shape (lanes, states / 2); 0 where the initial state x0 is not accurate enough
     real(dp), intent(out) :: peaks(:, :)
-    !> True if the relative error of x0 is below `limit`
+    !> True for machines whose initial state x0 has a relative error below `limit`
     logical, intent(out) :: known(lanes)
     real(dp) :: q(lanes, sampler%times, sampler%parts%states / 2)
     real(dp) :: harmonics(lanes, size(sampler%transform, 2))
@@ -43,7 +43,8 @@ contains
     end do
   end subroutine peaks_of_motion
 
-  !> Computes x0 in the unit of x_p, shape (lanes, states); zero for machines that are not `known`.
+  !> Computes the initial state x0 of the periodic motion in the unit of x_p, shape (lanes, states); zero for machines that are not
+  !> `known`.
   pure subroutine start(sampler, motion, filled, perturbation, limit, x0, known)
     type(sampler_type), intent(in) :: sampler
     real(dp), contiguous, intent(in) :: motion(:, :, :, 0:)

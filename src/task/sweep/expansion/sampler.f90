@@ -34,11 +34,12 @@ module gestell_task_sweep_expansion_sampler
     integer, allocatable :: steps(:)
     !> `fastest`: fastest motion that was measured. `fewest`: number of nodes of the least demanding member; no member has fewer.
     real(dp) :: fastest = 0, fewest = huge(1.0_dp)
-    !> Structure of the list of numbers.
+    !> Structure of the list of numbers that represent the motion over a period.
     type(parts_type) :: parts
     !> Units in which the states have balanced magnitudes, shape (n).
     real(dp), allocatable :: scale(:)
-    !> Bound on the relative error of the numbers due to integration and rounding, from the members for which it was determined.
+    !> Bound on the relative error, due to integration and rounding, of the numbers that represent the motion. It comes from the
+    !> members for which it was determined.
     real(dp) :: error = 0
     !> Number of solutions computed so far.
     integer :: solutions = 0
@@ -46,7 +47,7 @@ module gestell_task_sweep_expansion_sampler
     integer :: times = 0
     !> Matrix that transforms the values at these times within a period to harmonics.
     real(dp), allocatable :: transform(:, :)
-    !> Unit of x_p.
+    !> Unit in which x_p(T), the motion forced from rest, is expressed.
     real(dp) :: unit = 1
     !> True if the machines at all corners of the cell are undamped (`conserves` in gestell_system_periodic).
     logical :: conserves = .true.
@@ -275,7 +276,8 @@ contains
     end select
   end subroutine look_at_vibration
 
-  !> Computes the weighted numbers of the machine with these parameters. `fits` is false if it has no solution.
+  !> Computes the weighted numbers that represent the motion of the machine with these parameters. `fits` is false if it has no
+  !> solution.
   subroutine sample(self, parameters, values, fits)
     class(sampler_type), intent(inout) :: self
     real(dp), intent(in) :: parameters(:)
@@ -315,7 +317,8 @@ contains
     end select
   end subroutine exchange
 
-  !> Computes Phi(T) and x_p(T) by a separate solution, with a bound on their error relative to their norms.
+  !> Computes Phi(T), and the motion x_p(T) forced from rest, by a separate solution, with a bound on their error relative to their
+  !> norms.
   subroutine check(self, parameters, accuracy, values, bound, fits)
     class(sampler_type), intent(inout) :: self
     !> Parameters of the machine
@@ -346,7 +349,8 @@ contains
     fits = .true.
   end subroutine check
 
-  !> The list of numbers, computed from `maps` that start at the beginning of each part, shape (n, columns, parts * (between + 1)).
+  !> The numbers that represent the motion, computed from `maps` that start at the beginning of each part, shape (n, columns, parts
+  !> * (between + 1)).
   pure function numbers_of(self, maps) result(values)
     class(sampler_type), intent(in) :: self
     real(dp), contiguous, intent(in) :: maps(:, :, :)
