@@ -73,7 +73,7 @@ contains
   end function resolving
 
   !> Distance (rad) from the real axis up to which the coefficients (`which` = 1) or the loads (`which` = 2) are analytic. Few
-  !> samples may make it appear too small. Random linkages whose fastest change takes 1 / m of the period have at least 7 / m.
+  !> samples may make it appear too small. For random linkages whose fastest change takes 1 / m of the period it is at least 7 / m.
   pure real(dp) function width_of(system, survey, which) result(width)
     class(periodic_system), intent(in) :: system
     type(survey_type), intent(in) :: survey

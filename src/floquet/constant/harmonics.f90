@@ -105,7 +105,7 @@ contains
   end subroutine solve_harmonics
 
   !> Converts the coefficients to balanced units: positions in units of `scale`, forces in units of 1 / `scale`, so that symmetric
-  !> matrices remain symmetric. Rounding errors of the samples are included in the errors of the coefficients.
+  !> matrices remain symmetric. The errors of the coefficients include the rounding errors of the arithmetic.
   pure function in_units(system, scale) result(coefficients)
     type(averaged_system), intent(in) :: system
     real(dp), intent(in) :: scale(:)

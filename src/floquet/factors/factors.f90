@@ -34,7 +34,7 @@ module gestell_floquet_factors
     !> `a`, `b`: map of each segment, x(end) = A x(start) + b, shapes (n, n, K) and (n, K). `error`, `b_error`: bounds on the errors
     !> of A and b, shapes (K).
     real(dp), allocatable :: a(:, :, :), b(:, :), error(:), b_error(:)
-    !> Sum over all segments of the error of A divided by |A|.
+    !> Relative error of A, summed over all segments.
     real(dp) :: relative_error = 0
     !> Phase advance of the fastest motion within the period (rad).
     real(dp) :: phase_advance = 0

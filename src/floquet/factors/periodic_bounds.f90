@@ -39,8 +39,8 @@ contains
   !> correct to first order in the couplings.
   !>
   !> The discs are valid for any X_k, because S_k includes the inaccuracy of X_k. For close or defective multipliers X_k is nearly
-  !> singular. If discs touch, the routine therefore also tries the eigenvectors of factors perturbed by about |E_k|. For these a
-  !> multiplier of multiplicity m splits in proportion to |E|^(1/m), and the bound is as large.
+  !> singular. If discs touch, the routine therefore also tries the eigenvectors of factors perturbed by about |E_k|. The
+  !> perturbation splits a multiplier of multiplicity m in proportion to |E|^(1/m), and the bound is of the same size.
   pure subroutine periodic_bounds(factors, log_abs, arg, vectors, errors, bound, most, condition)
     !> Factors A_k, shape (n, n, K)
     complex(dp), intent(in) :: factors(:, :, :)

@@ -22,7 +22,7 @@ contains
   !>
   !> Each multiplier is swapped to the first position of the Schur form, where its Schur vectors are x. It is also swapped to the
   !> last position, where its Schur vectors are conjg(y). If equal multipliers share an eigenvector, X_k is singular. Y_k is then
-  !> large, and only the diagonal of Y_k X_k equals that of E.
+  !> large, and only the diagonal elements of Y_k X_k agree with the unit matrix.
   pure subroutine periodic_eigenvectors(q, r, vectors)
     complex(dp), intent(in) :: q(:, :, :), r(:, :, :)
     type(eigenvectors_type), intent(out) :: vectors

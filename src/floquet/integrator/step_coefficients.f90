@@ -40,14 +40,14 @@ module gestell_floquet_integrator_step_coefficients
     integer(c_int) :: node(most_rows) = 0, component(most_rows) = 0
     !> True for a nested tableau
     logical(c_bool) :: nested = .false.
-    !> For a nested tableau. `values`: factors of the unknowns in the slopes at the last two nodes. `sums`: multiples of the last
-    !> two equations that are added to each equation.
+    !> For a nested tableau. `values`: factors by which the unknowns give the accelerations at the last two nodes. `sums`: multiples
+    !> of the last two equations that are added to each equation.
     real(dp) :: values(2, most_rows) = 0, sums(most_rows, 2) = 0
   end type layout_type
 
 contains
 
-  !> Samples the coefficients `at` the nodes, in units of the states chosen here, and the loads if requested.
+  !> Samples the coefficients, and the loads if `forced`, at all nodes. The results `at` are in the units that `units` returns.
   subroutine sample_coefficients(system, phases, forced, at, units)
     class(periodic_system), intent(in) :: system
     !> Nodes of all steps, as phases
@@ -88,15 +88,15 @@ contains
 
   !> Adds estimates of the variations of coefficients and loads between the nodes to `unseen`.
   !>
-  !> In a step the phase of the fastest motion advances by z = |h^2 C|^1/2 + |h B| radians. Changes of the coefficients shift its
-  !> phase by z |M| + |h B| + |h^2 C| / z radians. If interpolation between the nodes misses a part e of a variation, quadrature
-  !> misses only e^2. Masses are about 1 in these units, so a load times a time is a change of velocity.
+  !> In a step the phase of the fastest motion advances by z = |h^2 C|^1/2 + |h B| radians. Changes of the coefficients of size |M|,
+  !> |h B| and |h^2 C| shift its phase by z |M| + |h B| + |h^2 C| / z radians. If interpolation between the nodes misses a part e of
+  !> a variation, quadrature misses only e^2. Masses are about 1 in these units, so a load times a time is a change of velocity.
   pure subroutine estimate_unseen(nested, at, units, unseen)
     type(nested_type), intent(in) :: nested
     type(coefficients_type), intent(in) :: at
     !> Units of the last states, shape (f)
     real(dp), intent(in) :: units(:)
-    !> Variations between the nodes; those of these steps are added.
+    !> Variations of coefficients and loads between the nodes; the variations of these steps are added to it
     type(unseen_type), intent(inout) :: unseen
     ! For each step: part missed by interpolation, variation within the step, size
     real(dp), dimension(size(at%lengths), 3) :: of_m, of_b, of_c, of_g

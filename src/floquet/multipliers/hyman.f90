@@ -89,7 +89,7 @@ contains
   !> of the right eigenvector x and the left eigenvector y. With x_n = 1, all rows of (H - z E) x = 0 except the first determine x.
   !> With y_1 = 1, all columns of y (H - z E) = 0 except the last determine y.
   pure subroutine try_eigenvalue(length, h, z_re, z_im, step_re, step_im, condition, right, left)
-    !> Length of the processor's vectors, in double precision numbers
+    !> Number of double precision numbers in a vector register of the processor
     integer, intent(in) :: length
     type(hessenberg_type), intent(in) :: h
     real(dp), intent(in) :: z_re(lanes), z_im(lanes)

@@ -237,8 +237,8 @@ contains
   end subroutine arrange
 
   !> Makes the multipliers of a real system exactly real, or exactly conjugate in pairs, after a computation in complex arithmetic
-  !> with rounding errors. Each multiplier is paired with the one nearest to its conjugate. On entry `exponent` must hold ln(rho);
-  !> the other components are computed from it.
+  !> with rounding errors. Each multiplier is paired with the one nearest to its conjugate: the conjugate of its own disc contains
+  !> the true value of this partner. On entry `exponent` must hold ln(rho); the other components are computed from it.
   pure subroutine pair_conjugates(multipliers)
     type(multipliers_type), intent(inout) :: multipliers
     logical :: paired(size(multipliers%exponent))
@@ -418,8 +418,8 @@ contains
   !>
   !> The multipliers of such a system come in pairs rho, 1 / conj(rho). A disc that touches no other disc contains one multiplier.
   !> If its mirror image in the unit circle touches no other disc either, the partner 1 / conj(rho) lies in the same disc and is rho
-  !> itself. Such a multiplier is simple: the free vibration neither grows nor decays. In the plane of ln rho each disc is replaced
-  !> by a circle around its centre with the radius -ln(1 - error), and the mirror is the imaginary axis.
+  !> itself. Such a multiplier is simple: the free vibration neither grows nor decays. In the plane of ln rho a disc lies within the
+  !> radius -ln(1 - error) of its centre, and the mirror is the imaginary axis.
   pure function lie_on_circle(log_abs, arg, error) result(on_circle)
     !> `log_abs`: ln |rho|. `arg`: argument of rho. `error`: bound on the error of rho relative to |rho|. All shapes (n).
     real(dp), intent(in) :: log_abs(:), arg(:), error(:)

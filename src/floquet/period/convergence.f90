@@ -162,7 +162,7 @@ contains
     left = max(d23 * unevenness(order) * contraction / (1 - contraction), d12 * promised(n1, n3, order))
   end function remaining
 
-  !> Ratio of the error with `finer` steps to the error with `steps` steps that the method's order predicts, times `unevenness`.
+  !> Ratio of the error with `finer` steps to the error with `steps` steps, as the method's order predicts, times `unevenness`.
   elemental real(dp) function promised(steps, finer, order)
     integer, intent(in) :: steps, finer, order
 
@@ -177,8 +177,8 @@ contains
     unevenness = max(1.0_dp, 1.1_dp**(order - 4))
   end function unevenness
 
-  !> Observed order p of convergence, by bisection between 1/2 and the method's order of (n1^-p - n2^-p) / (n2^-p - n3^-p) = d12 /
-  !> d23.
+  !> Observed order p of convergence, which satisfies (n1^-p - n2^-p) / (n2^-p - n3^-p) = d12 / d23. It is found by bisection
+  !> between 1/2 and the method's order.
   elemental real(dp) function measured_order(d12, d23, n1, n2, n3, order) result(p)
     real(dp), intent(in) :: d12, d23
     integer, intent(in) :: n1, n2, n3, order

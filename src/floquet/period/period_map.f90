@@ -77,7 +77,7 @@ contains
     !> growth of a rounding error, |Phi(T, t)| |Phi(t)| / |Phi(T)|, at least 1; larger of its values at the largest Phi(t) and at
     !> half of the period.
     real(dp), intent(out), optional :: xp(:), xp_peak, transient_growth
-    !> Maps by the two embedded methods, shape (2)
+    !> Maps of the period by the two embedded methods, shape (2)
     type(period_map_type), intent(out), optional :: lower(:)
     !> Variations of coefficients and loads between the nodes, summed over the steps
     type(unseen_type), intent(out), optional :: unseen

@@ -36,7 +36,7 @@ contains
   !>     |(E - Phi)^-1| (e |x0| + e_p) / (1 - |(E - Phi)^-1| e).
   !>
   !> This bound is used for rounding errors. Integration errors are known element by element, as matrices E' with the corresponding
-  !> vectors e_p. They change x0 by (E - Phi)^-1 (E' x0 + e_p). In this sum most of them cancel, because the periodic motion is
+  !> vectors e_p. They change x0 by (E - Phi)^-1 (E' x0 + e_p), where E' x0 and e_p nearly cancel, because the periodic motion is
   !> slower than the free vibrations.
   !>
   !> Errors: `monodromy` was solved without forcing, or with so few steps that its error is unknown; resonance: E - Phi may be

@@ -1,6 +1,6 @@
 !> Computes the periodic motion at equidistant phases by a single integration whose steps end at these phases. This takes a tenth of
-!> the time of a solution with error bounds. It is meant for corrections of a motion, for which a small relative error is not
-!> important.
+!> the time of a solution with error bounds. It is meant for corrections of a motion, whose own relative errors are of little
+!> importance.
 !>
 !> A periodic motion without high harmonics requires far fewer stages than Phi(T). With s stages a step h has an error of h^(s+1)
 !> times the derivative of order s + 1 of the motion, times (h |P|)^s. A discrete (E - Phi)^-1 carries this error round the period.

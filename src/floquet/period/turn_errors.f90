@@ -54,7 +54,7 @@ module gestell_floquet_period_turn_errors
 
 contains
 
-  !> Bound on the error of the weighted sum of the first quantities, valid at all times.
+  !> Bound, valid at all times, on the error of the weighted sum of the first size(weights) quantities.
   pure real(dp) function along(self, weights)
     class(turn_errors_type), intent(in) :: self
     real(dp), intent(in) :: weights(:)

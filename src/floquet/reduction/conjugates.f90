@@ -64,7 +64,7 @@ contains
   pure subroutine coordinate(w, conjugate, k, re, im)
     real(dp), contiguous, intent(in) :: w(:, :)
     integer, intent(in) :: conjugate(:), k
-    !> Real and imaginary part at each phase
+    !> Real and imaginary part of the coordinate at each phase
     real(dp), contiguous, intent(out) :: re(:), im(:)
 
     re = weight(conjugate, k) * w(:, min(k, conjugate(k)))
@@ -73,7 +73,7 @@ contains
 
   !> Adds re + i im to the coordinate y(k), and the conjugate number to the conjugate coordinate, by changing the real form w.
   pure subroutine add_coordinate(re, im, conjugate, k, w)
-    !> Real and imaginary part at each phase
+    !> Real and imaginary part of the added number at each phase
     real(dp), contiguous, intent(in) :: re(:), im(:)
     integer, intent(in) :: conjugate(:), k
     real(dp), contiguous, intent(inout) :: w(:, :)

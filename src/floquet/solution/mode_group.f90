@@ -225,8 +225,9 @@ contains
   subroutine take_rates(d, growth, rate, condition)
     !> Generator D of the group at all phases, shape (m, m, phases)
     complex(dp), intent(in) :: d(:, :, :)
-    !> `growth`: logarithm of the maximum size of the motion relative to its size at the ends of the period. `rate`: rate of decay
-    !> or growth that is reached at all phases, or zero. `condition`: condition number of the coordinates.
+    !> `growth`: logarithm of the maximum size of the motion relative to its size at the ends of the period. `rate`: lower bound,
+    !> valid at all phases, on the rate of decay or of growth; zero if there is none. `condition`: condition number of the
+    !> coordinates.
     real(dp), intent(out) :: growth, rate, condition
     type(error_type), allocatable :: error
     complex(dp), allocatable :: values(:), right(:, :), left(:, :), inverted(:, :)

@@ -16,8 +16,8 @@ module gestell_floquet_solution_part_solution
     !> Names of the integration methods, separated by commas; 'averaged' for a solution in closed form. Empty if all parts are
     !> solved by reduction.
     character(len=:), allocatable :: methods
-    !> Numbers: `parts` that do not interact; `steps` of the integrations over the period; `factors` of Phi(T), if used; phases of
-    !> the reductions (`angles`); `evaluations` of the coefficients.
+    !> `parts`: number of parts that do not interact. `steps`: steps of the integrations over the period. `factors`: factors of
+    !> Phi(T), if used. `angles`: phases of the reductions. `evaluations`: evaluations of the coefficients.
     integer :: parts = 0, steps = 0, factors = 0, angles = 0, evaluations = 0
     !> Maximum over the parts of the relative error of the map over the period.
     real(dp) :: error = 0

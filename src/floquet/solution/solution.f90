@@ -70,7 +70,7 @@ contains
   subroutine solve_floquet(system, accuracy, forced, floquet, error)
     class(periodic_system), intent(in) :: system
     type(accuracy_type), intent(in) :: accuracy
-    !> True: compute also what the periodic motion needs
+    !> True: also compute the data for the periodic motion
     logical, intent(in) :: forced
     type(floquet_type), intent(out) :: floquet
     type(error_type), allocatable, intent(out) :: error

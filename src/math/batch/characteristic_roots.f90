@@ -135,7 +135,7 @@ contains
   !> q, where the roots of q are the other approximations. Starting from quadratic factors, one step is usually sufficient; starting
   !> from a circle, six to seven. A lane does not change once it has converged, so no lane depends on another.
   pure subroutine find_roots(length, h, conjugate, z_re, z_im, converged)
-    !> Numbers per vector register (gestell_base_processor)
+    !> Number of double precision numbers in a vector register (gestell_base_processor)
     integer, intent(in) :: length
     type(hessenberg_type), intent(in) :: h
     !> True for each root that is the conjugate of the preceding root in all lanes, shape (n)

@@ -6,9 +6,10 @@
 !> the rows of block i. U is not stored, because only the Schur complement is needed. So the matrix itself needs no memory: each
 !> panel is filled just before its elimination. Data are stored in the order in which they are read again.
 !>
-!> The sums of a block stay in registers during the loop over all eliminated unknowns (gestell_math_lanes_versions). Compilers can
-!> keep them there because only the data, not the flow of control, depend on the lane. For this reason the inner loop tests its end
-!> at the bottom. With `!GCC$ ivdep` gfortran assumes that lanes do not depend on each other; results are the same without it.
+!> The sums of a block stay in registers during the loop over all eliminated unknowns (gestell_math_lanes_versions). The compiler
+!> can keep the registers full because of this, and because only the data, not the flow of control, depend on the lane. The inner
+!> loop tests its end at the bottom, because a test at the top would be control flow within a lane. With `!GCC$ ivdep` gfortran
+!> assumes that lanes do not depend on each other; results are the same without it.
 module gestell_math_lanes
   use gestell_base_kinds, only: dp
   use gestell_base_processor, only: has_long_vectors, vector_length

@@ -67,7 +67,7 @@ module gestell_math_optimum_scaled
     integer :: objectives = 0
     !> `span`: differences of the bounds, shape (parameters). `unit`: units of the values, shape (groups).
     real(dp), allocatable :: span(:), unit(:)
-    !> Numbers of the parameters that are not fixed
+    !> Indices of the parameters that are not fixed
     integer, allocatable :: free(:)
     !> `evaluations`: number of evaluations so far. `gradients`: number of evaluations with gradients.
     integer :: evaluations = 0, gradients = 0

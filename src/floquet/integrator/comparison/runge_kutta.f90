@@ -41,7 +41,7 @@ contains
   end function work
 
   !> Computes the maps of the steps by (18) of the paper, but with the later factor on the left in every product, as x' = P x
-  !> requires. The order of the factors in the paper is the reverse, and only accurate to order 2.
+  !> requires. The paper has the factors in reverse order, which is accurate to order 2 only.
   subroutine maps(self, system, from, to, map, error)
     class(runge_kutta_method), intent(in) :: self
     class(periodic_system), intent(in) :: system
