@@ -13,9 +13,9 @@ module gestell_base_decimal
 
   !> Significant decimal digits that identify a double-precision number.
   integer, parameter, public :: all_digits = 17
-  !> Binary exponents of this size or more exceed the tables of powers.
+  !> The tables of powers suffice for numbers whose binary exponent is smaller than this in magnitude.
   integer, parameter :: farthest = 990
-  !> Index of the implied loops below only.
+  !> Index of the implied do loops in the constants below; not used elsewhere.
   integer :: i
   !> Powers of ten, truncated to 74 bits: 10^i = power(i) * 2^power_of_two(i).
   integer(wide), parameter :: power(-300:320) = [(int(scale(10.0_qp**i, 74 - exponent(10.0_qp**i)), wide), i = -300, 320)]
@@ -30,7 +30,7 @@ contains
     real(dp), intent(in) :: value
     !> Number of significant digits, at least 1
     integer, intent(in) :: count
-    !> The digits as an integer; 0 if `value` is zero
+    !> The significant digits as one integer; 0 if `value` is zero
     integer(int64), intent(out) :: whole
     !> Decimal exponent of the first digit
     integer, intent(out) :: exponent
@@ -52,7 +52,7 @@ contains
     !> Number of decimal places, 0 or more
     integer, intent(in) :: places
     integer(int64), intent(out) :: whole
-    !> False if the result is not certain (see `find_digits`) or would have more than 17 digits
+    !> False if the result is not certain (see `find_digits`) or would have more than 17 digits: use a Fortran format instead
     logical, intent(out) :: decided
     integer :: exponent, count
 
@@ -64,8 +64,8 @@ contains
     if (decided .and. count >= 0) call round_off(all_digits - count, whole, decided)
   end subroutine round_to_places
 
-  !> Drops the last digits, 0 to 17, of a number that has been rounded once before. `decided` is false if exactly half of the last
-  !> remaining place is dropped: the first rounding hides the correct direction.
+  !> Rounds `whole` by dropping its last `dropped` digits (0 to 17). `decided` is false if these digits are exactly half a unit of
+  !> the last remaining digit: `whole` was rounded before, so that the correct direction is unknown.
   pure subroutine round_off(dropped, whole, decided)
     integer, intent(in) :: dropped
     integer(int64), intent(inout) :: whole
@@ -85,8 +85,7 @@ contains
     integer(int64), intent(out) :: digits
     !> Decimal exponent of the first digit; 0 if `value` is zero
     integer, intent(out) :: exponent
-    !> False if the truncated powers of ten do not determine the digits or the rounding of the last one, or if `value` is NaN or
-    !> infinite
+    !> False if the tables of powers are too short or too inaccurate to round `value` correctly, or if `value` is NaN or infinite
     logical, intent(out) :: decided
     real(dp), parameter :: decades_of_two = 0.30102999566398120_dp
     integer(int64), parameter :: hidden_bit = 2_int64**52

@@ -1,4 +1,4 @@
-!> A list of words with a hash table: looking up a word takes the same time however long the list is.
+!> A list of words with a hash table: the time to look up a word does not grow with the length of the list.
 module gestell_base_dictionary
   use gestell_base_hash, only: hash_start, mix_text
   use, intrinsic :: iso_fortran_env, only: int64
@@ -55,8 +55,8 @@ contains
     position = 0
   end function position
 
-  !> Makes room for one more word of `length` characters, doubling the arrays if they are full. Words are hashed again in their
-  !> order, so that the first of equal words is still found first.
+  !> Makes room for one more word of `length` characters, doubling the arrays if they are full. Words are hashed again in the order
+  !> of the list, so that `position` still returns the first of equal words.
   pure subroutine make_room(self, length)
     class(dictionary_type), intent(inout) :: self
     integer, intent(in) :: length

@@ -26,7 +26,7 @@ module gestell_base_error
   integer, parameter, public :: impossible_mechanism = 3
   integer, parameter, public :: failed_computation = 4
 
-  !> Values of `cause`. `resonance`: the excitation meets an undamped natural frequency, so that no periodic vibration exists.
+  !> Values of `cause`. `resonance`: an undamped natural frequency is excited, so that no periodic vibration exists.
   !> `no_convergence`: an iteration does not converge.
   integer, parameter, public :: resonance = 1, no_convergence = 2
 

@@ -1,5 +1,5 @@
-!> File operations of POSIX that Fortran lacks. Names of files have no trailing blanks. After a failure `last_reason` returns the
-!> system's explanation until the next call.
+!> File operations of POSIX that Fortran lacks. The names of files must not end with blanks. After a failure `last_reason` returns
+!> the system's explanation until the next call.
 module gestell_base_files
   use, intrinsic :: iso_c_binding, only: c_char, c_f_pointer, c_int, c_int64_t, c_intptr_t, c_null_char, c_ptr, c_size_t
   use, intrinsic :: iso_fortran_env, only: int64
@@ -9,10 +9,11 @@ module gestell_base_files
   public :: close_file, copy_text, create_file, file_size, is_there, last_reason, link_file, lock_file, make_directory, &
     & open_to_read, open_to_write, read_at, read_some, remove_file, remove_folder, rename_file, try_lock, unlock_file, write_whole
 
-  !> Flags of flock (LOCK_SH, LOCK_EX, LOCK_NB) and of open (O_WRONLY); permissions of new files and folders.
+  !> Flags of POSIX: LOCK_SH, LOCK_EX and LOCK_NB of flock, then O_WRONLY of open.
   integer(c_int), parameter :: together = 1, exclusive = 2, without_waiting = 4, only_to_write = 1
+  !> Permissions of new files and of new folders, reduced by the user's umask.
   integer(c_int), parameter :: rights = int(o"666", c_int), folder_rights = int(o"777", c_int)
-  !> Values of errno: ENOENT; EEXIST; EINTR; EWOULDBLOCK on Linux and on BSD.
+  !> Values of errno: ENOENT, EEXIST, EINTR, and EWOULDBLOCK (11 on Linux, 35 on BSD and macOS).
   integer(c_int), parameter :: not_there = 2, exists_already = 17, interrupted = 4, would_block(2) = [11, 35]
 
   abstract interface
@@ -37,7 +38,7 @@ module gestell_base_files
   ! gfortran 12 ignores `value` in a procedure declared by an interface name and passes numbers by reference. Procedures with
   ! numbers therefore have explicit interfaces.
   interface
-    !> POSIX mkdir and creat. The argument mode_t may be shorter than an int, but C passes it as an int.
+    !> POSIX function mkdir. `mode` has the C type mode_t, which may be shorter than int, but C passes it as an int.
     integer(c_int) function c_mkdir(path, mode) bind(c, name="mkdir")
       import :: c_char, c_int
       implicit none (type, external)
@@ -52,7 +53,7 @@ module gestell_base_files
       integer(c_int), value :: mode
     end function c_creat
 
-    !> POSIX open for an existing file, which needs no mode.
+    !> POSIX function open without its argument `mode`, which is needed only to create a file.
     integer(c_int) function c_open(path, flags) bind(c, name="open")
       import :: c_char, c_int
       implicit none (type, external)
@@ -128,7 +129,7 @@ module gestell_base_files
       type(c_ptr), value :: words
     end function c_strlen
 
-    !> Returns errno. It is a macro in C, so this calls the procedure of gfortran's library behind its intrinsic ierrno.
+    !> Returns errno. In C errno is a macro; this is the procedure of gfortran's library behind the intrinsic function ierrno.
     integer(c_int) function errno() bind(c, name="_gfortran_ierrno_i4")
       import :: c_int
       implicit none (type, external)
@@ -137,7 +138,7 @@ module gestell_base_files
 
 contains
 
-  !> The system's explanation of why the last call failed.
+  !> The system's explanation of why the last POSIX call failed.
   function last_reason() result(words)
     character(len=:), allocatable :: words
 
@@ -172,8 +173,8 @@ contains
     is_there = c_access(name // c_null_char, 0_c_int) == 0
   end function is_there
 
-  !> Creates an empty file. An existing file or link of this name is removed first, so that the target of a link, or a file with
-  !> further names, stays unchanged. `handle` is negative if this fails.
+  !> Creates an empty file. A file or link with this name is removed first. The target of the link, or a file that has further
+  !> names, thus stays unchanged. `handle` is negative if the file cannot be created.
   subroutine create_file(name, handle)
     character(len=*), intent(in) :: name
     integer(c_int), intent(out) :: handle
@@ -215,14 +216,14 @@ contains
     end do
   end subroutine read_some
 
-  !> Writes all bytes at the current position of the file or at `position`. A gap between the old end of the file and `position`
-  !> reads as zeros.
+  !> Writes all bytes at `position`, or else at the current position of the file. A gap between the old end of the file and
+  !> `position` is filled with zeros.
   subroutine write_whole(handle, bytes, done, position)
     integer(c_int), intent(in) :: handle
     character(len=*), intent(in) :: bytes
     !> False if not all bytes could be written
     logical, intent(out) :: done
-    !> Position of the first byte to write; the file begins at 1. Absent: behind the bytes written before
+    !> Position of the first byte to write; the file begins at 1. Absent: after the last byte written
     integer(int64), intent(in), optional :: position
     integer(c_intptr_t) :: written
     integer(int64) :: n
@@ -273,7 +274,7 @@ contains
     done = .true.
   end subroutine read_at
 
-  !> Closes a file. Some systems report only now that the disk is full; then `done` is false.
+  !> Closes a file. `done` is false if this fails: some systems report a full disk only when a file is closed.
   subroutine close_file(handle, done)
     integer(c_int), intent(in) :: handle
     logical, intent(out) :: done
@@ -305,7 +306,7 @@ contains
     status = c_unlink(name // c_null_char)
   end subroutine remove_file
 
-  !> Creates a folder. `made`: the folder did not exist before; `there`: the folder exists now, or a file of its name does.
+  !> Creates a folder. `made`: true if the folder did not exist before; `there`: true if a folder or file with this name now exists.
   subroutine make_directory(name, made, there)
     character(len=*), intent(in) :: name
     logical, intent(out) :: made, there
@@ -326,7 +327,7 @@ contains
   end subroutine remove_folder
 
   !> Locks the file `name`, creating it if necessary, and waits until other processes release their locks. A `shared` lock waits
-  !> only for exclusive ones. The system releases the lock when the process ends for any reason. On file systems without locks
+  !> only for exclusive locks. The system releases the lock when the process ends for any reason. If the file system has no locks,
   !> nothing is locked.
   subroutine lock_file(name, handle, shared)
     character(len=*), intent(in) :: name
@@ -344,7 +345,7 @@ contains
     integer(c_int), intent(in) :: handle
     !> True: wait until no other process holds the lock
     logical, intent(in) :: wait
-    !> `held`: this process has the lock; `busy`: another process has it; neither: the file system has no locks
+    !> `held`: this process now has the lock; `busy`: another process has it. Both are false if the file system has no locks
     logical, intent(out) :: held, busy
 
     held = c_flock(handle, merge(exclusive, exclusive + without_waiting, wait)) == 0

@@ -1,5 +1,5 @@
-!> A text that grows at its end. Its storage doubles when it is full, so that appending many pieces takes time proportional to their
-!> total length.
+!> A text that grows at its end. Its storage is doubled when it is full, so that the time to append many pieces is proportional to
+!> their total length.
 module gestell_base_growing_text
   implicit none (type, external)
   private

@@ -1,5 +1,5 @@
-!> A hash after FNV-1a (Fowler, Noll, Vo) that mixes words of 64 bits. It detects damaged or foreign data; it is not
-!> cryptographic.
+!> A hash based on FNV-1a (Fowler, Noll, Vo) that mixes words of 64 bits. It detects damaged data and data of another input; it is
+!> not cryptographic.
 module gestell_base_hash
   use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
@@ -10,7 +10,7 @@ module gestell_base_hash
   !> Initial value of every hash.
   integer(int64), parameter, public :: hash_start = int(z"4BF29CE484222325", int64)
 
-  !> The prime is 2^40 + 435; `low` masks the lower 32 bits.
+  !> The prime of FNV-1a is 2^40 + 435 (`shift`, `rest`); `low` masks the lower 32 bits.
   integer(int64), parameter :: shift = 40_int64, rest = 435_int64, low = int(z"FFFFFFFF", int64)
 
 contains
@@ -40,7 +40,7 @@ contains
     end do
   end subroutine mix
 
-  !> Mixes a text, character by character, and a mark for its end into the hash.
+  !> Mixes the characters of a text, one by one, and an end mark into the hash.
   pure subroutine mix_text(hash, text)
     integer(int64), intent(inout) :: hash
     character(len=*), intent(in) :: text
@@ -52,7 +52,7 @@ contains
     hash = mixed(hash, -1_int64)
   end subroutine mix_text
 
-  !> Mixes bytes into the hash, eight at a time. The last group is padded with blanks.
+  !> Mixes bytes into the hash, eight at a time. The last eight are padded with blanks.
   pure subroutine mix_bytes(hash, bytes)
     integer(int64), intent(inout) :: hash
     character(len=*), intent(in) :: bytes

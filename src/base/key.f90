@@ -7,15 +7,16 @@ module gestell_base_key
   !> Kinds of values.
   integer, parameter, public :: real_key = 1, integer_key = 2, text_key = 3
 
-  !> Kinds of units: quantities whose unit the group &units sets, and two matrices of the foundation with mixed units.
+  !> Quantities whose unit is set in the group &units; `quantities` is their number.
   integer, parameter, public :: of_length = 1, of_mass = 2, of_inertia = 3, of_stiffness = 4, of_force = 5, of_moment = 6, &
     & of_damping = 7, of_rotary_damping = 8, of_angle = 9, quantities = 9
+  !> Matrices of the foundation, whose elements have different units.
   integer, parameter, public :: of_stiffness_matrix = 10, of_damping_diagonal = 11
 
-  !> Marks a number that is not given.
+  !> Stands for a number that is not given.
   real(dp), parameter, public :: unset = -huge(1.0_dp)
 
-  !> Conditions on a number: inclusive bounds, greater than zero, not zero, or equal to 1 or -1.
+  !> Conditions that a number must meet: lie between inclusive bounds, be positive, be nonzero, or be 1 or -1.
   type, public :: range_type
     real(dp) :: least = -huge(1.0_dp), most = huge(1.0_dp)
     logical :: above_zero = .false., not_zero = .false., unit_size = .false.
@@ -26,33 +27,33 @@ module gestell_base_key
   type(range_type), parameter, public :: nonzero = range_type(not_zero=.true.)
   type(range_type), parameter, public :: one_or_minus_one = range_type(unit_size=.true.)
 
-  !> The record of a key.
+  !> Describes an input key: its name, kind of values, unit, default and range.
   type, public :: key_type
     character(len=16) :: group, name
     !> real_key, integer_key or text_key
     integer :: kind
-    !> One sentence in Markdown
+    !> Explains the key in one sentence of Markdown
     character(len=256) :: meaning = ""
-    !> Number of subscripts (0 scalar, 1 vector or list, 2 matrix); smallest and largest number of values
+    !> `rank`: number of subscripts (0 scalar, 1 vector or list, 2 matrix); `least`, `most`: minimum and maximum number of values
     integer :: rank = 0, least = 1, most = 1
-    !> Number of values of a permitted shorter form, 0 if there is none: the first elements of a vector, or the upper left square
-    !> block of a matrix
+    !> Number of values if a shorter form is permitted (the first elements of a vector, or the upper left square block of a matrix);
+    !> 0 if none is
     integer :: shorter = 0
     !> True if every group of this name must contain the key
     logical :: required = .false.
-    !> Quantity of the unit (`of_length`, ...), 0 for none; `symbol` is a unit that cannot be changed
+    !> Quantity that the unit measures (`of_length`, ...); 0 if the key has no unit or the fixed unit `symbol`
     integer :: unit = 0
     character(len=12) :: symbol = ""
-    !> Default of a missing key: a number (SI units, angles in deg), comma-separated words, or a description for the manual. If none
-    !> of the three is set, the key has no default.
+    !> Default as a number (SI units, angles in deg). Instead, `word` may hold comma-separated words, or `otherwise` a description
+    !> for the manual. If none of the three is set, the key has no default.
     real(dp) :: default = unset
     character(len=64) :: word = "", otherwise = ""
     type(range_type) :: range = range_type()
-    !> Allowed words of a text, separated by commas; empty: any text
+    !> Words that a text may consist of, separated by commas; empty: any text
     character(len=160) :: words = ""
-    !> First dimension of a matrix
+    !> Number of rows of a matrix
     integer :: rows = 1
-    !> True if one value given by --set applies to all components
+    !> True if a single value given by --set applies to all components
     logical :: alike = .false.
   end type key_type
 

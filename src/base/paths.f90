@@ -1,4 +1,4 @@
-!> Identifies files by their paths (POSIX). Names have no trailing blanks.
+!> Compares and completes the paths of files (POSIX). File names must not end with blanks.
 module gestell_base_paths
   use gestell_base_files, only: copy_text
   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_int, c_intptr_t, c_null_char, c_ptr, c_size_t
@@ -7,8 +7,8 @@ module gestell_base_paths
 
   public :: full_path, is_link, is_same
 
-  !> Maximum length of a path (PATH_MAX); size of a buffer for struct stat; number of its leading bytes that identify a file by
-  !> device and inode (on macOS also by mode and number of links).
+  !> `longest_path`: maximum length of a path (PATH_MAX); `stat_bytes`: size of a buffer for struct stat; `identity_bytes`: number
+  !> of its leading bytes that hold device and inode (on macOS also mode and number of links).
   integer, parameter :: longest_path = 4096, stat_bytes = 1024, identity_bytes = 16
 
   interface

@@ -1,11 +1,11 @@
 !> Detects vector instructions of the processor that a portable program cannot assume.
 !>
 !> Procedures with loops over eight lanes are compiled in one version for each vector length. To make GCC generate the versions, a
-!> procedure is declared with `declare simd simdlen(2)`, as if it handled two calls side by side; the second call, with `once` = 2,
+!> procedure is declared with `declare simd simdlen(2)`, as if it handled two calls at once. The second call, with `once` = 2,
 !> returns immediately. If GCC splits the procedure at this return, only the part before it gets versions. A local array that is set
 !> before the return and used after it prevents the split; `.ci/versions` checks the result. The names of the versions encode the
-!> arguments: u for a uniform one, l for `once`. C names begin with "lanes" because the C interface exports every name that begins
-!> with "gestell".
+!> arguments: u for a uniform argument, l for `once`. C names begin with "lanes" because the C interface exports every name that
+!> begins with "gestell".
 module gestell_base_processor
   use, intrinsic :: iso_c_binding, only: c_int
   use, intrinsic :: iso_fortran_env, only: compiler_options, compiler_version
@@ -21,8 +21,8 @@ module gestell_base_processor
     & index(compiler_options(), "-march=x86-64 ") > 0 .and. index(compiler_options(), "-fopenmp") > 0 .and. &
     & (index(compiler_options(), "-O3") > 0 .or. index(compiler_options(), "-O2") > 0)
 
-  !> The processor's properties as libgcc detects them before the program begins (GCC, libgcc/config/i386/cpuinfo.h). All zero if
-  !> the linker does not find them there. Nothing here changes them.
+  !> The processor's properties as libgcc detects them before the program begins (GCC, libgcc/config/i386/cpuinfo.h). All elements
+  !> are zero if the linker finds no such variable in libgcc. Gestell never changes them.
   integer(c_int), bind(C, name="__cpu_model") :: cpu_model(4)
 
   !> Bit numbers in cpu_model(4).
@@ -30,8 +30,8 @@ module gestell_base_processor
 
 contains
 
-  !> Double-precision numbers per vector register in the best available version: 8 (AVX-512), 4 (AVX2), or 0 if there are no
-  !> versions.
+  !> Number of double-precision numbers in a vector register of the best available version: 8 (AVX-512), 4 (AVX2), or 0 if there are
+  !> no versions.
   pure integer function vector_length()
     vector_length = 0
     if (.not. has_versions) return

@@ -12,7 +12,7 @@ module gestell_base_text
 
   character, parameter, public :: newline = new_line("a")
 
-  !> A number with 6 or a given number of significant digits: concise(value), concise(value, digits).
+  !> Writes a number with 6 significant digits, concise(value), or with a given number of them, concise(value, digits).
   interface concise
     module procedure :: concise_6, concise_digits
   end interface
@@ -35,7 +35,7 @@ contains
     end if
   end function either
 
-  !> Reads a positive integer written in digits only; 0 if the text is anything else.
+  !> Converts a text of digits to a positive integer; 0 if the text is anything else.
   pure integer function whole_number(digits) result(number)
     character(len=*), intent(in) :: digits
     integer :: status
@@ -167,7 +167,8 @@ contains
     string = concise_line(value, 6)
   end function concise_6
 
-  !> A number with `digits` significant digits; otherwise as `concise_6`.
+  !> Writes a number with `digits` significant digits, without trailing zeros, in fixed or exponential notation depending on its
+  !> size.
   pure function concise_digits(value, digits) result(string)
     real(dp), intent(in) :: value
     integer, intent(in) :: digits

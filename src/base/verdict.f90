@@ -1,5 +1,5 @@
-!> Verdicts on the stability of a vibration, ordered by severity, with their words and numbers. Some verdicts state why no vibration
-!> exists.
+!> Verdicts on the stability of a vibration, ordered by severity, and the words and numbers that represent them. Some verdicts state
+!> why no vibration exists.
 module gestell_base_verdict
   implicit none (type, external)
   private
@@ -17,10 +17,10 @@ module gestell_base_verdict
     procedure :: number
   end type verdict_type
 
-  !> No stability was judged.
+  !> Verdict on a vibration whose stability was not examined.
   type(verdict_type), parameter, public :: not_judged = verdict_type(0)
-  !> Disturbances of the vibration decay (`stable`), neither grow nor decay (`undamped`), grow or decay within the error bound
-  !> (`undecided`), or grow (`unstable`).
+  !> Disturbances of the vibration decay (`stable`), neither grow nor decay (`undamped`), or grow (`unstable`). `undecided`: within
+  !> the error bound, they may grow or decay.
   type(verdict_type), parameter, public :: stable = verdict_type(1), undamped = verdict_type(2), undecided = verdict_type(3), &
     & unstable = verdict_type(4)
   !> No vibration exists or is known: an undamped resonance (`in_resonance`), a mechanism that cannot be assembled (`impossible`), a
@@ -35,8 +35,8 @@ module gestell_base_verdict
   !> Words in tables of the response over speed, where a stable vibration has the state "ok".
   character(len=*), parameter, public :: state_words(0:7) = [character(len=verdict_length) :: "", "ok", words(2:)]
 
-  !> Numbers that stand for the words in binary files (sweep.npy) and in the values of sweeps. A resonance has no number: a sweep
-  !> judges stability without the forced vibration.
+  !> Numbers that represent verdicts in binary files (sweep.npy) and in the values of sweeps. A resonance has no number, because a
+  !> sweep judges stability without the forced vibration.
   integer, parameter, public :: stable_number = 0, unstable_number = 1, undecided_number = 2, impossible_number = 3, &
     & failed_number = 4, undamped_number = 5, last_number = 5
   integer, parameter :: numbers(0:7) = [-1, stable_number, undamped_number, undecided_number, unstable_number, -1, &
@@ -77,14 +77,14 @@ contains
     state_word = state_words(verdict%severity)
   end function state_word
 
-  !> Position in the order of severity: 0 not judged, 1 stable to 7 failed.
+  !> Severity of the verdict: 0 not judged, 1 stable, ..., 7 failed.
   elemental integer function ordinal(self)
     class(verdict_type), intent(in) :: self
 
     ordinal = self%severity
   end function ordinal
 
-  !> The verdict at a position in the order of severity; `not_judged` for any other number.
+  !> The verdict with this severity (see `ordinal`); `not_judged` for any other number.
   elemental type(verdict_type) function verdict_of_ordinal(ordinal) result(verdict)
     integer, intent(in) :: ordinal
 
@@ -112,7 +112,7 @@ contains
     verdict = verdict_type(findloc(numbers(1:), number, dim=1))
   end function verdict_numbered
 
-  !> True if a vibration was judged; false if no vibration exists or none was judged.
+  !> True if the verdict is on a vibration: stable, undamped, undecided or unstable.
   elemental logical function has_vibration(verdict)
     type(verdict_type), intent(in) :: verdict
 

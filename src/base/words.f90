@@ -5,11 +5,12 @@ module gestell_base_words
 
   public :: character_count, continues, has_control, length_of_character, on_one_line, printable, put_on_one_line
 
-  !> Maximum number of characters of a name, and of any other word of a list such as "probe(NAME).v" or "link(NAME).center(2)".
+  !> Maximum number of characters of a name, and of a longer word of a list, such as "probe(NAME).v" or "link(NAME).center(2)".
   integer, parameter, public :: longest_name = 64, longest_word = 128
-  !> Bytes that hold a word of maximum length: a UTF-8 character has up to four bytes.
+  !> Number of bytes for a word of maximum length: a UTF-8 character has up to four bytes.
   integer, parameter, public :: word_length = 4 * longest_word
-  !> Limits in bytes: longest word of a message, end of a shortened word that is kept, longest message.
+  !> Limits in bytes. `longest_piece`: a word of a message; `longest_tail`: the end of a word that is kept if the word is shortened;
+  !> `longest_line`: a message.
   integer, parameter :: longest_piece = 240, longest_tail = 60, longest_line = 960
   character, parameter :: newline = new_line("a")
 
@@ -26,15 +27,16 @@ contains
     end do
   end function character_count
 
-  !> True if a byte continues a UTF-8 character that began before.
+  !> True if a byte is not the first one of its UTF-8 character.
   elemental logical function continues(byte)
     character, intent(in) :: byte
 
     continues = iand(ichar(byte), 192) == 128
   end function continues
 
-  !> Turns a message into one line that is safe to print: without control characters, its words and its total length bounded. This
-  !> is no function because gfortran 12 keeps the length of a function's text in static memory, and threads raise errors.
+  !> Turns a message into one line that is safe to print: without control characters, and with a bounded length of each word and of
+  !> the line. It is not a function, because gfortran 12 keeps the length of a function's text in static memory, which threads
+  !> share.
   pure subroutine put_on_one_line(message, line)
     character(len=*), intent(in) :: message
     character(len=:), allocatable, intent(out) :: line
@@ -64,7 +66,7 @@ contains
     call make_one_line(line)
   end subroutine put_on_one_line
 
-  !> Copies a piece behind the first `n` bytes of a text, which must have room for it.
+  !> Copies `piece` after the first `n` bytes of a text, which must be long enough, and increases `n`.
   pure subroutine put(text, n, piece)
     ! allow(C072)
     character(len=*), intent(inout) :: text
@@ -75,7 +77,7 @@ contains
     n = n + len(piece)
   end subroutine put
 
-  !> Makes a file's name, title or setting safe to print on one line: as `printable`, and "?" replaces line ends too.
+  !> Makes a file name, title or setting safe to print on one line. "?" replaces line ends and everything that `printable` replaces.
   pure function on_one_line(words) result(line)
     character(len=*), intent(in) :: words
     character(len=:), allocatable :: line
@@ -85,8 +87,8 @@ contains
     call make_one_line(line)
   end function on_one_line
 
-  !> Replaces control characters except line ends, which a terminal would obey, and bytes that are not valid UTF-8 by "?", one for
-  !> each byte.
+  !> Replaces control characters, which a terminal would obey, and bytes that are not valid UTF-8 by "?", one for each byte. Line
+  !> ends stay.
   pure function printable(words) result(safe)
     character(len=*), intent(in) :: words
     character(len=:), allocatable :: safe
@@ -123,7 +125,7 @@ contains
     end do
   end subroutine make_one_line
 
-  !> Last byte of the last complete UTF-8 character within the first `n` bytes; `n` itself if the text is not UTF-8.
+  !> Position of the last byte of the last complete UTF-8 character within the first `n` bytes; `n` itself if the text is not UTF-8.
   pure integer function before_character(text, n) result(last)
     character(len=*), intent(in) :: text
     integer, intent(in) :: n
@@ -152,7 +154,7 @@ contains
     if (first == 194 .and. len(character) > 1) is_control = ichar(character(2:2)) < 160
   end function is_control
 
-  !> Number of bytes of the UTF-8 character at the beginning of a text; 0 if it is invalid or not allowed in XML.
+  !> Number of bytes of the UTF-8 character at the beginning of a text; 0 if the character is invalid or not allowed in XML.
   pure integer function length_of_character(words) result(n)
     character(len=*), intent(in) :: words
     integer :: lead, point, i, byte

@@ -1,5 +1,5 @@
-!> Wraps a user's system and checks its coefficients while they are used. Errors in them are reported by name before many calls are
-!> wasted.
+!> Wraps a user's system to check its coefficients while it is solved. Faulty coefficients are reported by name, before many calls
+!> are wasted on them.
 module gestell_door_guarded
   use gestell_base_error, only: error_type, failed_computation, fatal_error, resonance
   use gestell_base_kinds, only: dp
@@ -16,9 +16,9 @@ module gestell_door_guarded
 
   public :: explain_failure, guard
 
-  !> Number of calls of the coefficients and the load so far, and the reason why the system is faulty.
+  !> What the wrapper knows about a user's system: how often it was called, and why it is faulty.
   type, public :: watch_type
-    !> Coefficients and load count separately, once for each time
+    !> Number of evaluations so far. At each time, the coefficients are one evaluation and the load is another
     integer :: calls = 0
     !> True if the coefficients have been examined
     logical :: examined = .false.
@@ -46,19 +46,20 @@ module gestell_door_guarded
     procedure :: coupled => coupled_first_order
   end type guarded_first_order_type
 
-  !> The coefficients are examined after this many calls. By then a smooth system is solved unless it changes rapidly within the
-  !> period.
+  !> The coefficients are examined after this many evaluations. By then a smooth system is solved, unless it changes rapidly within
+  !> the period.
   integer, parameter :: many_calls = 60000
   !> Phase advance of a free motion within the period (rad) above which the period is probably given in another unit.
   real(dp), parameter :: absurd_advance = 1.0e5_dp
-  !> Number of intervals of the period in the search for a singular mass matrix; a determinant below this fraction of the largest
-  !> one counts as zero; accuracy of the phase at which it vanishes.
+  !> Number of intervals of the period in the search for a singular mass matrix.
   integer, parameter :: mass_points = 512
+  !> A determinant below the fraction `no_mass` of the largest one is treated as zero. `precision_of_phase`: accuracy of the phase
+  !> at which it vanishes.
   real(dp), parameter :: no_mass = 1.0e-12_dp, precision_of_phase = 5.0e-10_dp
 
 contains
 
-  !> Wraps `system` so that `watch` observes it. Both targets must outlive `guarded`.
+  !> Wraps `system` in `guarded`, which records faults in `watch`. `system` and `watch` must exist as long as `guarded`.
   subroutine guard(system, watch, guarded)
     class(periodic_system), intent(in), target :: system
     type(watch_type), intent(inout), target :: watch
@@ -82,8 +83,8 @@ contains
     call guarded%inherit(system)
   end subroutine guard
 
-  !> Explains a failure by a fault of the system, if it has one. A fault that `watch` has found becomes the error even if the
-  !> computation succeeded.
+  !> Replaces the error of a failed computation by the fault of the system, if one is found. A fault recorded in `watch` becomes the
+  !> error even if the computation succeeded.
   subroutine explain_failure(system, watch, error)
     class(periodic_system), intent(in) :: system
     type(watch_type), intent(inout) :: watch
@@ -99,7 +100,7 @@ contains
     call fatal_error(error, watch%reason, failed_computation)
   end subroutine explain_failure
 
-  !> Searches the coefficients once for roughness, a singular mass matrix and a wrong unit of the period.
+  !> Checks the coefficients for roughness, a singular mass matrix and a wrong unit of the period.
   subroutine examine(system, watch)
     class(periodic_system), intent(in) :: system
     type(watch_type), intent(inout) :: watch
@@ -110,7 +111,7 @@ contains
     if (.not. allocated(watch%reason)) call find_absurd_period(system, watch)
   end subroutine examine
 
-  !> Records a fault if the fastest free motion advances too far within the period.
+  !> Records a fault if the phase of the fastest free motion advances too far within the period.
   subroutine find_absurd_period(system, watch)
     class(periodic_system), intent(in) :: system
     type(watch_type), intent(inout) :: watch
@@ -186,8 +187,8 @@ contains
     end do
   end function mass_determinant
 
-  !> Records values that are not finite, and examines the coefficients after many calls. `given_up` is true if the system is faulty,
-  !> so that continuing is useless.
+  !> Records a fault if values are not finite, and examines the coefficients after many calls. `given_up`: true if the system is
+  !> faulty, so that continuing is useless.
   subroutine take(system, watch, phases, values, names, given_up)
     class(periodic_system), intent(in) :: system
     type(watch_type), intent(inout) :: watch

@@ -23,11 +23,11 @@ module gestell_door_machine
     !> The input; without groups if no machine has been read yet
     type(document_type) :: document
     type(schema_type), allocatable :: schema
-    !> Groups that were added but are not yet in the document: the first `waiting` elements. Adding n groups one by one thus takes
-    !> time proportional to n
+    !> Added groups that are not yet in the document: the first `waiting` elements. Thus the time to add n groups one by one is
+    !> proportional to n
     type(group_type), allocatable :: added(:)
     integer :: waiting = 0
-    !> Number of groups of each name in the schema; unallocated unless groups were added
+    !> Number of groups, in the document and added, for each name of the schema; unallocated until groups are added
     integer, allocatable :: counts(:)
     !> True if the document has been checked since its last change
     logical :: checked = .false.
@@ -44,9 +44,9 @@ module gestell_door_machine
     procedure :: solve
   end type machine_type
 
-  !> Replaces the name of a file in messages.
+  !> Name used in messages if the input is a text rather than a file.
   character(len=*), parameter :: text_name = "text"
-  !> Integers below this limit are written without decimal point and exponent, as integer keys require.
+  !> Whole numbers below this limit are written without decimal point and exponent, because integer keys require this form.
   real(dp), parameter :: longest_whole = 1.0e15_dp
 
 contains
@@ -64,7 +64,8 @@ contains
     !$omp end critical (gestell_door)
   end subroutine read_file
 
-  !> Reads the machine from a text in the same language, with lines separated by new_line('a'). Fails if the text is invalid.
+  !> Reads the machine from a text in the language of input files, with lines separated by new_line('a'). Fails if the text is
+  !> invalid.
   subroutine parse(self, text, error)
     class(machine_type), intent(out) :: self
     character(len=*), intent(in) :: text
@@ -91,8 +92,8 @@ contains
     allocate(self%settings(0))
   end subroutine accept
 
-  !> Adds groups such as "&joint name='B', type='RRR', ... /" to a machine or to an empty one, so that programs can build machines
-  !> in code. Missing groups are reported only by `solve`. Fails if the groups are invalid; the machine then stays unchanged.
+  !> Adds groups such as "&joint name='B', type='RRR', ... /" to a machine. The machine may be empty, so that programs can build it
+  !> entirely in code. Fails if the groups are invalid; the machine then stays unchanged. Only `solve` reports missing groups.
   subroutine add(self, groups, error)
     class(machine_type), intent(inout) :: self
     character(len=*), intent(in) :: groups
@@ -103,7 +104,7 @@ contains
     !$omp end critical (gestell_door)
   end subroutine add
 
-  !> Appends parsed groups to the waiting ones; see `add`.
+  !> Appends parsed groups to the groups in `added`, as described at `add`.
   subroutine append(self, groups, error)
     class(machine_type), intent(inout) :: self
     character(len=*), intent(in) :: groups
@@ -139,7 +140,7 @@ contains
     self%checked = .false.
   end subroutine append
 
-  !> Adds groups to the counts of their names. The schema must contain the names.
+  !> Counts groups by their names, which the schema must contain.
   subroutine count_names(self, groups)
     class(machine_type), intent(inout) :: self
     type(group_type), intent(in) :: groups(:)
@@ -179,7 +180,7 @@ contains
     call normalise(document, self%schema, error)
   end subroutine put_together
 
-  !> Sets a number at a path with all its digits. Fails if the path does not exist or the number is not allowed there.
+  !> Sets the value at a path to a number, with all its digits. Fails if the path does not exist or the number is not allowed there.
   subroutine set_number(self, path, value, error)
     class(machine_type), intent(inout) :: self
     character(len=*), intent(in) :: path
@@ -195,7 +196,7 @@ contains
     call self%set_text(path, trim(adjustl(digits)), error)
   end subroutine set_number
 
-  !> Sets a path to a text as --set would take it behind the equals sign. Fails if the path does not exist or the value is not
+  !> Sets the value at a path to a text, written as in PATH=VALUE of --set. Fails if the path does not exist or the value is not
   !> allowed there.
   subroutine set_text(self, path, value, error)
     class(machine_type), intent(inout) :: self
@@ -218,7 +219,7 @@ contains
     !$omp end critical (gestell_door)
   end subroutine set_text
 
-  !> Records the last value of a path for the file headings.
+  !> Records the value set at a path, for the headings of the files; it replaces an earlier value of this path.
   subroutine remember(self, path, value)
     class(machine_type), intent(inout) :: self
     character(len=*), intent(in) :: path, value
@@ -235,8 +236,7 @@ contains
     self%settings = [self%settings, setting]
   end subroutine remember
 
-  !> Returns the numbers at a path as they were given, in the units of the input. Fails if the path does not exist or holds no
-  !> number.
+  !> Returns the numbers at a path as given, in the units of the input. Fails if the path does not exist or holds no number.
   subroutine get(self, path, values, error)
     class(machine_type), intent(in) :: self
     character(len=*), intent(in) :: path
@@ -256,9 +256,9 @@ contains
     class(machine_type), intent(in) :: self
     type(solution_type), intent(out) :: solution
     type(error_type), allocatable, intent(out) :: error
-    !> Tasks as in the input file, for example "stability, response"; absent: those of the input
+    !> Tasks as in an input file, for example "stability, response"; absent: those of the machine's input
     character(len=*), intent(in), optional :: tasks
-    !> Relative tolerance; absent: that of the input
+    !> Relative tolerance; absent: that of the machine's input
     real(dp), intent(in), optional :: tolerance
     type(document_type) :: document
     !$ integer :: status

@@ -9,22 +9,22 @@ module gestell_door_roughness
 
   public :: describe_roughness, rows
 
-  !> Names of the coefficients of a second-order system in messages.
+  !> Messages use these names for the coefficients of a second-order system.
   character(len=24), parameter, public :: watched(4) = [character(len=24) :: "the mass matrix M", "the damping matrix B", &
     & "the stiffness matrix C", "the load h"]
 
-  !> Number of equidistant times sampled, and number of times in one call.
+  !> `points`: number of equidistant times that are sampled; `block`: how many of them are passed in one call.
   integer, parameter :: points = 4096, block = 64
-  !> Bounds on a ratio of fourth differences: those over twice the spacing divided by those over the spacing. The ratio is 16 for a
-  !> smooth function, 1 at a jump, 2 at a kink and 4 at a jump of the curvature.
+  !> Thresholds for the ratio of fourth differences at twice the spacing to those at the spacing. The ratio is 16 for a smooth
+  !> function, 1 at a jump, 2 at a kink and 4 at a jump of the curvature.
   real(dp), parameter :: smooth = 8, curved = 2.9_dp, bent = 1.45_dp
-  !> A few jumps give large differences at no more than this many times; more of them mean that the function is rough everywhere.
+  !> A few jumps cause large differences at no more than this many times. If there are more, the function is rough everywhere.
   integer, parameter :: few_places = 40
 
 contains
 
-  !> Weighted sum of each matrix's elements. `a` has shape (phases, f, f); every element has its own weight so that changes do not
-  !> cancel.
+  !> For each phase, a weighted sum of the elements of `a`, shape (phases, f, f). Every element has its own weight, so that changes
+  !> do not cancel.
   pure function rows(a) result(sums)
     real(dp), intent(in) :: a(:, :, :)
     real(dp) :: sums(size(a, 1))
@@ -39,8 +39,8 @@ contains
     end do
   end function rows
 
-  !> Describes in a sentence which coefficient is not smooth and where; unallocated if all are smooth. Adds the number of
-  !> evaluations to `calls`.
+  !> Returns a sentence that says which coefficient is not smooth, and where. It is unallocated if all are smooth. Adds the number
+  !> of evaluations to `calls`.
   subroutine describe_roughness(system, calls, sentence)
     class(periodic_system), intent(in) :: system
     integer, intent(inout) :: calls
@@ -57,8 +57,7 @@ contains
     end do
   end subroutine describe_roughness
 
-  !> Computes weighted sums over the elements of each coefficient, shape (phases, coefficients), and returns the coefficients'
-  !> names.
+  !> Computes weighted sums of the elements of each coefficient, shape (phases, coefficients). Also returns the coefficients' names.
   subroutine sample_sums(system, phases, values, names)
     class(periodic_system), intent(in) :: system
     real(dp), intent(in) :: phases(:)
@@ -101,8 +100,8 @@ contains
     end do
   end subroutine sample_sums
 
-  !> Finds the roughest place of a coefficient by fourth differences, away from the declared breaks. It then samples around that
-  !> place with decreasing spacing, because a smooth function may have sharp peaks or oscillate too fast for the first sampling.
+  !> Finds where a coefficient is roughest, by fourth differences away from the declared breaks. Samples again around this time with
+  !> decreasing spacing, because a smooth function may have sharp peaks or oscillate faster than the first sampling resolves.
   subroutine find_rough_place(system, which, name, values, calls, sentence)
     class(periodic_system), intent(in) :: system
     integer, intent(in) :: which
@@ -110,7 +109,7 @@ contains
     real(dp), intent(in) :: values(:)
     integer, intent(inout) :: calls
     character(len=:), allocatable, intent(out) :: sentence
-    !> Number of refinements, each with a quarter of the previous spacing, and number of times sampled in each.
+    !> `looks`: number of refinements, each with a quarter of the previous spacing; `closer`: number of times sampled in each.
     integer, parameter :: looks = 5, closer = 65
     real(dp), allocatable :: near(:), around(:, :)
     real(dp) :: ratio, spacing, place
@@ -145,8 +144,8 @@ contains
 
   contains
 
-    !> Computes the magnitudes of the fourth differences, the ratio defined above and the phase of the largest difference. The first
-    !> sample is at phase `from`. Differences of the size of rounding errors count as smooth.
+    !> Computes the magnitudes of the fourth differences, the ratio described at `smooth`, and the phase of the largest difference.
+    !> The first sample is at phase `from`. Differences of the size of rounding errors are treated as smooth.
     subroutine take_differences(y, from, sizes, ratio, place)
       real(dp), intent(in) :: y(:), from
       real(dp), allocatable, intent(out) :: sizes(:)

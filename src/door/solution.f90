@@ -1,4 +1,4 @@
-!> Results of a machine by name: verdict, multipliers, vibrations, tables, report and files.
+!> Returns the results of a machine by name: verdict, multipliers, vibrations, tables, report and files.
 module gestell_door_solution
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_verdict, only: verdict_length
@@ -46,20 +46,21 @@ module gestell_door_solution
   type, public :: response_type
     !> Name and SI unit of the quantity
     character(len=:), allocatable :: name, unit
-    !> Maximum of the magnitude and root mean square, with bounds on their errors
+    !> `peak`: maximum of the magnitude; `rms`: root mean square; `peak_error`, `rms_error`: bounds on their errors
     real(dp) :: peak = 0, peak_error = 0, rms = 0, rms_error = 0
-    !> Amplitudes of the harmonics 1, 2, ... of the period, and values at equidistant times from 0 to T, both included
+    !> `amplitudes`: of the harmonics 1, 2, ... of the period; `history`: values at equidistant times from 0 to T, both included
     real(dp), allocatable :: amplitudes(:), history(:)
   end type response_type
 
 contains
 
-  !> Runs the tasks of a checked document. Writing the report costs more than the verdict, so it is postponed until requested if all
-  !> tasks concern the input's own machine. Fails if the machine is invalid or cannot turn, or if nothing could be computed.
+  !> Runs the tasks of a checked document. If all tasks concern the machine of the input, the report is written only when it is
+  !> requested, because it costs more than the verdict. Fails if the machine is invalid or cannot turn, or if nothing could be
+  !> computed.
   subroutine solve_document(document, schema, settings, solution, error)
     type(document_type), intent(in) :: document
     type(schema_type), intent(in) :: schema
-    !> Values set after reading, as PATH=VALUE, for the file headings
+    !> Values set after reading, as PATH=VALUE, for the headings of the files
     type(setting_type), intent(in) :: settings(:)
     type(solution_type), intent(out) :: solution
     type(error_type), allocatable, intent(out) :: error
@@ -68,11 +69,11 @@ contains
     if (.not. allocated(error)) call solution%context%entitle(document%file, settings)
   end subroutine solve_document
 
-  !> Runs the tasks of a document. Errors as in `solve_document`.
+  !> Runs the tasks of a document. Fails as described at `solve_document`.
   subroutine solve_tasks(document, schema, reports, context, result, error)
     type(document_type), intent(in) :: document
     type(schema_type), intent(in) :: schema
-    !> True to write the report too
+    !> True: also write the report
     logical, intent(in) :: reports
     type(context_type), intent(out) :: context
     type(result_type), intent(out) :: result
@@ -97,7 +98,7 @@ contains
     end if
   end subroutine solve_tasks
 
-  !> Returns the report that the program would print. Fails if the postponed computation of the report fails.
+  !> Returns the report that the program would print. Fails if the report has yet to be computed and this fails.
   subroutine report(self, lines, error)
     class(solution_type), intent(inout) :: self
     character(len=:), allocatable, intent(out) :: lines
@@ -124,14 +125,14 @@ contains
     !$omp end critical (gestell_door)
   end subroutine report
 
-  !> Writes the program's files into `folder`: tables and scripts for their pictures. Fails if they cannot be written, or if
-  !> pictures are requested and gnuplot is missing; in that case all other files are written.
+  !> Writes the program's files into `folder`: tables and the scripts that draw their pictures. Fails if they cannot be written, or
+  !> if pictures are requested and gnuplot is missing; then all other files are still written.
   subroutine write_files(self, folder, error, pictures)
     class(solution_type), intent(in) :: self
     !> Folder for the files; created if necessary
     character(len=*), intent(in) :: folder
     type(error_type), allocatable, intent(out) :: error
-    !> True to draw the pictures with gnuplot; default false
+    !> True: draw the pictures with gnuplot; default false
     logical, intent(in), optional :: pictures
 
     type(staging_type) :: staging
@@ -157,15 +158,15 @@ contains
     !$omp end critical (gestell_door)
   end subroutine write_files
 
-  !> The worst verdict of all tasks: stable, undamped, undecided, unstable or a reason why no vibration exists; blank if no task
-  !> judges stability.
+  !> The worst verdict of all tasks: stable, undamped, undecided, unstable, or the reason why no vibration exists. Blank if no task
+  !> examines stability.
   pure character(len=verdict_length) function verdict(self)
     class(solution_type), intent(in) :: self
 
     verdict = self%result%worst%word()
   end function verdict
 
-  !> Returns the multipliers of the input's own machine in descending magnitude, and absolute bounds on their errors. Both are
+  !> Returns the multipliers of the machine of the input in descending magnitude, and absolute bounds on their errors. Both are
   !> unallocated if no task computed multipliers.
   pure subroutine multipliers(self, rho, errors)
     class(solution_type), intent(in) :: self
@@ -212,8 +213,8 @@ contains
     !$omp end critical (gestell_door)
   end subroutine response
 
-  !> Makes sure that the vibration is stored with at least `rows` rows of its motion, computing it again if necessary. Fails if it
-  !> cannot be computed.
+  !> Solves the vibration again if its stored motion has fewer than `rows` rows (see gestell_model_quantity_rows). Fails if the
+  !> vibration cannot be computed.
   subroutine hold(solution, rows, error)
     type(solution_type), intent(inout), target :: solution
     integer, intent(in) :: rows

@@ -1,4 +1,4 @@
-!> Solves a user's own linear system with periodic coefficients: multipliers, verdict, periodic motion.
+!> Solves a user's own linear system with periodic coefficients: multipliers, verdict and periodic motion.
 module gestell_door_system
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
@@ -18,12 +18,13 @@ module gestell_door_system
   type, public :: motion_type
     !> stable, unstable or undecided. It is never undamped, because nothing is known about the damping of a user's system.
     character(len=9) :: verdict = ""
-    !> Multipliers in descending magnitude, and characteristic exponents ln(rho) / T (1/s), shapes (states)
+    !> `multipliers`: in descending magnitude, shape (states); `exponents`: characteristic exponents ln(rho) / T (1/s), shape
+    !> (states)
     complex(dp), allocatable :: multipliers(:), exponents(:)
     !> Absolute bounds on the errors of the multipliers, shape (states)
     real(dp), allocatable :: errors(:)
-    !> Periodic motion at equidistant times from 0 to T, both included, shape (states, points + 1), and bounds on its error at all
-    !> these times, shape (states). Both are unallocated unless requested
+    !> `x`: periodic motion at equidistant times from 0 to T, both included, shape (states, points + 1). `x_error`: bounds on its
+    !> errors at all these times, shape (states). Both are unallocated unless requested
     real(dp), allocatable :: x(:, :), x_error(:)
   end type motion_type
 
@@ -31,10 +32,10 @@ module gestell_door_system
 
 contains
 
-  !> Solves a linear periodic system. Fails in these cases: the system is invalid; the tolerance is out of range or cannot be
-  !> reached; coefficients are not finite or not smooth; the mass matrix is singular; the period is far too long. Faults of the
-  !> coefficients are found within 100,000 calls. Also fails if a motion is requested at an undamped resonance; the multipliers are
-  !> returned nevertheless.
+  !> Solves a linear periodic system. Fails if the system is invalid, the tolerance is out of range or cannot be reached,
+  !> coefficients are not finite or not smooth, the mass matrix is singular, or the period is far too long. Faulty coefficients are
+  !> found within 100,000 calls. Also fails if a motion is requested at an undamped resonance, but then still returns the
+  !> multipliers.
   subroutine solve_system(system, motion, error, tolerance, points)
     !> Extends `second_order_system` (M q'' + B q' + C q = h) or `periodic_system` (x' = P x + f)
     class(periodic_system), intent(in) :: system

@@ -1,4 +1,4 @@
-!> Helpers of the C interface: handles, texts, errors.
+!> Helpers of the C interface for handles, texts and errors.
 module gestell_door_c_handle
   use gestell_base_error, only: error_type, fatal_error, wrong_usage
   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_pointer, c_int, c_null_char, c_ptr
@@ -35,7 +35,7 @@ contains
     call fatal_error(error, what // " is a null pointer", wrong_usage)
   end subroutine no_handle
 
-  !> Returns a count to C, 0 if there is an error. Fails if C passed a null pointer for it.
+  !> Copies `found` to the C variable `count`, or 0 if `error` is allocated. Fails if C passed a null pointer for `count`.
   pure subroutine give_count(found, error, count)
     integer, intent(in) :: found
     type(error_type), allocatable, intent(inout) :: error
@@ -49,7 +49,7 @@ contains
     if (.not. allocated(error)) count = int(found, c_int)
   end subroutine give_count
 
-  !> Reports that an array has `given` elements but needs `needed`.
+  !> Reports that the array `what` has only `given` elements but needs `needed`.
   pure subroutine too_small(what, given, needed, error)
     character(len=*), intent(in) :: what
     integer, intent(in) :: given, needed
@@ -60,8 +60,8 @@ contains
     call fatal_error(error, what // trim(numbers), wrong_usage)
   end subroutine too_small
 
-  !> Copies `text` and a terminating zero to `pointer`, which has room for `size` characters. Fails if the room is too small or the
-  !> pointer is null.
+  !> Copies `text` and a terminating zero to the `size` characters at `pointer`. Fails if `size` is too small or the pointer is
+  !> null.
   subroutine give_text(text, size, pointer, error)
     character(len=*), intent(in) :: text
     integer(c_int), intent(in) :: size

@@ -1,5 +1,5 @@
-!> Machines for C (include/gestell.h). Every function returns the code of its error, 0 for success. A null handle is reported as an
-!> error.
+!> C interface of machines (include/gestell.h). Every function returns the code of its error, 0 for success. A null handle is
+!> reported as an error.
 module gestell_door_c_machine
   use gestell_base_error, only: error_type
   use gestell_base_files, only: copy_text
@@ -120,7 +120,7 @@ contains
     code = code_of(error, failure)
   end function add_groups
 
-  !> Sets a number at a path.
+  !> Sets the value at a path such as "drive.speed_rpm" to a number.
   integer(c_int) function set_number(handle, path, number, failure) result(code) bind(c, name="gestell_set")
     type(c_ptr), value :: handle, path, failure
     real(c_double), value :: number
@@ -133,7 +133,7 @@ contains
     code = code_of(error, failure)
   end function set_number
 
-  !> Sets a text at a path.
+  !> Sets the value at a path such as "drive.held_by" to a text.
   integer(c_int) function set_text(handle, path, text, failure) result(code) bind(c, name="gestell_set_text")
     type(c_ptr), value :: handle, path, text, failure
     type(machine_type), pointer :: machine
@@ -146,7 +146,7 @@ contains
     code = code_of(error, failure)
   end function set_text
 
-  !> Counts the numbers at a path.
+  !> Counts the numbers that the machine has at a path.
   integer(c_int) function count_values(handle, path, count, failure) result(code) bind(c, name="gestell_count_values")
     type(c_ptr), value :: handle, path, failure
     integer(c_int), intent(out), optional :: count
@@ -158,7 +158,7 @@ contains
     code = code_of(error, failure)
   end function count_values
 
-  !> Copies the `count` numbers at a path, in the units of the input.
+  !> Copies the numbers that the machine has at a path, in the units of the input. `count` must be their number.
   integer(c_int) function get_values(handle, path, count, numbers, failure) result(code) bind(c, name="gestell_get_values")
     type(c_ptr), value :: handle, path, numbers, failure
     integer(c_int), value :: count
@@ -178,7 +178,7 @@ contains
     code = code_of(error, failure)
   end function get_values
 
-  !> Finds the numbers at a path; an empty array after an error.
+  !> Returns the numbers that the machine has at a path. The array is empty after an error.
   subroutine find_values(handle, path, values, error)
     type(c_ptr), intent(in) :: handle, path
     real(dp), allocatable, intent(out) :: values(:)
@@ -191,7 +191,7 @@ contains
     if (.not. allocated(values)) allocate(values(0))
   end subroutine find_values
 
-  !> Solves a machine. If `tasks` is null, the tasks of the input are executed. `found` returns the handle of a new solution, or
+  !> Solves a machine. If `tasks` is null, the tasks of the input are executed. `found` receives the handle of a new solution, or
   !> null after an error.
   integer(c_int) function solve_machine(handle, tasks, found, failure) result(code) bind(c, name="gestell_solve")
     type(c_ptr), value :: handle, tasks, failure
@@ -225,8 +225,8 @@ contains
     code = code_of(error, failure)
   end function solve_machine
 
-  !> Finds the machine behind a handle and copies the text behind `pointer`; `what` names the text in messages. Fails if one of them
-  !> is null.
+  !> Returns the machine behind a handle and a copy of the C text at `pointer`. Messages call this text `what`. Fails if the handle
+  !> or the pointer is null.
   subroutine take(handle, machine, pointer, what, text, error)
     type(c_ptr), intent(in) :: handle, pointer
     type(machine_type), pointer, intent(out) :: machine
@@ -243,7 +243,7 @@ contains
     end if
   end subroutine take
 
-  !> Finds the machine behind a handle. Fails if the handle is null.
+  !> Returns the machine behind a handle. Fails if the handle is null.
   subroutine take_machine(handle, machine, error)
     type(c_ptr), intent(in) :: handle
     type(machine_type), pointer, intent(out) :: machine

@@ -1,4 +1,4 @@
-!> Solutions for C (include/gestell.h): texts, multipliers, vibrations of quantities.
+!> C interface of solutions (include/gestell.h): texts, multipliers, vibrations of quantities.
 module gestell_door_c_solution
   use gestell_base_error, only: error_type, fatal_error, wrong_usage
   use gestell_base_files, only: copy_text
@@ -26,7 +26,7 @@ contains
     handle = c_null_ptr
   end subroutine delete_solution
 
-  !> Size of a text in bytes, including the terminating zero.
+  !> Returns the size in bytes of the text `what` of a solution, including the terminating zero.
   integer(c_int) function size_text(handle, what, size, failure) result(code) bind(c, name="gestell_size_text")
     type(c_ptr), value :: handle, what, failure
     integer(c_int), intent(out), optional :: size
@@ -38,7 +38,7 @@ contains
     code = code_of(error, failure)
   end function size_text
 
-  !> Copies a text into the `size` bytes at `place`.
+  !> Copies the text `what` of a solution into the `size` bytes at `place`.
   integer(c_int) function get_text(handle, what, size, place, failure) result(code) bind(c, name="gestell_get_text")
     type(c_ptr), value :: handle, what, place, failure
     integer(c_int), value :: size
@@ -50,7 +50,7 @@ contains
     code = code_of(error, failure)
   end function get_text
 
-  !> Finds a text of a solution: "verdict", "report", or "failure" (message about results that could not be computed).
+  !> Returns a text of a solution: "verdict", "report", or "failure" (a message on results that could not be computed).
   subroutine find_text(handle, what, text, error)
     type(c_ptr), intent(in) :: handle, what
     character(len=:), allocatable, intent(out) :: text
@@ -87,7 +87,7 @@ contains
     code = code_of(error, failure)
   end function count_multipliers
 
-  !> Copies real parts, imaginary parts and error bounds of the `count` multipliers.
+  !> Copies the `count` multipliers: real parts, imaginary parts and bounds on their errors.
   integer(c_int) function get_multipliers(handle, count, re, im, bounds, failure) result(code) &
     & bind(c, name="gestell_get_multipliers")
     type(c_ptr), value :: handle, re, im, bounds, failure
@@ -114,7 +114,7 @@ contains
     code = code_of(error, failure)
   end function get_multipliers
 
-  !> Finds the multipliers and their error bounds; `rho` is empty after an error.
+  !> Returns the multipliers and the bounds on their errors; `rho` is empty after an error.
   subroutine find_multipliers(handle, rho, errors, error)
     type(c_ptr), intent(in) :: handle
     complex(dp), allocatable, intent(out) :: rho(:)
@@ -130,7 +130,7 @@ contains
     if (.not. allocated(rho)) allocate(rho(0))
   end subroutine find_multipliers
 
-  !> Returns the numbers of orders and points of the vibration of `quantity`, and its unit, for which C provides `size` characters.
+  !> Returns how many orders and points describe the vibration of `quantity`, and its unit, for which C provides `size` characters.
   integer(c_int) function describe_response(handle, quantity, orders, points, size, unit, failure) result(code) &
     & bind(c, name="gestell_describe_response")
     type(c_ptr), value :: handle, quantity, unit, failure
@@ -147,7 +147,7 @@ contains
     code = code_of(error, failure)
   end function describe_response
 
-  !> Returns the vibration of a quantity. `numbers` receives 4 values: peak, rms and bounds on their errors. `amplitudes` and
+  !> Returns the vibration of a quantity. `numbers` receives 4 values: peak, rms, and bounds on their errors. `amplitudes` and
   !> `history` may be null.
   integer(c_int) function get_response(handle, quantity, numbers, orders, amplitudes, points, history, failure) result(code) &
     & bind(c, name="gestell_get_response")
@@ -182,7 +182,7 @@ contains
     code = code_of(error, failure)
   end function get_response
 
-  !> Finds the vibration of a quantity.
+  !> Returns the vibration of a quantity.
   subroutine find_response(handle, quantity, response, error)
     type(c_ptr), intent(in) :: handle, quantity
     type(response_type), intent(out) :: response
@@ -194,7 +194,7 @@ contains
     if (.not. allocated(error)) call solution%response(name, response, error)
   end subroutine find_response
 
-  !> Writes the program's files, and the pictures too unless `pictures` is 0.
+  !> Writes the files that the program would write, including the pictures unless `pictures` is 0.
   integer(c_int) function write_files(handle, folder, pictures, failure) result(code) bind(c, name="gestell_write")
     type(c_ptr), value :: handle, folder, failure
     integer(c_int), value :: pictures
@@ -207,8 +207,8 @@ contains
     code = code_of(error, failure)
   end function write_files
 
-  !> Finds the solution behind a handle and copies the name behind `pointer`; `what` describes the name in messages. Fails if one of
-  !> them is null.
+  !> Returns the solution behind a handle and a copy of the C text at `pointer`. Messages call this text `what`. Fails if the handle
+  !> or the pointer is null.
   subroutine take_solution(handle, pointer, what, solution, name, error)
     type(c_ptr), intent(in) :: handle, pointer
     character(len=*), intent(in) :: what
@@ -225,7 +225,7 @@ contains
     end if
   end subroutine take_solution
 
-  !> Finds the solution behind a handle. Fails if the handle is null.
+  !> Returns the solution behind a handle. Fails if the handle is null.
   subroutine find_solution(handle, solution, error)
     type(c_ptr), intent(in) :: handle
     type(solution_type), pointer, intent(out) :: solution

@@ -1,4 +1,4 @@
-!> Solves a user's own system for C (include/gestell.h).
+!> Solves a linear periodic system whose coefficients a C function computes (include/gestell.h).
 module gestell_door_c_system
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
@@ -12,7 +12,7 @@ module gestell_door_c_system
   public :: solve_called
 
   abstract interface
-    !> C function that fills M, B, C, shapes (f, f), row by row, and h, shape (f), at time t.
+    !> C function that fills M, B, C, each of shape (f, f) and row by row, and h, of shape (f), at time t.
     subroutine coefficients(t, f, m, b, c, h, data) bind(c)
       import :: c_double, c_int, c_ptr
       implicit none (type, external)
@@ -22,7 +22,7 @@ module gestell_door_c_system
     end subroutine coefficients
   end interface
 
-  !> A second-order system whose coefficients come from a C function
+  !> A second-order system whose coefficients a C function computes
   type, extends(second_order_system) :: called_type
     procedure(coefficients), pointer, nopass :: give => null()
     type(c_ptr) :: data
@@ -102,7 +102,7 @@ contains
     h = given
   end subroutine load
 
-  !> Computes all four coefficients by one call of the C function for each phase.
+  !> Computes the matrices and the load at all phases, with one call of the C function for each phase.
   subroutine sample_second_order(self, phases, m, b, c, h)
     class(called_type), intent(in) :: self
     real(dp), contiguous, intent(in) :: phases(:)

@@ -1,4 +1,4 @@
-!> Tables of a solution for C (include/gestell.h): their names, columns and values.
+!> C interface of a solution's tables (include/gestell.h): names, columns and values.
 module gestell_door_c_tables
   use gestell_base_error, only: error_type, fatal_error, wrong_usage
   use gestell_base_text, only: text
@@ -32,7 +32,7 @@ contains
     code = code_of(error, failure)
   end function count_tables
 
-  !> Returns the name of table `index`; tables count from 0.
+  !> Returns the name of table `index`; the first table has the index 0.
   integer(c_int) function name_table(handle, index, size, name, failure) result(code) bind(c, name="gestell_name_table")
     type(c_ptr), value :: handle, name, failure
     integer(c_int), value :: index, size
@@ -69,8 +69,8 @@ contains
     code = code_of(error, failure)
   end function shape_table
 
-  !> Describes column `index` of a table; columns count from 0. Its key, its unit and the key of the column with its error each take
-  !> `size` characters. `kind` is the kind of its values, and `width` the length of its longest word.
+  !> Describes column `index` of a table; the first column has the index 0. C provides `size` characters for each text: key, unit,
+  !> and key of the column with the error bounds. `kind`: kind of values; `width`: length of the longest word.
   integer(c_int) function describe_column(handle, name, index, size, key, unit, error_key, kind, width, failure) result(code) &
     & bind(c, name="gestell_describe_column")
     type(c_ptr), value :: handle, name, key, unit, error_key, failure
@@ -114,7 +114,7 @@ contains
     code = code_of(error, failure)
   end function get_numbers
 
-  !> Copies the `rows` integers of a column; -huge marks an unknown one.
+  !> Copies the `rows` integers of a column; -huge marks a missing value.
   integer(c_int) function get_integers(handle, name, index, rows, values, failure) result(code) &
     & bind(c, name="gestell_get_integers")
     type(c_ptr), value :: handle, name, values, failure
@@ -176,8 +176,8 @@ contains
     !$omp end critical (gestell_door)
   end function room_for_words
 
-  !> Finds a column whose values of this `kind` are requested. Fails if the column does not exist, the pointer is null, `rows`
-  !> differs from the number of rows, or the column holds another kind of values.
+  !> Finds a column and checks that it holds values of this `kind`. Fails if it holds others or does not exist, if the pointer is
+  !> null, or if `rows` differs from the number of rows.
   subroutine find_values(handle, name, index, rows, values, kind, column, error)
     type(c_ptr), intent(in) :: handle, name, values
     integer(c_int), intent(in) :: index, rows
@@ -200,7 +200,7 @@ contains
     end if
   end subroutine find_values
 
-  !> Finds a column by its table's name and its index from 0, and the number of its rows. Fails if it does not exist.
+  !> Returns the column of a table with this index, counted from 0, and its number of rows. Fails if the column does not exist.
   subroutine find_column(handle, name, index, column, rows, error)
     type(c_ptr), intent(in) :: handle, name
     integer(c_int), intent(in) :: index
@@ -223,7 +223,7 @@ contains
     rows = table%rows
   end subroutine find_column
 
-  !> Finds a table by its name. Fails if it does not exist.
+  !> Returns the table with this name. Fails if the table does not exist.
   subroutine find_table(handle, pointer, table, error)
     type(c_ptr), intent(in) :: handle, pointer
     type(table_type), pointer, intent(out) :: table
