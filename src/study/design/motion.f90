@@ -1,9 +1,9 @@
-!> Computes the periodic vibration of a machine and its derivatives with respect to parameters by direct differentiation. Let
-!> R(q, p) = 0 be the equations at every phase theta of the turn. Then s = dq/dp is the periodic motion of
+!> Computes the periodic vibration of a machine and its derivatives with respect to parameters by direct differentiation. Let R(q,
+!> p) = 0 be the equations at every phase theta of the turn. Then s = dq/dp is the periodic motion of
 !>
 !>     M s'' + B s' + C s = -dR/dp,
 !>
-!> with M, B, C of the equations varied about q (doc/theory.md, equation 80). R depends algebraically on p and on q, q', q''
+!> with M, B, C of the equations linearised about q (doc/theory.md, equation 80). R depends algebraically on p and on q, q', q''
 !> (gestell_study_design_perturbed_members).
 module gestell_study_design_motion
   use gestell_base_error, only: error_type, failed_computation, fatal_error
@@ -25,13 +25,13 @@ module gestell_study_design_motion
 
   public :: beside, coarse, usual_phases, solve_motion, solve_slopes
 
-  !> A machine under one condition, settled on its model, and its motion.
+  !> A machine under one condition, with its model applied, and its motion.
   type, public :: motion_type
     type(condition_type) :: condition
     class(frame_type), allocatable :: frame
     !> False if the frame stays at rest
     logical :: moves = .true.
-    !> Fourier series of q over theta
+    !> Fourier series of the motion q over theta = 2 pi t/T
     type(series_type) :: series
     !> `phases`: equidistant phases. `q`: q and its first and second derivatives over theta = 2 pi t/T for all degrees of freedom,
     !> shape (phases, dofs, 0:2). `slope`: dq/dp and its derivatives over theta, shape (phases, dofs, 0:2, parameters).
@@ -277,7 +277,7 @@ contains
   end subroutine differentiate_equations
 
   !> Returns neighbour number `i` of the machine along parameter `k` under the condition, and its motion q to first order. If
-  !> `system` is varied about its motion, the neighbour is varied about q.
+  !> `system` is linearised about its motion, the neighbour is linearised about q.
   subroutine beside(members, system, motion, k, i, frame, q)
     !> The machine and its neighbours, which differ in one parameter each
     type(members_type), intent(in) :: members

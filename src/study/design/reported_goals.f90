@@ -58,7 +58,7 @@ contains
 
   !> Solves a machine under all conditions of `options`. Fails if the goals are invalid.
   subroutine report_goals(machine, options, goals, reported, error)
-    !> The machine, not yet settled on a model
+    !> The machine, before a model is applied
     type(frame_type), intent(in) :: machine
     type(design_options), intent(in) :: options
     !> The goals to evaluate

@@ -1,4 +1,4 @@
-!> Settles a frame on one of three models, that is on the equations that describe its vibration and stability.
+!> Applies one of three models to a frame. A model defines the equations that describe the frame's vibration and stability.
 !>
 !> | model       | the vibration satisfies      | multipliers belong to the equations linearised about |
 !> |-------------|------------------------------|------------------------------------------------------|
@@ -47,10 +47,10 @@ module gestell_study_frame_model
 
 contains
 
-  !> Settles `frame` on `model`, one of `frame_models`: computes the vibration about which its equations are linearised ('rest'
+  !> Applies `model`, one of `frame_models`, to `frame`: computes the vibration about which the equations are linearised ('rest'
   !> needs none). Fails if the model does not exist, as `solve_floquet` and `solve_periodic` do, or if no vibration is found.
   recursive subroutine settle(frame, model, accuracy, settled, error, newton, near)
-    !> The frame, before it is settled
+    !> The frame, before the model is applied
     class(frame_type), intent(in) :: frame
     !> Name of the model
     character(len=*), intent(in) :: model
@@ -98,8 +98,8 @@ contains
     end select
   end subroutine settle
 
-  !> Settles a member of a family in place. The model 'averaged' replaces a frame by its equations with averaged M, B, C. Systems
-  !> that are not frames remain unchanged. Fails as `settle` does.
+  !> Applies a model to a member of a family, in place. The model 'averaged' replaces a frame by its equations with averaged M, B,
+  !> C. Systems that are not frames remain unchanged. Fails as `settle` does.
   subroutine settle_member(system, model, accuracy, error)
     class(periodic_system), allocatable, intent(inout) :: system
     character(len=*), intent(in) :: model

@@ -44,7 +44,8 @@ module gestell_study_frame_model_harmonic_balance
 
   !> Maximum number of iterations.
   integer, parameter :: most_iterations = 16
-  !> Safety factor for the ratio of peak to rms error and for directions that the iterations missed.
+  !> Safety factor on the residual, for the ratio of peak to rms error and for parts of the error that the iterations have not
+  !> reached.
   real(dp), parameter :: reserve = 10
   !> Minimum number of phases, as a multiple of the system's `least_steps`.
   integer, parameter :: phases_in_step = 4

@@ -1,6 +1,6 @@
 !> Newton's method for the periodic vibration of the exact frame (doc/theory.md, equation 36). A step goes from a periodic motion
-!> q_k to q_k+1, the periodic motion of the frame varied about q_k (gestell_model_exact_varied_frame). Only the difference q_k+1 -
-!> q_k is computed, from the residual of q_k. A fast, coarse solver is enough, because its errors are relative to this difference.
+!> q_k to q_k+1, the periodic motion of the frame linearised about q_k (gestell_model_exact_varied_frame). Only the difference q_k+1
+!> - q_k is computed, from the residual of q_k. A fast, coarse solver is enough, because its errors are relative to this difference.
 module gestell_study_frame_model_newton
   use gestell_base_error, only: error_type, failed_computation, fatal_error, no_convergence
   use gestell_base_kinds, only: dp
@@ -81,7 +81,7 @@ contains
     type(accuracy_type), intent(in) :: accuracy
     !> True: compute the vibration of the equations about rest
     logical, intent(in) :: linear
-    !> On entry the frame varied about the start, or about rest. On return the frame varied about the vibration
+    !> On entry the frame linearised about the start, or about rest. On return the frame linearised about the vibration
     type(varied_frame_type), intent(inout) :: varied
     !> Steps |q_k+1 - q_k|/|q_k+1|, the first from the linear vibration or from the motion of `varied`
     real(dp), allocatable, intent(out) :: steps(:)

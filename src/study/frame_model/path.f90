@@ -25,8 +25,8 @@ module gestell_study_frame_model_path
 
   public :: advance, between, cubic, first_point, middle_of, motion_of, next_iterate, size_of, units_of
 
-  !> A family of machines over lambda, each a frame varied about a motion. Motions are stored at equidistant phases, shape (samples,
-  !> dofs), divided by `units` (m, rad), in the frame's order.
+  !> A family of machines over lambda, each a frame linearised about a motion. Motions are stored at equidistant phases, shape
+  !> (samples, dofs), divided by `units` (m, rad), in the frame's order.
   type, abstract, public :: path_family_type
     type(accuracy_type) :: accuracy
     real(dp), allocatable :: units(:)
@@ -61,7 +61,7 @@ module gestell_study_frame_model_path
   end type iterate_type
 
   abstract interface
-    !> Returns the machine at lambda, not yet varied about a motion. Fails if there is no machine at lambda.
+    !> Returns the machine at lambda, not yet linearised about a motion. Fails if there is no machine at lambda.
     subroutine member_at(self, lambda, varied, error)
       import :: dp, error_type, path_family_type, varied_frame_type
       implicit none (type, external)

@@ -58,8 +58,8 @@ module gestell_study_frame_model_vibration_path
 
 contains
 
-  !> Follows the path over the excitation from rest. `varied` becomes `frame` varied about the first vibration found. Fails if the
-  !> path ends in both directions before it reaches the machine's own excitation.
+  !> Follows the path over the excitation from rest. `varied` becomes `frame` linearised about the first vibration found. Fails if
+  !> the path ends in both directions before it reaches the machine's own excitation.
   subroutine follow_excitation(frame, accuracy, varied, steps, error)
     class(frame_type), intent(in) :: frame
     type(accuracy_type), intent(in) :: accuracy
@@ -204,8 +204,8 @@ contains
     end if
   end subroutine member
 
-  !> Follows the path from the vibration q at lambda = 0 to lambda = 1; `varied` becomes the frame varied about the vibration there.
-  !> `way`: initial direction of lambda, 1 or -1. Fails if the path ends before lambda = 1.
+  !> Follows the path from the vibration q at lambda = 0 to lambda = 1. `varied` becomes the frame linearised about the vibration
+  !> there. `way`: initial direction of lambda, 1 or -1. Fails if the path ends before lambda = 1.
   subroutine follow_path(family, frame, q, way, varied, steps, error)
     type(machine_path_type), intent(inout) :: family
     class(frame_type), intent(in) :: frame

@@ -100,8 +100,8 @@ contains
     mean = sum(m, dim=1) / samples
   end function mean_mass
 
-  !> Computes modes from the eigenvalues of constant matrices. The imaginary parts of the eigenvalues are the frequencies
-  !> themselves, not only up to multiples of Omega.
+  !> Computes modes from the eigenvalues of constant matrices. The imaginary parts of the eigenvalues are the frequencies; unlike
+  !> those of multipliers they are not ambiguous by multiples of Omega.
   subroutine constant_modes(system, mass, modes)
     type(averaged_system), intent(in) :: system
     real(dp), intent(in) :: mass(:, :)

@@ -48,7 +48,7 @@ module gestell_study_vibration_analysis
   type, public :: analysis_type
     type(floquet_type) :: floquet
     type(multipliers_type), allocatable :: multipliers
-    !> The frame, settled on its model
+    !> The frame with its model applied, that is with the equations that were solved
     class(frame_type), allocatable :: frame
     !> How the exact vibration was found
     type(newton_type) :: newton
@@ -85,7 +85,7 @@ contains
   !> Computes the verdict and the vibration of a frame. Fails if the frame or the options are invalid, or if a part of the solution
   !> fails. If only the vibration fails, the multipliers are kept, and the message names the resonance.
   subroutine analyse(frame, options, accuracy, analysis, error)
-    !> The frame, before it is settled on a model
+    !> The frame, before the model is applied
     class(frame_type), intent(in) :: frame
     type(analysis_options), intent(in) :: options
     type(accuracy_type), intent(in) :: accuracy
