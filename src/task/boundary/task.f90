@@ -55,8 +55,8 @@ contains
     self%about = all_machines
   end subroutine describe
 
-  !> Reads the group &boundary. Fails if an axis has a single value or includes standstill, there are too many search points, the
-  !> tolerance is out of range, or a measure or a level is given without a quantity. Also fails as `read_level` does.
+  !> Reads the group &boundary. Fails if an axis has a single value or includes standstill, if there are too many search points, or
+  !> if the tolerance is out of range. Also fails if a measure or a level is given without a quantity, or as `read_level` does.
   subroutine read_boundary(self, configuration, error)
     class(boundary_task), intent(inout) :: self
     type(configuration_type), intent(inout) :: configuration

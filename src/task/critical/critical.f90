@@ -54,8 +54,8 @@ module gestell_task_critical
     real(dp) :: half_width = 0
     !> True for each quantity that has a peak near the crossing
     logical :: found(2) = .false.
-    !> For each quantity, or 0 without a peak: `speed` of the peak and its `error` bound (1/min), `height` of the peak (m, N), and
-    !> `prominence`, the ratio of the height to the higher of the two adjacent valleys.
+    !> Values for each quantity; 0 if it has no peak. `speed`: speed of the peak (1/min). `error`: its error bound (1/min).
+    !> `height`: height of the peak (m, N). `prominence`: ratio of the height to the higher of the two adjacent valleys.
     real(dp), dimension(2) :: speed = 0, error = 0, height = 0, prominence = 0
     !> Share of the order in the mean square of the vibration, at the peak of the amplitude
     real(dp) :: share = 0
@@ -88,7 +88,7 @@ module gestell_task_critical
   real(dp), parameter :: exact = 1.0e-3_dp
   !> Maximum number of rounds that improve the speeds of peaks
   integer, parameter :: most_rounds = 40
-  !> Speeds whose relative distance is smaller count as equal
+  !> Speeds count as equal if their relative distance is smaller than this
   real(dp), parameter :: same = 4 * epsilon(1.0_dp)
 
 contains

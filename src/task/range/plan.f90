@@ -58,8 +58,8 @@ contains
   end function period_varies
 
   !> Reads the sweep of a checked document. The mechanism of the frame need not be able to turn. Fails without a group &sweep or
-  !> with more than two, if a path cannot be varied or occurs twice, if a range is empty or a value is invalid, or if a column does
-  !> not exist.
+  !> with more than two. Also fails if a path cannot be varied or occurs twice, a range is empty, a value is invalid, or a column
+  !> does not exist.
   subroutine read_sweep(doc, schema, units, frame, probes, plan, error)
     type(document_type), intent(in) :: doc
     type(schema_type), intent(in) :: schema

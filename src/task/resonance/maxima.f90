@@ -17,7 +17,7 @@ module gestell_task_resonance_maxima
   type, public :: maximum_type
     !> Number of the quantity
     integer :: quantity = 0
-    !> Number of the point of the curve at which it lies
+    !> Number of the point of the curve at which the maximum lies
     integer :: point = 0
     !> Verdict on the vibration at this point
     type(verdict_type) :: state

@@ -31,7 +31,7 @@ module gestell_task_resonance_points
     procedure :: jumps
   end type curve_points_type
 
-  !> Speeds whose relative distance is smaller count as equal; intervals below four times this distance are not divided
+  !> Speeds count as equal if their relative distance is smaller than this; intervals below four times this distance are not divided
   real(dp), parameter, public :: same = 1.0e-10_dp
   !> Maximum deviation of the curve from a straight line between neighbours, in ln(peak)
   real(dp), parameter, public :: straight = 0.01_dp

@@ -157,8 +157,8 @@ contains
     if (.not. allocated(error)) results%crossings = work%crossings
   end subroutine search_crossings
 
-  !> Lists the places where a crossing cannot be excluded. At such a place no vibration exists (as in an undamped resonance), the
-  !> search met a point without a vibration, or the quantity equals its level within its error without crossing it.
+  !> Lists the places where a crossing cannot be excluded. At some of them no vibration exists, as in an undamped resonance, or the
+  !> search met a point without a vibration. At others the quantity equals its level within its error without crossing it.
   subroutine list_open(line, results)
     type(level_line_type), intent(in) :: line
     type(level_results_type), intent(inout) :: results

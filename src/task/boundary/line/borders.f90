@@ -54,7 +54,8 @@ module gestell_task_boundary_line_borders
     integer :: meetings = 0, thin = 0
     !> Places where a border cannot be excluded.
     type(open_border_type), allocatable :: places(:)
-    !> Number of meetings of multipliers that were not searched because there were too many; they are listed in `places`.
+    !> Number of meetings of multipliers that were not searched because there were too many; `places` includes the parts that
+    !> contain them.
     integer :: left_out = 0
   end type border_rest_type
 

@@ -137,8 +137,8 @@ contains
   end subroutine find_zero
 
   !> Finds two systems, one on each side of the border at `t`, of which exactly one is unstable. Their distance from `t` is
-  !> increased until this is so. If the interval ends in a stable system on the side that is not unstable, the distance is increased
-  !> further, up to a limit, until the system on that side is stable too.
+  !> increased until this is so. If the interval ends in a stable system on the side that is not unstable, a stable system is
+  !> preferred there: the distance is increased further, up to a limit.
   subroutine verify(line, l, r, t, crossing, below, above, success, error)
     type(line_type), intent(in) :: line
     !> Systems at both ends of the interval, `l` at the smaller t

@@ -72,8 +72,8 @@ module gestell_task_boundary_line
 
 contains
 
-  !> Checks the options of a search. Fails if an axis is invalid or has fewer than two values, if there are too many search points,
-  !> or if a tolerance or an accuracy is out of range.
+  !> Checks the options of a search. Fails if an axis is invalid or has fewer than two values. Also fails if there are too many
+  !> search points, or if a tolerance or an accuracy is out of range.
   pure subroutine check_search(axes, accuracy, tolerance, error)
     type(axis_type), intent(in) :: axes(:)
     type(accuracy_type), intent(in) :: accuracy

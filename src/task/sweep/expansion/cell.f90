@@ -69,7 +69,7 @@ contains
     type(problem_type), intent(in) :: problem
     !> The cell, a part of the tile
     type(tile_type), intent(in) :: cell
-    !> Integrates all machines of the cell by the same method
+    !> Sampler that integrates all machines of the cell by the same method
     type(sampler_type), intent(out) :: sampler
     !> Variable in which the expansion is made, for each axis
     type(variable_type), allocatable, intent(out) :: variables(:)
@@ -166,7 +166,8 @@ contains
     logical, intent(out) :: fits
     type(variable_type) :: other
     integer :: kind, needed
-    !> Other variables are tried if the ratio of the ends of the range exceeds this; below, they hardly differ.
+    !> Other variables are tried only if the ratio of the ends of the range exceeds this; for smaller ratios the variables hardly
+    !> differ.
     real(dp), parameter :: wide = 1.5_dp
 
     call count_points(sampler, axis, variable, line, tolerance, most, points, fits)

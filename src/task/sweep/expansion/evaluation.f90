@@ -28,7 +28,7 @@ contains
     type(problem_type), intent(in) :: problem
     !> The cell: range of the points
     type(tile_type), intent(in) :: cell
-    !> Has integrated all machines of the cell by the same method
+    !> Sampler that has integrated all machines of the cell by the same method
     type(sampler_type), intent(in) :: sampler
     !> Chebyshev series over the cell
     type(expansion_type), intent(in) :: expansion

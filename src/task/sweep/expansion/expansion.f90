@@ -77,9 +77,9 @@ contains
     expansion%rest = reach * sqrt(real(sampler%parts%parts, dp)) * missing(expansion)
   end subroutine expand
 
-  !> Estimates the norm of the sum of the omitted terms. The terms of an analytic function decrease at least geometrically, so this
-  !> sum is taken to be at most the last two terms (one even, one odd) along each axis. Interpolation along the other axis amplifies
-  !> them by less than the Lebesgue constant 4.
+  !> Estimates the norm of the sum of the omitted terms. The terms of an analytic function decrease at least geometrically. The
+  !> omitted sum is therefore taken to be at most the sum of the last two terms (one even, one odd) along each axis. Interpolation
+  !> along the other axis amplifies it by less than the Lebesgue constant 4.
   pure real(dp) function missing(expansion) result(rest)
     type(expansion_type), intent(in) :: expansion
     real(dp), parameter :: lebesgue = 4

@@ -1,7 +1,7 @@
 !> The motion over a period as a list of numbers. The period is divided into parts, in which phases of vibrations change less than
-!> in the whole period; therefore series in the parameters are shorter. The numbers of part k are the map x -> A_k x + b_k in
-!> balanced units, and the maps from the state at its beginning to the positions at times within it. b_k is present if the periodic
-!> vibration is requested; it has a unit of its own.
+!> in the whole period; therefore series in the parameters are shorter. Part k has two kinds of numbers, in balanced units: the map
+!> x -> A_k x + b_k over the part, and the maps from the state at its beginning to the positions at times within it. b_k is present
+!> if the periodic vibration is requested; it has a unit of its own.
 !>
 !> An error of A_k affects the state at the beginning of part j by the factor A_(j-1) ... A_(k+1), times the state before part k.
 !> The numbers of a part are therefore multiplied by weights: the product of the norms of both factors. Errors and omitted terms of

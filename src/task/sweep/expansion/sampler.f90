@@ -69,8 +69,8 @@ module gestell_task_sweep_expansion_sampler
   integer, parameter :: most_times = 256
   !> Maximum number of parts of a period.
   integer, parameter :: most_parts = 16
-  !> `least_terms`: number of terms of a series in which no phase changes. Costs relative to one term of a part at a point:
-  !> `solution` for a solution, `composition` for composing the parts.
+  !> `least_terms`: number of terms of a series in which no phase changes. `solution`, `composition`: costs of a solution and of
+  !> composing the parts, relative to the cost of one term of a part at a point.
   real(dp), parameter :: least_terms = 17, solution = 20000, composition = 6
 
 contains
