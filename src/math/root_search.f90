@@ -67,7 +67,7 @@ contains
       least = min(tolerance / self%width(), 0.5_dp)
       part = min(max(part, least), 1 - least)
     end if
-    ! Rounding can lead out of a bracket whose ends differ by many orders of magnitude.
+    ! Rounding can lead out of an interval whose ends differ by many orders of magnitude.
     next = max(minval(self%x), min(maxval(self%x), self%x(1) + part * (self%x(2) - self%x(1))))
   end function next
 

@@ -133,7 +133,7 @@ contains
     constant = method%error_constant
     if (method%exact_if_constant) constant = constant * changing &
       & * (system%least_steps / max(survey%phase_advance, real(system%least_steps, dp)))**3
-    ! The estimate is four times the error, and half the tolerance is aimed at. Rounding sets a lower limit.
+    ! The estimate is four times the error, and the aim is half the tolerance. Rounding sets a lower limit.
     allowed = max(tolerance, 4 * epsilon(1.0_dp) * survey%phase_advance) / 8
     last = 1.1_dp * predicted(method%order, constant, system, survey, allowed)
     steps = whole_steps(method, system, coarse) + whole_steps(method, system, 2 * coarse) &

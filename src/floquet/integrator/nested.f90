@@ -65,7 +65,7 @@ contains
     call find_legendre(s - 1, next, p)
     allocate(nested%c(s), nested%weights(s), nested%a(s, s), nested%high(s), nested%next(s))
     allocate(nested%tails(s, 4), nested%values(2, s), nested%sums(s, 2))
-    ! P_s-1, and the part of P_s-2 in the equations without P_s-1. For each, the node with its largest value, times b, is put last.
+    ! For P_s-1, and for the part of P_s-2 in the equations without P_s-1, put the node with the largest value times b last.
     order = [(i, i = 1, s)]
     associate (high => p(:, s - 1), b => nested%weights, v => nested%values)
       call put_last(rule%b * abs(high), order)

@@ -31,7 +31,7 @@ contains
     integer :: s, f, c2, c3, i, r, row, end_row, lane
 
     next = 0
-    ! The second call of a pair returns (gestell_base_processor).
+    ! Return: the second of two vectorised calls has nothing to do (see gestell_base_processor).
     if (once > 1) return
     s = layout%s
     f = layout%f
@@ -172,7 +172,7 @@ contains
     integer :: points, i, k, row, lane
 
     if (state <= layout%rows - layout%n) panel(:, c, layout%n + state) = 1
-    ! A position changes by its velocity.
+    ! In unit time a position changes by its velocity.
     if (state > at%positions .and. state <= at%states .and. at%positions > 0) panel(:, c, layout%n + state - layout%f) = 1
     if (state == at%states + 1 .and. allocated(at%g)) then
       ! h^2 g, or h g without positions

@@ -138,7 +138,7 @@ contains
     do i = 1, s / 2
       c(s + 1 - i) = 1 - c(i)
     end do
-    ! The weights must sum to 1, because the error would add up over all steps: the middle weights take the rounding error.
+    ! The weights must sum to 1, because the error would add up over all steps: the middle weights absorb the rounding error.
     i = s / 2
     if (s > 2 * i) then
       b(i + 1) = 1 - 2 * sum(b(:i))

@@ -88,7 +88,7 @@ contains
             lost = max(lost, part)
             disturbance = matmul(inverted, matmul(e, x) + monodromy%xp_change(:, k) / d)
           end associate
-          ! A component can be small by chance: each counts at least half of the norm.
+          ! A component can be small by chance: each is taken as at least half of the norm.
           change = max(change, abs(disturbance), 0.5_dp * norm2(disturbance))
         end do
       end if

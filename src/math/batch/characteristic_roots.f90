@@ -88,7 +88,7 @@ contains
     integer :: lane, j
 
     moving = 1 - converged
-    ! The second call of a pair returns (gestell_base_processor).
+    ! Return: the second of two vectorised calls has nothing to do (see gestell_base_processor).
     if (once > 1) return
     !GCC$ ivdep
     do lane = 1, lanes

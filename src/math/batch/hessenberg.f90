@@ -47,7 +47,7 @@ contains
     do i = k + 1, n
       u(:, i) = a(:, i, k)
     end do
-    ! The second call of a pair returns (gestell_base_processor).
+    ! Return: the second of two vectorised calls has nothing to do (see gestell_base_processor).
     if (once > 1) return
     !GCC$ ivdep
     do lane = 1, lanes
@@ -257,7 +257,7 @@ contains
       y_re(lane, n - 1) = h%v(lane, n)
       y_im(lane, n - 1) = 0
     end do
-    ! The second call of a pair returns (gestell_base_processor).
+    ! Return: the second of two vectorised calls has nothing to do (see gestell_base_processor).
     if (once > 1) return
     do i = n - 1, 1, -1
       !GCC$ ivdep

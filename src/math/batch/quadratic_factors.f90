@@ -31,7 +31,7 @@ contains
     integer :: iteration, k
 
     greatest = 0
-    ! The second call of a pair returns (gestell_base_processor).
+    ! Return: the second of two vectorised calls has nothing to do (see gestell_base_processor).
     if (once > 1) return
     s(:, m + 1:) = s(:, :m)
     q(:, m + 1:) = q(:, :m)

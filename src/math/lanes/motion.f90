@@ -24,7 +24,7 @@ contains
     integer :: lane, i, i2, i3, j, k, group, at
 
     sizes = 0
-    ! The second call of a pair returns (gestell_base_processor).
+    ! Return: the second of two vectorised calls has nothing to do (see gestell_base_processor).
     if (once > 1) return
     do k = 1, steps
       sizes = 0

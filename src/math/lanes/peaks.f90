@@ -103,7 +103,7 @@ contains
       end do
       call evaluate((n - 1) / 2, mean, harmonics, theta, f, f_d, f_dd)
       greatest = merge(max(greatest, abs(f)), greatest, moving)
-      ! Does |f| rise here in the direction of the place beyond?
+      ! Does |f| rise here towards the point beyond the maximum?
       where (f * f_d * (falling - rising) > 0)
         rising = theta
       else where

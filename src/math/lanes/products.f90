@@ -41,10 +41,10 @@ contains
     real(dp) :: s11, s21, s31, s12, s22, s32, s13, s23, s33
     integer :: lane, i, j, k, i2, i3, j2, j3
 
-    ! The second call of a pair returns (gestell_base_processor).
+    ! Return: the second of two vectorised calls has nothing to do (see gestell_base_processor).
     if (once > 1) return
     ! Three rows and three columns at a time, so that no sum waits for its own last addition. If fewer remain, the last one is
-    ! computed repeatedly. A loop over lanes is vectorised only if the elements of the sum lie at a constant distance: therefore A
+    ! computed repeatedly. A loop over lanes is vectorised only if the elements of the sum have a constant stride: therefore A
     ! is stored by rows.
     do i = 1, n, 3
       i2 = min(i + 1, n)

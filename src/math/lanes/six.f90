@@ -25,7 +25,7 @@ contains
     real(dp) :: r1, r2, r3, s1, s2, s3, s4, s5, s6
     integer :: lane, k
 
-    ! The second call of a pair returns (gestell_base_processor).
+    ! Return: the second of two vectorised calls has nothing to do (see gestell_base_processor).
     if (once > 1) return
     !GCC$ ivdep
     do lane = 1, lanes
@@ -61,7 +61,7 @@ contains
     real(dp) :: r1, r2, r3, s1, s2, s3, s4, s5, s6, l21, l31, l32
     integer :: lane, k
 
-    ! The second call of a pair returns (gestell_base_processor).
+    ! Return: the second of two vectorised calls has nothing to do (see gestell_base_processor).
     if (once > 1) return
     !GCC$ ivdep
     do lane = 1, lanes
@@ -113,7 +113,7 @@ contains
     real(dp) :: r1, r2, r3, s1, s2, s3, s4, s5, s6
     integer :: lane, k
 
-    ! The second call of a pair returns (gestell_base_processor).
+    ! Return: the second of two vectorised calls has nothing to do (see gestell_base_processor).
     if (once > 1) return
     !GCC$ ivdep
     do lane = 1, lanes

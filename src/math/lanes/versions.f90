@@ -23,7 +23,7 @@ contains
     real(dp) :: c11, c21, c31, c12, c22, c32, c13, c23, c33, r1, r2, r3, s1
     integer :: lane, k
 
-    ! The second call of a pair returns (gestell_base_processor).
+    ! Return: the second of two vectorised calls has nothing to do (see gestell_base_processor).
     if (once > 1) return
     !GCC$ ivdep
     do lane = 1, lanes
@@ -94,7 +94,7 @@ contains
     real(dp) :: c11, c12, c13, s1
     integer :: lane, k
 
-    ! The second call of a pair returns (gestell_base_processor).
+    ! Return: the second of two vectorised calls has nothing to do (see gestell_base_processor).
     if (once > 1) return
     !GCC$ ivdep
     do lane = 1, lanes
@@ -142,7 +142,7 @@ contains
     real(dp) :: l1, l2, l3
     integer :: lane, row
 
-    ! The second call of a pair returns (gestell_base_processor).
+    ! Return: the second of two vectorised calls has nothing to do (see gestell_base_processor).
     if (once > 1) return
     !GCC$ ivdep
     do lane = 1, lanes
@@ -184,7 +184,7 @@ contains
     real(dp), intent(in) :: l(lanes, block, block)
     integer :: lane, column
 
-    ! The second call of a pair returns (gestell_base_processor).
+    ! Return: the second of two vectorised calls has nothing to do (see gestell_base_processor).
     if (once > 1) return
     !GCC$ ivdep
     do lane = 1, lanes
@@ -221,7 +221,7 @@ contains
     real(dp) :: c1, c2, c3, c4, row
     integer :: lane, k
 
-    ! The second call of a pair returns (gestell_base_processor).
+    ! Return: the second of two vectorised calls has nothing to do (see gestell_base_processor).
     if (once > 1) return
     !GCC$ ivdep
     do lane = 1, lanes

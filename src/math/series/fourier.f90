@@ -62,7 +62,7 @@ contains
     orders = (n - 1) / 2
     allocate(matrix(n, in_fours(2 * orders)), source=0.0_dp)
     do k = 1, orders
-      ! Whole turns are removed from the angles: they would cost digits.
+      ! Remove whole turns from the angles: they would lose digits.
       matrix(:, k) = [(cos(2 * pi * mod(k * i, n) / n), i = 0, n - 1)] * 2 / n
       matrix(:, orders + k) = [(sin(2 * pi * mod(k * i, n) / n), i = 0, n - 1)] * 2 / n
     end do
@@ -239,7 +239,7 @@ contains
       if (.not. (theta - rising) * (theta - falling) < 0) theta = (rising + falling) / 2
       f = value(mean, cosine, sine, theta)
       refined = max(refined, abs(f(1)))
-      ! Does |f| rise here in the direction of the place beyond?
+      ! Does |f| rise here towards the point beyond the maximum?
       if (f(1) * f(2) * (falling - rising) > 0) then
         rising = theta
       else
