@@ -7,13 +7,12 @@
 !>     x^(t) = y(t) + Phi(t, t_k) z_k,   z_{k+1} = A_k z_k + d_k,   z_{K+1} = z_1.
 !>
 !> So local errors are measured where they arise, with their signs, even if they die out quickly. For a method of order p, x^ still
-!> has an error of about 2^-p (x^ - x). The error is smaller with equal steps, because the motion is periodic, than with unequal
-!> ones. Therefore all steps between equidistant phases are equal, and the defects are computed with steps half as long as those
-!> from which the starts were computed.
+!> has an error of about 2^-p (x^ - x). Periodicity makes the error of equal steps smaller than that of unequal steps. Therefore all
+!> steps between equidistant phases are equal, and the defects are computed with steps half as long as those from which the starts
+!> were computed.
 !>
-!> Consider a motion from the same starts with more steps and phases. The part of x^ - x due to the starts is the same, but its
-!> local errors are smaller. Its error lies between the error of x and that of a motion without local errors, so bounds are computed
-!> for both.
+!> A motion computed from the same starts with more steps and phases has the same errors due to the starts and smaller local errors.
+!> Its error lies between the error of x and the error of a motion without local errors. Bounds are therefore computed for both.
 module gestell_floquet_period_turn_errors
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp

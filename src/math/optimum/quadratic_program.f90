@@ -7,14 +7,14 @@
 !> B = L L' and y = L' d the minimum is y = -sum lambda_b L^-1 a_b, where lambda >= 0 and sum over b in g of lambda_b = w_g.
 !>
 !> The method maintains this form of y and a working set of branches with multipliers. Working branches of a group have equal
-!> values, and each group has at least one. The branch p that exceeds the value of its group most enters the working set. When its
-!> multiplier grows by t, the multipliers of the working set change by t r_b, and y by t dy:
+!> values, and each group has at least one. The branch p that exceeds the value of its group most enters the working set. When the
+!> multiplier of p grows by t, the multipliers of the working set change by t r_b, and y by t dy:
 !>
 !>     r = argmin |L^-1 a_p + sum r_b L^-1 a_b|,  sum over b in g of r_b = -1 for the group of p, 0 for others,      (1)
-!>     dy = -(L^-1 a_p + sum r_b L^-1 a_b),  d(v_p + a_p' d - maximum of its group) = -|dy|^2,                       (2)
+!>     dy = -(L^-1 a_p + sum r_b L^-1 a_b).                                                                          (2)
 !>
-!> The multiplier of p grows until p no longer exceeds its group or another multiplier falls to zero. In the second case the branch
-!> of this multiplier leaves the working set.
+!> The amount by which p exceeds its group then falls by t |dy|^2. The multiplier of p grows until p no longer exceeds its group or
+!> another multiplier falls to zero. In the second case the branch of this multiplier leaves the working set.
 module gestell_math_optimum_quadratic_program
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
