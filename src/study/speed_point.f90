@@ -31,8 +31,8 @@ module gestell_study_speed_point
     character(len=word_length), allocatable :: names(:)
     !> Probes to which the quantities and measures refer
     type(probe_type), allocatable :: probes(:)
-    !> Number of harmonics of the period whose amplitudes are reported. If the crank turns once in the period they are orders of the
-    !> crank
+    !> Number of harmonics of the period whose amplitudes are reported. If the crank turns once in the period, the harmonics are
+    !> orders of the crank
     integer :: orders = 6
     !> If allocated, the amplitudes of these harmonics are reported instead of 1 ... `orders`
     integer, allocatable :: harmonics(:)

@@ -16,8 +16,8 @@ module gestell_system_family
   end type family_type
 
   abstract interface
-    !> Creates the system at these parameters, shape (number of parameters). Calls come from one thread at a time.
-    !> Errors: `impossible_mechanism` if the mechanism cannot be assembled; `invalid_input` if the parameters are invalid;
+    !> Creates the system at these parameters, shape (number of parameters). Calls come from one thread at a time. The code of
+    !> `error` is `impossible_mechanism` if the mechanism cannot be assembled, `invalid_input` if the parameters are invalid, and
     !> `failed_computation` if the vibration about which the system is linearised cannot be computed.
     subroutine member_at(self, parameters, system, error)
       import :: dp, error_type, family_type, periodic_system

@@ -176,7 +176,7 @@ contains
     class(linkage_type), intent(in) :: linkage
     !> The rotating bodies of the linkage
     type(turning_body_type), intent(in) :: bodies(:)
-    !> Counterweights on these bodies
+    !> Counterweights on the bodies of the linkage
     type(counterweight_type), intent(in) :: weights(:)
     !> Name of the new link for each counterweight
     character(len=*), intent(in) :: names(:)

@@ -50,8 +50,8 @@ contains
     changes = unit * changes
   end subroutine measure_branches
 
-  !> Computes branches for every local maximum of the magnitude of a vector y, and for the samples near the largest. If the
-  !> magnitude hardly changes over the turn, its maximum jumps between these samples.
+  !> Computes branches for every local maximum of the magnitude of a vector y over the turn, and for the samples near the largest
+  !> one. If the magnitude hardly changes over the turn, its maximum jumps between these samples.
   pure subroutine find_tops(samples, slopes, values, changes)
     real(dp), intent(in) :: samples(:, :), slopes(:, :, :)
     real(dp), allocatable, intent(out) :: values(:), changes(:, :)

@@ -26,7 +26,7 @@ module gestell_study_design_perturbed_members
 
   !> Property of a link that a design parameter changes: none, mass, a coordinate of its centre of mass, or moment of inertia.
   integer, parameter, public :: other_part = 0, mass_part = 1, place_parts(2) = [2, 3], inertia_part = 4
-  !> Input keys of these properties.
+  !> Input keys of the properties of a link that design parameters change: mass, centre of mass, moment of inertia.
   character(len=9), parameter, public :: part_names(4) = [character(len=9) :: "mass", "center(1)", "center(2)", "inertia"]
 
   !> Quantities that may vary along a line of conditions: the speed or the stiffness factor.

@@ -55,7 +55,7 @@ contains
     !> Name of the model
     character(len=*), intent(in) :: model
     type(accuracy_type), intent(in) :: accuracy
-    !> The frame with the equations of the model: for 'exact' and 'first_order' a varied_frame_type, otherwise a copy of `frame`
+    !> The frame with the equations of the model: for 'exact' and 'first_order' a `varied_frame_type`, otherwise a copy of `frame`
     class(frame_type), allocatable, intent(out) :: settled
     type(error_type), allocatable, intent(out) :: error
     !> How the exact vibration was found

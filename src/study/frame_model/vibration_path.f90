@@ -40,8 +40,8 @@ module gestell_study_frame_model_vibration_path
   integer, parameter :: most_points = 100
   !> The path ends if the motion falls below this fraction of the largest motion on it: the path has returned to rest.
   real(dp), parameter :: back_at_rest = 1.0e-4_dp
-  !> Speeds from which a path may start, relative to the requested speed. A machine usually speeds up to its speed, so slower ones
-  !> come first. Beyond a jump its vibration continues that of faster speeds.
+  !> Speeds from which a path may start, relative to the requested speed. Slower speeds come first, because a machine usually runs
+  !> up to its speed. Beyond a jump its vibration continues the vibration at faster speeds.
   real(dp), parameter :: other_speeds(*) = [0.97_dp, 1.03_dp, 0.9_dp, 1.1_dp]
 
   !> On a path over damping the damping at the start is the larger of `of_speed` times the drive speed and `of_frequency` times the
@@ -49,8 +49,8 @@ module gestell_study_frame_model_vibration_path
   real(dp), parameter :: of_speed = 2, of_frequency = 1, fall = 12
   !> Maximum number of linear systems that are solved on a path over damping.
   integer, parameter :: most_systems = 500
-  !> Value of `furthest_back` on a path over damping. With more damping than at its start it leads to another equilibrium of the
-  !> frame.
+  !> Value of `furthest_back` on a path over damping. A path that returns to more damping than at its start leads to another
+  !> equilibrium of the frame.
   real(dp), parameter :: back_at_start = -0.1_dp
 
   character(len=*), parameter :: unfound = "no periodic vibration of the exact frame was found, starting from the linear " &

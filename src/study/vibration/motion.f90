@@ -298,9 +298,9 @@ contains
       & + sum(large(turns)) * sum(errors(first + turns))
   end subroutine add_moment_errors
 
-  !> Computes the errors of the rows that only the exact frame has. For s = sin psi - psi and c = cos psi - 1 they are at most
-  !> |dpsi|, because psi is at most about 1; the derivatives are bounded alike. In space the errors of all rotations are added.
-  !> Errors of moments and supports follow from the linear terms.
+  !> Computes the errors of the rows that only the exact frame has. Errors of s = sin psi - psi and c = cos psi - 1 are at most
+  !> |dpsi|, because psi is at most about 1; the errors of their derivatives are bounded alike. In space the errors of all rotations
+  !> are added. Errors of moments and supports follow from the linear terms.
   subroutine add_turned_errors(frame, errors)
     class(frame_type), intent(in) :: frame
     real(dp), intent(inout) :: errors(:)

@@ -58,8 +58,9 @@ module gestell_study_vibration
 
 contains
 
-  !> Computes the periodic vibration of `system`, which is a frame or its averaged model. Fails as `check_times` does. Fails also if
-  !> `system` is neither, if `floquet` is of another system or has no load, at a resonance, or if the vibration overflows.
+  !> Computes the periodic vibration of `system`, which is a frame or its averaged model. Fails as `check_times` does. Fails also
+  !> for other systems, if `floquet` is the solution of another system or has no load, at a resonance, or if the vibration
+  !> overflows.
   subroutine solve_vibration(system, floquet, points, harmonics, vibration, error, rows)
     class(periodic_system), intent(in), target :: system
     !> Floquet solution of `system` with its load

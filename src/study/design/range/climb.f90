@@ -21,7 +21,7 @@ module gestell_study_design_range_climb
     real(dp) :: next = 0, top = 0, highest = 0
     !> True if the maximum is found to the relative accuracy `gain`, or if the steps are used up
     logical :: done = .false.
-    !> True for a smooth maximum. Otherwise it lies at a jump or an end of the interval, or was not found
+    !> True if the maximum is smooth. False if it is at a jump or an end of the interval, or was not found
     logical :: smooth = .false.
     !> Curvature of a smooth maximum: the value falls by `bend` t^2 at the distance t
     real(dp) :: bend = 0
