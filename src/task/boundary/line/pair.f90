@@ -106,7 +106,7 @@ contains
     if (real(self%mean) > clear * self%noise) excess = -abs(excess)
   end function excess
 
-  !> Fits parabolas to `mean` and `delta` through three pairs.
+  !> Fits parabolas to `mean` and `delta` of a pair of multipliers at three positions.
   pure function fit_pair(three) result(fit)
     type(pair_type), intent(in) :: three(3)
     type(pair_fit_type) :: fit

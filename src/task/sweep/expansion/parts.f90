@@ -14,8 +14,9 @@ module gestell_task_sweep_expansion_parts
   implicit none (type, external)
   private
 
-  !> Structure and weights of the list of numbers. Part by part the list contains [A_k b_k], row by row, then the same for the
-  !> positions at each of the `between` times within the part. Column b_k exists only if `forced`.
+  !> Structure and weights of the list of numbers that represent the motion. For each part it contains the map [A_k b_k], row by
+  !> row, then the rows of the maps to the positions at each of the `between` times within the part. Column b_k exists only if
+  !> `forced`.
   type, public :: parts_type
     !> `states`: number of states. `parts`: number of parts of the period. `between`: number of times within a part at which
     !> positions are computed.
@@ -198,7 +199,7 @@ contains
     end do
   end function greatest_behind
 
-  !> Upper bound of the spectral norm |M|. It exceeds |M| by at most the square root of the number of rows or columns, and equals 1
+  !> Upper bound of the spectral norm |M|. It is larger than |M| by at most the factor sqrt(number of rows or columns), and equals 1
   !> for the unit matrix.
   pure real(dp) function norm_bound(matrix)
     real(dp), intent(in) :: matrix(:, :)
