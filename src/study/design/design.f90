@@ -152,8 +152,8 @@ contains
   end subroutine minimise_under_all
 
   !> Adds conditions to `used`, shape (conditions). If none is used yet, adds the worst condition of each goal at x; otherwise all
-  !> that are worse at x than the used conditions. `more`: true if conditions were added. If x is not a machine or has no vibration,
-  !> `known` is false and all conditions are used. Fails if the goals are invalid.
+  !> conditions that are worse at x than the used ones. `more`: true if conditions were added. If the machine at x does not exist or
+  !> has no vibration, `known` is false and all conditions are used. Fails if the goals are invalid.
   subroutine add_worse(family, options, x, used, more, known, error)
     class(family_type), intent(in) :: family
     type(design_options), intent(in) :: options

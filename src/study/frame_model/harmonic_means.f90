@@ -14,12 +14,12 @@ module gestell_study_frame_model_harmonic_means
     integer :: f = 0, half = 0
     !> Means of M, B, C, shape (f, f, 3)
     real(dp), allocatable :: coefficients(:, :, :)
-    !> Real and imaginary parts of the inverse matrices A_k^-1 of the orders k, shape (0:half - 1, f, f)
+    !> Real and imaginary parts of A_k^-1, where A_k x_k = h_k is the averaged equation of harmonic k; shape (0:half - 1, f, f)
     real(dp), allocatable, dimension(:, :, :) :: along, across
     !> `of_velocity`: ratio of velocity to displacement at order 1, shape (f). `weights`: weights of the harmonics in the rms of
     !> motion and velocity, shape (0:2 half - 1, f)
     real(dp), allocatable :: of_velocity(:), weights(:, :)
-    !> Norm of A_k^-1 for each order k
+    !> Norm of A_k^-1 for each order k, where A_k x_k = h_k is the averaged equation of harmonic k
     real(dp), allocatable :: gains(:)
     !> Factor by which errors of a turn are amplified: the maximum over k of |(i k W - P)^-1|/T, P the matrix of the averaged
     !> first-order equations. It approximates |(E - Phi(T))^-1| near a resonance
@@ -42,7 +42,7 @@ contains
     real(dp), intent(in) :: m(:, :, :), b(:, :, :), c(:, :, :), omega
     type(survey_type), intent(in) :: survey
     type(means_type), intent(out) :: means
-    !> False if the matrix A_k of some order k is singular
+    !> False if the averaged equation A_k x_k = h_k of some harmonic k is singular
     logical, intent(out) :: fits
     integer :: f, n, furthest, i, k
 
@@ -141,7 +141,7 @@ contains
     end do
   end subroutine invert
 
-  !> Harmonics of the load multiplied by the inverse matrices A_k^-1 and by `weights`.
+  !> Harmonics of the load multiplied by A_k^-1 and by `weights`; A_k x_k = h_k is the averaged equation of harmonic k.
   pure function weighted(means, load) result(x)
     class(means_type), intent(in) :: means
     real(dp), intent(in) :: load(0:, :)
