@@ -1,22 +1,24 @@
-!> Forces of a mounting on a frame that has moved and turned by any amount, and their derivatives with respect to the motion, (32)
-!> to (34) of doc/theory.md.
+!> Forces of the supports on a frame after a displacement and rotation of any size, and their derivatives with respect to the
+!> motion; (32) to (34) of doc/theory.md.
 !>
-!> Vectors of the plane are complex numbers, E = exp(i psi). The head of a support is at p seen from F, along the frame's axes. It
-!> has the displacement and velocity
+!> Vectors of the plane are complex numbers, E = exp(i psi). The head of a support is at p seen from the frame's centre of mass F,
+!> along the frame's axes. It has the displacement and velocity
 !>
 !>     d = u + (E - 1) p,   v = u' + i psi' E p,   u = xi + i eta.
 !>
-!> The support exerts the force F = -K d - B v and the moment M = Im(conj(E p) F) about F. Two springs k1, k2 along axes at the
-!> angle alpha give
+!> Support j exerts the force F_j = -K d - B v on the frame, with the moment M_j = Im(conj(E p) F_j) about F. Two springs k1, k2
+!> along axes at the angle alpha give
 !>
 !>     K d = (k1 + k2)/2 d + (k1 - k2)/2 exp(2 i alpha) conj(d).
 !>
-!> If the axes of a support turn with the frame, displacement and rate are measured in the frame, with w = conj(E) (u - p),
+!> If the axes of a support turn with the frame, displacement and rate are measured along the frame's axes. With w = conj(E) (u -
+!> p),
 !>
-!>     e = conj(E) d = p + w,   e' = conj(E) u' - i psi' w,   f = K e + B e' + G,
+!>     e = conj(E) d = p + w,   e' = conj(E) u' - i psi' w,   f = K e + B e' + G.
 !>
-!> and the force -E f on the frame acts along a line through the position p at rest: M = Im(conj(w) f). The static force G on the
-!> ground turns with these axes. Its force and moment at rest balance the weights, so G and Im(conj(p) G) are added.
+!> The support then exerts the force -E f on the frame. Its line of action passes through p, the position of the head at rest: M =
+!> Im(conj(w) f). The static force G on the ground turns with these axes. At rest, G and its moment balance the weights. Therefore G
+!> and Im(conj(p) G) are added to the force and moment on the frame.
 module gestell_model_exact_moved_mounting
   use gestell_base_kinds, only: dp
   use gestell_math_turn, only: less_one
@@ -28,7 +30,8 @@ module gestell_model_exact_moved_mounting
 
   complex(dp), parameter :: i = (0.0_dp, 1.0_dp)
 
-  !> Two springs or two dampers along perpendicular axes: K d = mean d + difference conj(d).
+  !> Two springs or two dampers along perpendicular axes. The displacement d of their head causes the force K d = `mean` d +
+  !> `difference` conj(d).
   type :: pair_type
     real(dp) :: mean = 0
     complex(dp) :: difference = 0
@@ -36,7 +39,8 @@ module gestell_model_exact_moved_mounting
     procedure :: times
   end type pair_type
 
-  !> Sums over pairs at positions p: the means times 1, p and |p|^2, the differences times 1, conj(p) and conj(p)^2.
+  !> Sums over all springs, or all dampers, whose axes stay in space and whose heads are at p: of `mean` times 1, p and |p|^2, and
+  !> of `difference` times 1, conj(p) and conj(p)^2.
   type :: sums_type
     real(dp) :: mean = 0, mean_pp = 0
     complex(dp) :: difference = 0, mean_p = 0, difference_p = 0, difference_pp = 0
@@ -45,15 +49,16 @@ module gestell_model_exact_moved_mounting
 
 contains
 
-  !> Subtracts the forces and moments of the supports on the frame from the left sides r, and their derivatives with respect to q
-  !> and q' from c and b. With the force F = sum of F_j and G = sum of conj(p_j) F_j the moment is Im(conj(E) G).
+  !> Subtracts the forces and moments of the supports from the left sides r of the equations of motion. Subtracts their derivatives
+  !> with respect to q from c, with respect to q' from b. The supports whose axes stay in space exert the forces F_j: the total
+  !> moment is Im(conj(E) G) with G = sum of conj(p_j) F_j.
   pure subroutine add_mounting(supports, q, v, turn, r, b, c)
     type(support_type), intent(in) :: supports(:)
-    !> Displacement and velocity (xi, eta, psi) of the frame, shapes (points, 3)
+    !> `q`: displacement and rotation (xi, eta, psi) of the frame; `v`: their rates; shapes (points, 3)
     real(dp), intent(in) :: q(:, :), v(:, :)
     !> E = exp(i psi), shape (points)
     complex(dp), intent(in) :: turn(:)
-    !> Left sides, shape (points, 3), and their derivatives, shapes (points, 3, 3)
+    !> Left sides r, shape (points, 3); derivatives b with respect to q' and c with respect to q, shapes (points, 3, 3)
     real(dp), intent(inout) :: r(:, :), b(:, :, :), c(:, :, :)
     complex(dp), dimension(size(turn)) :: f, g, f_turn, g_turn, f_spin, g_spin, rest
     type(sums_type) :: springs, dampers
@@ -96,7 +101,7 @@ contains
     c(:, 3, 3) = c(:, 3, 3) - cross(turn, g_turn) + real(conjg(turn) * g)      ! the load turned on its arm
   end subroutine add_mounting
 
-  !> Subtracts force, moment and derivatives of one support whose axes turn with the frame (see `add_mounting`).
+  !> Does the work of `add_mounting` for one support whose axes turn with the frame.
   pure subroutine add_in_frame(support, q, v, turn, r, b, c)
     type(support_type), intent(in) :: support
     real(dp), intent(in) :: q(:, :), v(:, :)
@@ -153,7 +158,7 @@ contains
     sums%difference_pp = sums%difference_pp + pair%difference * conjg(p)**2
   end subroutine add_pair
 
-  !> Adds to f and g the sums F and G of `add_mounting` for heads that move by u + w p.
+  !> Adds the sum of the forces F_j to f and the sum of conj(p_j) F_j to g, for heads that move by u + w p_j.
   pure subroutine hold(sums, u, w, f, g)
     type(sums_type), intent(in) :: sums
     complex(dp), intent(in) :: u(:), w(:)
@@ -163,8 +168,9 @@ contains
     g = g - (conjg(sums%mean_p) * u + sums%difference_p * conjg(u) + sums%mean_pp * w + sums%difference_pp * conjg(w))
   end subroutine hold
 
-  !> Dynamic load of the supports on the ground, shape (points, 3): forces along axes in space (N) and the moment about F at rest (N
-  !> m). The moment is the sum of (p + d) x (K d + B v), or of p x (E f - G) for axes that turn with the frame.
+  !> Forces of the supports on the ground along axes in space (N), and their moment about the rest position of F (N m), shape
+  !> (points, 3). Static forces are excluded. The moment is the sum of (p + d) x (K d + B v), or of p x (E f - G) for axes that turn
+  !> with the frame.
   pure function ground_load(supports, q, v) result(load)
     type(support_type), intent(in) :: supports(:)
     real(dp), intent(in) :: q(:, :), v(:, :)
@@ -191,7 +197,8 @@ contains
     end do
   end function ground_load
 
-  !> Potential energy (J) of the supports' springs and of static forces that turn with the frame, shape (points).
+  !> Potential energy (J) of the supports' springs, and of the static forces of the supports whose axes turn with the frame, shape
+  !> (points).
   pure function mounting_energy(supports, q) result(energy)
     type(support_type), intent(in) :: supports(:)
     real(dp), intent(in) :: q(:, :)
@@ -213,7 +220,8 @@ contains
     end do
   end function mounting_energy
 
-  !> Computes displacement d and velocity d' of the head of a support, or e and e' if its axes turn with the frame.
+  !> Computes displacement d and velocity d' of the head of a support along axes in space. If the support's axes turn with the
+  !> frame, computes e and e' along the frame's axes instead.
   pure subroutine elongate(support, q, v, d, d_dot)
     type(support_type), intent(in) :: support
     real(dp), intent(in) :: q(:, :), v(:, :)
@@ -234,8 +242,8 @@ contains
     complex_of = cmplx(a(1), a(2), dp)
   end function complex_of
 
-  !> Adds to k the derivatives of -force and -moment with respect to xi and eta, for which the heads move by 1 or by i. With the
-  !> sums of the dampers these are the derivatives with respect to the rates.
+  !> Adds to k the derivatives of -force and -moment with respect to xi and eta. A unit of xi moves all heads by 1, a unit of eta by
+  !> i. If `sums` are those of the dampers, these are the derivatives with respect to xi' and eta'.
   pure subroutine subtract_plane(sums, turn, k)
     type(sums_type), intent(in) :: sums
     complex(dp), intent(in) :: turn(:)

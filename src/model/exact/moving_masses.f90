@@ -1,5 +1,5 @@
-!> Sums over the moving masses at crank angles, as the exact frame feels them. They depend on who keeps the speed constant
-!> (gestell_model_mechanism_held).
+!> Effective mass functions of the exact frame at given crank angles, with derivatives. They depend on what keeps the speed constant
+!> (see gestell_model_mechanism_held).
 module gestell_model_exact_moving_masses
   use gestell_base_kinds, only: dp
   use gestell_model_frame, only: frame_type
@@ -10,22 +10,24 @@ module gestell_model_exact_moving_masses
 
   public :: find_masses
 
-  !> Sums over the masses about F in the frame's axes, each of shape (angles). Suffix _t is d/dt = Omega d/dphi at constant psi,
-  !> suffix _psi is d/dpsi at constant time. The latter turns the crank back if the crank turns evenly in space. Z = E S is the
-  !> first moment of the masses in space.
+  !> Sums over the masses about F along the frame's axes, each of shape (angles). Suffix _t: time derivative, Omega d/dphi at
+  !> constant psi. Suffix _psi: derivative with respect to psi at constant time; if the crank turns uniformly in space, this turns
+  !> it back relative to the frame. Z = E S is the first moment of the masses along axes in space.
   type, public :: masses_type
-    !> First moment S = sum m r (kg m): d2S/dt2; S_1, S_2, S_3 with dZ/dpsi = i E S_1, d2Z/dpsi2 = -E S_2, d3Z/dpsi3 = -i E S_3, and
-    !> derivatives.
+    !> First moment S = sum m r of the masses (kg m). `s_tt`: d2S/dt2. With Z = E S, E = exp(i psi): dZ/dpsi = i E S_1, d2Z/dpsi2 =
+    !> -E S_2, d3Z/dpsi3 = -i E S_3. Suffixes _t and _tt: first and second time derivative.
     complex(dp), allocatable :: s_tt(:), s_1(:), s_1_t(:), s_1_tt(:), s_2(:), s_2_t(:), s_3(:)
-    !> Moment of inertia J_1 that multiplies psi'' (kg m^2), and derivatives.
+    !> `inertia`: effective moment of inertia J_1, the factor of psi'' (kg m^2). The others are its derivatives with respect to time
+    !> and psi.
     real(dp), allocatable :: inertia(:), inertia_t(:), inertia_psi(:), inertia_tpsi(:), inertia_psipsi(:)
-    !> Negative moment of the load on a frame at rest (N m), and its derivative with respect to psi.
+    !> `moment`: moment on the left side of the equation of psi, the negative moment of the load at rest (N m). `moment_psi`: its
+    !> derivative with respect to psi.
     real(dp), allocatable :: moment(:), moment_psi(:)
   end type masses_type
 
 contains
 
-  !> Computes the sums at crank angles phi (rad).
+  !> Computes the effective mass functions of a frame at crank angles phi (rad).
   subroutine find_masses(frame, angles, at)
     class(frame_type), intent(in) :: frame
     real(dp), contiguous, intent(in) :: angles(:)
@@ -65,7 +67,8 @@ contains
 
   contains
 
-    !> Moment of inertia about F without its constant part, or a derivative of this part, from the given columns of `felt`.
+    !> The part of the moment of inertia about F that varies with the crank angle, a3 + 2 xi_0 a1 + 2 eta_0 a2, or one of its
+    !> derivatives. The arguments are the columns of `felt` with a1, a2, a3 or their derivatives.
     pure function turned(a1, a2, a3)
       integer, intent(in) :: a1, a2, a3
       real(dp) :: turned(size(angles))

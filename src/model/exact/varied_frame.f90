@@ -1,27 +1,28 @@
-!> The frame linearised about a motion that it makes: the exact equations, for any rotation, and their derivatives. They are (30) to
-!> (34) of doc/theory.md.
+!> The frame linearised about one of its motions: the exact equations, for any rotation, and their derivatives, (30) to (34) of
+!> doc/theory.md.
 !>
-!> Vectors of the plane are complex numbers: u = xi + i eta, E = exp(i psi). Let m be the mass of the whole machine. With r = O + x
-!> + i y, the sums over the masses about F along the frame's axes are S = sum m r, the moment of inertia J and H' = sum (m r x r'' +
-!> J phi''). Momentum, and angular momentum about F, give
+!> Vectors of the plane are complex numbers: u = xi + i eta, E = exp(i psi). Let m be the mass of the whole machine, and r = O + x +
+!> i y the position of a mass seen from F along the frame's axes. The sums over the masses are the first moment S = sum m r, the
+!> moment of inertia J, and H' = sum (m r x r'' + J phi''). Momentum, and angular momentum about F, give
 !>
 !>     m u'' + E [S'' + 2 i psi' S' + (i psi'' - psi'^2) S]           = sum of F_j
 !>     J psi'' + J' psi' + H' + Im(conj(E S) u'')                     = sum of M_j
 !>
 !> with the forces F_j and moments M_j of the mounting (gestell_model_exact_moved_mounting) and the moment of the weights
-!> (gestell_model_mounting_weights). About rest, q = 0, they become (8) to (12). The sums over the masses are functions of the crank
-!> angle phi = Omega t, so ' is Omega d/dphi.
+!> (gestell_model_mounting_weights). Linearised about rest, q = 0, they become (8) to (12). The sums over the masses are functions
+!> of the crank angle phi = Omega t, so ' is Omega d/dphi.
 !>
-!> If the crank turns evenly in space (gestell_model_mechanism_held), phi = Omega t - p psi. Then the first moment of the masses Z =
-!> E S depends on t and psi, with dZ/dpsi = i E S_1 and S_1 = S + i p dS/dphi. Likewise S_2 = S_1 + i p dS_1/dphi and S_3 = S_2 + i
-!> p dS_2/dphi. If the crank turns evenly relative to the frame, p = 0 and S_1, S_2, S_3 equal S. For all quantities but u and psi
-!> let ' now be the derivative at constant psi, Omega d/dphi. In both cases
+!> If the crank turns uniformly in space, phi = Omega t - p psi; p, A and K are defined in gestell_model_mechanism_held. Then the
+!> first moment of the masses Z = E S depends on t and psi, with dZ/dpsi = i E S_1 and S_1 = S + i p dS/dphi. Likewise S_2 = S_1 + i
+!> p dS_1/dphi and S_3 = S_2 + i p dS_2/dphi. If the crank turns uniformly relative to the frame, p = 0 and S_1, S_2, S_3 equal S.
+!> For all quantities but u and psi let ' now be the derivative at constant psi, Omega d/dphi. In both cases
 !>
 !>     m u'' + E [S'' + 2 i psi' S_1' + i psi'' S_1 - psi'^2 S_2]                 = sum of F_j
 !>     J_1 psi'' + J_1' psi' + psi'^2/2 dJ_1/dpsi + H_1' + Im(conj(E S_1) u'')    = sum of M_j - M
 !>
-!> If the crank turns evenly in space, J_1 = J - 2 p A + p^2 K and H_1' = Omega^2 d(A - p K/2)/dphi. Otherwise J_1 = J, which does
-!> not depend on psi, and H_1' = H'. M is the mean torque of a motor on the frame that drives a flywheel, 0 in the other cases.
+!> If the crank turns uniformly in space, J_1 = J - 2 p A + p^2 K and H_1' = Omega^2 d(A - p K/2)/dphi. Otherwise J_1 = J, which
+!> does not depend on psi, and H_1' = H'. M is the mean torque of a motor on the frame that drives a flywheel; M = 0 without a
+!> flywheel.
 module gestell_model_exact_varied_frame
   use gestell_math_cosine_sine, only: cosine_sine
   use gestell_base_kinds, only: dp, pi
@@ -39,21 +40,21 @@ module gestell_model_exact_varied_frame
 
   public :: varied_frame
 
-  !> The linear system M q'' + B q' + C q = h whose M, B, C are the derivatives of the exact equations along `motion`. Its
-  !> multipliers decide the stability of `motion` against small disturbances. With `newton`, h makes the periodic solution the next
-  !> iterate of Newton's method, (36); without, the periodic solution is `motion` itself.
+  !> A frame linearised about `motion`: M q'' + B q' + C q = h, where M, B, C are the derivatives of the exact equations. Its
+  !> multipliers decide whether `motion` is stable. Its periodic solution is the next iterate of Newton's method, (36), if `newton`
+  !> is true, otherwise `motion` itself.
   type, extends(frame_type), public :: varied_frame_type
-    !> Displacements and rotations of all degrees of freedom as functions of theta = 2 pi t/T.
+    !> Displacements and rotations of all degrees of freedom as functions of theta = 2 pi t/T, T the period.
     type(series_type) :: motion
     logical :: newton = .true.
-    !> True if h is the negative residual of the exact equations at `motion`. The periodic solution is then Newton's step instead of
-    !> the next iterate.
+    !> True if h is only the negative residual of the exact equations at `motion`. The periodic solution is then the step of
+    !> Newton's method, not the next iterate.
     logical :: lacking = .false.
-    !> Part of the excitation that acts: 1 for the machine itself, 0 at the start of a path from rest.
+    !> Factor on the excitation: 1 for the machine itself, 0 at the start of a path from rest.
     real(dp) :: excitation = 1
-    !> In space with a flywheel: the angle chi by which the drive lags (rad), and the mean of the frame's rate about the shaft, w n
-    !> (rad/s); see gestell_model_space_drive.
+    !> Only for a frame in space with a flywheel: the angle chi by which the drive lags (rad); see gestell_model_space_drive.
     type(series_type) :: spun
+    !> Mean over the turn of w n, the frame's rate of rotation about the shaft (rad/s); only in space with a flywheel.
     real(dp) :: drift = 0
   contains
     procedure :: move_to, lag, sample_second_order, coupled, ground_forces
@@ -75,8 +76,8 @@ contains
     call varied%move_to(motion)
   end function varied_frame
 
-  !> Linearises the frame about another motion. If a motor on the frame drives a flywheel, its mean torque delivers the power that
-  !> the dampers dissipate over the turn.
+  !> Linearises the frame about another motion. With a flywheel, also computes the mean torque of its motor on the frame: the motor
+  !> replaces the power that the dampers dissipate over the turn.
   pure subroutine move_to(self, motion)
     class(varied_frame_type), intent(inout) :: self
     type(series_type), intent(in) :: motion
@@ -103,8 +104,8 @@ contains
     end do
   end subroutine move_to
 
-  !> Computes chi and the mean torque of the motor for a frame in space with a flywheel. The rate of chi is that of the frame about
-  !> the shaft, minus its mean.
+  !> Computes, for a frame in space with a flywheel, the lag chi of the drive and the mean torque of the motor. The rate of chi is
+  !> the frame's rate of rotation about the shaft, minus its mean over the turn.
   pure subroutine spin_flywheel(self, points)
     class(varied_frame_type), intent(inout) :: self
     integer, intent(in) :: points
@@ -137,8 +138,8 @@ contains
     call self%spun%tabulate()
   end subroutine spin_flywheel
 
-  !> Lag of the drive at phases of the turn, shape (phases, 3): chi (rad), mean of the frame's rate about the shaft (rad/s), mean
-  !> torque of the motor (N m). All are 0 without a flywheel.
+  !> Argument `lag` of `follow_frame` at phases of the turn, shape (phases, 3). Columns: angle chi by which the drive lags (rad),
+  !> mean of the frame's rate about the shaft (rad/s), mean torque of the motor (N m). All are 0 without a flywheel.
   pure function lag(self, phases)
     class(varied_frame_type), intent(in) :: self
     real(dp), contiguous, intent(in) :: phases(:)
@@ -207,7 +208,8 @@ contains
     end do
   end subroutine sample_second_order
 
-  !> Computes the left sides of the equations due to the masses, and their derivatives; `turn` is E.
+  !> Computes the contribution of the masses and their weights to the left sides of (30) and (31), and its derivatives. `turn`: E =
+  !> exp(i psi).
   subroutine vary_inertia(frame, phases, q, v, a, turn, r, m, b, c)
     type(varied_frame_type), intent(in) :: frame
     real(dp), contiguous, intent(in) :: phases(:)
@@ -252,10 +254,11 @@ contains
     end if
   end subroutine vary_inertia
 
-  !> True for each pair of free degrees of freedom that is coupled. As a rule rotations are coupled to all others, and displacements
-  !> as about rest. If only some degrees of freedom are damped, the matrices at many phases decide, so that a part without dampers
-  !> can be proved undamped. This is not done in other cases because each part costs as much as the whole frame. The phases are
-  !> shifted by 1/pi against those of symmetries.
+  !> True for each pair of free degrees of freedom that the equations couple. In general, rotations are assumed to be coupled to all
+  !> others, and displacements are coupled as about rest. If only some degrees of freedom are damped, the matrices at many phases
+  !> decide: a subsystem without dampers can then be proved undamped. Otherwise they are not examined, because each subsystem costs
+  !> as much as the whole frame. The phases are shifted by 1/pi of their spacing to avoid the phases at which symmetric machines
+  !> have zeros.
   function coupled(self)
     class(varied_frame_type), intent(in) :: self
     logical, allocatable :: coupled(:, :), turns(:)
@@ -269,7 +272,8 @@ contains
     coupled = connections(self, 1 / pi)
   end function coupled
 
-  !> Forces (N) and moments about F at rest (N m) on the ground, shape (dofs, points), for states x of shape (states, points).
+  !> Forces (N) on the ground and their moments about the rest position of F (N m), shape (dofs, points). `x`: states (q, q'), shape
+  !> (states, points).
   pure function ground_forces(self, x) result(forces)
     class(varied_frame_type), intent(in) :: self
     real(dp), intent(in) :: x(:, :)
@@ -290,7 +294,8 @@ contains
       & + matmul(v, transpose(self%foundation_damping)))
   end function ground_forces
 
-  !> E = exp(i psi), dE/dpsi and once more E, exactly (see `rotations` of gestell_model_frame).
+  !> E = exp(i psi), dE/dpsi, and E again in place of the approximation for the weights; all exact (see `rotations` of
+  !> gestell_model_frame).
   pure function rotations(self, psi)
     class(varied_frame_type), intent(in) :: self
     real(dp), intent(in) :: psi
@@ -310,8 +315,8 @@ contains
       & + dot_product(q, matmul(self%foundation_stiffness, q)) / 2
   end function potential
 
-  !> Power dissipated by the mounting (W) at the displacement q and velocity v: dampers and the asymmetric part of the foundation's
-  !> stiffness.
+  !> Power dissipated by the mounting (W) at the displacement q and velocity v, by the dampers and by the asymmetric part of the
+  !> foundation's stiffness.
   pure real(dp) function dissipation(self, q, v)
     class(varied_frame_type), intent(in) :: self
     real(dp), intent(in) :: q(3), v(3)

@@ -1,4 +1,4 @@
-!> Checks the data of a frame.
+!> Checks the data of a frame: numbers, free degrees of freedom, mechanism.
 module gestell_model_frame_data
   use gestell_base_error, only: error_type, fatal_error, impossible_mechanism, invalid_input
   use gestell_base_kinds, only: dp, pi
@@ -10,13 +10,12 @@ module gestell_model_frame_data
 
   public :: check_frame_data, check_free, check_turning
 
-  !> Smallest angle scale that is accepted (rad): mechanisms whose motion changes noticeably within a smaller crank angle are
-  !> refused.
+  !> Smallest accepted angle scale (rad): mechanisms whose motion changes noticeably within a smaller crank angle are refused.
   real(dp), parameter :: least_angle_scale = 1.0e-4_dp
 
 contains
 
-  !> Checks the numbers of a frame. Errors: a number is not finite; mass or inertia is negative; the speed is zero.
+  !> Checks the numbers that describe a frame. Fails if a number is not finite, mass or inertia is negative, or the speed is zero.
   subroutine check_frame_data(mass, inertia, origin, stiffness, damping, speed, error)
     !> Units as in `new_frame`
     real(dp), intent(in) :: mass, inertia, origin(2), stiffness(3, 3), damping(3, 3), speed
@@ -31,7 +30,7 @@ contains
     end if
   end subroutine check_frame_data
 
-  !> Checks the numbers of the free degrees of freedom. Fails if there are none, if one is outside 1 to `dofs` (3 or 6), or if one
+  !> Checks the indices of the free degrees of freedom. Fails if there is none, if one is outside 1 to `dofs` (3 or 6), or if one
   !> occurs twice.
   subroutine check_free(free, dofs, error)
     integer, intent(in) :: free(:), dofs
@@ -43,8 +42,8 @@ contains
     if (dofs > 3) call fatal_error(error, "the free degrees of freedom must be different numbers from 1 to 6", invalid_input)
   end subroutine check_free
 
-  !> Checks a mechanism that has been prepared. Errors: its mass or inertia is negative or not finite; it comes too close to a dead
-  !> point.
+  !> Checks a mechanism after it has been prepared. Fails if its mass or inertia is negative or not finite, or if it comes too close
+  !> to a dead point.
   subroutine check_turning(mechanism, error)
     class(mechanism_type), intent(in) :: mechanism
     type(error_type), allocatable, intent(out) :: error

@@ -1,4 +1,4 @@
-!> Equations (9) to (12) of doc/theory.md: matrices and load about rest of a frame in the plane with its mechanism.
+!> Equations (9) to (12) of doc/theory.md: matrices and load of a frame in the plane with its mechanism, linearised about rest.
 module gestell_model_frame_equations
   use gestell_base_kinds, only: dp, pi
   use gestell_model_mechanism, only: a1_d, a1_dd, a1_v, a2_d, a2_dd, a2_v, a3_d, a3_v, mechanism_type, table_columns
@@ -10,9 +10,9 @@ module gestell_model_frame_equations
 
 contains
 
-  !> The part of M in (9) that does not depend on the crank angle, of all three degrees of freedom.
+  !> The part of the mass matrix M in (9) that does not depend on the crank angle, for xi, eta and psi.
   pure function mass_matrix(mass, inertia, origin, mechanism) result(m)
-    !> Mass (kg) and moment of inertia about F (kg m^2) of the frame; origin of the mechanism seen from F (m)
+    !> `mass` (kg) and `inertia` about F (kg m^2): of the frame; `origin`: of the mechanism, seen from F (m)
     real(dp), intent(in) :: mass, inertia, origin(2)
     class(mechanism_type), intent(in) :: mechanism
     real(dp) :: m(3, 3)
@@ -30,12 +30,13 @@ contains
   end function mass_matrix
 
   !> Computes M, B and C of (9) to (11) for the degrees of freedom `free`, shapes (angles, size(free), size(free)). The mass
-  !> functions depend on the crank angle alone; the speed enters by d/dt = Omega d/dphi.
+  !> functions in `table` depend on the crank angle alone; the speed enters by d/dt = Omega d/dphi.
   pure subroutine set_matrices(free, constant, damping, stiffness, speed, origin, table, m, b, c)
     integer, intent(in) :: free(:)
-    !> M without the mass functions (`mass_matrix`); B_0; C_0; crank speed (rad/s); origin of the mechanism seen from F (m)
+    !> `constant`: M without the mass functions (from `mass_matrix`); `damping`: B_0; `stiffness`: C_0; `speed`: of the crank
+    !> (rad/s); `origin`: of the mechanism, seen from F (m)
     real(dp), intent(in) :: constant(3, 3), damping(3, 3), stiffness(3, 3), speed, origin(2)
-    !> Mass functions over the crank angles, shape (angles, table_columns)
+    !> Mass functions at the crank angles, shape (angles, table_columns)
     real(dp), contiguous, intent(in) :: table(:, :)
     real(dp), contiguous, intent(inout) :: m(:, :, :), b(:, :, :), c(:, :, :)
     integer :: i, j, x, y, psi
@@ -73,9 +74,9 @@ contains
   !> Computes the load h of (12), shape (angles, size(free)), for the degrees of freedom `free`.
   pure subroutine set_load(free, speed, origin, load, h)
     integer, intent(in) :: free(:)
-    !> Crank speed (rad/s); origin of the mechanism seen from F (m)
+    !> `speed`: of the crank (rad/s); `origin`: of the mechanism, seen from F (m)
     real(dp), intent(in) :: speed, origin(2)
-    !> Load divided by -Omega^2, as `tabulate_felt` returns it, shape (angles, 3)
+    !> Two forces and the moment of the load, divided by -Omega^2, from `tabulate_felt`, shape (angles, 3)
     real(dp), contiguous, intent(in) :: load(:, :)
     real(dp), contiguous, intent(inout) :: h(:, :)
     integer :: i
@@ -96,14 +97,15 @@ contains
     end associate
   end subroutine set_load
 
-  !> Cancellation in the load: ratio of its absolute terms to the load, less 1, as maximum over the `free` of xi, eta, psi
-  !> (dimensionless). 0 means that nothing cancels. Forces and moments are weighted as in the kinetic energy of the whole machine.
+  !> How strongly the terms of the load cancel (dimensionless): the largest sum of their absolute values, divided by the largest
+  !> load, minus 1; 0 means that nothing cancels. The maxima are over the degrees of freedom `free`. To compare them, forces are
+  !> divided by the root of the machine's mass, moments by the root of its moment of inertia.
   real(dp) function cancellation(mechanism, free, origin, mass, inertia, even_in_space)
     class(mechanism_type), intent(in) :: mechanism
     integer, intent(in) :: free(:)
-    !> Origin of the mechanism seen from F (m); mass (kg) and moment of inertia (kg m^2) of the frame
+    !> `origin`: of the mechanism, seen from F (m); `mass` (kg) and `inertia` (kg m^2): of the frame
     real(dp), intent(in) :: origin(2), mass, inertia
-    !> True if the crank turns evenly in space, false if relative to the frame
+    !> True if the crank turns uniformly in space, false if relative to the frame
     logical, intent(in) :: even_in_space
     integer, parameter :: angles = 16
     real(dp) :: felt(angles, table_columns), load(angles, 3), h(angles, size(free)), terms(3), weights(3), greatest

@@ -1,5 +1,5 @@
-!> The elastically mounted frame of a mechanism as a periodic system M q'' + B q' + C q = h with q = (xi, eta, psi). The equations
-!> are those about rest, (8) to (12) of doc/theory.md. A frame in space has six degrees of freedom.
+!> The elastically mounted frame of a mechanism as a periodic system M q'' + B q' + C q = h with q = (xi, eta, psi), linearised
+!> about rest: (8) to (12) of doc/theory.md. A frame in space has six degrees of freedom.
 module gestell_model_frame
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp, pi
@@ -21,23 +21,25 @@ module gestell_model_frame
 
   public :: connections, new_frame, weigh_frame
 
-  !> Names of the degrees of freedom of the frame's centre of mass F, in the order of the matrices. A frame in the plane has the
-  !> first three, a frame in space all six.
+  !> Names of the frame's degrees of freedom, in the order of the matrices: displacements of its centre of mass F, and rotations. A
+  !> frame in the plane has the first three, a frame in space all six.
   character(len=7), parameter, public :: dof_names(6) = [character(len=7) :: "xi", "eta", "psi", "zeta", "rot_xi", "rot_eta"]
 
-  !> The frame as a periodic system. Its states are (q, q') in m, rad, m/s, rad/s; its time (s) starts at crank angle 0.
+  !> The frame as a periodic system. Its states are (q, q') in m, rad, m/s, rad/s. At time 0 (s) the crank angle is 0.
   type, extends(mounted_system), public :: frame_type
-    !> Moment of inertia J_F about F (kg m^2); origin O = (xi_0, eta_0) of the mechanism in the frame's axes (m).
+    !> `inertia`: moment of inertia J_F of the frame about F (kg m^2). `origin`: origin O = (xi_0, eta_0) of the mechanism in the
+    !> frame's axes (m).
     real(dp) :: inertia = 0, origin(2) = 0
-    !> Who keeps the crank speed constant, one of `holders` of gestell_model_mechanism_held; moment of inertia of the flywheel
-    !> beyond that of the links (kg m^2), 0 if unknown.
+    !> What keeps the crank speed constant: one of `holders` of gestell_model_mechanism_held.
     character(len=8) :: held_by = "motor"
+    !> Moment of inertia of the flywheel beyond that of the links (kg m^2); 0 if unknown.
     real(dp) :: flywheel_inertia = 0
-    !> Mean torque of the motor (N m), if the motor stands on the frame and a flywheel keeps the speed. Only the exact frame uses
-    !> it; about rest it is 0.
+    !> Mean torque of the motor (N m) if it stands on the frame and drives a flywheel; otherwise 0. Only the exact frame uses it: in
+    !> the equations about rest it is 0.
     real(dp) :: motor_torque = 0
     class(mechanism_type), allocatable :: mechanism
-    !> The mechanisms of a frame in space, which replace `mechanism` and `origin` (gestell_model_frame_in_space).
+    !> The mechanisms of a frame in space; they replace `mechanism` and `origin`. Not allocated in the plane. See
+    !> gestell_model_frame_in_space.
     type(space_type), allocatable :: space
     !> True if the equations are linearised about rest, false if about a motion.
     logical :: about_rest = .true.
@@ -61,26 +63,27 @@ module gestell_model_frame
 
 contains
 
-  !> Makes a frame on its mounting, with its own copy of the mechanism, which is turned through once to check it. With `gravity` all
-  !> masses have weight, and q = 0 is the rest position of the machine under its weights. Errors: a number is not finite or out of
-  !> range; the mechanism cannot turn; the errors of `weigh_frame` and `check_held`.
+  !> Makes a frame on its mounting, with its own copy of the mechanism, whose motion is checked over the whole turn. With `gravity`
+  !> all masses have weight, and q = 0 is the rest position of the machine under its weights. Fails if a number is not finite or out
+  !> of range, if the mechanism cannot turn, or if `weigh_frame` or `check_held` fails.
   subroutine new_frame(frame, mechanism, mass, inertia, origin, stiffness, damping, speed, error, free, supports, gravity, held_by)
     type(frame_type), intent(out) :: frame
     class(mechanism_type), intent(in) :: mechanism
-    !> Mass (kg) and moment of inertia about F (kg m^2) of the frame without links; origin of the mechanism's axes seen from F (m);
-    !> stiffness (N/m, N, N m) and damping (N s/m, N s, N m s) of the foundation, or of the whole mounting without `supports`; crank
-    !> speed (rad/s, negative: clockwise)
+    !> `mass` (kg) and `inertia` about F (kg m^2): of the frame without links. `origin`: of the mechanism's axes, seen from F (m).
+    !> `stiffness` (N/m, N, N m) and `damping` (N s/m, N s, N m s): of the foundation, or of the whole mounting if there are no
+    !> `supports`. `speed`: of the crank (rad/s, negative: clockwise)
     real(dp), intent(in) :: mass, inertia, origin(2), stiffness(3, 3), damping(3, 3), speed
     type(error_type), allocatable, intent(out) :: error
-    !> Numbers of the free degrees of freedom, 1 to 3 for xi, eta, psi; default: all three
+    !> Indices of the free degrees of freedom: 1 xi, 2 eta, 3 psi; default: all three
     integer, intent(in), optional :: free(:)
     !> Supports whose stiffness and damping are added to those of the foundation
     type(support_type), intent(in), optional :: supports(:)
     !> Acceleration of gravity along xi and eta (m/s^2); default: no weights
     real(dp), intent(in), optional :: gravity(2)
-    !> Who keeps the speed constant, one of `holders`; default: "motor"
+    !> What keeps the speed constant: one of `holders`; default: "motor"
     character(len=*), intent(in), optional :: held_by
-    !> Number of rounding errors in each term of the load: in the accelerations of the joints and in the crank angle, up to 2 pi.
+    !> Number of rounding errors in each term of the load. They come from the joints' accelerations and from the crank angle of up
+    !> to 2 pi.
     real(dp), parameter :: share = 12
 
     if (present(supports)) then
@@ -120,8 +123,8 @@ contains
     if (present(gravity)) call frame%weigh([gravity, 0.0_dp], error)
   end subroutine new_frame
 
-  !> Gives weight to all masses of a frame and sets the static forces of the mounting that carries them. Errors: no spring carries
-  !> the weights along some degree of freedom; the weights overflow.
+  !> Gives weight to all masses of a frame and sets the static forces of its supports, which carry the weights. Fails if no spring
+  !> carries the weights along some free degree of freedom, or if the weights overflow.
   subroutine weigh_frame(frame, gravity, error)
     class(frame_type), intent(inout) :: frame
     !> Acceleration of gravity along xi, eta, zeta (m/s^2); the last is 0 in the plane
@@ -141,7 +144,8 @@ contains
     call new_weights(frame%weights, gravity, frame%mass + mass, mean, greatest, frame%stiffness, frame%supports, frame%free, error)
   end subroutine weigh_frame
 
-  !> Checks a frame as any second-order system. Errors: `new_frame` has not made the frame; the period does not match the speed.
+  !> Checks that the frame is a valid second-order system. Fails if it was not made by `new_frame`, or if its period does not match
+  !> its speed.
   subroutine check(self, error)
     class(frame_type), intent(in) :: self
     type(error_type), allocatable, intent(out) :: error
@@ -209,7 +213,7 @@ contains
     end if
   end subroutine sample_at_rest
 
-  !> Computes M, B, C and h about rest of a frame in the plane, (9) to (12), from the masses as the frame feels them
+  !> Computes M, B, C and h about rest of a frame in the plane, (9) to (12), from the effective mass functions
   !> (gestell_model_mechanism_held).
   subroutine sample_in_plane(self, angles, free, m, b, c, h)
     class(frame_type), intent(in) :: self
@@ -240,7 +244,7 @@ contains
     end associate
   end subroutine sample_in_plane
 
-  !> True if the crank turns evenly in space, false if it turns evenly relative to the frame.
+  !> True if the crank turns uniformly in space, false if it turns uniformly relative to the frame.
   pure logical function even_in_space(self)
     class(frame_type), intent(in) :: self
 
@@ -256,8 +260,8 @@ contains
     angles = sign(2 * pi, self%speed) * phases
   end function crank_angles
 
-  !> Tabulates the mechanism at `phases`. All cases with this mechanism that request exactly these phases use the table. The
-  !> magnitude of the speed, masses, stiffness and damping may change afterwards; the sign of the speed may not.
+  !> Tabulates the mass functions of the mechanism at `phases`. Later evaluations at exactly these phases use the table. The
+  !> magnitude of the speed, masses, stiffness and damping may change meanwhile; the sign of the speed may not.
   subroutine remember(self, phases)
     class(frame_type), intent(inout) :: self
     real(dp), intent(in) :: phases(:)
@@ -285,11 +289,11 @@ contains
     coupled = connections(self, 0.0_dp)
   end function coupled
 
-  !> True for each pair of free degrees of freedom that M, B or C couples at equidistant phases, shape (n, n). The search ends early
-  !> once all are connected.
+  !> True for each pair of free degrees of freedom that M, B or C couples at one of many equidistant phases, shape (n, n). Stops
+  !> early once all degrees of freedom are connected.
   function connections(frame, shift) result(coupled)
     class(frame_type), intent(in) :: frame
-    !> Shift of the phases as a part of their distance, 0 to 1
+    !> Shift of the phases as a fraction of their spacing, 0 to 1
     real(dp), intent(in) :: shift
     logical, allocatable :: coupled(:, :)
     real(dp), dimension(4, size(frame%free), size(frame%free)) :: m, b, c
@@ -320,8 +324,8 @@ contains
   end function all_connected
 
   !> Computes the model with M, B and C averaged over the turn, and bounds on its rounding errors. The periodic parts of B and C in
-  !> (10) and (11) are derivatives with respect to the crank angle, so their means are zero. The periodic part of the weights has
-  !> zero mean, too. The mean of B is therefore that of the mounting, the mean of C that of mounting and weights at rest.
+  !> (10) and (11) are derivatives with respect to the crank angle, so their means are zero. So is the mean of the weights' periodic
+  !> part. Hence the mean of B is the damping of the mounting; the mean of C is the stiffness of mounting and weights at rest.
   subroutine averaged(self, model)
     class(frame_type), intent(in) :: self
     type(averaged_system), intent(out) :: model
@@ -347,7 +351,7 @@ contains
   !> of C about rest.
   subroutine mean_matrices(self, free, m, g, c)
     class(frame_type), intent(in) :: self
-    !> Numbers of the degrees of freedom, free or locked
+    !> Indices of the degrees of freedom, which may be free or locked
     integer, intent(in) :: free(:)
     real(dp), allocatable, intent(out) :: m(:, :), g(:, :), c(:, :)
     real(dp), allocatable, dimension(:, :, :) :: all_m, all_b, all_c
@@ -389,8 +393,8 @@ contains
   end function dofs
 
   !> True if the equations of the degrees of freedom free(chosen) derive from a Lagrangian: no damping, symmetric stiffness. In
-  !> space the crank must also turn evenly relative to the frame. With two or more rotations the equations in space about rest leave
-  !> out terms and do not qualify.
+  !> space the crank must also turn uniformly relative to the frame. Equations in space about rest do not qualify with two or more
+  !> rotations, because they leave out terms.
   pure logical function conserves(self, chosen)
     class(frame_type), intent(in) :: self
     integer, intent(in) :: chosen(:)
@@ -408,8 +412,8 @@ contains
     end associate
   end function conserves
 
-  !> Forces (N) and moments about F at rest (N m) that supports and foundation exert on the ground, shape (dofs, points), for states
-  !> x of shape (states, points).
+  !> Forces (N) of supports and foundation on the ground, and their moments about the rest position of F (N m), shape (dofs,
+  !> points). `x`: states (q, q'), shape (states, points).
   pure function ground_forces(self, x) result(forces)
     class(frame_type), intent(in) :: self
     real(dp), intent(in) :: x(:, :)
@@ -420,8 +424,8 @@ contains
       & + matmul(self%damping(:, self%free), x(size(self%free) + 1:, :))
   end function ground_forces
 
-  !> E = exp(i psi), which rotates vectors of the plane with the frame, then dE/dpsi, then E as the weights need it. About rest the
-  !> first is exact to first order in psi, the last to second order.
+  !> Three complex numbers: E = exp(i psi), which rotates vectors of the plane with the frame, to first order in psi; dE/dpsi at
+  !> rest; E to second order in psi, as the weights need it.
   pure function rotations(self, psi)
     class(frame_type), intent(in) :: self
     real(dp), intent(in) :: psi
@@ -440,7 +444,8 @@ contains
     potential = dot_product(q, matmul(self%stiffness + load_matrix(self%supports, 3), q)) / 2
   end function potential
 
-  !> Power dissipated by the mounting (W) at the displacement q and velocity v: dampers and the asymmetric part of the stiffness.
+  !> Power dissipated by the mounting (W) at the displacement q and velocity v, by the dampers and by the asymmetric part of the
+  !> stiffness.
   pure real(dp) function dissipation(self, q, v)
     class(frame_type), intent(in) :: self
     real(dp), intent(in) :: q(3), v(3)
@@ -449,7 +454,8 @@ contains
       & + dot_product(v, matmul(self%stiffness - transpose(self%stiffness), q)) / 2
   end function dissipation
 
-  !> Mean speed of the drive (rad/s). `speed` belongs to a shaft that turns once in the period.
+  !> Mean speed of the drive (rad/s). It exceeds `speed`, which is that of a shaft with one turn per period, if the drive turns
+  !> several times in the period.
   pure real(dp) function drive_speed(self)
     class(frame_type), intent(in) :: self
 

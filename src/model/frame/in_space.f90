@@ -1,4 +1,4 @@
-!> Turns a frame of the plane into a frame in space with six degrees of freedom.
+!> Converts a frame in the plane to a frame in space with six degrees of freedom.
 module gestell_model_frame_in_space
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp, pi
@@ -17,8 +17,9 @@ module gestell_model_frame_in_space
 
 contains
 
-  !> Puts a frame into space after `new_frame` has made it with its foundation. The frame gets an inertia tensor, mechanisms in
-  !> several planes, supports and six degrees of freedom. Errors: a number is not finite or out of range; a mechanism cannot turn.
+  !> Converts a frame that `new_frame` has made with its foundation to a frame in space. The frame gets an inertia tensor,
+  !> mechanisms in several planes, supports and six degrees of freedom. Fails if a number is not finite or out of range, or if a
+  !> mechanism cannot turn.
   subroutine put_in_space(frame, inertia, planes, supports, free, error, stiffness, damping, drive)
     type(frame_type), intent(inout) :: frame
     !> Inertia tensor of the frame about F (kg m^2)
@@ -26,15 +27,15 @@ contains
     !> The mechanisms, each in its plane; they replace the frame's mechanism
     type(plane_type), intent(in) :: planes(:)
     type(support_type), intent(in) :: supports(:)
-    !> Numbers of the free degrees of freedom, 1 to 6
+    !> Indices of the free degrees of freedom, 1 to 6
     integer, intent(in) :: free(:)
     type(error_type), allocatable, intent(out) :: error
-    !> Stiffness and damping of the foundation in the frame's order of degrees of freedom; default: the frame's matrices of (xi,
-    !> eta, psi)
+    !> Matrices of the foundation in the frame's order of degrees of freedom; default: the matrices of (xi, eta, psi) that the frame
+    !> has
     real(dp), intent(in), optional :: stiffness(6, 6), damping(6, 6)
-    !> Who keeps the speed constant; default: the motor
+    !> What keeps the speed constant; default: the motor
     type(drive_type), intent(in), optional :: drive
-    !> Number of rounding errors in each term of the load, as in gestell_model_frame.
+    !> Number of rounding errors in each term of the load, as for a frame in the plane (gestell_model_frame).
     real(dp), parameter :: share = 12
     type(plane_type), allocatable :: prepared(:)
     real(dp) :: c(6, 6), b(6, 6)
@@ -83,12 +84,12 @@ contains
     frame%load_rounding = min(1.0_dp, share * frame%rounding * frame%space%cancellation(frame%mass, free))
   end subroutine put_in_space
 
-  !> Splits a linkage into its planes: the plane of the frame, number 0, and those given. Each plane keeps the links that move in
-  !> it; planes without links are left out.
+  !> Splits a linkage by planes: the plane of the frame, number 0, and the other planes given. Each part gets all joints, but only
+  !> the links that move in its plane. Planes without links are omitted.
   subroutine planes_of(linkage, origin, origins, axes, planes)
     type(linkage_type), intent(in) :: linkage
-    !> Origin of plane 0 seen from F (m); origins of the other planes seen from there (m), shape (3, planes); their axes as columns,
-    !> shape (3, 3, planes)
+    !> `origin`: of plane 0 seen from F (m). `origins`: of the other planes seen from `origin` (m), shape (3, planes). `axes`: the
+    !> axes of these planes as columns, shape (3, 3, planes)
     real(dp), intent(in) :: origin(3), origins(:, :), axes(:, :, :)
     type(plane_type), allocatable, intent(out) :: planes(:)
     integer :: k, n
@@ -110,7 +111,7 @@ contains
     end do
   end subroutine planes_of
 
-  !> True if no rigid body has this inertia tensor: a principal moment is below zero or exceeds the sum of the other two. A relative
+  !> True if no rigid body has this inertia tensor: a principal moment is negative or exceeds the sum of the other two. A relative
   !> tolerance of 1e-9 allows for rounding.
   logical function negative(inertia)
     real(dp), intent(in) :: inertia(3, 3)

@@ -1,5 +1,5 @@
-!> Shaking forces: the forces that mechanisms exert on a frame at rest, without weights. Moments are about F at rest, except those
-!> of the balance table (`shaking_in_space`), which are about O.
+!> Shaking forces: the forces that mechanisms exert on a frame at rest, without weights. Moments are about the rest position of F.
+!> Only those of the balance table (`shaking_in_space`) are about O, the origin of the mechanisms.
 module gestell_model_frame_shaking
   use gestell_base_kinds, only: dp
   use gestell_math_series_fourier, only: fourier_series, fourier_type
@@ -18,21 +18,23 @@ module gestell_model_frame_shaking
   !> Shaking forces in space over the period. Each component is f = mean + sum of amplitude(k) cos(k theta + phase(k)), with theta
   !> from 0 to 2 pi.
   type, public :: space_shaking_type
-    !> Forces along xi, eta, zeta (N), then moments about axes parallel to them through O (N m).
+    !> Three forces along xi, eta, zeta (N), then three moments about axes parallel to these through the origin O of the mechanisms
+    !> (N m).
     type(fourier_type) :: series(6)
-    !> Maximum absolute value over the period and rms of each component; absolute values below `noise` are rounding (N, N m).
+    !> For each component: maximum absolute value over the period, rms value, and the absolute value below which it is only rounding
+    !> (`noise`); N and N m.
     real(dp), dimension(6) :: peak = 0, rms = 0, noise = 0
     !> Direction of the shaft: the unit normal to the plane of the first mechanism.
     real(dp) :: shaft(3) = [0, 0, 1]
-    !> Magnitudes of the rotating vectors perpendicular to the shaft, of force (N) and couple (N m), shape (orders, 2). Column 1
-    !> turns with the crank, column 2 against it.
+    !> Two rotating vectors of each order make up the components perpendicular to the shaft. Their magnitudes for force (N) and
+    !> couple (N m), shape (orders, 2): column 1 turns with the crank, column 2 against it.
     real(dp), allocatable :: force(:, :), couple(:, :)
   end type space_shaking_type
 
 contains
 
-  !> Computes the load h about rest without weights, shape (phases, dofs). It contains forces (N) and moments about F at rest (N m)
-  !> of all degrees of freedom in the frame's order.
+  !> Computes the load h about rest without weights, shape (phases, dofs): forces (N) and moments about the rest position of F (N
+  !> m), for all degrees of freedom in the frame's order.
   subroutine shaking_loads(frame, phases, loads)
     class(frame_type), intent(in) :: frame
     real(dp), contiguous, intent(in) :: phases(:)
@@ -49,8 +51,8 @@ contains
     end if
   end subroutine shaking_loads
 
-  !> Bounds on the sums of the absolute terms of `shaking_loads`, shape (dofs). Where the terms cancel, digits are lost: the load is
-  !> only accurate to the rounding errors of its terms.
+  !> Bounds on the sums of the absolute values of the terms of `shaking_loads`, shape (dofs). Where the terms cancel, digits are
+  !> lost: the load is only accurate to the rounding errors of its terms.
   pure function shaking_terms(frame) result(terms)
     class(frame_type), intent(in) :: frame
     real(dp) :: terms(frame%dofs())
@@ -70,12 +72,13 @@ contains
     terms = frame%speed**2 * terms
   end function shaking_terms
 
-  !> Computes harmonics, maxima and rotating vectors of the shaking forces of a frame in space, with moments about O instead of F.
+  !> Computes harmonics, maxima and rotating vectors of the shaking forces of a frame in space. Moments are about the origin O of
+  !> the mechanisms instead of F.
   subroutine shaking_in_space(frame, found)
     class(frame_type), intent(in) :: frame
     type(space_shaking_type), intent(out) :: found
     integer, parameter :: most = 8192
-    !> Relative accuracy of the samples with respect to the sum of the absolute terms.
+    !> Rounding error of a sample, relative to the sum of the absolute values of its terms.
     real(dp), parameter :: rounding = 1.0e-12_dp
     real(dp), allocatable :: h(:, :)
     real(dp) :: terms(2)
@@ -108,14 +111,14 @@ contains
     end associate
   end subroutine shaking_in_space
 
-  !> Magnitudes of the two rotating vectors that make up the part of `series` in the plane of x and y, shape (orders, 2), for the
-  !> orders 1, 2, .... With Re C_x e^(ik theta) along x and Re C_y e^(ik theta) along y the vector is F+ e^(ik theta) + F- e^(-ik
-  !> theta) in the plane x + iy, where |F+-| = |C_x +- i C_y| / 2.
+  !> Splits the component of a vector in the plane of `x` and `y` into two rotating vectors for each order 1, 2, ..., and returns
+  !> their magnitudes, shape (orders, 2). If the components along x and y are Re C_x e^(ik theta) and Re C_y e^(ik theta), the
+  !> vector x + iy is F+ e^(ik theta) + F- e^(-ik theta), where |F+-| = |C_x +- i C_y| / 2.
   pure function turning_vectors(series, orders, x, y) result(sizes)
     !> Fourier series of the components along xi, eta, zeta
     type(fourier_type), intent(in) :: series(3)
     integer, intent(in) :: orders
-    !> Unit vectors that span the plane; the crank turns from x to y
+    !> Unit vectors that span the plane: the crank turns from `x` to `y`
     real(dp), intent(in) :: x(3), y(3)
     real(dp) :: sizes(orders, 2)
     complex(dp), parameter :: i = (0.0_dp, 1.0_dp)
