@@ -1,4 +1,4 @@
-!> Data of a joint: the values of its keys in an input, and checks on the numbers of joints and guides.
+!> Data of a joint: values of its keys in an input, and checks on the numbers of joints and guides.
 module gestell_model_joints_data
   use gestell_base_kinds, only: dp
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
@@ -7,23 +7,24 @@ module gestell_model_joints_data
 
   public :: check_coordinates, check_finite, check_lengths
 
-  !> Range of lengths of links (m) in which squares and their quotients neither vanish nor overflow.
+  !> Permitted range of link lengths (m): squares of lengths, and quotients of squares, neither underflow nor overflow.
   real(dp), parameter :: shortest = 1.0e-100_dp, longest = 1.0e100_dp
 
-  !> Value of one key: numbers in SI and rad, or indices of joints.
+  !> Value of one key: numbers in SI units and rad, or indices of joints.
   type :: datum_type
     character(len=16) :: key
     real(dp), allocatable :: numbers(:)
     integer, allocatable :: joints(:)
   end type datum_type
 
-  !> Values of all keys of a joint, given or default.
+  !> Values of all keys of a joint, whether given in the input or default.
   type, public :: joint_data_type
     private
     type(datum_type) :: given(20)
     integer :: count = 0
-    !> Reason why the values define no joint, and the key at fault if it is a single one; set by the joint type's `define`.
+    !> Why the values do not define a joint; set by `define` of the joint's type.
     character(len=200), public :: reason = ""
+    !> The key at fault, if it is a single one.
     character(len=16), public :: key = ""
   contains
     procedure :: add
@@ -35,7 +36,7 @@ module gestell_model_joints_data
 
 contains
 
-  !> Adds the value of a key: numbers in SI and rad, or indices of joints.
+  !> Adds the value of a key: numbers in SI units and rad, or indices of joints.
   pure subroutine add(self, key, numbers, joints)
     class(joint_data_type), intent(inout) :: self
     character(len=*), intent(in) :: key
@@ -66,7 +67,7 @@ contains
     has = index_of(self, key) > 0
   end function has
 
-  !> Numbers of a key, which must be present.
+  !> Numbers that belong to a key. The key must be present.
   pure function numbers(self, key)
     class(joint_data_type), intent(in) :: self
     character(len=*), intent(in) :: key
@@ -75,7 +76,7 @@ contains
     allocate(numbers, source=self%given(index_of(self, key))%numbers)
   end function numbers
 
-  !> First number of a key, which must be present.
+  !> First of the numbers that belong to a key. The key must be present.
   pure real(dp) function number(self, key)
     class(joint_data_type), intent(in) :: self
     character(len=*), intent(in) :: key
@@ -83,7 +84,7 @@ contains
     number = self%given(index_of(self, key))%numbers(1)
   end function number
 
-  !> Indices of the joints of a key, which must be present.
+  !> Indices of the joints to which a key refers. The key must be present.
   pure function joints(self, key)
     class(joint_data_type), intent(in) :: self
     character(len=*), intent(in) :: key
@@ -92,7 +93,7 @@ contains
     allocate(joints, source=self%given(index_of(self, key))%joints)
   end function joints
 
-  !> Sets `reason`, unless it is set already, if a number is not finite.
+  !> Sets `reason` if a number is not finite. A `reason` that is already set remains.
   pure subroutine check_finite(numbers, reason)
     real(dp), intent(in) :: numbers(:)
     character(len=:), allocatable, intent(inout) :: reason
@@ -100,7 +101,7 @@ contains
     if (reason == "" .and. .not. all(ieee_is_finite(numbers))) reason = "its numbers must be finite"
   end subroutine check_finite
 
-  !> Sets `reason`, unless it is set already, if a coordinate (m) is not finite or exceeds 1e100 m.
+  !> Sets `reason` if a coordinate is not finite or exceeds 1e100 m in magnitude. A `reason` that is already set remains.
   pure subroutine check_coordinates(coordinates, reason)
     real(dp), intent(in) :: coordinates(:)
     character(len=:), allocatable, intent(inout) :: reason
@@ -109,8 +110,8 @@ contains
     if (reason == "" .and. any(abs(coordinates) > longest)) reason = "its coordinates must lie between -1e100 m and 1e100 m"
   end subroutine check_coordinates
 
-  !> Sets `reason`, unless it is set already, if a length (m) is not positive or not between 1e-100 m and 1e100 m, or if the branch
-  !> is neither 1 nor -1.
+  !> Sets `reason` if a length (m) is not between 1e-100 m and 1e100 m, or if the branch is neither 1 nor -1. A `reason` that is
+  !> already set remains.
   pure subroutine check_lengths(lengths, branch, reason)
     real(dp), intent(in) :: lengths(:)
     integer, intent(in) :: branch

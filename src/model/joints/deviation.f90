@@ -1,6 +1,7 @@
-!> Sets that contain the deviation of a joint's acceleration from its value in the middle of an interval of the crank angle; (25) of
-!> doc/theory.md. Bars and guides fix components along themselves, so the set is a parallelogram. With discs the bounds would grow
-!> by 1 / sin mu from dyad to dyad, with parallelograms they grow only as the motions do.
+!> Bounds on the change of a joint's acceleration within an interval of the crank angle, (25) of doc/theory.md. The deviation of the
+!> acceleration from its value in the middle lies in a parallelogram, because bars and guides bound its components along themselves.
+!> With discs instead, the bounds would grow by 1 / sin mu from dyad to dyad (mu: transmission angle). With parallelograms they grow
+!> only as the motions do.
 module gestell_model_joints_deviation
   use gestell_base_kinds, only: dp
   use gestell_math_ball, only: ball, operator(*), operator(+), operator(-), operator(/)
@@ -10,7 +11,7 @@ module gestell_model_joints_deviation
 
   public :: along_bar, disc, of_body, parallelogram
 
-  !> Parallelogram of all s a + t b with |s|, |t| <= 1 (m).
+  !> The parallelogram of all vectors s a + t b with |s|, |t| <= 1 (m).
   type, public :: deviation_type
     real(dp) :: a(2) = 0, b(2) = 0
   contains
@@ -20,7 +21,7 @@ module gestell_model_joints_deviation
 
 contains
 
-  !> Maximum component along a unit direction.
+  !> Maximum component of the set's vectors along a unit direction.
   pure real(dp) function along(self, direction)
     class(deviation_type), intent(in) :: self
     real(dp), intent(in) :: direction(2)
@@ -28,7 +29,7 @@ contains
     along = abs(dot_product(self%a, direction)) + abs(dot_product(self%b, direction))
   end function along
 
-  !> Maximum length of a vector in the set.
+  !> Maximum length of the vectors in the set.
   pure real(dp) function radius(self)
     class(deviation_type), intent(in) :: self
 
@@ -53,9 +54,9 @@ contains
     end associate
   end function parallelogram
 
-  !> Computes a bound on the deviation's component along a bar p of constant length that leads from a joint to this one, and the
-  !> direction of the bar in the middle. At all times p . p'' = -|p'|^2. With 0 for values in the middle and |p''| <= b in the
-  !> interval,
+  !> Computes, for a bar p of constant length, its `direction` in the middle of an interval and a bound on a component along it:
+  !> that of the deviation of the acceleration of joint `to`. `deviation` is the set for joint `from`. At all times p . p'' =
+  !> -|p'|^2. With index 0 for values in the middle and |p''| <= b in the interval,
   !>
   !>     |p0 . (p'' - p0'')| = ||p0'|^2 - |p'|^2 - (p - p0) . p''| <= b w (3 |p0'| + 2 b w)
   !>
@@ -63,7 +64,7 @@ contains
   pure subroutine along_bar(from, to, deviation, radius, half_width, direction, bound)
     type(point_type), intent(in) :: from, to
     class(deviation_type), intent(in) :: deviation
-    !> Bound on the deviation of this joint's acceleration (m); half width of the interval (rad)
+    !> `radius`: bound on the deviation of the acceleration of joint `to` (m); `half_width`: of the interval (rad)
     real(dp), intent(in) :: radius, half_width
     real(dp), intent(out) :: direction(2), bound
     real(dp) :: length, change
@@ -75,13 +76,14 @@ contains
     bound = deviation%along(direction) + slack * change * (3 * hypot(to%x%d - from%x%d, to%y%d - from%y%d) + 2 * change) / length
   end subroutine along_bar
 
-  !> Computes the deviation for a point of the body that carries both joints, at `arm` (m): toward `to` and to the left, seen from
-  !> `from`. Let s = to - from have the length L and the unit direction u. u turns with omega, by the angle theta from the middle:
+  !> Computes the deviation for a point of a body that carries the joints `from` and `to`. Seen from `from`, the point is `arm(1)`
+  !> toward `to` and `arm(2)` to the left (m). The vector s = to - from has the length L and the unit direction u. u rotates at the
+  !> rate omega, by theta since the middle:
   !>
   !>     u'' = omega' u_perp - omega^2 u,   omega' = (u_perp . s'' - 2 omega L') / L,   L'' = u . s'' + omega^2 L.
   !>
-  !> Components along u and u_perp in the middle stay separate. If L is constant, the component across grows from body to body by
-  !> squares of theta only. `known` is false if the two joints may meet.
+  !> Components along u and u_perp in the middle are bounded separately. If L is constant, the bound across the bar therefore grows
+  !> from body to body only by terms in theta^2. `known` is false if the two joints may coincide.
   pure subroutine of_body(from, to, deviations, arm, half_width, deviation, known)
     type(point_type), intent(in) :: from, to
     !> Deviations of the two joints
@@ -125,7 +127,8 @@ contains
     deviation = total(deviation, deviations(1))
   end subroutine of_body
 
-  !> A rectangle that contains all sums of a vector of `one` and a vector of `two`, along the longest of their sides.
+  !> A rectangle that contains all sums of a vector of `one` and a vector of `two`. One of its sides is parallel to the longest side
+  !> of the two parallelograms.
   pure type(deviation_type) function total(one, two)
     class(deviation_type), intent(in) :: one, two
     real(dp) :: sides(2, 4), directions(2, 2)
@@ -139,7 +142,7 @@ contains
     total = parallelogram(directions, [(one%along(directions(:, k)) + two%along(directions(:, k)), k = 1, 2)])
   end function total
 
-  !> The vector turned by 90 degrees to the left.
+  !> The vector v rotated by 90 degrees to the left.
   pure function left(v)
     real(dp), intent(in) :: v(2)
     real(dp) :: left(2)

@@ -12,8 +12,8 @@ module gestell_model_joints_guide
 
   public :: crossing, meet, parallel
 
-  !> A guide: the line through `point` (m) at `angle` (rad), in x-y. With `carriers` P and Q (indices of joints) the origin of the
-  !> axes is P and the first axis points to Q.
+  !> A guide: the line through `point` (m) at `angle` (rad) to the x-axis. If two joints P and Q carry it, `carriers` are their
+  !> indices; `point` and `angle` then refer to axes with origin P whose first axis points to Q.
   type, public :: guide_type
     integer :: carriers(2) = 0
     real(dp) :: point(2) = 0, angle = 0
@@ -26,7 +26,7 @@ module gestell_model_joints_guide
     procedure :: move
   end type guide_type
 
-  !> Keys of a guide and of a second guide.
+  !> Descriptions of the keys of a guide, then these keys and the keys of a second guide.
   character(len=*), parameter :: of_guide = "two joints of the body that carries the guide; if missing, the guide is fixed " // &
     &   "to the frame", &
     & of_point = "point of the guide, in x-y; if a body carries the guide, in axes with origin `guide(1)` and the first axis " // &
@@ -44,21 +44,24 @@ module gestell_model_joints_guide
     & key_type("joint", "guide2_angle", real_key, "direction of the second guide of a `PRP`, given like `guide_angle`", &
     &   unit=of_angle, otherwise="`0` if a body carries it")]
 
-  !> Bounds on a guide's motion over an interval of the crank angle.
+  !> Bounds on the motion of a guide over an interval of the crank angle.
   type, public :: guide_motion_type
-    !> True if the carriers cannot coincide, so that the guide has a direction.
+    !> True if the two carriers cannot coincide, so that the guide has a direction.
     logical :: sound = .true.
-    !> Bounds on the speed of its point (m) and on its rate of rotation (rad), both per radian of the crank.
+    !> `speed`: bound on the speed of the guide's point (m per rad of the crank); `turning`: bound on the guide's rate of rotation
+    !> (rad per rad).
     real(dp) :: speed = 0, turning = 0
-    !> Bounds on the acceleration of its point (m) and on the change of its rate of rotation, both per radian squared.
+    !> `acceleration`: bound for the guide's point (m per rad^2 of the crank); `turning_change`: bound on the derivative of the
+    !> guide's rate of rotation (rad per rad^2).
     real(dp) :: acceleration = 0, turning_change = 0
-    !> Crank angle over which its direction changes noticeably (rad).
+    !> Crank angle over which the guide's direction changes noticeably (rad).
     real(dp) :: angle_scale = 1
   end type guide_motion_type
 
 contains
 
-  !> Sets the guide from the keys `name`, `name`_point and `name`_angle. If they define no guide, the reason is stored in `data`.
+  !> Sets the guide from the keys NAME, NAME_point and NAME_angle, where NAME is `name`. If these keys do not define a guide, stores
+  !> the reason in `data`.
   pure subroutine define(self, data, name)
     class(guide_type), intent(inout) :: self
     type(joint_data_type), intent(inout) :: data
@@ -75,7 +78,8 @@ contains
     if (data%has(name // "_angle")) self%angle = data%number(name // "_angle")
   end subroutine define
 
-  !> Sets `reason`, unless it is set already, if the guide's numbers make no sense or its carriers are one joint.
+  !> Sets `reason` if a number of the guide is invalid or if its two carriers are the same joint. A `reason` that is already set
+  !> remains.
   pure subroutine check(self, reason)
     class(guide_type), intent(in) :: self
     character(len=:), allocatable, intent(inout) :: reason
@@ -88,7 +92,7 @@ contains
     if (self%carriers(1) == self%carriers(2)) reason = "its guide must be carried by two different joints"
   end subroutine check
 
-  !> Moves a guide that is fixed to the frame from the mechanism's axes to the machine's.
+  !> Transforms a guide that is fixed to the frame from the mechanism's axes to the machine's.
   pure subroutine move(self, placement)
     class(guide_type), intent(inout) :: self
     type(placement_type), intent(in) :: placement
@@ -98,7 +102,7 @@ contains
     self%angle = self%angle + placement%angle
   end subroutine move
 
-  !> Computes the guide's point and its unit direction at one crank angle.
+  !> Computes the guide's point and its unit direction at one crank angle, from the points of the joints.
   pure subroutine line(self, points, origin, along)
     class(guide_type), intent(in) :: self
     type(point_type), intent(in) :: points(:)
@@ -115,7 +119,7 @@ contains
     along = carried(point_type(), e, cos(self%angle), sin(self%angle))
   end subroutine line
 
-  !> Computes the guide's point and its unit direction along the paths of the joints.
+  !> Computes the guide's point and its unit direction at a batch of crank angles, from the paths of the joints.
   pure subroutine trace(self, points, origin, along)
     class(guide_type), intent(in) :: self
     type(path_type), intent(in) :: points(:)
@@ -132,8 +136,8 @@ contains
     call turn(e, self%angle, along)
   end subroutine trace
 
-  !> Bounds on the guide's motion while the crank turns by at most `half_width` (rad) from the middle, where the joints are at
-  !> `points`. `speeds` and `accelerations` are bounds for the joints.
+  !> Bounds on the guide's motion while the crank turns by at most `half_width` (rad) to either side of the middle of an interval.
+  !> `points`: joints in the middle; `speeds` and `accelerations`: bounds for the joints.
   pure function motion(self, points, speeds, accelerations, half_width)
     class(guide_type), intent(in) :: self
     type(point_type), intent(in) :: points(:)
@@ -155,9 +159,9 @@ contains
     end associate
   end function motion
 
-  !> Intersection of two lines: g1 + s u1 = g2 + t u2, s = (g2 - g1) x u2 / (u1 x u2).
+  !> Intersection of the lines g1 + s u1 and g2 + t u2, with s = (g2 - g1) x u2 / (u1 x u2).
   pure type(point_type) function crossing(g1, u1, g2, u2)
-    !> A point and the unit direction of each line
+    !> A point g and the unit direction u of each line
     type(point_type), intent(in) :: g1, u1, g2, u2
     type(jet) :: s
 
@@ -165,13 +169,13 @@ contains
     crossing = point_type(g1%x + s * u1%x, g1%y + s * u1%y)
   end function crossing
 
-  !> Computes the intersection r = g + s u of two lines g + s u and h + t w along paths. s, s' and s'' follow from (r - h) x w = 0
-  !> and its derivatives,
+  !> Computes the intersection r = g + s u of two moving lines g + s u and h + t w at a batch of crank angles. s, s' and s'' follow
+  !> from (r - h) x w = 0 and its derivatives,
   !>
   !>     r' = g' + s u' + s' u,                 (r' - h') x w + (r - h) x w' = 0,
   !>     r'' = g'' + s u'' + 2 s' u' + s'' u,   (r'' - h'') x w + 2 (r' - h') x w' + (r - h) x w'' = 0.
   pure subroutine meet(g, u, h, w, here)
-    !> A point and the unit direction of each line
+    !> A point (`g`, `h`) and the unit direction (`u`, `w`) of each line
     type(path_type), intent(in) :: g, u, h, w
     type(path_type), intent(out) :: here
     real(dp) :: sine, s, s1, s2, x, y, vx, vy, ax, ay
@@ -200,7 +204,7 @@ contains
     end do
   end subroutine meet
 
-  !> True if lines at this angle (rad) are parallel within 1e-9.
+  !> True if two lines at this angle (rad) to each other are parallel: its sine is below 1e-9.
   pure logical function parallel(angle)
     real(dp), intent(in) :: angle
 

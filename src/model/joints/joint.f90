@@ -1,4 +1,4 @@
-!> A joint of a linkage: a point whose position follows from earlier joints and the crank angle.
+!> A joint of a linkage: a point whose position follows from the crank angle and from the joints before it in the list.
 module gestell_model_joints_joint
   use gestell_base_key, only: integer_key, key_type, of_length, one_or_minus_one, positive, real_key, text_key
   use gestell_base_kinds, only: dp
@@ -13,50 +13,56 @@ module gestell_model_joints_joint
 
   public :: greatest_change, point_type, reach_body, slack
 
-  !> Within an interval the sine of a transmission angle keeps at least this part of its value in the middle. The minimum of the
-  !> sines in the middles is then nearly the minimum over the turn.
+  !> Intervals are so short that the sine of a transmission angle never falls below this fraction of its value in the middle. The
+  !> minimum of the sines in the middles is then nearly the minimum over the turn.
   real(dp), parameter, public :: steady = 0.8_dp
 
-  !> Bounds for a joint over an interval of the crank angle, proved from its middle.
+  !> Bounds on the motion of a joint over an interval of the crank angle, proved from the position in its middle.
   type, public :: reach_type
     !> True if the joint can be assembled in the whole interval without a dead point.
     logical :: assembled = .true.
     !> Bounds on the joint's speed |dr / dphi| and acceleration |d2r / dphi2| in the interval (m).
     real(dp) :: speed = 0, acceleration = 0
-    !> Crank angle over which the motion changes noticeably here (rad).
+    !> Crank angle over which the joint's motion changes noticeably (rad).
     real(dp) :: angle_scale = 1
   end type reach_type
 
-  !> Quality of the transmission of motion at a joint for one crank angle, with derivatives with respect to this angle.
+  !> Quality of the transmission of motion at a joint at one crank angle, with derivatives with respect to the crank angle.
   type, public :: transmission_type
     !> Sine of the transmission angle: 1 at best, 0 at a dead point.
     type(jet) :: sine = jet(v=1.0_dp)
-    !> Change of one of the joint's lengths that would bring it to a dead point (m); huge if no length can.
+    !> By how much one of the joint's lengths must change to bring it to a dead point (m); huge if no length can.
     type(jet) :: margin = jet(v=huge(1.0_dp))
-    !> True if the joint slides on a guide; its distance along the guide from the guide's point (m).
+    !> True if the joint slides on a guide.
     logical :: slides = .false.
+    !> Distance of the joint along the guide from the guide's point (m).
     type(jet) :: travel = jet()
   end type transmission_type
 
-  !> Description of a joint and of its type: `name` is the type in an input, `meaning` a sentence about the joint's position.
-  !> `links` and `pairs` of one degree of freedom, and `higher_pairs` of two (as cams have), enter Gruebler's count. `keys` are the
-  !> keys of an input, required ones first. `bars` are drawn, each a pair of joints; on `guides` this joint slides.
+  !> Description of a joint and of its type.
   type, public :: form_type
+    !> Name of the type in an input.
     character(len=8) :: name
+    !> A sentence that says where the joint is.
     character(len=320) :: meaning
+    !> Number of links and of pairs with one degree of freedom that the joint adds to Gruebler's count.
     integer :: links, pairs
+    !> Number of pairs with two degrees of freedom that the joint adds to Gruebler's count, as cams do.
     integer :: higher_pairs = 0
+    !> Keys of the joint in an input, required ones first.
     type(key_type), allocatable :: keys(:)
+    !> Bars to be drawn: indices of their two joints, bar after bar.
     integer, allocatable :: bars(:)
+    !> Guides on which the joint slides.
     type(guide_type), allocatable :: guides(:)
-    !> Reason, for a message, why the joint cannot be assembled at some crank angle.
+    !> Reason, for an error message, why the joint cannot be assembled at some crank angle.
     character(len=80) :: obstacle = "it cannot be placed there"
   end type form_type
 
-  !> Index that stands for the joint itself in its bars.
+  !> Index that stands for the joint itself in the list of its bars.
   integer, parameter, public :: itself = 0
 
-  !> Keys that several types share.
+  !> Descriptions of keys that several types of joints share.
   character(len=*), parameter :: of_ends = "earlier joints that locate this one: the other ends of its links, or two " // &
     &   "joints of the body that carries it", of_lengths = "lengths of the joint's links: its distances from `ends`"
   type(key_type), parameter, public :: one_end = key_type("joint", "ends", text_key, of_ends, 1, 1, 1, required=.true.)
@@ -92,7 +98,7 @@ module gestell_model_joints_joint
   end type named_joint_type
 
   abstract interface
-    !> Describes the joint; before `define` only the type.
+    !> Describes the joint. Before `define` was called, describes only its type.
     pure subroutine describe_joint(self, form)
       import :: form_type, joint_type
       implicit none (type, external)
@@ -110,8 +116,8 @@ module gestell_model_joints_joint
       type(point_type), intent(out) :: here
     end subroutine locate_joint
 
-    !> Bounds that hold while the crank turns by at most `half_width` (rad) to either side. `points` are the earlier joints in the
-    !> middle, `speeds` and `accelerations` bounds for them.
+    !> Bounds on the joint's motion while the crank turns by at most `half_width` (rad) to either side of the middle of an interval.
+    !> `points`: the earlier joints in the middle; `speeds` and `accelerations`: bounds for them.
     pure function reach_joint(self, points, speeds, accelerations, half_width) result(reach)
       import :: joint_type, point_type, reach_type, dp
       implicit none (type, external)
@@ -124,22 +130,24 @@ module gestell_model_joints_joint
 
 contains
 
-  !> Maximum change of a length (m) within `half_width` (rad) of the crank angle. One bound uses the maximum speed; another the
-  !> speed in the middle and the maximum second derivative. The smaller bound counts. Near a dead point the length has an extremum,
-  !> and the second bound is much smaller.
+  !> Bound on the change of a length (m) within `half_width` (rad) of the crank angle: the smaller of two bounds. The first uses the
+  !> maximum speed. The second uses the speed in the middle and a bound on the second derivative. It is much smaller near a dead
+  !> point, where the length has an extremum.
   pure real(dp) function greatest_change(speed, speed_in_middle, second_derivative, half_width) result(change)
-    !> Maximum of the length's speed (m per rad), its speed in the middle, bound on its second derivative; half width (rad)
+    !> `speed`: maximum rate of the length (m per rad); `speed_in_middle`: its rate in the middle of the interval;
+    !> `second_derivative`: bound on it (m per rad^2); `half_width`: of the interval (rad)
     real(dp), intent(in) :: speed, speed_in_middle, second_derivative, half_width
 
     change = slack * half_width * min(speed, abs(speed_in_middle) + second_derivative * half_width / 2)
   end function greatest_change
 
-  !> Bounds for a point at distance `arm` (m) from end number `base` of a body that carries both ends. The angular velocity omega of
-  !> the body is at most the sum of the ends' speeds divided by their distance d, which must not vanish. Its derivative is omega' =
-  !> e_perp . (a2 - a1) / d - 2 omega d' / d.
+  !> Bounds on the motion of a point at distance `arm` (m) from end number `base` of a body that carries two joints, its `ends`. The
+  !> body's angular velocity omega is at most the sum of the ends' speeds divided by their distance d, which must not vanish. Its
+  !> derivative is omega' = e_perp . (a2 - a1) / d - 2 omega d' / d.
   pure function reach_body(ends, speeds, accelerations, half_width, base, arm) result(reach)
     type(point_type), intent(in) :: ends(2)
-    !> Bounds on speeds and accelerations of the ends; half width of the interval (rad)
+    !> `speeds`, `accelerations`: bounds for the two ends; `half_width`: of the interval (rad); `arm`: distance of the point from
+    !> its end (m)
     real(dp), intent(in) :: speeds(2), accelerations(2), half_width, arm
     integer, intent(in) :: base
     type(reach_type) :: reach
@@ -155,9 +163,9 @@ contains
     if (sum(speeds) > 0) reach%angle_scale = apart / sum(speeds)
   end function reach_body
 
-  !> Set that contains the deviation of the joint's acceleration from its value in the middle, where the joint is `here`, within
-  !> `half_width` (rad). It follows from the deviations of the earlier joints and from a bound on the joint's own `acceleration`. By
-  !> default this bound alone gives a disc. Override this function for joints that form long chains.
+  !> Set that contains the deviation of the joint's acceleration from its value in the middle of an interval, where the joint is
+  !> `here`. By default it is a disc that follows from `acceleration`, the bound on the joint's acceleration. Types of joints that
+  !> form long chains override this function to use the deviations of the earlier joints.
   pure function deviation(self, points, here, deviations, acceleration, half_width)
     class(joint_type), intent(in) :: self
     type(point_type), intent(in) :: points(:), here
@@ -170,8 +178,8 @@ contains
     deviation = disc(acceleration + hypot(here%x%dd, here%y%dd))
   end function deviation
 
-  !> Computes the joint's path over a batch of crank angles (rad) from the paths of the earlier joints, by `locate` at each angle.
-  !> Override it by loops over the batch for speed.
+  !> Computes the joint's path over a batch of crank angles (rad) from the paths of the earlier joints: calls `locate` at each
+  !> angle. Types of joints override it by loops over the batch, which are faster.
   pure subroutine trace(self, angles, points, here)
     class(joint_type), intent(in) :: self
     real(dp), intent(in) :: angles(batch)
@@ -196,8 +204,8 @@ contains
     end do
   end subroutine trace
 
-  !> Quality of the transmission at the joint; by default nothing is reported. `points` are all joints at one crank angle, `here` is
-  !> this joint.
+  !> Quality of the transmission at the joint; by default that of a perfect transmission. `points`: all joints at one crank angle;
+  !> `here`: this joint.
   pure function transmission(self, points, here)
     class(joint_type), intent(in) :: self
     type(point_type), intent(in) :: points(:), here
@@ -208,9 +216,9 @@ contains
     transmission = transmission_type()
   end function transmission
 
-  !> Returns the reason, for a message, why the joint cannot be assembled with the earlier ones at `points`; by default the form's
-  !> `obstacle`. This is no function because gfortran keeps the length of an allocatable text result in static memory, which threads
-  !> share.
+  !> Returns the reason, for an error message, why the joint cannot be assembled with the earlier joints at `points`; by default the
+  !> `obstacle` of its description. A function would not be thread-safe: gfortran keeps the length of an allocatable text result in
+  !> static memory.
   pure subroutine explain(self, points, text)
     class(joint_type), intent(in) :: self
     type(point_type), intent(in) :: points(:)
@@ -223,8 +231,8 @@ contains
     text = trim(form%obstacle)
   end subroutine explain
 
-  !> Sets the joint from the values of its keys in an input; all required keys are present. If the values define no joint, the
-  !> reason is stored in `data`.
+  !> Sets the joint from the values of its keys in an input, among them all required keys. If the values do not define a joint,
+  !> stores the reason in `data`.
   pure subroutine define(self, data)
     class(joint_type), intent(inout) :: self
     type(joint_data_type), intent(inout) :: data
@@ -234,7 +242,7 @@ contains
     data%reason = "a joint of this type cannot be read from an input file"
   end subroutine define
 
-  !> Sets `reason`, which is empty before, if one of the joint's numbers makes no sense.
+  !> Sets `reason`, which is empty on entry, if one of the joint's numbers is invalid.
   pure subroutine check(self, reason)
     class(joint_type), intent(in) :: self
     character(len=:), allocatable, intent(inout) :: reason
@@ -243,8 +251,8 @@ contains
     end associate
   end subroutine check
 
-  !> Moves parts that are fixed to the frame, and cranks, from the mechanism's axes to the machine's. Joints that earlier joints
-  !> carry have nothing to move.
+  !> Transforms what is fixed to the frame, and the motion of cranks, from the mechanism's axes to the machine's. Joints that
+  !> earlier joints carry need no change.
   pure subroutine move(self, placement)
     class(joint_type), intent(inout) :: self
     type(placement_type), intent(in) :: placement
@@ -253,7 +261,7 @@ contains
     end associate
   end subroutine move
 
-  !> Returns the indices of the earlier joints on which this one is built, from its bars and guides.
+  !> Returns the indices of the earlier joints from which this joint is built, according to its bars and guides.
   pure subroutine carriers(self, joints)
     class(joint_type), intent(in) :: self
     integer, allocatable, intent(out) :: joints(:)

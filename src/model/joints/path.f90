@@ -1,5 +1,5 @@
-!> Points and directions at one crank angle (jets) and along a batch of crank angles. The batch uses classical kinematics in loops
-!> that the compiler can vectorise.
+!> Points and directions at one crank angle, as values with derivatives (jets), and at a batch of crank angles. For a batch,
+!> velocities and accelerations are computed in loops that the compiler can vectorise.
 module gestell_model_joints_path
   use gestell_base_processor, only: has_versions, vector_length
   use gestell_math_jet, only: jet, operator(*), operator(+), operator(-), operator(/), sqrt
@@ -9,15 +9,15 @@ module gestell_model_joints_path
 
   public :: carried, carry, cross, direction, dot, find_direction, keep, take_batch, turn, turning_scale
 
-  !> A point of the mechanism's x-y plane with its derivatives with respect to the crank angle (m).
+  !> A point (m) in the mechanism's x-y plane, with its derivatives with respect to the crank angle.
   type, public :: point_type
     type(jet) :: x = jet(), y = jet()
   end type point_type
 
-  !> Factor on bounds on motions, so that rounding cannot prove a false statement.
+  !> Safety factor on bounds on motions: rounding errors cannot make a proof succeed wrongly.
   real(dp), parameter, public :: slack = 1.01_dp
 
-  !> Number of crank angles that pass through a linkage together.
+  !> Number of crank angles in a batch, for which the joints of a linkage are computed together.
   integer, parameter, public :: batch = 32
 
   !> A point (m) or a direction at the crank angles of a batch, with its first (vx, vy) and second (ax, ay) derivatives
@@ -52,7 +52,7 @@ contains
   end function direction
 
   !> Crank angle over which the direction from one point to another changes noticeably (rad). It is small if the points come close
-  !> to each other.
+  !> together.
   pure real(dp) function turning_scale(from, to) result(angle_scale)
     type(point_type), intent(in) :: from, to
     real(dp) :: apart, rate
@@ -63,7 +63,7 @@ contains
     if (rate > apart) angle_scale = apart / rate
   end function turning_scale
 
-  !> Point at `along` (m) from `base` in the direction u and at `across` (m) to its left.
+  !> The point at `along` (m) from `base` in the direction u and `across` (m) to the left.
   pure type(point_type) function carried(base, u, along, across)
     type(point_type), intent(in) :: base, u
     real(dp), intent(in) :: along, across
@@ -85,8 +85,7 @@ contains
     cross = a%x * b%y - a%y * b%x
   end function cross
 
-  !> Copies the batch of angles that begins with number `first` and ends with number `last`. A short batch is filled up with its
-  !> last angle.
+  !> Copies a batch of angles to `some`, from number `first` to number `last`. A batch that is not full repeats its last angle.
   pure subroutine take_batch(angles, first, last, some)
     real(dp), contiguous, intent(in) :: angles(:)
     integer, intent(in) :: first
@@ -98,7 +97,7 @@ contains
     some(last - first + 2:) = angles(last)
   end subroutine take_batch
 
-  !> Sets a path that stays at one position.
+  !> Sets the path of a point, or of a direction, that does not move.
   pure subroutine keep(position, here)
     real(dp), intent(in) :: position(2)
     type(path_type), intent(out) :: here
@@ -111,7 +110,7 @@ contains
     here%ay = 0
   end subroutine keep
 
-  !> Computes the unit vector u along e = to - from, d = |e|. It turns with w:
+  !> Computes the unit vector u along e = to - from, d = |e|, with derivatives. It rotates at the rate w:
   !>
   !>     u' = w u_perp,  u'' = w' u_perp - w^2 u,  w = e x e' / d^2,  w' = (e x e'' - 2 w e.e') / d^2.
   pure subroutine find_direction(from, to, u)
@@ -164,7 +163,7 @@ contains
   !> Computes `carried` along paths.
   pure subroutine carry(base, u, along, across, here)
     type(path_type), intent(in) :: base, u
-    !> Distances along u and to its left (m)
+    !> Distances in the direction u and to its left (m)
     real(dp), intent(in) :: along, across
     type(path_type), intent(out) :: here
     integer :: k

@@ -1,14 +1,16 @@
-!> Placement of a mechanism: its x-y axes in those of the whole machine, and the motion of its crank with the drive.
+!> Placement of a mechanism in the whole machine: its x-y axes, and the motion of its crank with the drive.
 module gestell_model_joints_placement
   use gestell_base_kinds, only: dp
   implicit none (type, external)
   private
 
-  !> Origin of the mechanism (m), angle of its x-axis (rad), phase added to its crank's angle (rad), and turns of its crank per turn
-  !> of the drive, ratio/denominator. In space also the position `z` along the plane's normal (m) and the number of its plane, 0 for
-  !> the plane of the frame.
+  !> Where a mechanism is in the machine, and how the drive turns its crank.
   type, public :: placement_type
+    !> Origin of the mechanism (m), `angle` of its x-axis (rad), `phase` added to its crank's angle (rad). `z`: position along the
+    !> normal of its plane (m), in space only.
     real(dp) :: origin(2) = 0, angle = 0, phase = 0, z = 0
+    !> Turns of the crank per turn of the drive: `ratio`/`denominator`. `plane`: number of the mechanism's plane, 0 for the plane of
+    !> the frame.
     integer :: ratio = 1, denominator = 1, plane = 0
   contains
     procedure :: point
@@ -17,7 +19,7 @@ module gestell_model_joints_placement
 
 contains
 
-  !> Position of a point of the mechanism in the machine's axes (m).
+  !> Position, in the machine's axes, of a point of the mechanism (m).
   pure function point(self, p)
     class(placement_type), intent(in) :: self
     real(dp), intent(in) :: p(2)
@@ -26,7 +28,8 @@ contains
     point = self%origin + self%vector(p)
   end function point
 
-  !> A vector of the mechanism in the machine's axes. Quarter turns are free of rounding errors.
+  !> Components, in the machine's axes, of a vector of the mechanism. Rotations by multiples of 90 degrees are free of rounding
+  !> errors.
   pure function vector(self, v)
     class(placement_type), intent(in) :: self
     real(dp), intent(in) :: v(2)

@@ -1,4 +1,4 @@
-!> The follower of a cam: a slider on a guide whose position the cam determines.
+!> The follower of a cam: a slider whose position on its guide is determined by the cam.
 module gestell_model_joints_types_follower
   use gestell_base_key, only: key_type, of_angle, of_length, real_key, text_key
   use gestell_base_kinds, only: dp
@@ -14,7 +14,7 @@ module gestell_model_joints_types_follower
 
   public :: lift_through
 
-  !> Maximum number of values of a lift.
+  !> Maximum number of values that describe a lift.
   integer, parameter :: most = 1001
 
   type(key_type), parameter :: keys(*) = [ &
@@ -36,7 +36,7 @@ module gestell_model_joints_types_follower
     type(guide_type) :: guide
     real(dp), allocatable :: lift(:)
     real(dp) :: phase = 0
-    !> Number of orders of the table of lifts; 0 if the lift is given by its harmonics.
+    !> Highest order of the harmonics through a table of lifts; 0 if the harmonics themselves are given.
     integer :: table_orders = 0
   contains
     procedure :: describe
@@ -92,8 +92,8 @@ contains
     end if
   end subroutine define
 
-  !> Lift as a trigonometric polynomial through values at equal steps of the angle over a turn, from 0. For an even number n of
-  !> values the last term is cos(n theta/2). The highest orders are left out if they are only rounding.
+  !> Harmonics of the lift through values at equal steps of the angle over a turn, starting at 0. For an even number n of values the
+  !> last term is cos(n theta/2). The highest orders are omitted if they are only rounding.
   pure function lift_through(table) result(lift)
     real(dp), intent(in) :: table(:)
     real(dp), allocatable :: lift(:)
@@ -131,7 +131,8 @@ contains
     end if
   end subroutine check
 
-  !> Computes L and its first three derivatives with respect to theta, shape (angles, 0:3), from the cosine c and sine s of theta.
+  !> Computes L and its first three derivatives with respect to theta, shape (angles, 0:3). `c` and `s` are cos(theta) and
+  !> sin(theta).
   pure subroutine follow(lift, c, s, f)
     real(dp), intent(in) :: lift(:), c(:), s(:)
     real(dp), intent(out) :: f(:, 0:)
@@ -156,7 +157,8 @@ contains
     end do
   end subroutine follow
 
-  !> Computes the guide, the lift and the slope dL/dtheta at one crank angle. Since c^2 + s^2 = 1, theta' = c s' - s c', and so on.
+  !> Computes the point and direction of the guide, the lift, and the slope dL/dtheta at one crank angle. With c = cos(theta) and s
+  !> = sin(theta), theta' = c s' - s c' because c^2 + s^2 = 1.
   pure subroutine lift_here(self, points, g, u, lift, slope)
     class(follower_joint), intent(in) :: self
     type(point_type), intent(in) :: points(:)
@@ -237,12 +239,13 @@ contains
     here%ay = g%ay + f(:, 0) * u%ay + 2 * l1 * u%vy + l2 * u%y
   end subroutine trace
 
-  !> Bounds for the joint. The follower can be assembled if guide and cam have a direction. With the amplitude A_k of order k
+  !> Bounds on the joint's motion. The follower can be assembled if guide and cam each have a direction. With the amplitude A_k of
+  !> order k
   !>
-  !>     |L| <= |lift(1)| + sum of A_k,   |dL/dtheta| <= sum of k A_k,   |d2L/dtheta2| <= sum of k^2 A_k,
+  !>     |L| <= |lift(1)| + sum of A_k,   |dL/dtheta| <= sum of k A_k,   |d2L/dtheta2| <= sum of k^2 A_k.
   !>
-  !> and theta turns with at most omega + omega_guide. The sums of the absolute terms of r' and r'' in `trace` bound speed and
-  !> acceleration.
+  !> |theta'| is at most the sum of the angular velocities of cam and guide. The sums of the absolute terms of r' and r'' in `trace`
+  !> bound speed and acceleration.
   pure function reach(self, points, speeds, accelerations, half_width)
     class(follower_joint), intent(in) :: self
     type(point_type), intent(in) :: points(:)
@@ -277,9 +280,9 @@ contains
     if (orders * rate > 1) reach%angle_scale = min(reach%angle_scale, 1 / (orders * rate))
   end function reach
 
-  !> Quality of the transmission. The sine of the transmission angle is the cosine of the pressure angle, between the guide and the
-  !> common normal of cam and follower. The normal passes through the instantaneous centre of their relative motion. This centre
-  !> lies at the distance dL/dtheta from cam(1), the centre of rotation of the cam, perpendicular to the guide.
+  !> Quality of the transmission. The sine of the transmission angle is the cosine of the pressure angle between the guide and the
+  !> common normal of cam and follower. The normal passes through the instantaneous centre of their relative motion. This centre is
+  !> at the distance dL/dtheta, perpendicular to the guide, from the cam's centre of rotation `cam(1)`.
   pure function transmission(self, points, here)
     class(follower_joint), intent(in) :: self
     type(point_type), intent(in) :: points(:), here

@@ -1,4 +1,4 @@
-!> The dyad PRP of two sliders that turn against each other, each on its guide.
+!> The dyad PRP: a pin that joins two sliders, each on its guide.
 module gestell_model_joints_types_prp
   use gestell_base_kinds, only: dp
   use gestell_math_jet, only: jet, operator(*), operator(-)
@@ -11,7 +11,7 @@ module gestell_model_joints_types_prp
   implicit none (type, external)
   private
 
-  !> The joint of two sliders: the intersection of their guides.
+  !> The pin of two sliders, at the intersection of their guides.
   type, extends(joint_type), public :: prp_joint
     type(guide_type) :: guides(2)
   contains
@@ -90,10 +90,10 @@ contains
     call meet(g1, u1, g2, u2, here)
   end subroutine trace
 
-  !> Bounds for the joint. The sine of the angle between the guides decreases by at most (omega_1 + omega_2) half_width. If its
-  !> derivative in the middle is small, a second bound is lower, since the second derivative is at most omega_1' + omega_2' +
-  !> (omega_1 + omega_2)^2. Each guide fixes the joint's velocity perpendicular to itself to v_g + omega |r - g|. |r - g| grows
-  !> while the joint moves with at most V, which the following inequality bounds:
+  !> Bounds on the joint's motion. The sine of the angle between the guides decreases by at most (omega_1 + omega_2) half_width. If
+  !> its derivative in the middle is small, a second bound is lower: the second derivative is at most omega_1' + omega_2' + (omega_1
+  !> + omega_2)^2. Perpendicular to a guide, the joint moves at most with v_g + omega |r - g|. The distance |r - g| grows while the
+  !> joint moves, so its speed is bounded by the V that satisfies
   !>
   !>     V sin <= sum over the guides of v_g + omega (|r - g| + (V + v_g) half_width).
   pure function reach(self, points, speeds, accelerations, half_width)
@@ -141,7 +141,8 @@ contains
     if (turning > 0) reach%angle_scale = abs(sine%v) / turning
   end function reach
 
-  !> Quality of the transmission. The transmission angle is the angle between the guides; the travel is that on the first guide.
+  !> Quality of the transmission. The transmission angle is the angle between the guides; the travel is the distance along the first
+  !> guide.
   pure function transmission(self, points, here)
     class(prp_joint), intent(in) :: self
     type(point_type), intent(in) :: points(:), here

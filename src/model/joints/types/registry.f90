@@ -1,4 +1,4 @@
-!> The types of joints that an input can name. A new type needs one `use` and one case in `new_joint`.
+!> The types of joints that can be named in an input. A new type needs one `use` and one case in `new_joint`.
 module gestell_model_joints_types_registry
   use gestell_model_joints_joint, only: form_type, joint_type
   use gestell_model_joints_types_crank, only: crank_joint
@@ -17,7 +17,7 @@ module gestell_model_joints_types_registry
 
 contains
 
-  !> Makes a joint of type number `i` without data; unallocated if there are fewer types.
+  !> Makes a joint of type number `i` without data. `joint` is not allocated if there are fewer types.
   subroutine new_joint(i, joint)
     integer, intent(in) :: i
     class(joint_type), allocatable, intent(out) :: joint
@@ -36,7 +36,7 @@ contains
     end select
   end subroutine new_joint
 
-  !> Returns the forms of all types in their order.
+  !> Returns the descriptions of all types of joints, in the order of their numbers in `new_joint`.
   subroutine joint_forms(forms)
     type(form_type), allocatable, intent(out) :: forms(:)
     class(joint_type), allocatable :: joint

@@ -1,4 +1,4 @@
-!> The dyad RPP of a yoke, which slides on a guide while a joint slides in its slot.
+!> The dyad RPP: a yoke that slides on a guide while a joint slides in its slot.
 module gestell_model_joints_types_rpp
   use gestell_base_key, only: key_type, of_angle, real_key
   use gestell_base_kinds, only: dp, pi
@@ -72,7 +72,8 @@ contains
     call self%guide%move(placement)
   end subroutine move
 
-  !> Computes the position. The slot is a line through `end` at a fixed angle to the guide.
+  !> Computes the joint's position as the intersection of guide and slot. The slot is a line through `end` at a fixed angle to the
+  !> guide.
   pure subroutine locate(self, crank_angle, points, here)
     class(rpp_joint), intent(in) :: self
     real(dp), intent(in) :: crank_angle
@@ -100,8 +101,8 @@ contains
     call meet(g, u, points(self%end), slot, here)
   end subroutine trace
 
-  !> Bounds for the joint. In the guide's own axes the speed of the yoke is at most the speed of `end` divided by the sine of the
-  !> slot's angle.
+  !> Bounds on the joint's motion. Relative to the guide, the speed of the yoke is at most the speed of `end` divided by the sine of
+  !> the slot's angle.
   pure function reach(self, points, speeds, accelerations, half_width)
     class(rpp_joint), intent(in) :: self
     type(point_type), intent(in) :: points(:)

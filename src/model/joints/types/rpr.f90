@@ -1,4 +1,4 @@
-!> The dyad RPR of turning pair, slider and turning pair: a slotted lever.
+!> The dyad RPR, with a slider between two turning pairs: a slotted lever.
 module gestell_model_joints_types_rpr
   use gestell_base_kinds, only: dp
   use gestell_math_jet, only: jet, operator(*), operator(+), operator(-), sqrt
@@ -105,7 +105,7 @@ contains
     if (.not. known) deviation = disc(acceleration + hypot(here%x%dd, here%y%dd))
   end function deviation
 
-  !> Quality of the transmission. At a dead point the joint in the slot meets the lever's pivot.
+  !> Quality of the transmission. At a dead point the joint in the slot coincides with the lever's pivot.
   pure function transmission(self, points, here)
     class(rpr_joint), intent(in) :: self
     type(point_type), intent(in) :: points(:), here

@@ -13,8 +13,8 @@ module gestell_model_joints_types_rrp
   implicit none (type, external)
   private
 
-  !> The joint lies on `guide` at `length` (m) from joint `end`: the solution farther along the guide (`branch` = 1) or
-  !> the other (-1).
+  !> A joint on `guide`, at the distance `length` (m) from joint `end`. Of two such points it is the one farther along the guide if
+  !> `branch` = 1, the other if -1.
   type, extends(joint_type), public :: rrp_joint
     integer :: end = 0
     real(dp) :: length = 0
@@ -69,7 +69,7 @@ contains
     call self%guide%move(placement)
   end subroutine move
 
-  !> Computes the position: with the guide g + s u and r = end - g, s = r . u +- sqrt(l^2 - (r x u)^2).
+  !> Computes the joint's position on the guide g + s u: with r = end - g, s = r . u +- sqrt(l^2 - (r x u)^2).
   pure subroutine locate(self, crank_angle, points, here)
     class(rrp_joint), intent(in) :: self
     real(dp), intent(in) :: crank_angle
@@ -100,13 +100,13 @@ contains
     call hold_on_guide(points(self%end), self%length, g, u, self%branch, here)
   end subroutine trace
 
-  !> Computes the path of the joint, with the position as in `locate`. The joint moves along the guide, and the rod b = r - r_end
+  !> Computes the path of the joint; its position is that of `locate`. The joint moves along the guide, and the rod b = r - r_end
   !> keeps its length:
   !>
   !>     r' = g' + s u' + s' u,                 b . (r' - r_end') = 0,
   !>     r'' = g'' + s u'' + 2 s' u' + s'' u,   b . (r'' - r_end'') = -|r' - r_end'|^2,
   !>
-  !> where b . u is the root.
+  !> where b . u is the root in the formula for s.
   pure subroutine hold_on_guide(end, length, g, u, branch, here)
     type(path_type), intent(in) :: end, g, u
     real(dp), intent(in) :: length
@@ -140,10 +140,11 @@ contains
     end do
   end subroutine hold_on_guide
 
-  !> Bounds for the joint. The distance of `end` from the guide changes by at most v_end + v_g + omega |r| per radian. If its
-  !> derivative in the middle is small, a second bound is lower, since the second derivative is at most a_end + a_g + 2 (v_end +
-  !> v_g) omega + |r| (omega' + omega^2). If the distance stays below l, the cosine c of the angle between rod and guide stays
-  !> positive. The rod fixes the component of the slider's velocity along itself, so it slides with at most (v_end + v_guide) / c.
+  !> Bounds on the joint's motion. The distance of `end` from the guide changes by at most v_end + v_g + omega |r| per radian. If
+  !> its derivative in the middle is small, a second bound is lower: the second derivative is at most a_end + a_g + 2 (v_end + v_g)
+  !> omega + |r| (omega' + omega^2). The joint can be assembled if the distance stays below l. Then the cosine c of the angle
+  !> between rod and guide is positive. The rod limits the slider's velocity along itself, so the slider moves along the guide with
+  !> at most (v_end + v_guide) / c, where v_guide is the speed of the guide at the slider.
   pure function reach(self, points, speeds, accelerations, half_width)
     class(rrp_joint), intent(in) :: self
     type(point_type), intent(in) :: points(:)
@@ -191,8 +192,8 @@ contains
 
   end function reach
 
-  !> Deviation; on a fixed guide it has no component perpendicular to the guide. The first round starts from the bound on the
-  !> acceleration and gives a better radius for the second.
+  !> Deviation of the acceleration. On a fixed guide it has no component perpendicular to the guide. The first round starts from the
+  !> bound on the acceleration and yields a smaller radius for the second.
   pure function deviation(self, points, here, deviations, acceleration, half_width)
     class(rrp_joint), intent(in) :: self
     type(point_type), intent(in) :: points(:), here

@@ -11,8 +11,8 @@ module gestell_model_joints_types_rrr
   implicit none (type, external)
   private
 
-  !> The joint lies at `lengths(1)` from joint `ends(1)` and `lengths(2)` from `ends(2)` (m), on the left (`branch` = 1)
-  !> or on the right (-1) of the way from `ends(1)` to `ends(2)`.
+  !> A joint at `lengths(1)` from joint `ends(1)` and `lengths(2)` from `ends(2)` (m). Seen from `ends(1)` toward `ends(2)`, it is
+  !> on the left if `branch` = 1, on the right if -1.
   type, extends(joint_type), public :: rrr_joint
     integer :: ends(2) = 0
     real(dp) :: lengths(2) = 0
@@ -56,7 +56,7 @@ contains
     call check_lengths(self%lengths, self%branch, reason)
   end subroutine check
 
-  !> Computes the position. With e from ends(1) to ends(2), d = |e|, and the angle mu between the two links,
+  !> Computes the joint's position. With the vector e from ends(1) to ends(2), d = |e|, and the angle mu between the two links,
   !>
   !>     cos mu = (l1^2 + l2^2 - d^2) / (2 l1 l2),
   !>     r = r1 + [(l1^2 - l2^2 + d^2) / 2 e + branch l1 l2 sin mu e_perp] / d^2.
@@ -93,8 +93,8 @@ contains
     call close_dyad(points(self%ends(1)), points(self%ends(2)), self%lengths(1), self%lengths(2), self%branch, here)
   end subroutine trace
 
-  !> Computes the path of the joint, with the position as in `locate`. With the links p = r - r1 and q = r - r2, which turn with w
-  !> and z,
+  !> Computes the path of the joint; its position is that of `locate`. The links p = r - r1 and q = r - r2 rotate at the rates w and
+  !> z:
   !>
   !>     r' = r1' + w p_perp = r2' + z q_perp:          w = (r2' - r1') . q / (p x q),  z = (r2' - r1') . p / (p x q),
   !>     r'' = r1'' + w' p_perp - w^2 p = r2'' + ...:   w' = [(r2'' - r1'') . q + w^2 p . q - z^2 q . q] / (p x q),
@@ -138,11 +138,10 @@ contains
     end do
   end subroutine close_dyad
 
-  !> Bounds for the joint. The distance d of the ends changes by at most (v1 + v2) half_width, or less if its derivative in the
-  !> middle is small and |d''| <= a1 + a2 + (v1 + v2)^2 / d. The angle mu stays away from 0 and pi if this range of d lies inside
-  !> |l1 - l2| < d < l1 + l2. The links fix the components of the joint's velocity along themselves, hence |v| <= (v1 + v2) / sin
-  !> mu. They fix those of its acceleration likewise: the ends' accelerations along the links minus the centripetal terms |v -
-  !> v_i|^2 / l_i.
+  !> Bounds on the joint's motion. The distance d of the ends changes by at most (v1 + v2) half_width, or less if its derivative in
+  !> the middle is small and |d''| <= a1 + a2 + (v1 + v2)^2 / d. The angle mu stays away from 0 and pi if this range of d lies
+  !> inside |l1 - l2| < d < l1 + l2. The links determine the components of the joint's velocity along themselves, hence |v| <= (v1 +
+  !> v2) / sin mu. Likewise its acceleration along link i is that of end i minus the centripetal term |v - v_i|^2 / l_i.
   pure function reach(self, points, speeds, accelerations, half_width)
     class(rrr_joint), intent(in) :: self
     type(point_type), intent(in) :: points(:)
@@ -180,7 +179,7 @@ contains
 
   contains
 
-    !> sin^2 mu for a distance of the ends (m).
+    !> sin^2 of the angle mu between the links, for a distance of the ends (m).
     pure real(dp) function sine2(distance)
       real(dp), intent(in) :: distance
 
@@ -192,8 +191,8 @@ contains
 
   end function reach
 
-  !> Deviation from its components along both links. The first round starts from the bound on the acceleration and gives a better
-  !> radius for the second.
+  !> Deviation of the acceleration, from its components along both links. The first round starts from the bound on the acceleration
+  !> and yields a smaller radius for the second.
   pure function deviation(self, points, here, deviations, acceleration, half_width)
     class(rrr_joint), intent(in) :: self
     type(point_type), intent(in) :: points(:), here
