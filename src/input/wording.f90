@@ -12,7 +12,7 @@ module gestell_input_wording
 
 contains
 
-  !> The user's text prepared for a one-line message: shortened between UTF-8 characters and without control characters.
+  !> A text of the user, prepared for quoting in a one-line message: shortened between characters and without control characters.
   pure function shown(text) result(short)
     character(len=*), intent(in) :: text
     character(len=:), allocatable :: short
@@ -45,7 +45,7 @@ contains
     end do
   end function lower
 
-  !> A number with its noun in singular or plural, such as "1 link" or "2 links".
+  !> A number and its noun in the singular or plural, such as "1 link" or "2 links".
   pure function counted(number, thing) result(words)
     integer, intent(in) :: number
     character(len=*), intent(in) :: thing

@@ -1,4 +1,4 @@
-!> Copies mechanisms (&repeat): their joints and links get names of their own.
+!> Copies mechanisms (&repeat). The joints and links of a copy get their own names.
 module gestell_input_machine_copies
   use gestell_base_dictionary, only: dictionary_type
   use gestell_base_error, only: error_type
@@ -14,7 +14,7 @@ module gestell_input_machine_copies
   !> Joints or links, including copies
   type, public :: members_type
     type(group_type), allocatable :: groups(:)
-    !> Number of the mechanism of each group
+    !> For each joint or link: number of its mechanism or copy
     integer, allocatable :: mechanism(:)
   end type members_type
 
@@ -31,14 +31,14 @@ contains
     end do
   end subroutine list_names
 
-  !> Adds copies of joints or links for each &repeat. A copy of NAME is called PART.NAME; names of joints in its keys are replaced
-  !> by those of their copies. Fails if a name becomes too long.
+  !> Adds the joints or links of each copy (&repeat). In a copy called PART, joint or link NAME is called PART.NAME, and its keys
+  !> refer to the copied joints. Fails if a name becomes too long.
   subroutine add_copies(members, parts, originals, joints, copies, error)
     !> Joints or links to which copies are added
     type(members_type), intent(inout) :: members
-    !> Names of all mechanisms and copies, the copies last
+    !> Names of all mechanisms, followed by those of all copies
     character(len=*), intent(in) :: parts(:)
-    !> Number of the mechanism from which each of them was copied, directly or through another copy
+    !> For each mechanism or copy: number of the mechanism from which it was copied, directly or through another copy
     integer, intent(in) :: originals(:)
     !> Joints of the original mechanisms
     type(members_type), intent(in) :: joints
@@ -71,7 +71,8 @@ contains
     call move_alloc(mechanism, members%mechanism)
   end subroutine add_copies
 
-  !> Renames a joint or link of mechanism `original` for its copy `part`. Fails if a name becomes too long.
+  !> Renames a copied joint or link of mechanism `original`, and the joints in its keys, for the copy called `part`. Fails if a name
+  !> becomes too long.
   subroutine rename(member, part, original, joints, names, copy, error)
     type(group_type), intent(inout) :: member
     character(len=*), intent(in) :: part

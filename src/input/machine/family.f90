@@ -1,4 +1,4 @@
-!> Families of machines: an input file with some of its values as parameters, for sweeps and sensitivities.
+!> Families of machines for sweeps and sensitivities: some values of an input file become parameters.
 module gestell_input_machine_family
   use gestell_base_error, only: error_type, impossible_mechanism
   use gestell_base_kinds, only: dp
@@ -23,28 +23,28 @@ module gestell_input_machine_family
 
   public :: new_document_family
 
-  !> Location of a number in the document that depends on a parameter
+  !> Where the document contains a number that depends on a parameter
   type :: location_type
     integer :: parameter = 0, group = 0, entry = 0, element = 0
   end type location_type
 
-  !> The frames that a document describes for different values of its parameters. Only one thread at a time may use it, as with
-  !> everything that reads documents.
+  !> The frames that a document describes for different values of its parameters. Only one thread at a time may use it: reading
+  !> documents is not thread-safe.
   type, extends(family_type), public :: document_family_type
     private
-    !> The groups that must be read again for every member
+    !> Groups that are read again for every member
     type(document_type) :: doc
     type(units_type) :: units
     !> Definitions of all types of joints
     type(form_type), allocatable :: forms(:)
     !> Path of each parameter
     character(len=word_length), allocatable :: paths(:)
-    !> The first `located` elements are the locations of all parameters
+    !> Where the document contains the numbers that depend on parameters; only the first `located` elements are used
     type(location_type), allocatable :: locations(:)
     integer :: located = 0
     !> True if a parameter p multiplies the numbers at its locations by 1 + p; false if it replaces them
     logical :: relative = .false.
-    !> The mechanism, evaluated once, if no parameter changes it; and the reason why it cannot be assembled
+    !> The mechanism, evaluated once, if no parameter changes it. `impossible`: reason why it cannot be assembled
     class(mechanism_type), allocatable :: mechanism
     type(error_type), allocatable :: impossible
   contains
@@ -55,8 +55,8 @@ module gestell_input_machine_family
 
 contains
 
-  !> Makes the values at some paths of a document the parameters of a family. Fails if a path denotes nothing (with `start`: not
-  !> exactly one number), or if the mechanism is invalid.
+  !> Makes the values at some paths of a document the parameters of a family. Fails if a path denotes nothing, or with `start` not
+  !> exactly one number. Also fails if the mechanism is invalid.
   subroutine new_document_family(family, doc, schema, units, paths, error, start)
     type(document_family_type), intent(out) :: family
     !> The checked input
@@ -67,8 +67,8 @@ contains
     !> Path of each parameter, as for --set
     character(len=*), intent(in) :: paths(:)
     type(error_type), allocatable, intent(out) :: error
-    !> Present: a parameter is the number at its path, and `start` holds any valid value of each. Absent: a parameter is the
-    !> relative change of all numbers at its path; 0 gives the machine of the document, and missing numbers stay missing
+    !> If present, a parameter is the number at its path, and `start` holds any valid value of each. If absent, a parameter is the
+    !> relative change of all numbers at its path: 0 gives the machine of the document, and missing numbers stay missing
     real(dp), intent(in), optional :: start(:)
     integer :: k
     logical :: moves
@@ -101,7 +101,7 @@ contains
     end do
   end subroutine new_document_family
 
-  !> Subject of a group; see `group_rule`.
+  !> What a group describes: `option_group`, `frame_group` or `mechanism_group`.
   pure integer function about(schema, group)
     type(schema_type), intent(in) :: schema
     character(len=*), intent(in) :: group
@@ -112,8 +112,8 @@ contains
     if (i > 0) about = schema%groups(i)%about
   end function about
 
-  !> Selects the groups that a member is read from. &mechanism and &repeat are always among them, because a frame in space depends
-  !> on the position of its mechanisms.
+  !> Selects the groups from which a member is read. They always include &mechanism and &repeat, because a frame in space depends on
+  !> the position of its mechanisms.
   pure subroutine select_groups(doc, schema, mechanism, selected)
     type(document_type), intent(in) :: doc
     type(schema_type), intent(in) :: schema
@@ -138,7 +138,7 @@ contains
     end do
   end subroutine select_groups
 
-  !> Adds the locations of the numbers at path `k`.
+  !> Adds the locations of the numbers at the path of parameter `k`.
   pure subroutine add_locations(family, schema, k, error)
     type(document_family_type), intent(inout) :: family
     type(schema_type), intent(in) :: schema
@@ -199,8 +199,8 @@ contains
     shares_mechanism = allocated(self%mechanism)
   end function shares_mechanism
 
-  !> Checks the parameters without evaluating the mechanism. Fails if they are invalid; the message quotes the parameters instead of
-  !> the values in the file.
+  !> Checks the parameters without evaluating the mechanism. Fails if they are invalid; the message then quotes the parameters
+  !> rather than the values in the file.
   subroutine check(self, parameters, error)
     class(document_family_type), intent(in) :: self
     real(dp), intent(in) :: parameters(:)
@@ -214,7 +214,7 @@ contains
     if (.not. allocated(error)) call read_drive_and_frame(doc, self%units, data, error)
   end subroutine check
 
-  !> Returns the document with the parameters inserted. With `named`, messages on them quote path and number.
+  !> Returns the document with the parameters inserted. If `named`, messages about these numbers quote the path and the number.
   subroutine set_numbers(self, parameters, named, doc)
     class(document_family_type), intent(in) :: self
     real(dp), intent(in) :: parameters(:)

@@ -63,7 +63,7 @@ module gestell_input_machine_frame
     & key_type("support", "axes", text_key, "whether the support's axes keep their direction or rotate with the frame", &
     &   word="space", words="space, frame")]
 
-  !> Meanings of the words of these keys.
+  !> Meaning of each word that the keys held_by, dof and axes accept.
   type(variant_type), parameter, public :: frame_words(*) = [ &
     & variant_type("drive", "held_by", "motor", "a stiff motor on the frame: the crank's speed relative to the frame is " // &
     &   "constant; the frame feels the whole driving torque with its fluctuation"), &
@@ -83,12 +83,12 @@ module gestell_input_machine_frame
 
   !> Drive, frame and mounts in SI units, without the mechanism.
   type, public :: frame_data_type
-    !> Mass (kg), inertia tensor (kg m^2), origin of the frame (m); stiffness and damping of the foundation alone, without the
-    !> supports (SI, in the order of the frame's degrees of freedom); drive speed (rad/s); gravity (m/s^2); moment of inertia of the
-    !> flywheel (kg m^2)
+    !> `mass` (kg), `inertia` tensor (kg m^2) and `origin` (m) of the frame, drive `speed` (rad/s), `gravity` (m/s^2),
+    !> `flywheel_inertia` (kg m^2). `stiffness`, `damping`: matrices of the foundation without the supports (SI), in the order of
+    !> the frame's degrees of freedom
     real(dp) :: mass = 0, inertia(3, 3) = 0, origin(3) = 0, stiffness(6, 6) = 0, damping(6, 6) = 0, speed = 0, gravity(3) = 0, &
       & flywheel_inertia = 0
-    !> Controls the drive speed: value of the key held_by
+    !> What keeps the drive speed constant: 'motor', 'flywheel' or 'outside' (key held_by)
     character(len=8) :: held_by = "motor"
     !> Numbers of the free degrees of freedom, in ascending order
     integer, allocatable :: free(:)
@@ -98,7 +98,7 @@ module gestell_input_machine_frame
 contains
 
   !> Reads frame, supports, foundation and drive, and builds the frame with its mechanism. Fails if a value is invalid or the
-  !> mechanism cannot be assembled at some crank angle; messages name the line of the part at fault.
+  !> mechanism cannot be assembled at some crank angle. The message names the line of the faulty group.
   subroutine read_frame(doc, units, mechanism, frame, error)
     !> The checked input
     type(document_type), intent(in) :: doc
@@ -130,7 +130,8 @@ contains
     end if
   end subroutine read_frame
 
-  !> Builds a frame that moves in space. Fails if the input contains elements of the plane only, such as mass functions.
+  !> Builds a frame that moves in space. Fails if mass functions describe the mechanism, or if the drive needs a mechanism with
+  !> ratio 1 and there is none.
   subroutine read_frame_in_space(doc, units, data, mechanism, frame, error)
     type(document_type), intent(in) :: doc
     type(units_type), intent(in) :: units
@@ -166,8 +167,8 @@ contains
     if (.not. allocated(error)) call frame%weigh(data%gravity, error)
   end subroutine read_frame_in_space
 
-  !> Reads everything but the mechanism. Fails if a value is invalid or belongs to a frame in space but the frame moves in its
-  !> plane.
+  !> Reads drive, frame, foundation, supports and gravity. Fails if a value is invalid, or is allowed only in space although the
+  !> frame moves in its plane.
   subroutine read_drive_and_frame(doc, units, data, error)
     type(document_type), intent(in) :: doc
     type(units_type), intent(in) :: units
@@ -212,8 +213,8 @@ contains
       & "is only allowed with held_by='flywheel'", error)
   end subroutine read_drive
 
-  !> Reads the inertia tensor. Fails if a moment is not positive, or if only one value is given for a frame that can rotate about xi
-  !> or eta (`turning`).
+  !> Reads the inertia tensor. Fails if a moment is not positive. Also fails if only one value is given although the frame can
+  !> rotate about xi or eta (`turning`).
   subroutine read_inertia(group, units, turning, inertia, error)
     type(group_type), intent(in) :: group
     type(units_type), intent(in) :: units
@@ -267,7 +268,8 @@ contains
     end do
   end subroutine refuse_tilted
 
-  !> A note for an input without `dof`, whose frame moves in its plane, if it contains a nonzero value along zeta; otherwise empty.
+  !> Returns a note if the input contains a nonzero value along zeta that has no effect, because &frame dof is missing and the frame
+  !> moves in its plane; otherwise empty.
   function values_out_of_the_plane(doc) result(line)
     type(document_type), intent(in) :: doc
     character(len=:), allocatable :: line
@@ -290,7 +292,7 @@ contains
     end do
   end function values_out_of_the_plane
 
-  !> Reads the supports, with their axes in the plane or `in_space`.
+  !> Reads the supports. Their axes can be tilted out of the plane only if the frame moves `in_space`.
   subroutine read_supports(doc, units, in_space, supports, error)
     type(document_type), intent(in) :: doc
     type(units_type), intent(in) :: units
@@ -325,7 +327,8 @@ contains
     end do
   end subroutine read_supports
 
-  !> Reads the key `dof`: numbers of the free degrees of freedom in ascending order. Reads nothing if `error` is already allocated.
+  !> Reads the key `dof` and returns the numbers of the free degrees of freedom in ascending order. Does nothing if `error` is
+  !> already allocated.
   subroutine read_dof(group, free, error)
     type(group_type), intent(in) :: group
     integer, allocatable, intent(out) :: free(:)

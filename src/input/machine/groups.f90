@@ -34,7 +34,7 @@ module gestell_input_machine_groups
     & group_rule("gravity", "gives weight to the frame and to all moving masses", about=frame_group), &
     & group_rule("probe", "a point of the frame whose vibration is reported", repeatable=.true.)]
 
-  !> Use of each quantity's unit, for help and manual.
+  !> Values to which each quantity's unit applies, for help and manual.
   character(len=*), parameter :: meanings(quantities) = [character(len=112) :: &
     & "unit of lengths and positions", &
     & "unit of masses", &
@@ -58,7 +58,7 @@ contains
     schema%variants = [joint_variants(), frame_words]
   end function machine_schema
 
-  !> The keys of &units, each with the names of its permitted units.
+  !> The keys of &units and the names of the units that each of them accepts.
   pure function unit_keys() result(keys)
     type(key_type) :: keys(quantities)
     character(len=12), allocatable :: names(:)

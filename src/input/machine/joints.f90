@@ -29,7 +29,7 @@ module gestell_input_machine_joints
 
 contains
 
-  !> Keys of all types of joints, each listed once, with the widest range of the number of values.
+  !> Records of the keys of all types of joints, each key once. Its permitted number of values includes those of all types.
   function joint_keys() result(keys)
     type(key_type), allocatable :: keys(:)
     type(form_type), allocatable :: forms(:)
@@ -55,7 +55,7 @@ contains
     end do
   end function joint_keys
 
-  !> Lists the types of joints that require a key, in words.
+  !> Says in words which types of joints require a key.
   pure function types_requiring(forms, key) result(words)
     type(form_type), intent(in) :: forms(:)
     type(key_type), intent(in) :: key
@@ -116,8 +116,8 @@ contains
     if (number == 0) call input_error(group, "type", "unknown" // suggestion(type, (forms%name)), error)
   end subroutine type_of_joint
 
-  !> Reads joint `i` and adds it to the linkage, at the position of its mechanism. Fails if keys do not fit its type, a joint that
-  !> it needs is unknown or comes later, or a value is out of range.
+  !> Reads joint `i`, places it at the position of its mechanism and adds it to the linkage. Fails if keys do not fit its type, a
+  !> joint to which it refers is unknown or listed later, or a value is out of range.
   subroutine read_joint(joints, names, i, forms, units, placement, linkage, error)
     !> All joints of the input
     type(group_type), intent(in) :: joints(:)
@@ -130,7 +130,7 @@ contains
     type(units_type), intent(in) :: units
     !> Position of the joint's mechanism
     type(placement_type), intent(in) :: placement
-    !> The linkage with the joints before this one
+    !> The linkage, which contains the joints listed before this one
     type(linkage_type), intent(inout) :: linkage
     type(error_type), allocatable, intent(out) :: error
     class(joint_type), allocatable :: joint
@@ -155,7 +155,8 @@ contains
     end if
   end subroutine read_joint
 
-  !> Reads the values of one key of joint `i`, or their default, into its data: numbers, or different earlier joints.
+  !> Reads one key of joint `i`, or its default, and adds it to the joint's data. Joints named by the key must be different and
+  !> listed before joint `i`.
   subroutine read_datum(joints, names, i, key, units, data, error)
     type(group_type), intent(in) :: joints(:)
     type(dictionary_type), intent(in) :: names
@@ -195,7 +196,7 @@ contains
     end if
   end subroutine read_datum
 
-  !> Fails if a key that the joint's type needs is missing or a key is given that the type does not have.
+  !> Fails if the group lacks a key that the joint's type requires, or contains a key that this type does not have.
   subroutine check_keys(group, form, error)
     type(group_type), intent(in) :: group
     type(form_type), intent(in) :: form
@@ -218,15 +219,15 @@ contains
     end do
   end subroutine check_keys
 
-  !> Fails if a joint that a group refers to is unknown or comes too late.
+  !> Fails if a group refers to a joint that is unknown or listed too late.
   subroutine check_known(group, key, wanted, joints, names, known, error)
     !> `group`: the group that refers to joints; `joints`: all joints of the input
     type(group_type), intent(in) :: group, joints(:)
-    !> `key`: its key that names them; `wanted`: the names
+    !> `key`: key of the group that refers to the joints; `wanted`: names of these joints
     character(len=*), intent(in) :: key, wanted(:)
     !> Names of all joints
     type(dictionary_type), intent(in) :: names
-    !> Number of joints, from the first on, that may be referred to
+    !> Only the first `known` joints may be referred to
     integer, intent(in) :: known
     type(error_type), allocatable, intent(out) :: error
     integer :: i, number
@@ -250,7 +251,7 @@ contains
     end do
   end subroutine check_known
 
-  !> True if joint `i` is built on joint `target`, directly or through other joints; false if there is no such joint.
+  !> True if joint `i` refers to joint `target`, directly or through other joints; false if one of them does not exist.
   pure logical function builds_on(joints, i, target)
     type(group_type), intent(in) :: joints(:)
     integer, intent(in) :: i, target

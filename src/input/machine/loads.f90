@@ -30,13 +30,13 @@ module gestell_input_machine_loads
 contains
 
   !> Reads stiffness and damping of the foundation in SI units. Fails if the stiffness is not symmetric or not positive
-  !> semidefinite. Also fails if elements of a frame in space are given but the frame moves in its plane.
+  !> semidefinite. Also fails if elements for zeta, rot_xi or rot_eta are given although the frame moves in its plane.
   subroutine read_foundation(group, units, in_space, stiffness, damping, error)
     type(group_type), intent(in) :: group
     type(units_type), intent(in) :: units
     !> True if the frame moves in space
     logical, intent(in) :: in_space
-    !> In the order of the frame's degrees of freedom
+    !> Matrices in the order of the frame's degrees of freedom
     real(dp), intent(out) :: stiffness(6, 6), damping(6, 6)
     type(error_type), allocatable, intent(out) :: error
     real(dp) :: b(6)
@@ -70,7 +70,7 @@ contains
     end do
   end subroutine read_foundation
 
-  !> Fails if an element is given that only a frame in space has.
+  !> Fails if the group contains an element for zeta, rot_xi or rot_eta, which only a frame in space has.
   subroutine refuse_beyond_plane(group, error)
     type(group_type), intent(in) :: group
     type(error_type), allocatable, intent(out) :: error
@@ -119,17 +119,18 @@ contains
     end do
   end function negative_somewhere
 
-  !> Reads gravity; zero without the group. Fails if a vector is given for a frame in the plane, or if the vector is zero.
+  !> Reads gravity, which is zero if the group is missing. Fails if its direction is a vector although the frame moves in its plane,
+  !> or if this vector is zero or has only 2 values.
   subroutine read_gravity(groups, units, in_space, gravity, error)
-    !> The groups &gravity, none or one
+    !> The groups &gravity of the input: none or one
     type(group_type), intent(in) :: groups(:)
     type(units_type), intent(in) :: units
     !> True if the frame moves in space
     logical, intent(in) :: in_space
-    !> Along xi, eta, zeta (m/s^2)
+    !> Acceleration of gravity along xi, eta, zeta (m/s^2)
     real(dp), intent(out) :: gravity(3)
     type(error_type), allocatable, intent(out) :: error
-    !> Components below this value are set to zero, so that gravity along one axis has no rounding error along the other.
+    !> Smaller components of the direction are set to zero: they are rounding errors if gravity acts along an axis.
     real(dp), parameter :: rounding = 4 * epsilon(1.0_dp)
     real(dp) :: acceleration, angle(1)
     integer :: n

@@ -39,7 +39,7 @@ module gestell_input_machine_mechanism
     &   "space only", unit=of_length, default=0.0_dp), &
     & membership_key(2)]
 
-  !> Maximum number of coefficients of a mass function: mean, cosines and sines up to order 500.
+  !> Maximum number of coefficients of a mass function: the mean, then cosine and sine coefficients up to order 500.
   integer, parameter :: most_harmonics = 1001
 
   type(key_type), parameter, public :: mass_function_keys(*) = [ &
@@ -89,7 +89,8 @@ contains
     end if
   end subroutine read_mechanism
 
-  !> Reads mass functions given by harmonics, in SI units. Fails if the input contains joints or links too.
+  !> Reads mass functions, given by the coefficients of their harmonics, in SI units. Fails if the input also contains joints or
+  !> links.
   subroutine read_harmonics(doc, harmonic, error)
     type(document_type), intent(in) :: doc
     type(harmonic_mechanism_type), intent(out) :: harmonic
@@ -117,8 +118,8 @@ contains
     if (allocated(error)) call in_group(group, error)
   end subroutine read_harmonics
 
-  !> Reads a mean followed by pairs of cosine and sine coefficients. Returns zero if the key is missing or `error` is already
-  !> allocated.
+  !> Reads the coefficients of one mass function: the mean, then pairs of cosine and sine coefficients. Returns zero if the key is
+  !> missing or `error` is already allocated.
   subroutine get_harmonics(group, key, values, error)
     type(group_type), intent(in) :: group
     character(len=*), intent(in) :: key
@@ -190,7 +191,7 @@ contains
     end do
   end subroutine read_linkage
 
-  !> The group whose key `ratio` determines the gear ratio of joint `i`: the joint itself, or its mechanism or copy.
+  !> Returns the group whose key `ratio` sets the gear ratio of joint `i`: the joint's own group, or that of its mechanism or copy.
   pure function group_of_ratio(doc, joints, i) result(group)
     type(document_type), intent(in) :: doc
     type(members_type), intent(in) :: joints
@@ -265,7 +266,7 @@ contains
     end associate
   end subroutine read_link
 
-  !> Puts file and line of the joint or link at fault in front of an error's message.
+  !> Puts the file and line of the faulty joint or link in front of the message of `error`.
   subroutine name_line(doc, error)
     type(document_type), intent(in) :: doc
     type(error_type), allocatable, intent(inout) :: error

@@ -20,7 +20,7 @@ module gestell_input_machine_mechanisms
 
   public :: claim_name, read_parts, read_planes
 
-  !> Keys that a mechanism and its copies share.
+  !> Meanings of keys that &mechanism and &repeat share.
   character(len=*), parameter :: of_origin = "origin of the mechanism's x-y system, from O (`&frame origin`) along xi, " // &
     &   "eta (in space also zeta)", &
     & of_axis = "normal of the mechanism's plane and axis of its crank: components along xi, eta, zeta", &
@@ -64,25 +64,26 @@ module gestell_input_machine_mechanisms
     character(len=word_length) :: name = ""
     !> Number of the mechanism from which it was copied; its own number if it is no copy
     integer :: original = 0
-    !> Its position and gear ratio
+    !> Position and gear ratio of the mechanism
     type(placement_type) :: placement
-    !> Origin (m), normal and x axis of its plane, along the axes of the frame; x_axis = 0: chosen by `plane_axes`
+    !> `origin` (m), normal (`axis`) and x axis of the mechanism's plane, along the axes of the frame. If `x_axis` is 0,
+    !> `plane_axes` chooses the x axis
     real(dp) :: origin(3) = 0, axis(3) = [0.0_dp, 0.0_dp, 1.0_dp], x_axis(3) = 0
-    !> True if it has a plane of its own, tilted against the frame's
+    !> True if the mechanism has its own plane, tilted relative to that of the frame
     logical :: tilted = .false.
   end type part_type
 
 contains
 
   !> Reads joints and links of a checked document, including those of copies. Fails if a mechanism is unknown or has no joints, a
-  !> name is used twice, or a link claims another mechanism than its joint.
+  !> name is used twice, or a link is assigned to another mechanism than its joint `from`.
   subroutine read_parts(doc, units, joints, links, placements, error)
-    !> Units of the input
     type(document_type), intent(in) :: doc
+    !> Units of the input
     type(units_type), intent(in) :: units
-    !> In the order of the document, followed by the copies
+    !> Joints and links in the order of the document, followed by those of the copies
     type(members_type), intent(out) :: joints, links
-    !> Position of each mechanism; without &mechanism there is one at O
+    !> Position of each mechanism. If the input has no &mechanism, the only mechanism is at O
     type(placement_type), allocatable, intent(out) :: placements(:)
     type(error_type), allocatable, intent(out) :: error
     type(group_type), allocatable :: mechanisms(:), copies(:)
@@ -116,10 +117,10 @@ contains
     type(document_type), intent(in) :: doc
     !> Units of the input
     type(units_type), intent(in) :: units
-    !> Origin of each plane from O (m), shape (3, planes); its x axis, y axis and normal along the frame's axes, shape (3, 3,
-    !> planes)
+    !> `origins`: origin of each plane relative to O (m), shape (3, planes). `axes`: x axis, y axis and normal of each plane, along
+    !> the axes of the frame, shape (3, 3, planes)
     real(dp), allocatable, intent(out) :: origins(:, :), axes(:, :, :)
-    !> Axis of the drive: normal of the first mechanism with the ratio 1; 0 if there is none
+    !> Axis of the drive: normal of the first mechanism with the ratio 1; 0 if no mechanism has this ratio
     real(dp), intent(out) :: shaft(3)
     type(error_type), allocatable, intent(out) :: error
     type(group_type), allocatable :: mechanisms(:), copies(:)
@@ -138,7 +139,8 @@ contains
     end do
   end subroutine read_planes
 
-  !> Reads all mechanisms and copies. Fails if a name is missing or used twice, a copy has no original, or an axis has no direction.
+  !> Reads all mechanisms and copies. Fails if a name is missing or used twice, the original of a copy does not exist, or an axis is
+  !> the zero vector.
   subroutine read_all_parts(doc, units, mechanisms, copies, parts, error)
     type(document_type), intent(in) :: doc
     type(units_type), intent(in) :: units
@@ -182,8 +184,8 @@ contains
     end do
   end subroutine read_all_parts
 
-  !> Axes x and y and normal of a plane. x is the projection of `x_axis` on the plane. If `x_axis` is zero, x is xi after the
-  !> shortest rotation from zeta to the normal.
+  !> Unit vectors along x, y and the normal of a plane. x is the projection of `x_axis` on the plane. If `x_axis` is zero, the
+  !> shortest rotation that turns zeta into the normal turns xi into x.
   pure function plane_axes(axis, x_axis) result(axes)
     real(dp), intent(in) :: axis(3), x_axis(3)
     real(dp) :: axes(3, 3), n(3), x(3)
@@ -217,8 +219,8 @@ contains
     end if
   end subroutine claim_name
 
-  !> Reads the given keys on position and gear ratio; the others keep their values. Fails if an axis has no direction or x_axis is
-  !> normal to the plane.
+  !> Reads the keys for position and gear ratio. Without its key, a component of `part` keeps its value. Fails if an axis is the
+  !> zero vector or x_axis is normal to the plane.
   subroutine read_placement(group, keys, units, part, error)
     type(group_type), intent(in) :: group
     type(key_type), intent(in) :: keys(:)
@@ -250,7 +252,7 @@ contains
     if (has(group, "ratio")) call read_ratio(group, keys, part%placement, error)
   end subroutine read_placement
 
-  !> Reads a gear ratio. Reads nothing if `error` is already allocated. Fails if the ratio is no admissible fraction.
+  !> Reads a gear ratio. Does nothing if `error` is already allocated. Fails if the ratio is not an admissible fraction.
   subroutine read_ratio(group, keys, placement, error)
     type(group_type), intent(in) :: group
     type(key_type), intent(in) :: keys(:)
@@ -267,7 +269,7 @@ contains
     if (.not. known) call input_error(group, "ratio", no_ratio, error)
   end subroutine read_ratio
 
-  !> Reads a copy of one of the mechanisms or copies `before` it.
+  !> Reads a group &repeat, which copies one of the mechanisms and copies in `before`. Fails if the original is not among them.
   subroutine read_copy(group, units, before, copy, error)
     type(group_type), intent(in) :: group
     type(units_type), intent(in) :: units
@@ -325,7 +327,7 @@ contains
     end do
   end subroutine take_joints
 
-  !> Assigns each link to the mechanism of its joint `from`; 0 if this joint is not in the list.
+  !> Assigns each link to the mechanism of its joint `from`. A link without a known joint gets the number 0.
   subroutine take_links(joints, links)
     type(members_type), intent(in) :: joints
     type(members_type), intent(inout) :: links
@@ -344,7 +346,8 @@ contains
     end do
   end subroutine take_links
 
-  !> Fails if a link claims another mechanism than its joint `from`. An unknown joint is reported later by `read_link`.
+  !> Fails if the key `mechanism` of a link differs from the mechanism of its joint `from`. Unknown joints are reported later, by
+  !> `read_link`.
   subroutine check_links(links, names, error)
     type(members_type), intent(inout) :: links
     character(len=*), intent(in) :: names(:)

@@ -30,7 +30,7 @@ module gestell_input_machine_quantities
 
 contains
 
-  !> Reads the groups &probe. Fails if a name is empty, is used twice or contains a parenthesis, or if a frequency band is empty.
+  !> Reads the groups &probe. Fails if a name is empty, used twice or contains a parenthesis, or if a frequency band is empty.
   subroutine read_probes(doc, units, probes, error)
     !> Units of the input
     type(document_type), intent(in) :: doc
@@ -73,8 +73,8 @@ contains
     end do
   end subroutine read_probes
 
-  !> Reads the key `quantities` of a group. Without it, the force on the ground is used, together with the free coordinates or the
-  !> velocities of all probes that have a limit. Fails if a quantity is unknown or named twice.
+  !> Reads the key `quantities` of a group. If it is missing, the quantities are the force on the ground, and either the free
+  !> coordinates or the velocities of all probes with a limit. Fails if a quantity is unknown or named twice.
   subroutine read_quantities(doc, keys, frame, probes, coordinates, quantities, error)
     type(document_type), intent(in) :: doc
     !> Records of the group's keys
@@ -82,8 +82,8 @@ contains
     !> The frame whose quantities are requested
     class(frame_type), intent(in) :: frame
     type(probe_type), intent(in) :: probes(:)
-    !> True: the default consists of the free coordinates and the force; false: of the force and the velocities of probes with a
-    !> limit
+    !> True: by default request the free coordinates and the force. False: by default request the force and the velocities of probes
+    !> with a limit
     logical, intent(in) :: coordinates
     type(quantity_type), allocatable, intent(out) :: quantities(:)
     type(error_type), allocatable, intent(out) :: error
@@ -122,12 +122,12 @@ contains
     end do
   end subroutine read_quantities
 
-  !> Reads the key `measures` of a group, or its default, and returns these measures for each of the quantities. Quantities without
-  !> a band skip the measure 'band'. Fails if measures are given without quantities, if 'band' is requested but no quantity has one,
-  !> and as `new_measure` does.
+  !> Reads the key `measures` of a group, or its default, and returns these measures of each quantity. Quantities without a band
+  !> skip the measure 'band'. Fails if measures are given without quantities, if 'band' is given but no quantity has a band, or if
+  !> `new_measure` fails.
   subroutine read_measures(group, keys, frame, probes, names, measures, error)
-    !> Records of the group's keys
     type(group_type), intent(in) :: group
+    !> Records of the group's keys
     type(key_type), intent(in) :: keys(:)
     class(frame_type), intent(in) :: frame
     type(probe_type), intent(in) :: probes(:)
@@ -157,12 +157,12 @@ contains
       & input_error(group, "measures", "'band' applies to velocities of probes: request probe(NAME).v, .vx or .vy", error)
   end subroutine read_measures
 
-  !> Reads a key whose value names a measure. Fails if there is no such measure.
+  !> Reads the key `name`, whose value names a measure. Fails if this measure does not exist.
   subroutine kind_of_measure(group, keys, name, kind, error)
     !> Records of the group's keys
     type(group_type), intent(in) :: group
     type(key_type), intent(in) :: keys(:)
-    !> Name of the key
+    !> Name of the key to read
     character(len=*), intent(in) :: name
     !> Index of the measure in `measure_names`
     integer, intent(out) :: kind

@@ -1,4 +1,4 @@
-!> Content of an input file: groups with their keys and values, and the origin of each value.
+!> Content of an input file: groups with their keys and values. Each value records where it came from.
 module gestell_input_namelist_document
   use gestell_base_kinds, only: dp
   use gestell_base_words, only: word_length
@@ -10,9 +10,9 @@ module gestell_input_namelist_document
 
   !> A value as typed
   type :: value_type
-    !> Unallocated if this element of a vector or matrix is not given
+    !> The value as text; unallocated if this element of a vector or matrix is not given
     character(len=:), allocatable :: text
-    !> True if it was typed in quotes, which `text` does not contain
+    !> True if the value was typed in quotes. `text` does not contain the quotes
     logical :: quoted = .false.
     !> The number that `text` represents; set when the document is normalised
     real(dp) :: number = 0
@@ -45,7 +45,7 @@ module gestell_input_namelist_document
     character(len=:), allocatable :: file
     !> Line of the group in the file
     integer :: line = 0
-    !> Number among the groups of the same name; 0 if it is the only one
+    !> Number of the group among those of the same name; 0 if it is the only one
     integer :: number = 0
     type(entry_type), allocatable :: entries(:)
   end type group_type
@@ -65,7 +65,7 @@ module gestell_input_namelist_document
 
 contains
 
-  !> Returns the group of this name, or an empty one if the file has none. For names that occur at most once.
+  !> Returns the group of this name, or an empty group if the file has none. Use it for groups that may occur only once.
   pure function the_group(doc, name) result(group)
     type(document_type), intent(in) :: doc
     character(len=*), intent(in) :: name
@@ -83,8 +83,8 @@ contains
     allocate(group%entries(0))
   end function the_group
 
-  !> Number of groups of this name. It does not use the size of `groups_named`, because gfortran 12 does not free function results
-  !> within an expression.
+  !> Number of groups of this name. It does not call `groups_named`, because gfortran 12 does not free function results within an
+  !> expression.
   pure integer function count_groups(doc, name)
     type(document_type), intent(in) :: doc
     character(len=*), intent(in) :: name
@@ -120,7 +120,7 @@ contains
     at = pack([(i, i = 1, size(doc%groups))], [(doc%groups(i)%name == name, i = 1, size(doc%groups))])
   end function indices_named
 
-  !> Names of the groups (their key `name`), blank for a group without one.
+  !> Names of the groups (values of their key `name`); blank for a group without a name.
   pure function group_names(groups) result(names)
     type(group_type), intent(in) :: groups(:)
     character(len=word_length) :: names(size(groups))
@@ -150,7 +150,7 @@ contains
     found = 0
   end function find_entry
 
-  !> Name of the group (its key `name`), empty if it has none.
+  !> Name of the group (value of its key `name`); empty if it has none.
   pure function name_of(group) result(name)
     type(group_type), intent(in) :: group
     character(len=:), allocatable :: name

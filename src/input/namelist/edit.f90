@@ -14,8 +14,7 @@ module gestell_input_namelist_edit
 
 contains
 
-  !> Writes an entry as in an input file, as "key=values". If some elements are missing, each given element is written as
-  !> "key(i)=value".
+  !> Writes a key and its values as in an input file: "key=values", or "key(i)=value" for each given element if others are missing.
   pure function spelled(entry) result(words)
     type(entry_type), intent(in) :: entry
     character(len=:), allocatable :: words, value
@@ -42,7 +41,7 @@ contains
     words = words(3:)
   end function spelled
 
-  !> Doubles the quotes in a text that will be quoted.
+  !> Doubles the quotes in a text, so that the text can be put in quotes.
   pure function doubled(text) result(words)
     character(len=*), intent(in) :: text
     character(len=:), allocatable :: words
@@ -88,8 +87,8 @@ contains
     text = text(:at - 1) // comma // remark // text(at:)
   end subroutine set_entry
 
-  !> Finds the entries of a key: positions of their first and last characters, without trailing commas. `ending` is the position of
-  !> the group's end.
+  !> Finds the entries of a key: positions of their first and last characters, without trailing commas. `ending` is the position at
+  !> which the group ends.
   pure subroutine find_entries(text, group, key, first, last, ending)
     character(len=*), intent(in) :: text, key
     integer, intent(in) :: group

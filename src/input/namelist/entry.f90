@@ -17,11 +17,11 @@ contains
 
   !> Parses "key = values" or "key(i) = values".
   pure subroutine parse_entry(scanner, group, token, entry, error)
-    !> Position in the text, behind the key
+    !> Position in the text; on entry, after the key
     type(scanner_type), intent(inout) :: scanner
     !> Group of the key, for messages
     type(group_type), intent(in) :: group
-    !> On entry the key, on return the token behind the values
+    !> On entry the key; on return the first token after the values
     type(token_type), intent(inout) :: token
     type(entry_type), intent(out) :: entry
     type(error_type), allocatable, intent(out) :: error
@@ -50,7 +50,7 @@ contains
     call parse_values(scanner, group, token, entry, error)
   end subroutine parse_entry
 
-  !> Parses the integers of "(i)" or "(i,j)" up to the closing parenthesis.
+  !> Parses the integers in "(i)" or "(i,j)", including the closing parenthesis.
   pure subroutine parse_subscript(scanner, group, entry, error)
     type(scanner_type), intent(inout) :: scanner
     type(group_type), intent(in) :: group
@@ -131,7 +131,7 @@ contains
     if (n == 0) call refuse(group, entry%line, "'" // shown(entry%key) // "' has no value", error)
   end subroutine parse_values
 
-  !> Parses the value in a token, with its repeat count.
+  !> Parses one value and its repeat count from a token.
   pure subroutine parse_value(scanner, group, token, entry, value, error)
     type(scanner_type), intent(inout) :: scanner
     type(group_type), intent(in) :: group
@@ -171,7 +171,7 @@ contains
     value%line = entry%line
   end subroutine parse_value
 
-  !> Reports an error of a group's text in the given line.
+  !> Reports an error in the text of a group, at the given line.
   pure subroutine refuse(group, line, message, error)
     type(group_type), intent(in) :: group
     integer, intent(in) :: line

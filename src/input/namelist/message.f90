@@ -1,4 +1,4 @@
-!> Words one-line error messages that name file, line, group and key.
+!> Composes one-line error messages that name file, line, group and key.
 module gestell_input_namelist_message
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_words, only: put_on_one_line
@@ -12,10 +12,11 @@ module gestell_input_namelist_message
 
 contains
 
-  !> Reports an error of a key's value as "file:line: &group 'name': key = value: message", or as "--set path=value: message".
+  !> Reports an error in the value of a key, as "file:line: &group 'name': key = value: message". For a value of --set the message
+  !> is "--set path=value: message".
   pure subroutine input_error(group, key, message, error, element)
     type(group_type), intent(in) :: group
-    !> `key`: name of the key, empty for an error of the whole group; `message`: the explanation
+    !> `key`: name of the key, or empty if the error concerns the whole group; `message`: the explanation
     character(len=*), intent(in) :: key, message
     type(error_type), allocatable, intent(out) :: error
     !> Index of the element at fault; absent: all values
@@ -33,8 +34,8 @@ contains
     end if
   end subroutine input_error
 
-  !> Prefixes an error's message with file, line and group. A leading name of the group is replaced. Messages that already name the
-  !> file or an option stay unchanged.
+  !> Puts file, line and group in front of an error's message, unless it already begins with the file or an option. If the message
+  !> begins with the group's name, this name is not repeated.
   subroutine in_group(group, error)
     type(group_type), intent(in) :: group
     type(error_type), allocatable, intent(inout) :: error
@@ -47,7 +48,7 @@ contains
     error%message = location(group%file, group%line) // own // error%message
   end subroutine in_group
 
-  !> Reports an error of an entry in the format of `input_error`.
+  !> Reports an error in the value of `entry`, in the format of `input_error`.
   pure subroutine refuse_entry(group, entry, message, error, element)
     type(group_type), intent(in) :: group
     type(entry_type), intent(in) :: entry
@@ -67,7 +68,7 @@ contains
     end associate
   end subroutine refuse_entry
 
-  !> Index of the value whose line the message states: `element` if it is given, otherwise the first given value.
+  !> Index of the value whose line appears in the message: `element` if present, otherwise the first given value.
   pure integer function telling_value(entry, element) result(i)
     type(entry_type), intent(in) :: entry
     integer, intent(in), optional :: element
@@ -83,7 +84,7 @@ contains
     end do
   end function telling_value
 
-  !> The given values as typed, in the form "key = values", or one element as "key(2) = value".
+  !> All given values as typed, "key = values", or only one element, "key(2) = value".
   pure function typed(entry, element) result(words)
     type(entry_type), intent(in) :: entry
     integer, intent(in), optional :: element
@@ -110,7 +111,7 @@ contains
     if (comma == " ") words = words // comma
   end function typed
 
-  !> The subscripts as typed, or those of one element.
+  !> The subscripts of an entry as typed, or the subscripts of one element.
   pure function subscripts(entry, element) result(words)
     type(entry_type), intent(in) :: entry
     integer, intent(in), optional :: element
@@ -133,7 +134,7 @@ contains
     end select
   end function subscripts
 
-  !> A value as typed, with its quotes and repeat count.
+  !> A value as it was typed, including quotes and repeat count.
   pure function typed_value(value) result(words)
     type(value_type), intent(in) :: value
     character(len=:), allocatable :: words
@@ -143,7 +144,7 @@ contains
     if (value%count /= 1) words = text(value%count) // "*" // words
   end function typed_value
 
-  !> "file:line: ", without the line if it is zero.
+  !> Beginning of a message: "file:line: ", or "file: " if the line is zero.
   pure function location(file, line) result(words)
     character(len=*), intent(in) :: file
     integer, intent(in) :: line

@@ -15,7 +15,7 @@ module gestell_input_namelist
 
   public :: read_document, parse_document
 
-  !> Size (bytes) above which a file is refused.
+  !> Maximum size of a file (bytes); larger files are refused.
   integer, parameter :: largest = 100000000
   !> The three bytes that some editors put in front of UTF-8 text.
   character(len=*), parameter :: byte_order_mark = char(239) // char(187) // char(191)
@@ -112,7 +112,7 @@ contains
     doc%text = text
   end subroutine parse_document
 
-  !> Moves to the & of the next group or to the end of the text. Fails on anything but blanks and comments before it.
+  !> Moves to the & of the next group or to the end of the text. Fails if anything but blanks and comments comes before it.
   pure subroutine skip_outside(scanner, file, groups, error)
     type(scanner_type), intent(inout) :: scanner
     character(len=*), intent(in) :: file

@@ -8,7 +8,7 @@ module gestell_input_namelist_number
 
   public :: read_real, read_integer, is_digits
 
-  !> Numbers of this decimal exponent or above are refused, because the largest of them overflow.
+  !> Numbers with this decimal exponent or a larger one are refused, because some of them overflow.
   integer, parameter :: exponent_limit = 308
 
 contains
@@ -89,12 +89,13 @@ contains
     if (text(1:1) == "+" .or. text(1:1) == "-") rest = text(2:)
   end function unsigned
 
-  !> Reads the digits of an exponent; `ok` is false if they are not an integer.
+  !> Reads the digits of an exponent; `ok` is false if the text is not an integer.
   pure subroutine read_exponent(text, exponent, ok)
     character(len=*), intent(in) :: text
     integer, intent(out) :: exponent
     logical, intent(out) :: ok
-    !> Limit of exponents: beyond all that matter, and small enough for sums without overflow.
+    !> Larger exponents are replaced by this one. It is far outside the range of double precision, and sums of such exponents do not
+    !> overflow.
     integer, parameter :: enough = 10000000
     character(len=:), allocatable :: digits
     integer :: i

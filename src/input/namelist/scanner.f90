@@ -88,7 +88,7 @@ contains
     end do
   end subroutine skip_blanks
 
-  !> Reads a quoted text, which must end on its line. A doubled quote stands for one quote.
+  !> Reads a text in quotes, which must end on the same line. A doubled quote represents one quote.
   pure subroutine take_quoted(scanner, token)
     type(scanner_type), intent(inout) :: scanner
     type(token_type), intent(inout) :: token
@@ -133,7 +133,7 @@ contains
     single = single(:n)
   end function undoubled
 
-  !> Reads a word up to the next blank, quote or mark; nan(...) counts as one word.
+  !> Reads a word up to the next blank, quote or mark; nan(...) is one word.
   pure subroutine take_word(scanner, token)
     type(scanner_type), intent(inout) :: scanner
     type(token_type), intent(inout) :: token

@@ -15,7 +15,7 @@ module gestell_input_schema_check
 
 contains
 
-  !> Fails if a document contains anything that the schema does not allow, or lacks a required group or key. Afterwards each key has
+  !> Fails if a document contains anything that the schema does not allow, or lacks a required group or key. On success each key has
   !> one entry with one value for each element.
   pure subroutine check_document(doc, schema, error)
     type(document_type), intent(inout) :: doc
@@ -43,12 +43,12 @@ contains
   end subroutine check_document
 
   !> Normalises a document: checks that all groups and keys are known, resolves subscripts and repeat counts, and checks the kinds
-  !> of values. Missing groups and keys are not reported.
+  !> of values. Does not check that required groups and keys are present.
   pure subroutine normalise(doc, schema, error, before)
     type(document_type), intent(inout) :: doc
     type(schema_type), intent(in) :: schema
     type(error_type), allocatable, intent(out) :: error
-    !> Number of groups of each name in the schema that precede this document's groups; default 0
+    !> For each group of the schema: number of such groups in front of this document; default 0
     integer, intent(in), optional :: before(:)
     integer :: i
 

@@ -12,8 +12,8 @@ module gestell_input_schema_fingerprint
 
 contains
 
-  !> Hash of a checked document's groups, keys and values, including values of --set. It does not depend on the order of keys, nor
-  !> on the order of groups with different names. Numbers count by value.
+  !> Hash of a checked document's groups, keys and values, including values of --set. It does not depend on the order of keys, on
+  !> the order of groups with different names, or on the notation of numbers.
   pure integer(int64) function content_of(doc, schema) result(hash)
     type(document_type), intent(in) :: doc
     type(schema_type), intent(in) :: schema

@@ -27,7 +27,8 @@ contains
   subroutine help_on(schema, topic, text, error)
     !> All groups and keys of the input
     type(schema_type), intent(in) :: schema
-    !> A group, a key (GROUP.KEY, or KEY for all groups that have it), "groups", or "tables" for all tables in Markdown
+    !> Name of a group; name of a key (GROUP.KEY, or KEY for all groups that have it); "groups"; or "tables" for all tables in
+    !> Markdown
     character(len=*), intent(in) :: topic
     character(len=:), allocatable, intent(out) :: text
     type(error_type), allocatable, intent(out) :: error
@@ -90,7 +91,7 @@ contains
     end if
   end function near
 
-  !> Wording of how often a group may occur in a file.
+  !> Says in words how often a group may occur in a file.
   pure function times(schema, group) result(words)
     type(schema_type), intent(in) :: schema
     integer, intent(in) :: group
@@ -122,11 +123,11 @@ contains
     end associate
   end function one_group
 
-  !> Describes the allowed words of a key, each in an entry of its own; empty if the schema does not describe them.
+  !> Describes each allowed word of a key in an entry of its own; empty if the schema does not describe the words.
   pure function described_words(schema, key, before) result(text)
     type(schema_type), intent(in) :: schema
     type(key_type), intent(in) :: key
-    !> Put in front of every word
+    !> Text put in front of every word
     character(len=*), intent(in) :: before
     character(len=:), allocatable :: text
     integer :: i
@@ -162,7 +163,7 @@ contains
     end associate
   end function one_key
 
-  !> A name with its explanation, which begins in `column`.
+  !> A name and its explanation. The explanation begins in `column`.
   pure function entry(name, words, column) result(text)
     character(len=*), intent(in) :: name, words
     integer, intent(in), optional :: column
@@ -179,7 +180,7 @@ contains
     end if
   end function entry
 
-  !> Breaks a text into lines of a terminal, indented by `indent` columns, and removes Markdown marks.
+  !> Breaks a text into lines that fit the terminal, indented by `indent` columns, and removes Markdown marks.
   pure function paragraph(words, indent) result(text)
     character(len=*), intent(in) :: words
     integer, intent(in) :: indent
@@ -243,7 +244,7 @@ contains
     words = words // range_of(key)
   end function values_of
 
-  !> Describes the range of a number.
+  !> Describes the permitted range of a number.
   pure function range_of(key) result(words)
     type(key_type), intent(in) :: key
     character(len=:), allocatable :: words
@@ -266,7 +267,7 @@ contains
     end associate
   end function range_of
 
-  !> Describes the default of a missing key.
+  !> States what applies if a key is missing.
   pure function missing(key) result(words)
     type(key_type), intent(in) :: key
     character(len=:), allocatable :: words
@@ -315,7 +316,7 @@ contains
     words = listed(all_words(list), "`'", "'`")
   end function quoted
 
-  !> The keys of every group as a table in Markdown, followed by a table of words for every key whose words are described.
+  !> The keys of every group as a table in Markdown. A table of words follows for every key whose words the schema describes.
   pure function key_tables(schema) result(text)
     type(schema_type), intent(in) :: schema
     character(len=:), allocatable :: text

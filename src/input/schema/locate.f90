@@ -15,9 +15,9 @@ module gestell_input_schema_locate
 
   public :: find_target
 
-  !> The place that a path denotes
+  !> What a path denotes in a document
   type, public :: target_type
-    !> Indices of groups in the document; empty if the group must be added first
+    !> Indices of the groups in the document; empty if the group does not exist yet and must be added
     integer, allocatable :: groups(:)
     character(len=:), allocatable :: key
     !> Index of the key's record in the schema
@@ -26,10 +26,10 @@ module gestell_input_schema_locate
     integer :: element = 0
   end type target_type
 
-  !> The parts of a path as written
+  !> The parts of a path as typed
   type :: path_type
     character(len=:), allocatable :: group
-    !> Name or number in parentheses behind the group
+    !> Name or number in parentheses after the group
     character(len=:), allocatable :: which
     character(len=:), allocatable :: key
     integer, allocatable :: subscript(:)
@@ -37,7 +37,7 @@ module gestell_input_schema_locate
 
 contains
 
-  !> Finds the place that a path denotes. Fails if the path is malformed or denotes nothing.
+  !> Finds the groups, key and element that a path denotes. Fails if the path is malformed or denotes nothing.
   pure subroutine find_target(doc, schema, text, prefix, target, error)
     !> Normalised document (see `normalise`)
     type(document_type), intent(in) :: doc
@@ -73,7 +73,7 @@ contains
     if (reason /= "") call fatal_error(error, prefix // reason, invalid_input)
   end subroutine find_target
 
-  !> Chooses the groups that a path denotes by name, by number, or all of them. `reason` is empty on success.
+  !> Selects the groups that a path denotes: one, by name or number, or all of them. `reason` is empty on success.
   pure subroutine choose_groups(doc, path, repeatable, chosen, reason)
     type(document_type), intent(in) :: doc
     type(path_type), intent(in) :: path
@@ -123,7 +123,7 @@ contains
     end if
   end subroutine choose_groups
 
-  !> Splits a path into its parts. `reason` says what is wrong with its form and is empty on success.
+  !> Splits a path into its parts. `reason` says why the path is malformed and is empty on success.
   pure subroutine read_path(text, path, reason)
     character(len=*), intent(in) :: text
     type(path_type), intent(out) :: path

@@ -16,7 +16,7 @@ module gestell_input_schema_merge
 
 contains
 
-  !> Merges all entries of a group. Fails if a key is unknown, is given twice or has wrong values.
+  !> Merges all entries of a group. Fails if a key is unknown, is given twice, or has wrong values.
   pure subroutine merge_entries(group, schema, error)
     type(group_type), intent(inout) :: group
     type(schema_type), intent(in) :: schema
@@ -91,7 +91,7 @@ contains
     end if
   end subroutine merge_entry
 
-  !> Expands an entry without subscripts: resolves repeat counts and checks the number of values.
+  !> Stores the values of an entry without subscripts: resolves repeat counts and checks the number of values.
   pure subroutine expand(group, entry, rule, merged, error)
     !> Group of the entry, for messages
     type(group_type), intent(in) :: group
@@ -127,8 +127,8 @@ contains
     end do
   end subroutine expand
 
-  !> Position at which element `n` of a list is stored. It differs from n only for the short form of a matrix, which has `total`
-  !> values.
+  !> Position at which element `n` of a list is stored. Only in the short form of a matrix, with `total` values, does it differ from
+  !> `n`.
   pure integer function place_of(n, total, rule)
     integer, intent(in) :: n, total
     type(key_type), intent(in) :: rule
@@ -157,8 +157,8 @@ contains
     allocate(merged%values(n))
   end subroutine start
 
-  !> Cuts a list that was given by subscripts after its last element. Fails if an earlier element is
-  !> missing, except among the elements that the list always has.
+  !> Cuts a list that was given by subscripts after its last given element. Fails if an earlier element is missing, unless it is one
+  !> of those that the list always has.
   pure subroutine close_list(group, rule, merged, error)
     type(group_type), intent(in) :: group
     type(key_type), intent(in) :: rule

@@ -37,7 +37,7 @@ contains
     end if
   end subroutine set_value
 
-  !> Sets a path to a number with all its digits. Errors as in `set_value`.
+  !> Sets the value at a path to a number, with all its digits. Errors as in `set_value`.
   pure subroutine set_path_real(doc, schema, path, value, error)
     type(document_type), intent(inout) :: doc
     type(schema_type), intent(in) :: schema
@@ -49,7 +49,7 @@ contains
     call set_path_text(doc, schema, path, exact(value), error)
   end subroutine set_path_real
 
-  !> Sets a path to a text as it would follow the equals sign of --set. Errors as in `set_value`.
+  !> Sets the value at a path to a text, written as in PATH=VALUE of --set. Errors as in `set_value`.
   pure subroutine set_path_text(doc, schema, path, value, error)
     type(document_type), intent(inout) :: doc
     type(schema_type), intent(in) :: schema
@@ -92,7 +92,7 @@ contains
     if (size(values) == 0) call fatal_error(error, shown(path) // ": has no value in the input", invalid_input)
   end subroutine get_path
 
-  !> Sets a path to a value. In error messages `origin` replaces file and line.
+  !> Sets the value at a path. In error messages `origin` replaces file and line.
   pure subroutine assign(doc, schema, path, text, origin, error)
     type(document_type), intent(inout) :: doc
     type(schema_type), intent(in) :: schema
@@ -143,7 +143,8 @@ contains
     end do
   end subroutine assign
 
-  !> Largest element that may be set: the one behind the existing elements, or the last one that the key always has.
+  !> Largest index of an element that may be set: one more than the number of existing elements, but at least the number of elements
+  !> that the key always has.
   pure integer function room_in(group, rule)
     type(group_type), intent(in) :: group
     type(key_type), intent(in) :: rule
@@ -156,8 +157,8 @@ contains
     if (i > 0) room_in = max(room_in, 1 + size(group%entries(i)%values))
   end function room_in
 
-  !> Stores an entry in a group. With `element` > 0 only its first value is stored, as this element. If the key's components are
-  !> `alike` and one value was typed (`one`), all existing or always present components get it.
+  !> Stores an entry in a group. If `element` > 0, only its first value is stored, as this element. If the key is `alike` and one
+  !> value was typed (`one`), all components that exist or must exist get this value.
   pure subroutine put(group, entry, rule, element, one)
     type(group_type), intent(inout) :: group
     type(entry_type), intent(in) :: entry
@@ -197,7 +198,7 @@ contains
     group%entries(i)%values(element) = entry%values(1)
   end subroutine put
 
-  !> Splits a text at commas into values. A key that takes a single text gets the whole text.
+  !> Splits a text at commas into values. If the key takes a single text, this is the whole text.
   pure subroutine split(text, rule, key, origin, entry, error)
     character(len=*), intent(in) :: text, key, origin
     type(key_type), intent(in) :: rule
@@ -231,7 +232,7 @@ contains
     if (rule%alike .and. n == 1) entry%values%count = rule%most
   end subroutine split
 
-  !> Position of the = that ends a path; 0 if there is none. An = in parentheses belongs to a name.
+  !> Position of the equals sign that ends a path; 0 if there is none. One in parentheses is part of a name.
   pure integer function position_of_equals(text) result(i)
     character(len=*), intent(in) :: text
     integer :: depth

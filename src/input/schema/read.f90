@@ -1,4 +1,4 @@
-!> Reads the values of a checked group as the records of its keys specify: units, defaults, ranges, allowed words.
+!> Reads the values of a checked group. The records of the keys specify units, defaults, ranges and allowed words.
 module gestell_input_schema_read
   use gestell_base_error, only: error_type
   use gestell_base_key, only: all_words, find_key, integer_key, key_type, unset
@@ -17,8 +17,8 @@ module gestell_input_schema_read
   !> call read(group, keys, name, value, error, units, default): reads a key whose record is in `keys`. With `units`, numbers are
   !> converted to SI; without, they stay as typed. A missing key, or a missing element of a vector or matrix, gets `default`, or
   !> else the default of the record. If the input has more rows than a matrix `value`, the first rows are read. Fails if a value is
-  !> out of range, a word is not allowed, or a key without default is missing. If `error` is already allocated, nothing is read, so
-  !> that a caller need check for errors only after the last key.
+  !> out of range, a word is not allowed, or a key without default is missing. Does nothing if `error` is already allocated, so that
+  !> a caller can read several keys before it tests for errors.
   interface read
     module procedure read_real
     module procedure read_vector
@@ -100,8 +100,8 @@ contains
     end associate
   end subroutine read_vector
 
-  !> Reads a position in space (m) or another quantity with a value for each of three axes. If two values are given, the third one
-  !> is 0. Reads nothing if `error` is already allocated.
+  !> Reads a position in space (m), or another quantity with one value for each of three axes. If only two values are given, the
+  !> third one is 0. Does nothing if `error` is already allocated.
   pure subroutine read_place(group, keys, name, units, value, error)
     type(group_type), intent(in) :: group
     !> Records of the group's keys

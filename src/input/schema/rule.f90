@@ -1,4 +1,4 @@
-!> Checks values against the record of their key and words the messages about them.
+!> Checks values against the record of their key and composes the messages about them.
 module gestell_input_schema_rule
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -22,7 +22,7 @@ module gestell_input_schema_rule
 
 contains
 
-  !> Checks that the values are of the key's kind, and converts numbers.
+  !> Checks that all values are of the kind that the key requires, and converts numbers.
   pure subroutine check_values(group, rule, merged, error)
     type(group_type), intent(in) :: group
     type(key_type), intent(in) :: rule
@@ -40,7 +40,7 @@ contains
     end do
   end subroutine check_values
 
-  !> Checks one value and converts it if it is a number. `reason` says why it is not of the key's kind and is empty on success.
+  !> Checks one value and converts it if it is a number. `reason` says why the value does not suit the key and is empty on success.
   pure subroutine check_kind(rule, value, reason)
     type(key_type), intent(in) :: rule
     type(value_type), intent(inout) :: value
@@ -67,7 +67,7 @@ contains
     end if
   end subroutine check_kind
 
-  !> Position of an element counted column by column; 0 if there is no such element.
+  !> Index of an element, counted column by column, from its subscripts; 0 if there is no such element.
   pure integer function element_of(subscript, rule)
     integer, intent(in) :: subscript(:)
     type(key_type), intent(in) :: rule
@@ -81,7 +81,7 @@ contains
     element_of = subscript(1) + rule%rows * (subscript(2) - 1)
   end function element_of
 
-  !> Wording of the number of values, such as "takes 2 values, has 3".
+  !> Compares in words the required number of values with the actual one, such as "takes 2 values, has 3".
   pure function values_words(rule, total) result(words)
     type(key_type), intent(in) :: rule
     real(dp), intent(in) :: total
@@ -99,7 +99,7 @@ contains
     end if
   end function values_words
 
-  !> Wording of the number of subscripts, such as "takes one subscript".
+  !> States the number of subscripts, such as "takes one subscript".
   pure function subscript_words(rule) result(words)
     type(key_type), intent(in) :: rule
     character(len=:), allocatable :: words
@@ -114,7 +114,7 @@ contains
     end select
   end function subscript_words
 
-  !> Wording of the range of subscripts, such as "the subscript runs from 1 to 2".
+  !> States the range of subscripts, such as "the subscript runs from 1 to 2".
   pure function extent_words(rule) result(words)
     type(key_type), intent(in) :: rule
     character(len=:), allocatable :: words
@@ -126,7 +126,7 @@ contains
     end if
   end function extent_words
 
-  !> True if a text begins with a curly quote as word processors insert it (in UTF-8).
+  !> True if a text begins with a curly quote (UTF-8), as inserted by word processors.
   pure logical function has_typeset_quotes(text)
     character(len=*), intent(in) :: text
     character(len=*), parameter :: begin = char(226) // char(128)
@@ -136,7 +136,7 @@ contains
     if (len(text) >= 3) has_typeset_quotes = text(:2) == begin .and. any(text(3:3) == ends)
   end function has_typeset_quotes
 
-  !> A hint if the excess values look like a number with a decimal comma, or like a text in curly quotes.
+  !> Returns a hint if a decimal comma may have split a number into two values, or if a text begins with a curly quote.
   pure function slip_hint(entry, rule) result(hint)
     type(entry_type), intent(in) :: entry
     type(key_type), intent(in) :: rule

@@ -6,15 +6,17 @@ module gestell_input_schema
 
   public :: find_group_rule, find_key_rule, names_of_keys
 
-  !> Subject of a group: options of the tasks; frame, drive and mounts; mechanism. Only numbers of the last two may vary in a sweep.
+  !> What a group describes: options of the tasks, the frame with its drive and mounts, or the mechanism. A sweep may vary only
+  !> numbers of the latter two.
   integer, parameter, public :: option_group = 0, frame_group = 1, mechanism_group = 2
 
   !> Rule of a group
   type, public :: group_rule
-    !> Name without &, and one sentence on its meaning
+    !> Name of the group without &
     character(len=16) :: name
+    !> Describes the group in one sentence
     character(len=160) :: meaning
-    !> True if the file must contain the group; true if it may occur several times
+    !> `required`: the file must contain the group; `repeatable`: it may occur several times
     logical :: required = .false., repeatable = .false.
     !> option_group, frame_group or mechanism_group
     integer :: about = option_group
@@ -22,10 +24,10 @@ module gestell_input_schema
 
   !> Describes one allowed word of a key, such as a joint's type.
   type, public :: variant_type
-    !> Name of the group, of the key and of the word
+    !> `name`: the word; `group`, `key`: where it is allowed
     character(len=16) :: group, key, name
     character(len=320) :: meaning
-    !> Keys of the group that belong to this word, as a list for the manual
+    !> Keys of the group that apply to this word, as a list for the manual
     character(len=200) :: keys = ""
   end type variant_type
 
@@ -50,7 +52,7 @@ contains
     self%keys = [self%keys, keys]
   end subroutine add
 
-  !> Index of a group's rule; 0 if there is no such group.
+  !> Index of the rule for the group with this name; 0 if there is no such group.
   pure integer function find_group_rule(schema, name) result(i)
     type(schema_type), intent(in) :: schema
     character(len=*), intent(in) :: name

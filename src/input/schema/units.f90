@@ -9,7 +9,7 @@ module gestell_input_schema_units
   public :: find_unit, unit_names, unit_symbol
 
   !> A unit: value in SI = value * factor / divisor. Factor and divisor are whole numbers where possible, so that 7 cm and 0.07 m
-  !> give the identical number.
+  !> give exactly the same number.
   type, public :: unit_type
     !> Index of the quantity (`of_length`, ...)
     integer :: quantity = 0
@@ -31,13 +31,13 @@ module gestell_input_schema_units
   !> Units of an input without &units: SI, and deg for angles.
   type(units_type), parameter, public :: usual_units = units_type()
 
-  !> Keys of &units, one for each quantity.
+  !> Names of the keys of &units, one for each quantity.
   character(len=14), parameter, public :: quantity_names(quantities) = [character(len=14) :: "length", "mass", "inertia", &
     & "stiffness", "force", "moment", "damping", "rotary_damping", "angle"]
 
-  !> True for the degrees of freedom of a frame that are rotations.
+  !> True for each degree of freedom of a frame that is a rotation.
   logical, parameter :: turns(6) = [.false., .false., .true., .false., .true., .true.]
-  !> Indices of the implied loops below only.
+  !> Indices of the implied do loops in the constants below; not used elsewhere.
   integer :: i, j
   !> Quantity of each element of a stiffness matrix, column by column.
   integer, parameter :: stiffness_matrix(36) = [((of_stiffness + count([turns(i), turns(j)]), i = 1, 6), j = 1, 6)]
@@ -104,7 +104,7 @@ contains
     si = value * self%factor / self%divisor
   end function si
 
-  !> Converts a typed number, an `element` of a key's values, to SI.
+  !> Converts a number as typed, `element` of the values of a key, to SI.
   pure real(dp) function to_si(self, key, element, typed)
     class(units_type), intent(in) :: self
     type(key_type), intent(in) :: key
@@ -127,8 +127,8 @@ contains
     if (key%unit == of_damping_diagonal) quantity = damping_diagonal(element)
   end function quantity_of
 
-  !> Symbol of the unit of an element of a key's values; empty if it has none. With `element` 0 it is the unit of all elements; if
-  !> they differ it is empty, or with `in_turn` a list of their units.
+  !> Symbol of the unit of an element; empty if it has none. If `element` is 0, it is the unit of all elements of the key. If their
+  !> units differ, it is empty, or with `in_turn` a list of the units.
   pure function unit_symbol(key, element, units, in_turn) result(symbol)
     type(key_type), intent(in) :: key
     integer, intent(in) :: element
