@@ -1,5 +1,5 @@
-!> Proves that a linkage can be assembled at every crank angle, not only at sampled ones. See Assembly over the whole turn in
-!> doc/theory.md.
+!> Proves that a linkage can be assembled at every crank angle, not only at sampled ones; see the section "Assembly over the whole
+!> turn" in doc/theory.md.
 module gestell_model_linkage_assembly
   use gestell_base_error, only: error_type, fatal_error, impossible_mechanism
   use gestell_base_kinds, only: dp, pi
@@ -16,29 +16,30 @@ module gestell_model_linkage_assembly
 
   public :: prove_assembly
 
-  !> A joint counts as standing at a dead point if the proof fails over this interval (rad): near a dead point the proof needs ever
-  !> shorter intervals. The interval is about the square of the angle between the joint's links (rad).
+  !> Shortest interval of the crank angle (rad) that the proof tries. If it fails even there, the joint is reported as being at a
+  !> dead point, near which the proof needs ever shorter intervals. The length is about the square of the angle between the joint's
+  !> links (rad).
   real(dp), parameter :: narrowest = 1.0e-9_dp
   !> Maximum number of intervals over the turn.
   integer, parameter :: most_intervals = 1000000
-  !> Number of crank angles, every 4 deg, at which a joint that cannot turn is tried; number of bisections for the ends of the
-  !> intervals in which it closes; maximum number of these intervals in a message.
+  !> For messages about a joint that cannot turn: number of crank angles that are tried, one every 4 deg; number of bisections for
+  !> each end of a range in which the joint can be assembled; maximum number of these ranges that are listed.
   integer, parameter :: samples = 90, halvings = 24, most_listed = 3
 
 contains
 
-  !> Proves interval by interval that the linkage can turn. Each interval is proved from its middle: bounds on the joints' speeds
-  !> pass from joint to joint and limit the distance that each joint can move within the interval. Errors: a joint cannot be
-  !> assembled or reaches a dead point; the two joints of a link meet; too many intervals. Messages give the angle of the drive.
+  !> Proves interval by interval that the linkage can turn. In each interval, bounds on the speeds are passed from joint to joint;
+  !> they limit how far each joint can move from its position in the middle. Fails if a joint cannot be assembled or reaches a dead
+  !> point, if the two joints of a link coincide, or if too many intervals are needed. Error messages give the angle of the drive.
   subroutine prove_assembly(joints, links, angle_scale, intervals, error, turns)
     type(named_joint_type), intent(in) :: joints(:)
     type(link_type), intent(in) :: links(:)
     !> Crank angle over which the motion changes noticeably (rad)
     real(dp), intent(out) :: angle_scale
-    !> Number of intervals that were tried
+    !> Number of intervals that were tried for the proof
     integer, intent(out) :: intervals
     type(error_type), allocatable, intent(out) :: error
-    !> Turns of the drive in the turn; default: 1
+    !> Number of turns of the drive while the crank angle grows by 2 pi; default: 1
     integer, intent(in), optional :: turns
     real(dp) :: angle, width, local
     integer :: bad_joint, bad_link, of_drive
@@ -66,8 +67,8 @@ contains
     end do
   end subroutine prove_assembly
 
-  !> Tries to prove that all joints and links are sound within `half_width` of the crank angle `middle` (rad). Returns the index of
-  !> the first joint or link for which the proof fails, or 0.
+  !> Tries to prove, for crank angles within `half_width` of `middle` (rad), that every joint can be assembled and that the two
+  !> joints of each link stay apart. Returns the index of the first joint or link for which the proof fails, or 0.
   subroutine secure(joints, links, middle, half_width, angle_scale, bad_joint, bad_link)
     type(named_joint_type), intent(in) :: joints(:)
     type(link_type), intent(in) :: links(:)
@@ -111,7 +112,8 @@ contains
     end do
   end subroutine secure
 
-  !> Writes the error about a joint or a link at an angle. If all intervals are `spent`, the error says that nothing is proved.
+  !> Makes the error about a joint or a link at a crank angle. If all permitted intervals are `spent`, the message says that nothing
+  !> is proved.
   subroutine report(joints, links, angle, turns, bad_joint, bad_link, spent, error)
     type(named_joint_type), intent(in) :: joints(:)
     type(link_type), intent(in) :: links(:)
@@ -145,8 +147,8 @@ contains
     call fatal_error(error, subject // reason, impossible_mechanism, subject)
   end subroutine report
 
-  !> Describes the crank angles at which joint number `bad` can be assembled, and its four-bar linkage if it belongs to one. The
-  !> text starts with "; ". The drive turns `turns` times in the turn.
+  !> Describes, for an error message, the crank angles at which joint number `bad` can be assembled, and its four-bar linkage if it
+  !> is part of one. The text starts with "; ". The drive turns `turns` times while the crank angle grows by 2 pi.
   subroutine explain_closure(joints, bad, turns, words)
     type(named_joint_type), intent(in) :: joints(:)
     integer, intent(in) :: bad, turns
@@ -187,7 +189,8 @@ contains
 
   contains
 
-    !> Angle (rad) at which the joint begins to close, between an open sample and a neighbouring closed one.
+    !> Crank angle (rad) at the end of a range in which the joint can be assembled. It is found by bisection between sample `open`,
+    !> where the joint cannot be assembled, and its neighbour `closed`, where it can.
     real(dp) function end_of(open, closed) result(angle)
       integer, intent(in) :: open, closed
       real(dp) :: outside
@@ -212,7 +215,7 @@ contains
 
   end subroutine explain_closure
 
-  !> True if all joints up to number `bad` can be assembled at a crank angle (rad).
+  !> True if all joints up to number `bad` can be assembled at this crank angle (rad).
   logical function assembled(joints, bad, angle)
     type(named_joint_type), intent(in) :: joints(:)
     integer, intent(in) :: bad
@@ -232,7 +235,8 @@ contains
     end do
   end function assembled
 
-  !> If the joint is a dyad between the crank and the ground, adds that it is a parallelogram or no Grashof linkage.
+  !> If the joint is a dyad between the crank and the ground, says in the message that the linkage is a parallelogram or not a
+  !> Grashof linkage.
   subroutine add_four_bar(joints, bad, words)
     type(named_joint_type), intent(in) :: joints(:)
     integer, intent(in) :: bad

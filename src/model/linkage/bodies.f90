@@ -1,4 +1,4 @@
-!> Links of a linkage as bodies, and the sums (4) to (7) of doc/theory.md over their masses.
+!> The links of a linkage as rigid bodies, and the sums (4) to (7) of doc/theory.md over their masses.
 module gestell_model_linkage_bodies
   use gestell_base_processor, only: has_versions, vector_length
   use gestell_math_jet, only: jet, operator(*), operator(+), operator(-)
@@ -12,19 +12,22 @@ module gestell_model_linkage_bodies
 
   public :: move_link, sum_drive, sum_masses, tabulate_masses
 
-  !> A sum below this part of the sum of its absolute terms is set to zero, so that a balanced mechanism does not shake at all.
+  !> A sum smaller than this fraction of the sum of its absolute terms is set to zero, so that a balanced mechanism does not shake
+  !> at all.
   real(dp), parameter :: noise = 8 * epsilon(1.0_dp)
 
-  !> A body. Its xi-axis points from joint `from` to joint `to`; if `to` is 0 it keeps the directions of x and y.
+  !> A link as a rigid body. Its xi-axis points from joint `from` to joint `to`. If `to` is 0, the link only translates, and its
+  !> axes are parallel to x and y.
   type, public :: link_type
     character(len=:), allocatable :: name
     integer :: from = 0, to = 0
-    !> Mass (kg), moment of inertia about the centre of mass (kg m^2), centre of mass in the link's axes (m).
+    !> Mass (kg), moment of inertia about the centre of mass (kg m^2), position of the centre of mass in the link's axes (m).
     real(dp) :: mass = 0, inertia = 0, center(2) = 0
-    !> Data for a frame in space only. Position `z` of the centre of mass along the plane's normal (m); `own_z` is the part of it
-    !> within the link's mechanism. Moments of inertia along the link's xi-axis and across it in the plane (kg m^2). Direction of
-    !> the xi-axis of a link that only translates. Number of the link's plane, 0 for the plane of the frame.
+    !> For a frame in space only. `z`: position of the centre of mass along the plane's normal (m); `own_z`: the part of `z` within
+    !> the link's mechanism. `along`, `across`: moments of inertia about the link's xi-axis and about the axis across it in the
+    !> plane (kg m^2). `axis`: direction of the xi-axis of a link that only translates.
     real(dp) :: z = 0, own_z = 0, along = 0, across = 0, axis(2) = [1.0_dp, 0.0_dp]
+    !> Number of the link's plane, 0 for the plane of the frame; for a frame in space only.
     integer :: plane = 0
   end type link_type
 
@@ -45,7 +48,7 @@ module gestell_model_linkage_bodies
 
 contains
 
-  !> Moves a link without allocating anything: `to` becomes `from`, and `from` loses its name.
+  !> Moves the link `from` to the variable `to` without allocating memory. `from` loses its name.
   pure subroutine move_link(from, to)
     type(link_type), intent(inout) :: from
     type(link_type), intent(out) :: to
@@ -64,8 +67,8 @@ contains
     to%plane = from%plane
   end subroutine move_link
 
-  !> Computes the sums (4) to (7) over the links with all joints at `at`, and the sums of the absolute terms of a1'', a2'' (kg m),
-  !> a4 and K' (kg m^2).
+  !> Computes the sums (4) to (7) over the links for one crank angle, at which the joints are at the points `at`. `terms`: sums of
+  !> the absolute terms of a1'', a2'' (kg m), a4 and K' (kg m^2).
   pure subroutine sum_masses(links, at, a, terms)
     type(link_type), intent(in) :: links(:)
     !> Points of all joints at one crank angle
@@ -100,7 +103,8 @@ contains
     if (present(terms)) terms = [size1%dd, size2%dd, a4_size, energy_size]
   end subroutine sum_masses
 
-  !> Computes the drive's functions, summed over the links, with all joints at `at`: shape (drive_columns).
+  !> Computes the drive's functions H and K and their derivatives, summed over the links, with all joints at `at`; shape
+  !> (drive_columns).
   pure subroutine sum_drive(links, at, drive)
     type(link_type), intent(in) :: links(:)
     type(point_type), intent(in) :: at(:)
@@ -128,8 +132,8 @@ contains
     if (abs(drive(energy_d)) <= noise * magnitude) drive(energy_d) = 0
   end subroutine sum_drive
 
-  !> Computes the motion of a link's centre of mass, its rates of rotation d(phi_i)/dphi, d2(phi_i)/dphi2 and `change`, the third
-  !> derivative. `turn_terms` is the sum of the absolute terms of the second.
+  !> Computes the motion of a link's centre of mass and the derivatives of its angle phi_i with respect to the crank angle: first
+  !> (`rate`), second (`turn`) and third (`change`). `turn_terms`: sum of the absolute terms of `turn`.
   pure subroutine body_motion(link, at, center, rate, turn, change, turn_terms)
     type(link_type), intent(in) :: link
     type(point_type), intent(in) :: at(:)
@@ -171,7 +175,7 @@ contains
       & merge(0.0_dp, sum%dd, abs(sum%dd) <= noise * magnitude%dd))
   end function cleaned
 
-  !> Computes the sums over a batch of crank angles, with all joints on the paths `at`, into rows `first` to `last` of the table.
+  !> Computes the sums (4) to (7) over a batch of crank angles and stores them in rows `first` to `last` of the table.
   pure subroutine tabulate_masses(links, at, first, last, table)
     type(link_type), intent(in) :: links(:)
     !> Paths of all joints over the batch
@@ -199,8 +203,8 @@ contains
     end do
   end subroutine tabulate_masses
 
-  !> Adds a body with the direction u to the sums, and the absolute values of its terms to `magnitudes`. a3 has no magnitudes
-  !> because no balancing makes it vanish.
+  !> Adds a body whose xi-axis has the direction u to the sums, and the absolute values of its terms to `magnitudes`. a3 has no
+  !> magnitudes, because its terms do not cancel in a balanced mechanism.
   pure subroutine add_body(mass, inertia, center, from, u, sums, magnitudes)
     real(dp), intent(in) :: mass, inertia, center(2)
     type(path_type), intent(in) :: from, u

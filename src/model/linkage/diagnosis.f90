@@ -1,4 +1,5 @@
-!> Kinematic diagnosis of a linkage, without dynamics: mobility, Grashof's class, ranges, strokes, transmission angles.
+!> Kinematic diagnosis of a linkage: mobility, Grashof's class, ranges of motion, strokes and transmission angles. It needs no
+!> masses.
 module gestell_model_linkage_diagnosis
   use gestell_base_error, only: error_type
   use gestell_math_jet, only: jet
@@ -16,50 +17,54 @@ module gestell_model_linkage_diagnosis
 
   public :: diagnose, diagnose_joints
 
-  !> Motion of one joint over a turn.
+  !> Range and quality of the motion of one joint over a turn.
   type, public :: joint_report_type
-    !> Minimum and maximum of x, y and, for a slider, of its travel on the guide (m).
+    !> Minimum and maximum of x, of y and, for a slider, of the travel along its guide (m).
     real(dp) :: x(2) = 0, y(2) = 0, travel(2) = 0
     logical :: slides = .false.
-    !> Maximum speed on the guide divided by the crank speed (m), and maximum acceleration divided by its square (m).
+    !> `rate`: maximum speed along the guide, divided by the crank speed (m). `second_rate`: maximum acceleration along the guide,
+    !> divided by the square of the crank speed (m).
     real(dp) :: rate = 0, second_rate = 0
-    !> Crank angle through which the slider moves forward on its guide (rad); 0 if it does not move forward and back once per turn.
+    !> Crank angle through which the slider moves forward on its guide (rad); 0 unless it moves forward and back exactly once per
+    !> turn.
     real(dp) :: forward = 0
     !> Minimum transmission angle (rad, at most pi/2) and the crank angle at which it occurs (rad).
     real(dp) :: transmission = pi / 2, transmission_at = 0
-    !> Minimum change of one of the joint's lengths that would reach a dead point (m), huge if no length can.
+    !> By how much one of the joint's lengths must change at least to reach a dead point (m); huge if no length can.
     real(dp) :: margin = huge(1.0_dp)
   end type joint_report_type
 
   !> Kinematic diagnosis of a linkage.
   type, public :: diagnosis_type
-    !> Gruebler's count: links including the frame, pairs of one degree of freedom and of two, mobility 3 (links - 1) - 2 pairs -
-    !> higher_pairs.
+    !> Gruebler's count: number of links including the frame, of `pairs` with one degree of freedom and of `higher_pairs` with two;
+    !> mobility = 3 (links - 1) - 2 pairs - higher_pairs.
     integer :: links = 0, pairs = 0, higher_pairs = 0, mobility = 0
     !> Grashof's class of a four-bar linkage, empty for other mechanisms.
     character(len=40) :: grashof = ""
     type(joint_report_type), allocatable :: joints(:)
-    !> True for each link that turns fully; angle through which each link swings (rad).
+    !> True for each link that rotates through full turns.
     logical, allocatable :: turns(:)
+    !> Angle through which each link swings (rad).
     real(dp), allocatable :: swing(:)
-    !> Cost: number of evaluations of single joints at single crank angles.
+    !> Computing cost: how often the position of a joint was computed.
     integer :: placements = 0
   end type diagnosis_type
 
-  !> State of a joint or a link at the last crank angle, and its extremes so far.
+  !> State of a joint at the last crank angle, and the extremes of its motion so far.
   type :: joint_track_type
     type(point_type) :: here
     type(transmission_type) :: transmission
     type(extremes_type) :: x, y, travel, rate, second_rate, sine, margin
-    !> Direction in which the joint slides, and how often it has changed.
+    !> Speed of the joint along its guide when it last slid; its sign is the direction.
     real(dp) :: direction = 0
+    !> How often the joint has changed its direction on the guide.
     integer :: reversals = 0
   end type joint_track_type
 
-  !> Direction of a link at the last crank angle, and its extremes so far.
+  !> Direction of a link at the last crank angle, and the range of its angle so far.
   type :: link_track_type
     type(point_type) :: direction
-    !> Angle through which the link has turned (rad).
+    !> Angle through which the link has rotated since the first crank angle (rad).
     type(jet) :: angle
     type(extremes_type) :: swing
   end type link_track_type
@@ -79,7 +84,7 @@ contains
     call turn_once(linkage, linkage%links, diagnosis)
   end subroutine diagnose
 
-  !> Computes only the part of the diagnosis that concerns the joints.
+  !> Computes the part of the diagnosis that concerns the joints.
   subroutine diagnose_joints(linkage, diagnosis)
     class(linkage_type), intent(in) :: linkage
     type(diagnosis_type), intent(out) :: diagnosis
@@ -87,7 +92,7 @@ contains
     call turn_once(linkage, linkage%links(:0), diagnosis)
   end subroutine diagnose_joints
 
-  !> Follows all joints and `links` through one turn, in steps of half a degree or less, as the mechanism's angle scale requires.
+  !> Follows all joints and `links` through one turn. The steps are half a degree or less, as the linkage's `angle_scale` requires.
   subroutine turn_once(linkage, links, diagnosis)
     class(linkage_type), intent(in) :: linkage
     type(link_type), intent(in) :: links(:)
@@ -112,7 +117,8 @@ contains
     diagnosis%swing = merge(bodies%swing%greatest - bodies%swing%least, 0.0_dp, links%to > 0)
   end subroutine turn_once
 
-  !> Updates the joints' extremes by the step that ends at `angle`. With `first` there is no earlier angle.
+  !> Updates the joints' extremes after the step that ends at `angle`. `first`: true at the first angle, before which there is no
+  !> step.
   subroutine follow_joints(joints, at, angle, step, first, tracks)
     type(named_joint_type), intent(in) :: joints(:)
     type(point_type), intent(in) :: at(:)
@@ -147,7 +153,8 @@ contains
     end do
   end subroutine follow_joints
 
-  !> Updates the links' extremes by the step that ends at `angle`. u = (cos phi, sin phi) turns by phi' = u x u', phi'' = u x u''.
+  !> Updates the links' extremes after the step that ends at `angle`. The direction u = (cos phi, sin phi) of a link rotates with
+  !> phi' = u x u', phi'' = u x u''.
   subroutine follow_links(links, at, angle, step, first, tracks)
     type(link_type), intent(in) :: links(:)
     type(point_type), intent(in) :: at(:)
@@ -189,7 +196,7 @@ contains
     report%margin = track%margin%least
   end function joint_report
 
-  !> Counts the frame and the links and pairs that the joints add.
+  !> Computes Gruebler's count: adds the links and pairs of all joints to those of the frame.
   subroutine count_links(linkage, diagnosis)
     class(linkage_type), intent(in) :: linkage
     type(diagnosis_type), intent(inout) :: diagnosis
@@ -216,10 +223,10 @@ contains
     diagnosis%mobility = 3 * (diagnosis%links - 1) - 2 * diagnosis%pairs - diagnosis%higher_pairs
   end subroutine count_links
 
-  !> True if a joint is a crank pin on the shaft of an earlier one: same pivot position, same ratio.
+  !> True if joint `i` is a crank pin on the shaft of an earlier crank pin: at the same pivot position and with the same ratio.
   pure logical function on_shaft(linkage, at, i)
     class(linkage_type), intent(in) :: linkage
-    !> All joints, at any crank angle
+    !> Points of all joints at some crank angle
     type(point_type), intent(in) :: at(:)
     integer, intent(in) :: i
     integer :: k
@@ -238,8 +245,9 @@ contains
     end select
   end function on_shaft
 
-  !> Grashof's class of a four-bar: one RRR dyad between the crank pin and a ground joint. It turns, so by Grashof's rule the
-  !> shortest and the longest link together are shorter than the other two. The shortest link determines the class.
+  !> Grashof's class of a four-bar linkage, in which an RRR dyad joins the crank pin to a ground joint. Since the crank turns, the
+  !> shortest and the longest link together are shorter than the other two (Grashof's rule); the shortest link determines the class.
+  !> Empty for other mechanisms.
   character(len=40) function grashof_class(linkage)
     class(linkage_type), intent(in) :: linkage
     type(point_type) :: at(size(linkage%joints))

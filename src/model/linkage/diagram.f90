@@ -10,16 +10,16 @@ module gestell_model_linkage_diagram
 
   public :: trace_diagram
 
-  !> A straight line between two joints, as indices into the list of joints.
+  !> A bar of the diagram: a straight line between two joints, given by their indices.
   type, public :: bar_type
     integer :: joints(2) = 0
-    !> Number of the link to which the bar belongs, 0 if no link does.
+    !> Number of the link to which the bar belongs; 0 if it belongs to no link.
     integer :: link = 0
     !> True if the length of the bar changes because something slides along it.
     logical :: slides = .false.
   end type bar_type
 
-  !> A slider of a joint on a guide, and its minimum and maximum distance from the guide's point (m).
+  !> A joint that slides on a guide, with its minimum and maximum distance from the guide's point (m).
   type, public :: slider_type
     integer :: joint = 0
     type(guide_type) :: guide
@@ -38,7 +38,7 @@ module gestell_model_linkage_diagram
 
 contains
 
-  !> Computes the diagram of a linkage that can turn, at crank angles (rad).
+  !> Computes the diagram of a linkage at crank angles (rad). The linkage must be able to turn.
   subroutine trace_diagram(linkage, angles, diagram)
     class(linkage_type), intent(in) :: linkage
     real(dp), intent(in) :: angles(:)
@@ -79,8 +79,8 @@ contains
     end do
   end subroutine trace_diagram
 
-  !> Finds the bars of joints and links, and the sliders. A joint that adds no link is a point of an existing body, and the bars to
-  !> it belong to this body. It is fixed to the frame if all joints on which it is built are.
+  !> Finds the bars of joints and links, and the sliders. A joint that adds no link is a point of an existing body; the bars to it
+  !> belong to this body. The joint is fixed to the frame if all joints from which it is built are fixed.
   subroutine find_parts(linkage, diagram)
     class(linkage_type), intent(in) :: linkage
     type(diagram_type), intent(inout) :: diagram

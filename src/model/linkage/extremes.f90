@@ -1,14 +1,15 @@
-!> Minimum and maximum of a function over the turn, from its jets at successive crank angles.
+!> Minimum and maximum of a function over the turn. The function is given by jets (value and derivatives) at successive crank
+!> angles.
 module gestell_model_linkage_extremes
   use gestell_math_jet, only: jet
   use gestell_base_kinds, only: dp
   implicit none (type, external)
   private
 
-  !> Extremes of a function so far.
+  !> Minimum and maximum of a function over the crank angles passed so far.
   type, public :: extremes_type
     real(dp) :: least = huge(1.0_dp), greatest = -huge(1.0_dp)
-    !> Angles at which they occur (rad).
+    !> Crank angles of the minimum and of the maximum (rad).
     real(dp) :: least_at = 0, greatest_at = 0
   contains
     procedure :: take
@@ -16,9 +17,9 @@ module gestell_model_linkage_extremes
 
 contains
 
-  !> Updates the extremes by the function between the angles `from` and `from` + `step`, where it has the jets `before` and `now`.
-  !> If the derivative changes its sign, the function is replaced by a polynomial of degree five. The polynomial has the values and
-  !> the first two derivatives of both jets. The error of the extremum is step^6/46080 times the sixth derivative.
+  !> Updates the extremes after a step of the crank angle from `from` to `from` + `step`; the function has the jet `before` at its
+  !> start and `now` at its end. If the derivative changes sign, the extremum is taken from the polynomial of degree five with the
+  !> values and first two derivatives of both jets. Its error is step^6/46080 times the sixth derivative.
   pure subroutine take(self, before, now, from, step)
     class(extremes_type), intent(inout) :: self
     type(jet), intent(in) :: before, now
@@ -46,7 +47,7 @@ contains
     self%least = min(self%least, value)
   end subroutine keep
 
-  !> Coefficients of 1, t, ... t^5 of the polynomial of degree five, t from 0 to 1 over the step.
+  !> Coefficients of 1, t, ... t^5 of the interpolating polynomial, where t runs from 0 to 1 over the step.
   pure function coefficients(before, now, step) result(c)
     type(jet), intent(in) :: before, now
     real(dp), intent(in) :: step
@@ -65,10 +66,10 @@ contains
     c(5) = 6 * rise - 3 * slope + bend / 2
   end function coefficients
 
-  !> Zero t of the derivative, which has different signs at 0 and 1.
+  !> The t at which the polynomial's derivative is zero, by bisection. The derivative has different signs at 0 and 1.
   pure real(dp) function turning_point(c) result(t)
     real(dp), intent(in) :: c(0:5)
-    !> An extremum is flat: half the digits of its angle are enough for all digits of its value.
+    !> Number of bisections. Near an extremum the function is flat: half the digits of t suffice for all digits of the value.
     integer, parameter :: halvings = 30
     real(dp) :: left, right
     integer :: i

@@ -1,4 +1,4 @@
-!> Gearing of cranks that do not turn a whole number of times per turn of the drive.
+!> Period of a linkage whose cranks do not all turn a whole number of times per turn of the drive.
 module gestell_model_linkage_gearing
   use gestell_math_rational, only: common_multiple
   use gestell_model_joints_joint, only: named_joint_type
@@ -13,11 +13,11 @@ module gestell_model_linkage_gearing
 
 contains
 
-  !> Finds the smallest number of turns of the drive after which all cranks are back at their initial angles. The crank angle of the
-  !> linkage becomes that of a shaft that turns once in these turns, and every crank then turns a whole number of times.
+  !> Finds the smallest number of turns of the drive after which all cranks are back at their initial angles. The linkage's crank
+  !> angle is then redefined as that of a shaft that turns once in this period, so that every crank turns a whole number of times.
   pure subroutine gear(joints, turns, crank_turns, joint)
     type(named_joint_type), intent(inout) :: joints(:)
-    !> Turns of the drive in the period; index of a joint whose ratio would require too many turns, or 0
+    !> `turns`: turns of the drive in the period; `joint`: index of a joint whose ratio would require too many turns, or 0
     integer, intent(out) :: turns, joint
     !> Turns of each crank in the period, without sign; allocated if `turns` > 1
     integer, allocatable, intent(out) :: crank_turns(:)

@@ -25,9 +25,9 @@ module gestell_model_linkage
   type, extends(mechanism_type), public :: linkage_type
     type(named_joint_type), allocatable :: joints(:)
     type(link_type), allocatable :: links(:)
-    !> True if `prepare` has proved that the linkage can turn through the whole turn.
+    !> True if `prepare` has proved that the linkage can be assembled over the whole turn.
     logical :: prepared = .false.
-    !> Number of intervals of the crank angle that this proof took.
+    !> Number of intervals of the crank angle that the proof of `prepare` needed.
     integer :: intervals = 0
     !> Names of the joints.
     type(dictionary_type), private :: names
@@ -65,7 +65,7 @@ contains
     call self%add_joint(name, ground_joint(position), error)
   end subroutine add_ground
 
-  !> Adds a crank pin: a joint at `radius` (m) from the joint `pivot`, at the crank angle + `phase` (rad).
+  !> Adds a crank pin: a joint at `radius` (m) from the joint `pivot`, in the direction crank angle + `phase` (rad).
   subroutine add_crank(self, name, pivot, radius, phase, error)
     class(linkage_type), intent(inout) :: self
     character(len=*), intent(in) :: name, pivot
@@ -77,8 +77,8 @@ contains
     if (.not. allocated(error)) call self%add_joint(name, crank_joint(joint, radius, phase), error)
   end subroutine add_crank
 
-  !> Adds the joint of a dyad RRR at `lengths` (m) from the joints `ends`. It lies to the left (`branch` = 1) or right (-1) of the
-  !> direction from ends(1) to ends(2).
+  !> Adds the joint of a dyad RRR, at `lengths` (m) from the joints `ends`. Seen from ends(1) toward ends(2), it is on the left
+  !> (`branch` = 1) or on the right (-1).
   subroutine add_rrr(self, name, ends, lengths, branch, error)
     class(linkage_type), intent(inout) :: self
     character(len=*), intent(in) :: name, ends(:)
@@ -91,7 +91,7 @@ contains
     if (.not. allocated(error)) call self%add_joint(name, rrr_joint(joints, lengths, branch), error)
   end subroutine add_rrr
 
-  !> Adds a slider on a guide at `length` (m) from the joint `end`. Of the two solutions `branch` = 1 takes the one farther along
+  !> Adds a slider on a guide at `length` (m) from the joint `end`. `branch` selects one of two positions: 1 the one farther along
   !> the guide, -1 the other.
   subroutine add_rrp(self, name, end, length, guide, branch, error)
     class(linkage_type), intent(inout) :: self
@@ -106,8 +106,8 @@ contains
     if (.not. allocated(error)) call self%add_joint(name, rrp_joint(joint, length, guide, branch), error)
   end subroutine add_rrp
 
-  !> Adds a point of the lever that turns about `ends(2)` and whose slot passes through `ends(1)`. The point is at `length` (m) from
-  !> `ends(2)`, toward `ends(1)` (`branch` = 1) or away from it (-1).
+  !> Adds a point of a slotted lever. The lever turns about `ends(2)`, and its slot passes through `ends(1)`. The point is at
+  !> `length` (m) from `ends(2)`, toward `ends(1)` (`branch` = 1) or away from it (-1).
   subroutine add_rpr(self, name, ends, length, branch, error)
     class(linkage_type), intent(inout) :: self
     character(len=*), intent(in) :: name, ends(:)
@@ -120,7 +120,8 @@ contains
     if (.not. allocated(error)) call self%add_joint(name, rpr_joint(joints, length, branch), error)
   end subroutine add_rpr
 
-  !> Adds a point of the body that carries the joints `ends`, at `offset` (m) from `ends(1)`: toward `ends(2)`, and to the left.
+  !> Adds a point of the body that carries the joints `ends`. Seen from `ends(1)`, it is offset(1) toward `ends(2)` and offset(2) to
+  !> the left (m).
   subroutine add_rigid(self, name, ends, offset, error)
     class(linkage_type), intent(inout) :: self
     character(len=*), intent(in) :: name, ends(:)
@@ -132,7 +133,7 @@ contains
     if (.not. allocated(error)) call self%add_joint(name, rigid_joint(joints, offset), error)
   end subroutine add_rigid
 
-  !> Adds the joint of two sliders at the intersection of their guides.
+  !> Adds the pin of two sliders, at the intersection of their guides.
   subroutine add_prp(self, name, guides, error)
     class(linkage_type), intent(inout) :: self
     character(len=*), intent(in) :: name
@@ -142,7 +143,7 @@ contains
     call self%add_joint(name, prp_joint(guides), error)
   end subroutine add_prp
 
-  !> Adds a yoke on a guide, with a slot at `slot_angle` (rad) to the guide in which the joint `end` slides. The joint is the
+  !> Adds a yoke on a guide; the joint `end` slides in its slot, which is at `slot_angle` (rad) to the guide. The new joint is the
   !> intersection of slot and guide.
   subroutine add_rpp(self, name, end, guide, slot_angle, error)
     class(linkage_type), intent(inout) :: self
@@ -156,13 +157,13 @@ contains
     if (.not. allocated(error)) call self%add_joint(name, rpp_joint(joint, guide, slot_angle), error)
   end subroutine add_rpp
 
-  !> Makes a guide that the body between two joints carries. Errors: there is no such joint; the two joints are the same; a number
-  !> makes no sense.
+  !> Makes a guide that the body between two joints carries. Fails if a joint does not exist, if the two joints are the same, or if
+  !> a number is invalid.
   subroutine moving_guide(self, carriers, point, angle, guide, error)
     class(linkage_type), intent(in) :: self
     !> Names of the two joints
     character(len=*), intent(in) :: carriers(:)
-    !> Point (m) and angle (rad) of the guide in axes with origin carriers(1), first axis toward carriers(2)
+    !> Point (m) and angle (rad) of the guide in axes with origin carriers(1) and the first axis toward carriers(2)
     real(dp), intent(in) :: point(2), angle
     type(guide_type), intent(out) :: guide
     type(error_type), allocatable, intent(out) :: error
@@ -177,7 +178,7 @@ contains
     if (reason /= "") call fatal_error(error, reason, invalid_input)
   end subroutine moving_guide
 
-  !> Finds the indices of two different joints by their names; `name` is the subject of the error message.
+  !> Finds the indices of two different joints by their names. `name`: subject of the error message.
   subroutine find_both(self, name, names, joints, error)
     class(linkage_type), intent(in) :: self
     character(len=*), intent(in) :: name, names(:)
@@ -197,8 +198,8 @@ contains
     if (joints(1) == joints(2)) call fatal_error(error, name // " must refer to two different joints", invalid_input)
   end subroutine find_both
 
-  !> Adds a joint of any type, whose references are indices into the list of joints. Errors: its name is empty or taken; a number
-  !> makes no sense; it is built on joints that are not in the list.
+  !> Adds a joint of any type; it refers to other joints by their indices. Fails if its name is empty or already used, if a number
+  !> is invalid, or if a joint to which it refers does not exist.
   subroutine add_joint(self, name, joint, error)
     class(linkage_type), intent(inout) :: self
     character(len=*), intent(in) :: name
@@ -239,12 +240,13 @@ contains
     self%prepared = .false.
   end subroutine add_joint
 
-  !> Adds a body as a link. Errors: a number is not finite or negative; there is no such joint; `from` and `to` are the same joint.
+  !> Adds a body as a link. Fails if a number is not finite or is negative, if a joint does not exist, or if `from` and `to` are the
+  !> same joint.
   subroutine add_link(self, name, from, to, mass, inertia, center, error)
     class(linkage_type), intent(inout) :: self
-    !> Name of the link and of the joints that carry it; with an empty `to` it only translates with `from`
+    !> Names of the link and of the two joints that carry it. If `to` is empty, the link only translates with `from`
     character(len=*), intent(in) :: name, from, to
-    !> Mass (kg), moment of inertia about the centre of mass (kg m^2), centre of mass in the link's axes (m)
+    !> Mass (kg), moment of inertia about the centre of mass (kg m^2), position of the centre of mass in the link's axes (m)
     real(dp), intent(in) :: mass, inertia, center(2)
     type(error_type), allocatable, intent(out) :: error
     type(link_type) :: link
@@ -283,7 +285,7 @@ contains
     self%inertia = self%inertia + inertia
   end subroutine add_link
 
-  !> Finds the index of the joint with a name. Fails if there is no such joint.
+  !> Finds the index of the joint with the given name. Fails if there is no such joint.
   subroutine find(self, name, joint, error)
     class(linkage_type), intent(in) :: self
     character(len=*), intent(in) :: name
@@ -307,12 +309,12 @@ contains
     end do
   end subroutine points
 
-  !> Proves that the linkage can turn, and computes its `angle_scale` and `terms`. Errors: no crank; no link; the linkage cannot be
-  !> assembled at some crank angle (see `prove_assembly`).
+  !> Proves that the linkage can turn, and computes its `angle_scale` and `terms`. Fails if it has no crank or no link, or if it
+  !> cannot be assembled at some crank angle (see `prove_assembly`).
   subroutine prepare(self, error)
     class(linkage_type), intent(inout) :: self
     type(error_type), allocatable, intent(out) :: error
-    !> Number of crank angles at which the absolute terms are summed.
+    !> Number of crank angles at which the sums of absolute terms are computed.
     integer, parameter :: angles = 16
     type(mass_functions_type) :: a
     type(point_type), allocatable :: at(:)
@@ -387,7 +389,7 @@ contains
     end do
   end subroutine tabulate
 
-  !> Tabulates the drive's functions at crank angles (rad), shape (angles, drive_columns).
+  !> Tabulates the drive's functions H and K with derivatives at crank angles (rad), shape (angles, drive_columns).
   subroutine tabulate_drive(self, angles, table, known)
     class(linkage_type), intent(in) :: self
     real(dp), intent(in) :: angles(:)

@@ -1,4 +1,4 @@
-!> A mechanism given by the harmonics of its mass functions, from measurements, from a vendor, or because it is not a linkage.
+!> A mechanism given by the harmonics of its mass functions: from measurements, from a vendor, or because it is not a linkage.
 module gestell_model_mechanism_harmonic_mechanism
   use gestell_math_cosine_sine, only: cosine_sine
   use gestell_base_error, only: error_type, fatal_error, invalid_input
@@ -14,12 +14,12 @@ module gestell_model_mechanism_harmonic_mechanism
 
   public :: new_harmonic_mechanism
 
-  !> Harmonics of a1, a2 (kg m), a3 and the moment function H = sum [m (x y' - y x') + J phi'] (kg m^2), so that a4 = H'. Each array
-  !> holds the mean, then the coefficients of cos and sin of the crank angle, of twice the crank angle, and so on; shape (1 + 2
-  !> orders).
+  !> A mechanism given by the harmonics of a1, a2 (kg m), a3 and H = sum [m (x y' - y x') + J phi'] (kg m^2), where a4 = H'. Each
+  !> array holds the mean, then the coefficients of cos(phi), sin(phi), cos(2 phi), sin(2 phi) and so on; shape (1 + 2 orders).
   type, extends(mechanism_type), public :: harmonic_mechanism_type
     real(dp), allocatable :: a1(:), a2(:), a3(:), moment(:)
-    !> Harmonics of K = sum [m (x'^2 + y'^2) + J phi'^2] in the same order (kg m^2), if known; only the drive's torque needs them.
+    !> Harmonics of K = sum [m (x'^2 + y'^2) + J phi'^2] (kg m^2), ordered as in the other arrays. Only the torque of the drive
+    !> needs them; not allocated if unknown.
     real(dp), allocatable :: energy(:)
   contains
     procedure :: mass_functions
@@ -30,11 +30,11 @@ module gestell_model_mechanism_harmonic_mechanism
 
 contains
 
-  !> Makes a mechanism from harmonics. Errors: mass or inertia is negative; a number is not finite; the number of coefficients is
-  !> even; no masses can have these functions.
+  !> Makes a mechanism from harmonics. Fails if mass or inertia is negative, if a number is not finite, if the number of
+  !> coefficients is even, or if no masses can have these functions.
   subroutine new_harmonic_mechanism(mechanism, mass, inertia, a1, a2, a3, moment, error, energy)
     type(harmonic_mechanism_type), intent(out) :: mechanism
-    !> Total mass (kg), sum of the moments of inertia (kg m^2); harmonics as in the components of the type
+    !> `mass`: total mass (kg); `inertia`: sum of the moments of inertia (kg m^2); the others: harmonics, ordered as in the type
     real(dp), intent(in) :: mass, inertia, a1(:), a2(:), a3(:), moment(:)
     type(error_type), allocatable, intent(out) :: error
     !> Harmonics of K (kg m^2)
@@ -73,7 +73,7 @@ contains
     mechanism%angle_scale = 1.0_dp / max(1, maxval([size(a1), size(a2), size(a3), size(moment)]) / 4)
   end subroutine new_harmonic_mechanism
 
-  !> Fails if `new_harmonic_mechanism` has not made the mechanism.
+  !> Fails if the mechanism was not made by `new_harmonic_mechanism`.
   subroutine check(self, error)
     class(harmonic_mechanism_type), intent(in) :: self
     type(error_type), allocatable, intent(out) :: error
@@ -137,7 +137,8 @@ contains
     end do
   end subroutine tabulate
 
-  !> Tabulates the drive's functions, shape (angles, drive_columns); `known` is true if the harmonics of the energy are given.
+  !> Tabulates the drive's functions at crank angles (rad), shape (angles, drive_columns). `known` is true if the harmonics of the
+  !> energy are given.
   subroutine tabulate_drive(self, angles, table, known)
     class(harmonic_mechanism_type), intent(in) :: self
     real(dp), intent(in) :: angles(:)
@@ -160,7 +161,8 @@ contains
     end do
   end subroutine tabulate_drive
 
-  !> Adds harmonic `k`, c_k c + s_k s, with two derivatives, if the series has this harmonic.
+  !> Adds the term of harmonic `k` of a series, c_k cos(k phi) + s_k sin(k phi), and its first two derivatives, unless the series
+  !> ends before it.
   pure subroutine add_harmonic(coefficients, k, c, s, value, d, dd)
     real(dp), intent(in) :: coefficients(:), c(batch), s(batch)
     integer, intent(in) :: k

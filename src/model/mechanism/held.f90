@@ -1,20 +1,21 @@
-!> Who keeps the crank's speed constant, and the moving masses as the frame then feels them: (39) to (43) of doc/theory.md.
+!> What keeps the crank's speed constant, and the effective mass functions: the moving masses as the frame feels them, (39) to (43)
+!> of doc/theory.md.
 !>
-!> | held by    | turns evenly                           | moment on the frame due to the torque M_d on the crank  |
+!> | held by    | turns uniformly                        | moment on the frame due to the torque M_d on the crank  |
 !> |------------|----------------------------------------|---------------------------------------------------------|
 !> | `motor`    | the crank relative to the frame: phi   | all of M_d: the motor stands on the frame               |
 !> | `outside`  | the crank in space: phi + psi          | none: the drive stands beside the frame                 |
 !> | `flywheel` | the crank in space: phi + psi          | mean of M_d, from the motor on the frame                |
 !>
 !> For `outside` and `flywheel` phi = Omega t - p psi, where p = 1, or p = 1/q if the drive turns q times per turn of phi. If only
-!> the frame turns, by dpsi, the drive keeps its position in space. A mass at r = O + x + i y then moves by (i r - p r') dpsi
-!> instead of i r dpsi, where ' = d/dphi. With the first moment of the masses S = sum m r about F, A = sum (m r x r' + J phi') and K
-!> = sum (m |r'|^2 + J phi'^2) the frame feels
+!> the frame rotates, by dpsi, the drive keeps its position in space. A mass at r = O + x + i y then moves by (i r - p r') dpsi
+!> instead of i r dpsi, where ' = d/dphi. Let S = sum m r be the first moment of the masses about F and J their moment of inertia.
+!> Let A = sum (m r x r' + J_i phi_i') and K = sum (m |r'|^2 + J_i phi_i'^2). The frame feels
 !>
-!>     S_1 = S + i p S',   J_1 = J - 2 p A + p^2 K   in place of S and the moment of inertia J.
+!>     S_1 = S + i p S',   J_1 = J - 2 p A + p^2 K   in place of S and J.
 !>
-!> These have the form of the original sums, with a1 - p a2', a2 + p a1', a3 - 2 p H + p^2 K in place of a1, a2, a3, so (9) to (11)
-!> stay valid. The moment of the load is A' - p K'/2 in place of A' (times -Omega^2), and depends on psi.
+!> These have the form of the original sums, with a1 - p a2', a2 + p a1', a3 - 2 p H + p^2 K in place of a1, a2, a3. Therefore (9)
+!> to (11) stay valid. The moment of the load is A' - p K'/2 in place of A' (times -Omega^2), and depends on psi.
 module gestell_model_mechanism_held
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp, pi
@@ -26,13 +27,13 @@ module gestell_model_mechanism_held
   public :: check_held, part_of_turn, tabulate_felt
 
   character(len=8), parameter, public :: holders(3) = [character(len=8) :: "motor", "flywheel", "outside"]
-  !> Subject of the errors of `check_held`.
+  !> Subject of the error messages of `check_held`.
   character(len=*), parameter, public :: held_subject = "held_by"
 
 contains
 
-  !> Checks who keeps the speed constant. Errors: `held_by` is unknown; the mechanism has no data on its energy; no masses can have
-  !> these functions.
+  !> Checks what keeps the speed constant. Fails if `held_by` is unknown, if the mechanism has no data on its energy, or if no
+  !> masses can have its mass functions.
   subroutine check_held(held_by, mechanism, error)
     character(len=*), intent(in) :: held_by
     class(mechanism_type), intent(in) :: mechanism
@@ -62,7 +63,7 @@ contains
     end if
   end subroutine check_held
 
-  !> Tabulates the mass functions and the load as the frame feels them.
+  !> Tabulates the effective mass functions and the load.
   subroutine tabulate_felt(mechanism, origin, even_in_space, angles, felt, load, slope)
     class(mechanism_type), intent(in) :: mechanism
     !> Origin of the mechanism seen from F (m)
@@ -71,10 +72,10 @@ contains
     logical, intent(in) :: even_in_space
     !> Crank angles (rad)
     real(dp), contiguous, intent(in) :: angles(:)
-    !> Mass functions, shape (angles, table_columns); a4 is 0 if the crank turns evenly in space
+    !> Effective mass functions, shape (angles, table_columns); column a4 is 0 if the crank turns uniformly in space
     real(dp), contiguous, intent(out) :: felt(:, :)
-    !> Load divided by -Omega^2, shape (angles, 3): two forces and the moment about the crank's pivot; derivative of the moment
-    !> about F with respect to psi divided by +Omega^2, shape (angles)
+    !> `load`: two forces and the moment about the crank's pivot, divided by -Omega^2, shape (angles, 3). `slope`: derivative with
+    !> respect to psi of the load's moment about F, divided by +Omega^2, shape (angles)
     real(dp), contiguous, intent(out), optional :: load(:, :), slope(:)
     real(dp), allocatable :: masses(:, :), drive(:, :)
     real(dp) :: part
@@ -108,7 +109,7 @@ contains
       & - origin(2) * drive(:, a1_ddd))
   end subroutine tabulate_felt
 
-  !> Part p of psi by which the crank angle lags; 0 if the crank turns evenly relative to the frame.
+  !> Fraction p of psi by which the crank angle lags behind uniform rotation; 0 if the crank turns uniformly relative to the frame.
   pure real(dp) function part_of_turn(mechanism, even_in_space) result(part)
     class(mechanism_type), intent(in) :: mechanism
     logical, intent(in) :: even_in_space
@@ -117,8 +118,8 @@ contains
     if (even_in_space) part = 1.0_dp / mechanism%turns
   end function part_of_turn
 
-  !> Sum a + b, or zero if only rounding is left. An unbalance that turns evenly in space must not count as a mass that turns with
-  !> the frame.
+  !> Sum a + b, or zero if only rounding is left. Otherwise an unbalance that turns uniformly in space would leave masses that seem
+  !> to turn with the frame.
   elemental real(dp) function total(a, b)
     real(dp), intent(in) :: a, b
 

@@ -9,8 +9,8 @@ module gestell_model_mechanism_mean_moment
 
 contains
 
-  !> Computes the mean over the turn of a1 + i a2 and its maximum magnitude (kg m) by the trapezoidal rule. The number of points is
-  !> doubled until two doublings in a row change only rounding.
+  !> Computes the mean of a1 + i a2 over the turn by the trapezoidal rule, and its maximum magnitude (kg m). The number of points is
+  !> doubled until two successive doublings change the mean only by rounding.
   subroutine average_masses(mechanism, mean, greatest)
     class(mechanism_type), intent(in) :: mechanism
     complex(dp), intent(out) :: mean

@@ -1,5 +1,5 @@
-!> Moving masses of a mechanism: sums over the links as functions of the crank angle. They are all that a frame needs to know about
-!> its mechanism.
+!> The moving masses of a mechanism: sums over its links as functions of the crank angle. A frame needs no other data of its
+!> mechanism.
 module gestell_model_mechanism
   use gestell_base_error, only: error_type
   use gestell_math_jet, only: jet
@@ -7,7 +7,7 @@ module gestell_model_mechanism
   implicit none (type, external)
   private
 
-  !> The sums (4) to (7) of doc/theory.md at a crank angle. Derivatives are with respect to the crank angle.
+  !> Mass functions: the sums (4) to (7) of doc/theory.md at one crank angle, with derivatives with respect to it.
   type, public :: mass_functions_type
     !> a1 = sum m x, a2 = sum m y (kg m), a3 = sum m (x^2 + y^2) (kg m^2).
     type(jet) :: a1 = jet(), a2 = jet(), a3 = jet()
@@ -15,28 +15,29 @@ module gestell_model_mechanism
     real(dp) :: a4 = 0
   end type mass_functions_type
 
-  !> Columns of a table of the mass functions over crank angles, shape (angles, table_columns).
+  !> Columns of a table of the mass functions, shape (angles, table_columns). Suffixes: _v value, _d and _dd first and second
+  !> derivative.
   integer, parameter, public :: a1_v = 1, a1_d = 2, a1_dd = 3, a2_v = 4, a2_d = 5, a2_dd = 6, a3_v = 7, a3_d = 8, &
     & a3_dd = 9, a4_v = 10, table_columns = 10
 
-  !> Columns of a table of the drive's functions, shape (angles, drive_columns) (kg m^2): H = sum [m (x y' - y x') + J phi'], so
-  !> that a4 = H', and twice the kinetic energy at unit speed, K = sum [m (x'^2 + y'^2) + J phi'^2], with derivatives. The last
-  !> four, among them a1''' and a2''' (kg m), are for a crank that turns evenly in space (gestell_model_mechanism_held).
+  !> Columns of a table of the drive's functions, shape (angles, drive_columns). `spin`: H = sum [m (x y' - y x') + J phi'], so that
+  !> a4 = H'. `energy`: K = sum [m (x'^2 + y'^2) + J phi'^2], twice the kinetic energy at unit speed (both kg m^2). Suffixes _d,
+  !> _dd, _ddd: derivatives. Only a crank that turns uniformly in space needs the last four columns (gestell_model_mechanism_held).
   integer, parameter, public :: spin_v = 1, energy_v = 2, energy_d = 3, spin_dd = 4, energy_dd = 5, a1_ddd = 6, a2_ddd = 7, &
     & drive_columns = 7
 
   !> A mechanism driven by one crank. Extend this type for a mechanism that is not a linkage.
   type, abstract, public :: mechanism_type
-    !> Total mass m_G (kg) and sum of the moments of inertia J_i about the links' centres of mass (kg m^2).
+    !> `mass`: total mass m_G (kg); `inertia`: sum of the moments of inertia J_i about the links' centres of mass (kg m^2).
     real(dp) :: mass = 0, inertia = 0
     !> Crank angle over which the mass functions change noticeably (rad). Integration steps should not be much longer.
     real(dp) :: angle_scale = 1
-    !> Maxima over the turn of the sums over the links of the absolute terms of a1'' and a2'' (kg m), of a4 and of K' (kg m^2, see
-    !> `energy_d`). Where the terms cancel, only their rounding errors limit the accuracy. Zero: nothing cancels.
+    !> Sums over the links of the absolute terms of a1'', a2'' (kg m), a4 and K' (kg m^2), each the maximum over the turn. They
+    !> bound the rounding errors where the terms cancel. Zero: no term cancels.
     real(dp) :: terms(4) = 0
-    !> Number of turns of the drive in one turn of this crank, which is also the number in the period. It exceeds 1 if some shaft
-    !> does not turn a whole number of times per turn of the drive; this crank then stands for a slower shaft. Orders are multiples
-    !> k/turns of the drive speed.
+    !> Number of turns of the drive in the period, which is one turn of the crank angle. It exceeds 1 if some shaft does not turn a
+    !> whole number of times per turn of the drive: the crank angle is then that of an imaginary slower shaft. Orders are multiples
+    !> k/`turns` of the drive speed.
     integer :: turns = 1
     !> Number of turns of each crank in the period, without sign; not allocated if the period is one turn of the drive.
     integer, allocatable :: crank_turns(:)
@@ -63,8 +64,8 @@ module gestell_model_mechanism
 
 contains
 
-  !> Tabulates the mass functions at crank angles (rad), shape (angles, table_columns). Override this procedure if many angles are
-  !> cheaper together.
+  !> Tabulates the mass functions at crank angles (rad), shape (angles, table_columns). Override this procedure if many angles
+  !> together cost less.
   subroutine tabulate_one_by_one(self, angles, table)
     class(mechanism_type), intent(in) :: self
     real(dp), contiguous, intent(in) :: angles(:)
@@ -81,8 +82,8 @@ contains
     end do
   end subroutine tabulate_one_by_one
 
-  !> Tabulates the drive's functions at crank angles (rad), shape (angles, drive_columns). By default they are unknown: `known` is
-  !> false.
+  !> Tabulates the drive's functions at crank angles (rad), shape (angles, drive_columns). By default they are unknown, and `known`
+  !> is false.
   subroutine drive_is_unknown(self, angles, table, known)
     class(mechanism_type), intent(in) :: self
     real(dp), intent(in) :: angles(:)
@@ -95,7 +96,8 @@ contains
     known = .false.
   end subroutine drive_is_unknown
 
-  !> Prepares the mechanism; a frame does so once with its own copy. Error: the mechanism cannot turn.
+  !> Default of `prepare`, which does nothing. A frame calls `prepare` once, for its own copy of the mechanism. Overriding versions
+  !> fail if the mechanism cannot turn.
   subroutine nothing_to_prepare(self, error)
     class(mechanism_type), intent(inout) :: self
     type(error_type), allocatable, intent(out) :: error
@@ -104,7 +106,7 @@ contains
     end associate
   end subroutine nothing_to_prepare
 
-  !> Fails if the mechanism is not ready to compute its mass functions. By default every mechanism is ready.
+  !> Default of `check`, which never fails. Overriding versions fail if the mechanism is not ready to compute its mass functions.
   subroutine nothing_to_check(self, error)
     class(mechanism_type), intent(in) :: self
     type(error_type), allocatable, intent(out) :: error
@@ -114,7 +116,8 @@ contains
     if (allocated(error)) deallocate(error)
   end subroutine nothing_to_check
 
-  !> Distance (m) of a link's centre of mass from the joint at which the link begins; negative if there is no such link.
+  !> Default of `link_offset`: -1, because a general mechanism has no links. For a linkage: distance (m) of a link's centre of mass
+  !> from the link's first joint, negative if there is no such link.
   pure real(dp) function no_link_offset(self, name) result(offset)
     class(mechanism_type), intent(in) :: self
     character(len=*), intent(in) :: name
@@ -124,8 +127,8 @@ contains
     offset = -1
   end function no_link_offset
 
-  !> Numbers of the harmonics of the period that the shafts excite, up to `highest` times the drive speed. Their frequencies are
-  !> multiples of the drive speed or of a crank's speed.
+  !> Numbers of the harmonics of the period that the shafts excite: those whose frequency is a multiple of the drive speed or of a
+  !> crank's speed. The highest has `highest` times the drive speed.
   pure function harmonics(self, highest)
     class(mechanism_type), intent(in) :: self
     integer, intent(in) :: highest

@@ -13,22 +13,21 @@ module gestell_model_mechanism_shaking
 
   !> Shaking forces over the crank angle phi. Each component is f = mean + sum of amplitude(k) cos(k phi + phase(k)).
   type, public :: shaking_type
-    !> Forces along x and y (N) and moment about O (N m).
+    !> Fourier series of the two forces along x and y (N) and of the moment about O (N m).
     type(fourier_type) :: series(3)
-    !> Maximum absolute value over the turn and rms of the three components, and of the magnitude of the force.
+    !> Maximum absolute value over the turn and rms value of the three components and, as the fourth, of the magnitude of the force.
     real(dp), dimension(4) :: peak = 0, rms = 0
-    !> First order of the force fx + i fy, divided by the square of the drive speed (kg m). The first number is the vector that
-    !> turns with the crank, the second the one that turns against it, both at crank angle zero. A mass m at radius r on the crank
-    !> gives m r and 0.
+    !> First order of the force fx + i fy at crank angle zero, divided by the square of the drive speed (kg m): the rotating vector
+    !> that turns with the crank, then the one that turns against it. A mass m at radius r on the crank gives m r and 0.
     complex(dp) :: unbalance(2) = 0
   end type shaking_type
 
 contains
 
-  !> Computes the shaking forces at a speed (rad/s): the force -Omega^2 S'' of the first moment of mass S = (a1, a2), and its moment
-  !> about O. The moment is -Omega^2 a4, or -Omega^2 (a4 - K'/2) if the drive's torque does not act on the frame. Errors: the
-  !> mechanism has not been made; the speed is not finite. (Lowen, Berkof, Survey of investigations into the balancing of linkages,
-  !> J. Mechanisms 3, 1968, 221-231.)
+  !> Computes the shaking forces at a speed (rad/s): the force -Omega^2 S'' with the first moment S = (a1, a2), and the moment about
+  !> O. The moment is -Omega^2 a4, or -Omega^2 (a4 - K'/2) if the drive's torque does not act on the frame. Fails if the mechanism
+  !> has not been made, or if the speed is not finite. (Lowen, Berkof, Survey of investigations into the balancing of linkages, J.
+  !> Mechanisms 3, 1968, 221-231.)
   subroutine shaking(mechanism, speed, found, error, even_in_space)
     class(mechanism_type), intent(in) :: mechanism
     real(dp), intent(in) :: speed

@@ -1,5 +1,5 @@
-!> A mechanism with tables of its mass functions at angles that will be needed again. One table serves every speed, stiffness,
-!> damping and frame.
+!> A mechanism with tables of its mass functions, at angles that will be needed again. The tables do not depend on speed, stiffness,
+!> damping or frame.
 module gestell_model_mechanism_tabulated
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -11,12 +11,13 @@ module gestell_model_mechanism_tabulated
 
   !> Table of a mechanism at some crank angles.
   type :: table_type
-    !> Crank angles (rad); mass functions there, shape (angles, table_columns); the drive's functions, shape (angles,
-    !> drive_columns), if requested and known.
+    !> `angles`: crank angles (rad). `values`: mass functions there, shape (angles, table_columns). `drive`: the drive's functions,
+    !> shape (angles, drive_columns); only if requested and known.
     real(dp), allocatable :: angles(:), values(:, :), drive(:, :)
   end type table_type
 
-  !> Behaves as the mechanism from which it was made, but looks values up if exactly the angles of a table are requested.
+  !> Gives the same results as the mechanism from which it was made. If exactly the angles of a table are requested, the values come
+  !> from the table.
   type, extends(mechanism_type), public :: tabulated_type
     private
     class(mechanism_type), allocatable :: source
@@ -33,7 +34,7 @@ module gestell_model_mechanism_tabulated
 
 contains
 
-  !> Wraps `mechanism`, without tables yet.
+  !> Makes a mechanism that can hold tables of `mechanism`; it has no table yet.
   subroutine new_tabulated(tabulated, mechanism)
     type(tabulated_type), intent(out) :: tabulated
     class(mechanism_type), intent(in) :: mechanism
@@ -43,7 +44,7 @@ contains
     call take_over(tabulated)
   end subroutine new_tabulated
 
-  !> Tabulates the mass functions at crank angles (rad), in their order, and with `drive` the drive's functions.
+  !> Tabulates the mass functions at crank angles (rad) and, if `drive` is true, the drive's functions.
   subroutine remember(self, angles, drive)
     class(tabulated_type), intent(inout) :: self
     real(dp), contiguous, intent(in) :: angles(:)
@@ -71,7 +72,7 @@ contains
     call move_alloc(longer, self%tables)
   end subroutine remember
 
-  !> Sets the drive's functions at the angles of the last table, shape (angles, drive_columns), from another source.
+  !> Stores the drive's functions, computed elsewhere, for the angles of the last table; shape (angles, drive_columns).
   pure subroutine know_drive(self, drive)
     class(tabulated_type), intent(inout) :: self
     real(dp), intent(in) :: drive(:, :)
@@ -87,7 +88,7 @@ contains
     call self%source%mass_functions(crank_angle, a)
   end subroutine mass_functions
 
-  !> Copies the table with exactly these angles in this order, if there is one; otherwise computes the mass functions.
+  !> Copies the values if a table has exactly these angles in this order; otherwise computes the mass functions.
   subroutine tabulate(self, angles, table)
     class(tabulated_type), intent(in) :: self
     real(dp), contiguous, intent(in) :: angles(:)
@@ -102,7 +103,7 @@ contains
     end if
   end subroutine tabulate
 
-  !> Number of the table with these angles, 0 if there is none.
+  !> Number of the table with exactly these angles, 0 if there is none.
   pure integer function index_of(self, angles) result(i)
     class(tabulated_type), intent(in) :: self
     real(dp), intent(in) :: angles(:)
