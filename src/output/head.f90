@@ -1,4 +1,4 @@
-!> Head of every result file: the origin of its numbers.
+!> Composes the head of every result file, which states where the numbers come from.
 module gestell_output_head
   use gestell_base_text, only: newline
   use gestell_base_version, only: version
@@ -13,11 +13,12 @@ module gestell_output_head
     character(len=:), allocatable :: text
   end type setting_type
 
-  !> Data for the head of all files of a run.
+  !> What the heads of all files of a run state.
   type, public :: head_type
-    !> Title and file name of the input, model of the frame, and what holds the crank speed
+    !> `title`, `input`: title and file name of the input; `model`: model of the frame; `held_by`: what keeps the crank speed
+    !> constant
     character(len=:), allocatable :: title, input, model, held_by
-    !> Values set by options rather than by the input
+    !> Values set by --set instead of the input file
     type(setting_type), allocatable :: settings(:)
   contains
     procedure :: lines

@@ -17,11 +17,11 @@ module gestell_output_json
 
 contains
 
-  !> Appends the JSON object and a newline to `output`. `failure` says why results are missing; it is empty if none are.
+  !> Appends the JSON object and a newline to `output`. `failure`: why results are missing, or empty if none are.
   subroutine append_json(result, head, failure, output)
     !> All results of the run
     type(result_type), intent(in) :: result
-    !> Origin of the results
+    !> Data that state where the results come from
     type(head_type), intent(in) :: head
     character(len=*), intent(in) :: failure
     type(output_type), intent(inout) :: output
@@ -75,7 +75,7 @@ contains
     call output%append("]}")
   end subroutine append_table
 
-  !> A cell as JSON: NaN is null, infinity is a string.
+  !> A cell as a JSON value: NaN becomes null, infinity a string.
   function value(column, i) result(words)
     type(column_type), intent(in) :: column
     integer, intent(in) :: i
@@ -99,7 +99,7 @@ contains
     end if
   end function value
 
-  !> A member of an object, with the comma that precedes the next member.
+  !> A member of a JSON object, followed by a comma.
   pure function member(name, value) result(words)
     character(len=*), intent(in) :: name, value
     character(len=:), allocatable :: words

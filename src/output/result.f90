@@ -1,4 +1,4 @@
-!> Results of a run: tables with their pictures, the headlines of the page, and the report.
+!> Results of a run: tables and their pictures, headlines of the page, and the report.
 module gestell_output_result
   use gestell_base_dictionary, only: dictionary_type
   use gestell_base_error, only: error_type
@@ -20,42 +20,42 @@ module gestell_output_result
 
   !> A sentence for the top of the report.
   type, public :: headline_type
-    !> Word of a verdict; empty if the sentence is neither good nor bad
+    !> Word of a verdict; empty if the sentence does not state a verdict
     character(len=9) :: state
     !> The sentence
     character(len=:), allocatable :: words
-    !> True if the report already contains the sentence elsewhere
+    !> True if the report contains the sentence in another place
     logical :: said = .false.
   end type headline_type
 
   !> A result file that is not a table.
   type :: attachment_type
-    !> Name of the file, and its content
+    !> `name`: of the file; `bytes`: its content
     character(len=:), allocatable :: name, bytes
   end type attachment_type
 
   !> All results of a run.
   type, public :: result_type
     type(table_type), allocatable :: tables(:)
-    !> Pictures of tables with the same name
+    !> Pictures; each has the name of its table
     type(figure_type), allocatable :: figures(:)
     !> Sentences for the top of the report
     type(headline_type), allocatable :: headlines(:)
-    !> Texts of all headlines, to avoid duplicates
+    !> Texts of all headlines, stored so that none is added twice
     type(dictionary_type), private :: warned
     !> Result files that are not tables
     type(attachment_type), allocatable, private :: attachments(:)
     !> The report
     character(len=:), allocatable :: report
-    !> Number of characters of the report that are already printed; position of the headlines (-1: none)
+    !> `said`: number of characters of the report that are already printed; `room`: position of the headlines in the report, or -1
     integer, private :: said = 0, room = -1
     !> Diagnostics of the numerical solution
     character(len=:), allocatable :: details
     !> True if the report includes the diagnostics
     logical :: verbose = .false.
-    !> Messages outside the report, one per line
+    !> Messages printed separately from the report, one per line
     character(len=:), allocatable :: notes
-    !> Short table: one row for each machine
+    !> Table for --one-line, with one row for each machine
     type(table_type) :: brief
     !> Verdict on the machine of the input; empty if there is none
     character(len=9) :: verdict = ""
@@ -63,11 +63,11 @@ module gestell_output_result
     type(judgement_type) :: judgement
     !> True if any range other than a sweep was judged
     logical, private :: judged_range = .false.
-    !> Worst verdict of all
+    !> Worst verdict of the whole run
     type(verdict_type) :: worst
     !> True if every machine that was judged is stable
     logical :: all_stable = .true.
-    !> First failure of a computation on which the verdict does not depend
+    !> First failure of a computation that does not affect the verdict
     type(error_type), allocatable :: failure
   contains
     procedure :: begin
@@ -113,7 +113,7 @@ contains
     has = any([(self%tables(i)%name == name, i = 1, size(self%tables))])
   end function has
 
-  !> Names of all files that the result writes, without endings and without duplicates.
+  !> Names, without endings, of all files that the result writes. No name occurs twice.
   pure function left(self) result(names)
     class(result_type), intent(in) :: self
     character(len=longest_table), allocatable :: names(:)
@@ -125,7 +125,7 @@ contains
     names = pack(names, [(all(names(:i - 1) /= names(i)), i = 1, size(names))])
   end function left
 
-  !> Adds a table and its picture. A table without a verdict gets the verdict on the machine of the input.
+  !> Adds a table and its picture. If the table has no verdict, it gets the verdict on the machine of the input.
   pure subroutine add(self, table, figure)
     class(result_type), intent(inout) :: self
     type(table_type), intent(in) :: table
@@ -149,7 +149,8 @@ contains
     self%attachments = [self%attachments, attachment]
   end subroutine attach
 
-  !> Adds curves to the picture `name`, whose script plots them as the macro @over. Does nothing if there is no such picture.
+  !> Adds curves to the picture `name`, whose script plots them by the gnuplot macro @over. Does nothing if there is no such
+  !> picture.
   pure subroutine draw_over(self, name, curves)
     class(result_type), intent(inout) :: self
     character(len=*), intent(in) :: name, curves
@@ -161,7 +162,7 @@ contains
     end do
   end subroutine draw_over
 
-  !> Appends lines to the report. Long lines are wrapped unless `whole` is present.
+  !> Appends lines to the report. If `whole` is present, long lines are not wrapped.
   pure subroutine say(self, lines, whole)
     class(result_type), intent(inout) :: self
     character(len=*), intent(in) :: lines
@@ -174,8 +175,8 @@ contains
     end if
   end subroutine say
 
-  !> Appends a section on the vibration of the machine of the input. A warning precedes it if the machine does not keep to this
-  !> vibration.
+  !> Appends a section on the vibration of the input's machine to the report. A warning follows the heading unless this vibration is
+  !> stable.
   pure subroutine say_section(self, heading, lines)
     class(result_type), intent(inout) :: self
     character(len=*), intent(in) :: heading, lines
@@ -183,7 +184,7 @@ contains
     call self%say(section(heading, self%verdict) // lines)
   end subroutine say_section
 
-  !> Appends diagnostics of the numerical solution. They enter the report only if it is verbose.
+  !> Appends diagnostics of the numerical solution. The report shows them only if `verbose`.
   pure subroutine detail(self, lines)
     class(result_type), intent(inout) :: self
     character(len=*), intent(in) :: lines
@@ -192,14 +193,15 @@ contains
     self%details = self%details // lines
   end subroutine detail
 
-  !> Marks the place of the headlines in the report. Text behind this place is printed only after `lead` has inserted them.
+  !> Marks the position of the headlines in the report. Text after this position is printed only after `lead` has inserted the
+  !> headlines.
   pure subroutine leave_room(self)
     class(result_type), intent(inout) :: self
 
     self%room = len(self%report)
   end subroutine leave_room
 
-  !> Inserts the headlines at the place marked by `leave_room`: the verdict first, then the warnings.
+  !> Inserts the headlines at the position marked by `leave_room`: the verdict first, then the warnings.
   pure subroutine lead(self)
     class(result_type), intent(inout) :: self
     type(growing_text_type) :: lines
@@ -216,7 +218,7 @@ contains
     self%room = -1
   end subroutine lead
 
-  !> The worst verdict on one line, followed by the warnings that fit. If nothing was judged, the line is the first headline.
+  !> Summarises the worst verdict and the warnings that fit on one line. If nothing was judged, the line is the first headline.
   pure function in_short(self) result(line)
     class(result_type), intent(in) :: self
     character(len=:), allocatable :: line
@@ -251,7 +253,7 @@ contains
     line = line // newline
   end function in_short
 
-  !> Adds a message outside the report.
+  !> Adds a message that is printed separately from the report.
   pure subroutine note(self, line)
     class(result_type), intent(inout) :: self
     character(len=*), intent(in) :: line
@@ -259,7 +261,7 @@ contains
     self%notes = self%notes // "note: " // line // newline
   end subroutine note
 
-  !> The part of the report that was not returned before.
+  !> The part of the report that earlier calls have not returned.
   function rest(self) result(lines)
     class(result_type), intent(inout) :: self
     character(len=:), allocatable :: lines
@@ -268,8 +270,8 @@ contains
     self%said = len(self%report)
   end function rest
 
-  !> Adds the first of `lines` as a headline, unless it is blank or already a headline. `said` is true if the report contains it
-  !> elsewhere.
+  !> Adds the first of `lines` as a headline, unless it is blank or already one. `said`: true if the report contains it in another
+  !> place.
   pure subroutine warn(self, state, lines, said)
     class(result_type), intent(inout) :: self
     character(len=*), intent(in) :: state, lines
@@ -296,8 +298,8 @@ contains
     call move_alloc(longer, self%headlines)
   end subroutine warn
 
-  !> Records the judgement on a range of machines. The worst one becomes the last line of the report; one that is not stable becomes
-  !> a headline. A sweep has its own headline and becomes the last line only if nothing else was judged.
+  !> Records the verdict on a range of machines. It becomes a headline if it is not stable; sweeps write their own headline. The
+  !> worst recorded verdict becomes the last line of the report; among equals, one of a sweep is replaced.
   pure subroutine judge(self, judgement)
     class(result_type), intent(inout) :: self
     type(judgement_type), intent(in) :: judgement
@@ -310,7 +312,7 @@ contains
     if (judgement%verdict > stable .and. .not. judgement%of_sweep) call self%warn(judgement%verdict%word(), judgement%words)
   end subroutine judge
 
-  !> Includes a verdict in the worst verdict of the run.
+  !> Updates the worst verdict of the run with another verdict.
   pure subroutine include_verdict(self, verdict)
     class(result_type), intent(inout) :: self
     type(verdict_type), intent(in) :: verdict
@@ -319,7 +321,7 @@ contains
     self%all_stable = self%all_stable .and. (verdict == stable .or. verdict == not_judged)
   end subroutine include_verdict
 
-  !> Records the failure if it is the first one, and clears `error`.
+  !> Records the failure unless an earlier one was recorded, and deallocates `error`.
   pure subroutine fail(self, error)
     class(result_type), intent(inout) :: self
     type(error_type), allocatable, intent(inout) :: error

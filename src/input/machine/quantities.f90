@@ -32,8 +32,8 @@ contains
 
   !> Reads the groups &probe. Fails if a name is empty, used twice or contains a parenthesis, or if a frequency band is empty.
   subroutine read_probes(doc, units, probes, error)
-    !> Units of the input
     type(document_type), intent(in) :: doc
+    !> Units of the input
     type(units_type), intent(in) :: units
     type(probe_type), allocatable, intent(out) :: probes(:)
     type(error_type), allocatable, intent(out) :: error

@@ -1,4 +1,4 @@
-!> Makes and removes the folder of the result files.
+!> Makes and removes the folder for the result files.
 module gestell_output_file_folder
   use gestell_base_error, only: error_type, fatal_error, wrong_usage
   use gestell_base_files, only: is_there, last_reason, make_directory, remove_folder
@@ -10,7 +10,7 @@ module gestell_output_file_folder
 
 contains
 
-  !> Makes `folder` and any missing folders above it. `made` is the length of the path of the first folder that was made, 0 if all
+  !> Makes `folder` and all missing folders above it. `made`: length of the path of the first folder that was made; 0 if all
   !> existed. Fails if the folder cannot be made.
   subroutine make_folder(folder, error, made)
     character(len=*), intent(in) :: folder
@@ -49,8 +49,8 @@ contains
     end do
   end subroutine remove_made
 
-  !> True if the folder or one of the `files` in it is a link, or if such files exist without the file `mark`. The owner of a folder
-  !> creates `mark` before any other file.
+  !> True if no run of Gestell made this folder: it, or one of the `files` in it, is a link, or such files exist without the file
+  !> `mark`. Every run creates `mark` before any other file.
   logical function is_foreign(folder, files, mark)
     character(len=*), intent(in) :: folder, files(:), mark
     logical :: there

@@ -1,5 +1,5 @@
-!> File that appears only when complete. It is written under a temporary name, every write is checked, and one rename replaces the
-!> old file. If anything fails, the old file is unchanged and the new one is removed.
+!> Writes a file that appears only when it is complete. The file is written under a temporary name, every write is checked, and
+!> finally one rename replaces the old file. If anything fails, the new file is removed and the old one stays unchanged.
 module gestell_output_file_output
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_files, only: close_file, create_file, last_reason, remove_file, rename_file, write_whole
@@ -9,7 +9,7 @@ module gestell_output_file_output
 
   public :: open_output, open_standard_output, write_file
 
-  !> Ending of the temporary name while the file is written
+  !> Added to the name of a file while the file is written
   character(len=*), parameter, public :: growing = ".new"
 
   !> A file that is being written.
@@ -17,20 +17,20 @@ module gestell_output_file_output
     private
     !> Final name; empty for standard output
     character(len=:), allocatable :: name
-    !> Open file; negative if it is not open
+    !> Handle of the open file; negative if the file is not open
     integer(c_int) :: handle = -1
     !> Bytes that are not yet written
     character(len=:), allocatable :: pending
     !> Number of valid characters in `pending`
     integer :: used = 0
-    !> Reason of the first failure; empty if nothing failed
+    !> Explanation of the first failure; empty if nothing failed
     character(len=:), allocatable :: reason
   contains
     procedure :: append
     procedure :: complete
   end type output_type
 
-  !> Number of bytes written at once
+  !> Number of bytes passed to the system at once
   integer, parameter :: piece = 65536
 
 contains
@@ -46,7 +46,7 @@ contains
     call output%complete(error)
   end subroutine write_file
 
-  !> Opens the file `name` under its temporary name. `complete` reports failures of this routine and of `append`.
+  !> Opens the file `name` under its temporary name. If this or a later `append` fails, `complete` reports it.
   subroutine open_output(output, name)
     type(output_type), intent(out) :: output
     character(len=*), intent(in) :: name

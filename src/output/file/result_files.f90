@@ -1,4 +1,4 @@
-!> Names of all files that a run can write to its folder. Only files with these names are published.
+!> Names of all files that a run can write to its folder. Files with other names are not published.
 module gestell_output_file_result_files
   implicit none (type, external)
   private
@@ -8,11 +8,12 @@ module gestell_output_file_result_files
   !> Maximum number of characters of a table's name. Its files are NAME.csv or NAME.npy, its script NAME.gp, its pictures NAME.svg
   !> and NAME.png.
   integer, parameter, public :: longest_table = 18
-  !> Endings of pictures, and of all files that belong to a table
+  !> Endings of a table's pictures
   character(len=*), parameter, public :: picture_endings(*) = [character(len=4) :: ".svg", ".png"]
+  !> Endings of all files of a table
   character(len=*), parameter :: endings(*) = [character(len=4) :: ".csv", ".npy", ".gp", picture_endings]
-  !> Files that belong to no table: the page and the JSON file of all results. The file of the improved machine belongs to the table
-  !> `improved`.
+  !> `others`: files of the run as a whole, namely the page and all results in JSON. `improved`: table that also has a file with the
+  !> improved machine, `improved`.nml.
   character(len=*), parameter :: others(*) = [character(len=12) :: "report.html", "results.json"], improved = "design"
   integer, parameter, public :: longest_file = longest_table + len(endings)
 

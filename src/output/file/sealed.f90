@@ -9,14 +9,15 @@ module gestell_output_file_sealed
 
   public :: read_words, sealed, unseal
 
-  !> Length of the header: magic number, fingerprint, number of content words. Bytes in a word.
+  !> `sealed_head`: number of words in the header (magic number, fingerprint, number of content words); `word_bytes`: bytes per
+  !> word.
   integer, parameter, public :: sealed_head = 3, word_bytes = 8
-  !> The letters "gestell" and the version of this format. A file written in the other byte order does not match either.
+  !> The letters "gestell" in ASCII, then the version of this format. The number differs if a file has the other byte order.
   integer(int64), parameter :: magic = int(z"67657374656C6C02", int64)
 
 contains
 
-  !> Record with the given fingerprint and content: header, content, checksum.
+  !> Record with the given fingerprint and content, consisting of header, content and checksum.
   pure function sealed(fingerprint, content) result(words)
     integer(int64), intent(in) :: fingerprint, content(:)
     integer(int64), allocatable :: words(:)
@@ -31,11 +32,11 @@ contains
     !> Index of the first word of the record's header
     integer, intent(in) :: first
     integer(int64), intent(out) :: fingerprint
-    !> First and last index of the content in `words`
+    !> Indices of the first and last word of the content in `words`
     integer, intent(out) :: content(2)
     !> True if the record is complete and its checksum matches
     logical, intent(out) :: sound
-    !> True if the end of the record is missing
+    !> True if the record is truncated
     logical, intent(out), optional :: torn
     integer(int64) :: room
 

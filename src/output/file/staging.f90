@@ -1,6 +1,6 @@
 !> Staging folder of a run: .gestell-1, .gestell-2, ... inside the folder of the results. All files are published together when the
 !> run ends; a run that cannot write leaves the older results unchanged. Concurrent runs use different numbers. The folder of a
-!> killed run is recognised by its file `mark`, emptied and reused. Links and folders without that file are not touched. The input
+!> killed run is recognised by its file `mark`, emptied and reused. Links, and folders without this file, are not touched. The input
 !> file of the run is never replaced.
 module gestell_output_file_staging
   use gestell_base_error, only: error_type, failed_computation, fatal_error, wrong_usage
@@ -17,19 +17,19 @@ module gestell_output_file_staging
 
   public :: open_staging, spare_input
 
-  !> A staging folder that is in use.
+  !> The staging folder of a running process.
   type, public :: staging_type
     !> Folder to which the run writes its files
     character(len=:), allocatable :: path
-    !> Folder in which the published files end up
+    !> Folder to which the files are finally moved
     character(len=:), allocatable, private :: folder
     !> Full path of the input file; empty if the run read none
     character(len=:), allocatable, private :: input
-    !> Open handle whose lock reserves `path` while the process lives
+    !> Handle of a locked file, which reserves `path` for this process until the process ends
     integer(c_int), private :: handle = -1
-    !> Names of the tables that any run can write, including a killed run
+    !> Names of the tables that any run can write; a killed run may have left their files
     character(len=longest_table), allocatable, private :: tables(:)
-    !> Length of the name of the first folder that `make_folder` made; 0 if all existed
+    !> Length of the path of the first folder that `make_folder` made; 0 if all existed
     integer, private :: made = 0
   contains
     procedure :: publish
@@ -37,19 +37,19 @@ module gestell_output_file_staging
     procedure :: retell
   end type staging_type
 
-  !> Name of the journal of incomplete results in the staging folder (gestell_task_common_journal). The journal outlives the run
-  !> only if the run is killed.
+  !> Name of the journal of incomplete results in the staging folder (gestell_task_common_journal). The journal remains after the
+  !> run only if the run is killed.
   character(len=*), parameter, public :: journal_name = "journal"
-  !> Name of the file that marks a staging folder as made by a run
+  !> Every staging folder contains a file with this name, which shows that a run made the folder
   character(len=*), parameter :: mark = "made_by_gestell"
   !> Maximum number of runs that can write to one folder at a time
   integer, parameter :: most = 1000
-  !> Ending of an old result file, kept in `path` until all new files have their names
+  !> Ending of an old result file in `path`, where it is kept until all new files are published
   character(len=*), parameter :: old = ".old"
 
 contains
 
-  !> Makes `folder` and a staging folder in it. Fails if the staging folder cannot be made or nothing can be written there.
+  !> Makes `folder` and a staging folder in it. Fails if the staging folder cannot be made or written to.
   subroutine open_staging(staging, folder, tables, error, input)
     !> The staging folder that was made
     type(staging_type), intent(out) :: staging
@@ -86,7 +86,8 @@ contains
     if (.not. mine) call remove_made(folder, staging%made)
   end subroutine open_staging
 
-  !> Waits until no other process makes or removes staging folders in `folder`. Does not wait if the file system has no locks.
+  !> Locks `folder`: waits until no other process is making or removing staging folders in it. Does not wait if the file system has
+  !> no locks.
   subroutine take_turn(folder, guard)
     character(len=*), intent(in) :: folder
     integer(c_int), intent(out) :: guard
@@ -96,8 +97,8 @@ contains
     if (guard >= 0) call try_lock(guard, .true., held, busy)
   end subroutine take_turn
 
-  !> Makes the staging folder, or reuses and empties the folder of a killed run. `mine` is false if another process uses the folder,
-  !> if no run made it, or if it cannot be made (`reason` says why). Without locks, only a new folder is used.
+  !> Makes the staging folder, or empties and reuses that of a killed run. `mine` is false if another process uses the folder, if no
+  !> run made it, or if it cannot be made (then `reason` says why). If the file system has no locks, only a new folder is used.
   subroutine take(staging, mine, reason)
     type(staging_type), intent(inout) :: staging
     logical, intent(out) :: mine
@@ -134,7 +135,7 @@ contains
     if (.not. mine) call unlock_file(staging%handle)
   end subroutine take
 
-  !> Fails if one of the files `names` in `folder` is the `input` file, which it would replace.
+  !> Fails if publishing a file in `names` to `folder` would replace the `input` file.
   subroutine spare_input(folder, names, input, error)
     character(len=*), intent(in) :: folder, names(:), input
     type(error_type), allocatable, intent(out) :: error
@@ -150,8 +151,9 @@ contains
     end do
   end subroutine spare_input
 
-  !> Moves all result files to their folder, or none of them, and removes the staging folder. Also removes pictures that belong to
-  !> older tables. Fails if a file cannot be moved: the older files are then restored, or the message says that they are not.
+  !> Moves all result files to their folder, or none of them, and removes the staging folder. Also removes old pictures of tables
+  !> that are replaced but not drawn again. Fails if a file cannot be moved; the message says if the old files could not be
+  !> restored.
   subroutine publish(self, tables, error)
     class(staging_type), intent(inout) :: self
     character(len=longest_table), intent(in) :: tables(:)
@@ -196,7 +198,7 @@ contains
       & failed_computation)
   end subroutine publish
 
-  !> Restores the files that the files `names` replaced. `done` is false if the file system has no hard links.
+  !> Puts back the old files that the new files `names` replaced. `done` is false if the file system has no hard links.
   subroutine restore(staging, names, replaces, done)
     type(staging_type), intent(in) :: staging
     character(len=*), intent(in) :: names(:)
@@ -216,7 +218,7 @@ contains
     end do
   end subroutine restore
 
-  !> Removes old pictures of the tables whose new script was not run.
+  !> Removes the old pictures of tables that have a new script but no new pictures.
   subroutine remove_old_pictures(staging, tables, names)
     type(staging_type), intent(in) :: staging
     character(len=*), intent(in) :: tables(:), names(:)
@@ -234,8 +236,8 @@ contains
     end do
   end subroutine remove_old_pictures
 
-  !> Removes the staging folder without moving any file, and the folder of the results if it was made for this run and is empty.
-  !> `done` is true if the staging folder is gone.
+  !> Removes the staging folder without publishing any file. Also removes the folder of the results if the run made it and it is
+  !> empty. `done`: true if the staging folder no longer exists.
   subroutine leave(staging, done)
     class(staging_type), intent(inout) :: staging
     logical, intent(out), optional :: done
@@ -273,7 +275,7 @@ contains
     end do
   end subroutine empty
 
-  !> Replaces the staging folder in an error message by the folder in which the file would have been published.
+  !> In an error message, replaces the staging folder by the folder in which the file would have been published.
   pure subroutine retell(self, error)
     class(staging_type), intent(in) :: self
     type(error_type), allocatable, intent(inout) :: error

@@ -53,7 +53,7 @@ contains
     page = "</body>" // newline // "</html>" // newline
   end function tail
 
-  !> Text of the user, escaped for HTML. Control characters of ASCII become blanks, because a page may not contain them; bytes that
+  !> Escapes a text of the user for HTML. ASCII control characters become blanks, because a page may not contain them; bytes that
   !> are not UTF-8 are replaced.
   pure function escaped(words) result(safe)
     character(len=*), intent(in) :: words
@@ -83,7 +83,7 @@ contains
     safe = pieces%whole()
   end function escaped
 
-  !> Table row that consists of `cells`.
+  !> Row of an HTML table with these complete `cells`.
   pure function row(cells) result(line)
     character(len=*), intent(in) :: cells
     character(len=:), allocatable :: line
@@ -91,7 +91,7 @@ contains
     line = "<tr>" // cells // "</tr>" // newline
   end function row
 
-  !> Table cell. `kind` is "th" (heading of a column), "row" (heading of a row), "n" (number) or "td" (text).
+  !> Cell of an HTML table. `kind`: "th" (heading of a column), "row" (heading of a row), "n" (number) or "td" (text).
   pure function cell(kind, text) result(words)
     character(len=*), intent(in) :: kind, text
     character(len=:), allocatable :: words

@@ -1,4 +1,4 @@
-!> Table of an HTML page: words unchanged, numbers with six digits, errors with two, units in the heading row.
+!> Shows a table in an HTML page: words unchanged, numbers with six digits, errors with two, units in the heading row.
 module gestell_output_page_table
   use gestell_base_text, only: concise, newline, text
   use gestell_output_page_html, only: cell, escaped, row
@@ -8,7 +8,8 @@ module gestell_output_page_table
 
   public :: html_table
 
-  !> Maximum number of rows shown. A table with more columns than `most_columns` and fewer rows is transposed.
+  !> `most_rows`: maximum number of rows shown. A table with more than `most_columns` columns is transposed if it has fewer rows
+  !> than columns.
   integer, parameter :: most_rows = 60, most_columns = 10
   !> Tables with more rows than `most_open` are shown collapsed.
   integer, parameter :: most_open = 12

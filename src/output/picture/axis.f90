@@ -1,4 +1,4 @@
-!> Axes of pictures over parameters, linear or logarithmic.
+!> Axes for pictures whose abscissa is a parameter, linear or logarithmic.
 module gestell_output_picture_axis
   use gestell_base_growing_text, only: growing_text_type
   use gestell_base_kinds, only: dp
@@ -39,7 +39,7 @@ contains
     end if
   end function parameter_axis
 
-  !> Label of an axis: the parameter, and its unit in parentheses unless empty.
+  !> Label of an axis: the name of the parameter, followed by its unit in parentheses if it has one.
   pure function with_unit(path, unit) result(name)
     character(len=*), intent(in) :: path, unit
     character(len=:), allocatable :: name
@@ -57,8 +57,8 @@ contains
     if (axis%logarithmic) coordinate = log10(abs(value))
   end function coordinate
 
-  !> Tics at 1, 2 and 5 times the powers of ten, or only at powers of ten over many decades. Both ends are labelled if fewer than
-  !> two tics fit.
+  !> Tics at 1, 2 and 5 times the powers of ten, or only at powers of ten if the axis has many decades. If fewer than two tics fit,
+  !> both ends of the axis are labelled.
   pure function logarithmic_tics(axis) result(list)
     type(axis_type), intent(in) :: axis
     character(len=:), allocatable :: list
@@ -92,8 +92,8 @@ contains
     words = "'" // concise(value, 4) // "' " // concise(log10(abs(value)), 9)
   end function tic
 
-  !> Gnuplot lines that set the variables `low` and `high` to the range of expressions over a file; the range is never empty.
-  !> `smooth unique` reduces the plot to one point; otherwise a table of millions of rows would take minutes.
+  !> Gnuplot lines that set the variables `low` and `high` to the range of some expressions over a file. The range is never empty.
+  !> With `smooth unique` the table of plotted points has one row; otherwise a file with millions of rows would take minutes.
   pure function extent_lines(file, expressions) result(lines)
     character(len=*), intent(in) :: file, expressions(:)
     character(len=:), allocatable :: lines

@@ -9,16 +9,16 @@ module gestell_output_picture_gnuplot
 
   public :: draw_pictures
 
-  !> Last bytes of a complete picture. Gnuplot does not report a full disk, so that the end of the file is tested.
+  !> Last bytes of a complete picture, which are tested because gnuplot does not report a full disk.
   character(len=*), parameter :: svg_end = "</svg>", png_end = "IEND"
   integer, parameter :: last_bytes = 16
 
 contains
 
-  !> Draws pictures from their scripts in the folder `staging`. Fails if gnuplot is missing or cannot draw a picture; it then draws
-  !> the other pictures and reports the first failure.
+  !> Draws pictures by running their scripts in the folder `staging`. Fails if gnuplot is missing or cannot draw a picture. It then
+  !> still draws the other pictures, and reports the first failure.
   subroutine draw_pictures(staging, folder, figures, drawn, error)
-    !> Folder where the scripts are now; folder where they will be published, for messages
+    !> `staging`: folder of the scripts; `folder`: folder in which they will be published, for messages
     character(len=*), intent(in) :: staging, folder
     type(figure_type), intent(in) :: figures(:)
     !> Names of the pictures drawn, separated by commas
@@ -53,7 +53,7 @@ contains
     end do
   end subroutine draw_pictures
 
-  !> Runs a shell command without its output. True if the command succeeded.
+  !> Runs a shell command and discards its output. True if the command succeeded.
   logical function shell_does(command, code)
     character(len=*), intent(in) :: command
     integer, intent(out), optional :: code
@@ -81,8 +81,8 @@ contains
     has_end = status == 0 .and. index(last, bytes) > 0
   end function has_end
 
-  !> Name of a folder as one quoted word of the shell. The prefix ./ keeps a relative name from being taken for an option or
-  !> searched in CDPATH.
+  !> Name of a folder as one quoted word for the shell. The prefix ./ prevents the shell from taking a relative name for an option
+  !> or searching it in CDPATH.
   pure function quoted(folder) result(word)
     character(len=*), intent(in) :: folder
     character(len=:), allocatable :: word

@@ -1,5 +1,5 @@
-!> Marks common to pictures over a parameter: the machine of the input is marked, unstable ranges are shaded, and motions beyond
-!> small ones are grey.
+!> Marks common to pictures over a parameter. They mark the machine of the input, shade unstable ranges, and draw motions in grey
+!> that are too large for the linear equations.
 module gestell_output_picture_marks
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, either, newline, text
@@ -12,26 +12,28 @@ module gestell_output_picture_marks
 
   public :: apart, with_room, boxes_where, chart_marks, input_marks, input_point, shade
 
-  !> Fill of unstable ranges, entry of the key for it, and colour of motions beyond small ones
+  !> Gnuplot options: fill of unstable ranges, entries of the key for them, and the grey of motions too large for the linear
+  !> equations
   character(len=*), parameter, public :: unstable_fill = "fillcolor rgb '#F9E0C7' fillstyle solid 1 noborder", &
     & shaded_entry = ", keyentry with boxes lc rgb '#F9E0C7' fs solid 1 noborder title ", &
     & unstable_entry = shaded_entry // "'unstable'", &
     & beyond_colour = "999999"
   character(len=*), parameter :: own_line = "lc rgb '#8E24AA' dt (7,4) lw 1.2"
-  !> Number of the first gnuplot object and arrow of this module; maximum number of shaded intervals
+  !> `first_number`: number of the first gnuplot object and arrow of this module; `most_shades`: maximum number of shaded ranges
   integer, parameter :: first_number = 100, most_shades = 200
 
-  !> Gnuplot lines before the panels of a picture, and entries of the key appended to the plot command
+  !> `lines`: gnuplot lines that precede the panels of a picture; `entries`: entries of the key, appended to the plot command
   type, public :: marks_type
     character(len=:), allocatable :: lines, entries
   end type marks_type
 
 contains
 
-  !> Marks of a picture over a parameter. They show the value of the input and shade unstable ranges. A range extends halfway to the
-  !> neighbouring points.
+  !> Marks of a picture over a parameter: a line at the value of the input, and shaded ranges that are unstable. A range extends
+  !> halfway to the neighbouring points.
   pure type(marks_type) function chart_marks(range, input, unit, at, unstable) result(marks)
-    !> Ends of the x axis; value of the input (size 0: none); values of the points in ascending or descending order
+    !> `range`: ends of the x axis; `input`: value of the input, or empty; `at`: values of the points, in ascending or descending
+    !> order
     real(dp), intent(in) :: range(2), input(:), at(:)
     !> Unit of the input's value
     character(len=*), intent(in) :: unit
@@ -60,7 +62,7 @@ contains
     marks%entries = either(unstable_entry, "", n > 0) // own%entries
   end function chart_marks
 
-  !> Mark of the input's `value` (size 0: none) on the axis of a parameter, drawn in front of boxes.
+  !> Marks the `value` of the input (empty: no mark) on the axis of a parameter, in front of shaded boxes.
   pure type(marks_type) function input_marks(axis, value, unit) result(marks)
     type(axis_type), intent(in) :: axis
     real(dp), intent(in) :: value(:)
@@ -69,7 +71,7 @@ contains
     marks = own_marks(coordinate(axis, [axis%from, axis%to]), value, coordinate(axis, value), unit, "front")
   end function input_marks
 
-  !> A vertical line at the input's value, if this lies in the range.
+  !> A vertical line at the value of the input, if it lies in the range.
   pure type(marks_type) function own_marks(range, value, position, unit, layer) result(marks)
     real(dp), intent(in) :: range(2), value(:), position(:)
     character(len=*), intent(in) :: unit, layer
@@ -91,7 +93,7 @@ contains
     within = (value - range(1)) * (value - range(2)) <= 0
   end function within
 
-  !> Gnuplot line that shades an interval of the x axis in which machines are unstable.
+  !> Gnuplot line that shades an unstable interval of the x axis.
   pure function shade(number, from, to) result(line)
     integer, intent(in) :: number
     real(dp), intent(in) :: from, to
@@ -101,10 +103,10 @@ contains
       & // concise(to, 9) // ",graph 1 behind " // unstable_fill // newline
   end function shade
 
-  !> Part of a plot command that draws shaded boxes where `condition` is true in a row of the file. All arguments are gnuplot
-  !> expressions.
+  !> Part of a plot command that draws a shaded box for each row of the file in which `condition` is true. All arguments except the
+  !> name of the file are gnuplot expressions.
   pure function boxes_where(file, condition, x, half, low, high) result(words)
-    !> Name of the file; condition; centre and half width of a box; lower and upper end of a box
+    !> `x`, `half`: centre and half width of a box; `low`, `high`: its lower and upper end
     character(len=*), intent(in) :: file, condition, x, half, low, high
     character(len=:), allocatable :: words, at
 
@@ -113,8 +115,8 @@ contains
       & // "):(" // at // " + " // half // "):(" // low // "):(" // high // ") with boxxyerror " // unstable_fill // " notitle"
   end function boxes_where
 
-  !> Gnuplot lines that mark the machine of the input in a plane, by its `values` on both axes. Empty if the machine lies outside
-  !> the ranges.
+  !> Gnuplot lines that mark the machine of the input in a plane of two parameters, at its `values`. Empty if the machine lies
+  !> outside the ranges.
   pure function input_point(axes, values) result(line)
     type(axis_type), intent(in) :: axes(2)
     real(dp), intent(in) :: values(2)
@@ -132,8 +134,8 @@ contains
       & // "font ',12' boxed front" // newline
   end function input_point
 
-  !> Positions of labels, as near as possible to `positions`, at least `distance` apart and within the range. This is the isotonic
-  !> regression of the positions minus the cumulative distances, solved by pooling adjacent violators.
+  !> Positions for labels: as near as possible to `positions`, but at least `distance` apart and within the range. This is the
+  !> isotonic regression of the positions minus the cumulative distances, solved by pooling adjacent violators.
   pure function apart(positions, distance, range) result(spaced)
     real(dp), intent(in) :: positions(:), distance, range(2)
     real(dp) :: spaced(size(positions)), means(size(positions)), before(size(positions)), room(2)
@@ -157,7 +159,7 @@ contains
     spaced(order) = [(spread(min(max(means(i), room(1)), max(room(2), room(1))), 1, members(i)), i = 1, n)] + before
   end function apart
 
-  !> True for the positions that keep `distance` from all positions chosen before them. The first one is always chosen.
+  !> Chooses positions that are at least `distance` from all positions chosen before. The first one is always chosen.
   pure function with_room(positions, distance) result(chosen)
     real(dp), intent(in) :: positions(:), distance
     logical :: chosen(size(positions))

@@ -1,4 +1,4 @@
-!> Panels with several curves or bars: columns of a file over the crank angle, or amplitudes over the orders of the crank speed.
+!> Panels with several curves or bars: columns of a file over the crank angle, or amplitudes over orders of the crank speed.
 module gestell_output_picture_panels
   use gestell_base_growing_text, only: growing_text_type
   use gestell_base_kinds, only: dp
@@ -12,12 +12,12 @@ module gestell_output_picture_panels
 
   public :: bars, height_of, history_panel, key_line, layout_line, order_axis, order_panel, turn_axis, with_rim
 
-  !> More curves than this are drawn as points instead of bars
+  !> Maximum number of curves drawn as bars; if there are more, all are drawn as points
   integer, parameter :: most_bars = 4
 
 contains
 
-  !> Gnuplot line that arranges panels below the heading of the picture, in rows of `across`. `legend` is the height in pixels
+  !> Gnuplot line that arranges the panels below the heading of the picture, `across` of them in a row. `legend`: height in pixels
   !> reserved for a legend at the bottom.
   pure function layout_line(panels, across, legend) result(line)
     integer, intent(in) :: panels, across
@@ -36,7 +36,7 @@ contains
       & // " spacing 0.145," // concise(34 / height, 3) // " title heading noenhanced" // newline
   end function layout_line
 
-  !> Gnuplot range from one value to another, with room at both ends for a mark and its label.
+  !> Gnuplot range from one value to another, widened at both ends so that a mark and its label fit.
   pure function with_rim(from, to) result(range)
     real(dp), intent(in) :: from, to
     character(len=:), allocatable :: range
@@ -46,15 +46,15 @@ contains
     if (abs(to - from) > 0) range = "[" // concise(from - rim * (to - from), 9) // ":" // concise(to + rim * (to - from), 9) // "]"
   end function with_rim
 
-  !> Height of a picture in pixels for this number of rows of panels.
+  !> Height in pixels of a picture with this number of rows of panels.
   pure real(dp) function height_of(rows)
     integer, intent(in) :: rows
 
     height_of = 160 + 190 * rows
   end function height_of
 
-  !> Gnuplot lines for an axis of the crank angle over the period of the frame; the angle is negative for a clockwise crank. Tics
-  !> and axis are labelled if `named`.
+  !> Gnuplot lines for an axis of the crank angle over the period of the frame. The angle is negative if the crank turns clockwise.
+  !> `named`: label the tics and the axis.
   pure function turn_axis(frame, named) result(lines)
     class(frame_type), intent(in) :: frame
     logical, intent(in) :: named
@@ -66,8 +66,8 @@ contains
       & // newline // x_names("crank angle (deg)", named)
   end function turn_axis
 
-  !> Gnuplot lines for an axis of orders (multiples of the crank speed), from 0 to the last of the `harmonics` of a period of
-  !> `turns` turns.
+  !> Gnuplot lines for an axis of orders (multiples of the crank speed). It extends from 0 to the order of the last of the
+  !> `harmonics` of a period with `turns` turns.
   pure function order_axis(harmonics, named, turns) result(lines)
     integer, intent(in) :: harmonics, turns
     logical, intent(in) :: named
@@ -77,7 +77,7 @@ contains
       & // x_names("order of the crank speed (0: magnitude of the mean)", named)
   end function order_axis
 
-  !> Gnuplot line that labels the x axis, or removes the labels if not `named`.
+  !> Gnuplot line that labels the x axis if `named`, and otherwise removes its labels.
   pure function x_names(label, named) result(line)
     character(len=*), intent(in) :: label
     logical, intent(in) :: named
@@ -86,7 +86,7 @@ contains
     line = either("set format x; set xlabel '" // label // "'", "set format x ''; unset xlabel", named) // newline
   end function x_names
 
-  !> Gnuplot line that shows the names of the curves above the next panel, or stops showing them.
+  !> Gnuplot line that shows the titles of the curves above the next panel, or hides them from now on.
   pure function key_line(shown) result(line)
     logical, intent(in) :: shown
     character(len=:), allocatable :: line
@@ -95,10 +95,10 @@ contains
       & // newline
   end function key_line
 
-  !> Gnuplot lines for a panel with columns of `table`, multiplied by `factor`, over its first column.
+  !> Gnuplot lines for a panel with curves: columns of `table`, multiplied by `factor`, over its first column.
   pure function history_panel(table, label, factor, columns, titles, styles) result(lines)
     type(table_type), intent(in) :: table
-    !> Label of the y axis; factor as a gnuplot expression; names of the columns; titles of the curves
+    !> `label`: of the y axis; `factor`: a gnuplot expression; `columns`: names of columns; `titles`: of the curves
     character(len=*), intent(in) :: label, factor, columns(:), titles(:)
     !> Line types of the curves; 1, 2, ... if absent
     integer, intent(in), optional :: styles(:)
@@ -119,7 +119,7 @@ contains
       & // newline // "set ylabel " // quoted(label) // " noenhanced" // newline // "plot " // curves%whole() // newline
   end function history_panel
 
-  !> Gnuplot lines for a panel with amplitudes over the orders, on six decades.
+  !> Gnuplot lines for a panel with amplitudes over the orders; the logarithmic y axis covers six decades.
   pure function order_panel(table, label, factor, columns, titles, turns) result(lines)
     type(table_type), intent(in) :: table
     !> Label of the y axis; factor as a gnuplot expression; names of the columns; titles of the curves
@@ -151,7 +151,7 @@ contains
       & // "plot " // curves%whole() // newline
   end function order_panel
 
-  !> Gnuplot expressions for `factor` times these columns.
+  !> Gnuplot expressions for the product of `factor` and each of these columns.
   pure function values_of(table, factor, columns) result(expressions)
     type(table_type), intent(in) :: table
     character(len=*), intent(in) :: factor, columns(:)
@@ -163,8 +163,7 @@ contains
     end do
   end function values_of
 
-  !> Gnuplot style of the i-th of several bars. The bars cycle through `fills` patterns, so that they differ in print without
-  !> colours.
+  !> Gnuplot style of the i-th of several bars. The bars use `fills` patterns in turn, so that they differ in black-and-white print.
   pure function bars(i, fills)
     integer, intent(in) :: i, fills
     character(len=:), allocatable :: bars
@@ -173,7 +172,7 @@ contains
     bars = "boxes lt " // text(i) // " dt 1 lw 1 fs " // trim(all(1 + mod(i - 1, fills)))
   end function bars
 
-  !> Line type of the i-th curve; the script defines eight.
+  !> Number of the gnuplot line type for the i-th curve; the script defines eight.
   pure integer function style(i)
     integer, intent(in) :: i
 

@@ -1,4 +1,4 @@
-!> Fills the area to the left of curves in a plane with rows and columns of boxes.
+!> Fills the area on the left of directed curves in a plane with rows and columns of boxes.
 module gestell_output_picture_regions
   use gestell_base_kinds, only: dp
   use gestell_math_sorting, only: ascending
@@ -7,19 +7,19 @@ module gestell_output_picture_regions
 
   public :: left_side
 
-  !> Number of rows, and of columns
+  !> Number of rows of boxes, and number of columns
   integer, parameter :: rows = 160
   !> Overlap of neighbouring boxes relative to their width, which avoids visible seams
   real(dp), parameter :: overlap = 0.1_dp
 
 contains
 
-  !> Boxes (x from, x to, y from, y to), shape (4, boxes), that cover the area to the left of the curves. Each row and column is
-  !> filled between the points where a curve crosses it, or up to the rim. Areas that no row or column reaches stay open.
+  !> Boxes (x from, x to, y from, y to), shape (4, boxes), that cover the area on the left of the curves, seen along them. Boxes of
+  !> a row or column extend from one curve to the next, or to the rim. A gap remains where no row or column meets a curve.
   pure function left_side(points, curve) result(boxes)
-    !> Points of the curves in the unit square, shape (2, points), in sequence for each curve
+    !> Points of the curves in the unit square, shape (2, points), in sequence along each curve
     real(dp), intent(in) :: points(:, :)
-    !> Number of the curve that each point belongs to
+    !> For each point: number of its curve
     integer, intent(in) :: curve(:)
     real(dp), allocatable :: boxes(:, :), spans(:, :)
     real(dp) :: half, at
@@ -36,9 +36,8 @@ contains
     end do
   end function left_side
 
-  !> Intervals of the coordinate `along`, shape (2, intervals), that are inside on the line where the coordinate `across` equals
-  !> `at`. If a curve crosses this line with `across` increasing, smaller values of `along` are inside if `inside_before`, otherwise
-  !> larger values.
+  !> Intervals of the coordinate `along`, shape (2, intervals), that lie inside the area on the line `across` = `at`. Where `across`
+  !> increases along a curve that crosses this line, smaller values of `along` are inside if `inside_before`, otherwise larger ones.
   pure subroutine intervals(across, along, curve, at, inside_before, spans)
     real(dp), intent(in) :: across(:), along(:), at
     integer, intent(in) :: curve(:)

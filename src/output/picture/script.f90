@@ -1,4 +1,4 @@
-!> Gnuplot scripts next to the result files. A script NAME.gp runs unchanged in the folder of NAME.csv with gnuplot 5.4 or newer,
+!> Writes a gnuplot script for each picture. The script NAME.gp runs unchanged in the folder of NAME.csv with gnuplot 5.4 or newer,
 !> and writes NAME.svg and NAME.png.
 module gestell_output_picture_script
   use gestell_base_error, only: error_type
@@ -14,9 +14,9 @@ module gestell_output_picture_script
 
   !> A picture of the table with the same name.
   type, public :: figure_type
-    !> Name of the table and of the files
+    !> Name of the table, and of the files without their endings
     character(len=:), allocatable :: name
-    !> Subject of the picture, and the gnuplot lines that draw it below the variable `heading`
+    !> `shown`: subject of the picture; `lines`: gnuplot lines that draw it below the text in the variable `heading`
     character(len=:), allocatable :: shown, lines
     !> Width and height in pixels
     integer :: pixels(2) = [800, 560]
@@ -39,7 +39,7 @@ contains
 
   !> A picture of `width` by `height` pixels that the gnuplot `lines` draw.
   pure type(figure_type) function new_figure(name, shown, lines, width, height) result(figure)
-    !> Name of the table; subject of the picture; gnuplot lines that draw it
+    !> `name`: of the table; `shown`: subject of the picture; `lines`: gnuplot lines that draw it
     character(len=*), intent(in) :: name, shown, lines
     integer, intent(in), optional :: width, height
 
@@ -52,7 +52,7 @@ contains
 
   !> Writes the script NAME.gp into `folder`. Fails if the file cannot be written.
   subroutine write_figure(folder, figure, title, alarm, error)
-    !> Folder of the script; title of the input; warning that precedes the subject of the picture
+    !> `folder`: of the script; `title`: of the input; `alarm`: warning that precedes the subject of the picture
     character(len=*), intent(in) :: folder, title, alarm
     type(figure_type), intent(in) :: figure
     type(error_type), allocatable, intent(out) :: error
@@ -64,8 +64,8 @@ contains
       & // figure%lines // newline // "unset output" // newline, error)
   end subroutine write_figure
 
-  !> Start of a script: a loop that runs the script once for each format, then settings common to all pictures. The colours are
-  !> those of Okabe and Ito; lines also differ in dashes and points.
+  !> Beginning of a script: a loop that runs the script once for each format, then settings common to all pictures. The colours are
+  !> those of Okabe and Ito; lines also differ in dashes and point symbols.
   pure function head(name, pixels) result(lines)
     character(len=*), intent(in) :: name
     integer, intent(in) :: pixels(2)
@@ -111,8 +111,8 @@ contains
     line = "set title " // quoted(shown) // " noenhanced font "",12"" offset 0,-0.6" // newline
   end function panel_heading
 
-  !> Text of the user as a gnuplot string in which no character is special, also valid in XML. Control characters become blanks,
-  !> bytes that are not UTF-8 become "?", and "..." replaces everything after `longest_title` characters.
+  !> A text of the user as a gnuplot string, also valid in XML, in which no character has a special meaning. Control characters
+  !> become blanks, bytes that are not UTF-8 become "?", and "..." replaces everything after `longest_title` characters.
   pure function quoted(words) result(string)
     character(len=*), intent(in) :: words
     character(len=:), allocatable :: string
@@ -152,7 +152,7 @@ contains
     string = string // """"
   end function quoted
 
-  !> Text of the user as the label of a tic. Gnuplot reads it as a format, so that every per cent sign is doubled.
+  !> A text of the user as the label of a tic. Every per cent sign is doubled, because gnuplot reads the label as a format.
   pure function tic(words) result(string)
     character(len=*), intent(in) :: words
     character(len=:), allocatable :: string
@@ -173,7 +173,7 @@ contains
     end do
   end function tics
 
-  !> Text of the user for plotting `with labels`. Gnuplot interprets escapes twice there, so that every backslash is doubled.
+  !> A text of the user for a plot `with labels`. Every backslash is doubled, because gnuplot interprets escapes twice there.
   pure function plotted(words) result(string)
     character(len=*), intent(in) :: words
     character(len=:), allocatable :: string
@@ -206,7 +206,8 @@ contains
     if (ends_with) ends_with = words(len(words) - len(ending) + 1:) == ending
   end function ends_with
 
-  !> Gnuplot range around the finite values, with a margin; never empty, at least `least` wide on either side if the values agree.
+  !> Gnuplot range that contains all finite values and a margin. It is never empty: if the values agree, it extends by `least` or
+  !> more on either side.
   pure function span(values, least) result(range)
     real(dp), intent(in) :: values(:)
     real(dp), intent(in), optional :: least
@@ -229,7 +230,8 @@ contains
     range = "[" // concise(low - narrow, 9) // ":" // concise(high + narrow, 9) // "]"
   end function span
 
-  !> Unit in which the largest value is easy to read, for the SI unit m, rad, N or N m. Any other unit is returned unchanged.
+  !> Unit in which a quantity is easy to read if its largest value is `greatest`. The SI unit is m, rad, N or N m; any other unit is
+  !> returned unchanged.
   pure type(axis_unit_type) function pick_unit(si, greatest) result(unit)
     character(len=*), intent(in) :: si
     real(dp), intent(in) :: greatest

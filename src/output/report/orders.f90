@@ -1,4 +1,4 @@
-!> Orders of the crank speed in words.
+!> Writes orders (multiples of the crank speed) in words.
 module gestell_output_report_orders
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, either, text
@@ -18,7 +18,7 @@ contains
     words = either(text(k / turns), concise(real(k, dp) / turns, 4), modulo(k, turns) == 0)
   end function order_of
 
-  !> Order of harmonic `k` as a reduced fraction for the name of a column: "1" or "1/2".
+  !> Order of harmonic `k` as a reduced fraction, for the name of a column: "1" or "1/2".
   pure function order_as_fraction(k, turns) result(words)
     integer, intent(in) :: k, turns
     character(len=:), allocatable :: words
@@ -29,7 +29,7 @@ contains
     if (turns > shared) words = words // "/" // text(turns / shared)
   end function order_as_fraction
 
-  !> The orders up to `highest`: "1 to 4", or "up to 4" if the period has more than one turn.
+  !> The orders up to `highest` in words: "1 to 4", or "up to 4" if the period has more than one turn.
   pure function range_of(highest, turns) result(words)
     integer, intent(in) :: highest, turns
     character(len=:), allocatable :: words

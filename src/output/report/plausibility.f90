@@ -1,5 +1,5 @@
-!> Detects probable typing errors in the input: values that hardly any machine has. Usually a unit, a power of ten or a name is
-!> wrong.
+!> Detects probable typing errors in the input by values that hardly any machine has. The cause is usually a wrong unit, power of
+!> ten or name.
 module gestell_output_report_plausibility
   use gestell_base_kinds, only: dp, pi
   use gestell_base_text, only: concise, either, newline
@@ -17,44 +17,44 @@ module gestell_output_report_plausibility
   real(dp), parameter :: fastest = 500
   !> Maximum plausible acceleration (m/s^2), about ten thousand times gravity
   real(dp), parameter :: greatest_acceleration = 1.0e5_dp
-  !> Plausible extents of a mechanism (m)
+  !> Largest and smallest plausible extent of a mechanism (m)
   real(dp), parameter :: widest = 20, narrowest = 1.0e-3_dp
-  !> Plausible radii of gyration relative to the size of the machine, usually 0.05 to 0.5. An error of 1000 in mass or inertia
-  !> changes the radius by a factor of 32.
+  !> Bounds on plausible radii of gyration, relative to the size of the machine; usual are 0.05 to 0.5. A mass or inertia wrong by a
+  !> factor of 1000 changes the radius by a factor of 32.
   real(dp), parameter :: smallest_radius = 0.02_dp, greatest_radius = 3
   !> Minimum plausible radius of gyration of a link relative to its length; a uniform rod has 0.29
   real(dp), parameter :: smallest_of_link = 0.01_dp
-  !> A frame below the fraction `no_mass` of the total mass represents no body. A frame below the fraction `light` of the
-  !> mechanism's mass is suspiciously light.
+  !> A frame with less than the fraction `no_mass` of the total mass is not a real body. A frame with less than the fraction `light`
+  !> of the mechanism's mass is suspiciously light.
   real(dp), parameter :: no_mass = 1.0e-3_dp, light = 0.1_dp
-  !> Gravity (m/s^2), and the suspicious static deflection relative to the size of the machine. A deflection of 0.25 m corresponds
-  !> to a mounting frequency of 1 Hz; machines usually have 2 to 30 Hz.
+  !> `fall`: acceleration of gravity (m/s^2). `deep`: suspicious static deflection relative to the size of the machine. A deflection
+  !> of 0.25 m corresponds to a natural frequency of 1 Hz; mounted machines usually have 2 to 30 Hz.
   real(dp), parameter :: fall = 9.81_dp, deep = 0.25_dp
-  !> Suspicious damping ratio of the whole machine along an axis; rubber reaches 0.15, oil dampers 1
+  !> Suspicious damping ratio of the whole machine along an axis; rubber mounts reach 0.15, oil dampers 1
   real(dp), parameter :: overdamped = 5
-  !> Relative change of length that rounding cannot explain
+  !> Relative change of a link's length that rounding errors cannot explain
   real(dp), parameter :: stretched = 1.0e-6_dp
-  !> Maximum plausible share of a follower's rms acceleration in the upper half of the orders of its lift table
+  !> Maximum plausible share of the upper half of the orders of a lift table in the follower's rms acceleration
   real(dp), parameter :: of_upper_half = 0.1_dp
   integer, parameter :: samples = 72
   character(len=*), parameter :: units = ": check the units (by default m, kg, N, s; see &units)", &
     & powers = ": check mass and inertia"
 
-  !> Extremes of a mechanism over the period.
+  !> Extreme values of a mechanism over its period.
   type :: extremes_type
     !> Largest speed (m/s) and acceleration (m/s^2) of a joint
     real(dp) :: speed = 0, acceleration = 0
-    !> Numbers of the joints with these extremes
+    !> `fast`: number of the joint with the largest speed; `quick`: of that with the largest acceleration
     integer :: fast = 0, quick = 0
-    !> Corners of the bounding box of all joints (m)
+    !> Opposite corners of the bounding box of all joints (m)
     real(dp) :: low(2) = 0, high(2) = 0
-    !> Shortest and longest distance of the joints of each link (m)
+    !> Minimum and maximum distance between the two joints of each link (m)
     real(dp), allocatable :: shortest(:), longest(:)
   end type extremes_type
 
 contains
 
-  !> One line for every probable typing error; empty if there is none. Only linkages are checked.
+  !> Lists probable typing errors, one per line; empty if there is none. Only linkages are checked.
   function slips(frame) result(lines)
     class(frame_type), intent(in) :: frame
     character(len=:), allocatable :: lines
@@ -100,7 +100,7 @@ contains
     end select
   end function slips
 
-  !> "up to 23.4", or "more than ..." if the value overflowed.
+  !> States a maximum: "up to 23.4", or "more than ..." if the value overflowed.
   pure function up_to(value) result(words)
     real(dp), intent(in) :: value
     character(len=:), allocatable :: words
@@ -132,12 +132,12 @@ contains
       & // " m wide" // powers // newline
   end function frame_slip
 
-  !> Warns if even the stiffest axis of the mounting is too soft, or even the least damped axis is overdamped.
+  !> Warns if the mounting is too soft even along its stiffest axis, or overdamped even along its least damped axis.
   pure function mounting_slips(frame, mass, size_of_machine) result(lines)
     class(frame_type), intent(in) :: frame
     real(dp), intent(in) :: mass, size_of_machine
     character(len=:), allocatable :: lines
-    !> Numbers of the coordinates xi, eta and zeta
+    !> Numbers of the displacements xi, eta and zeta among the degrees of freedom
     integer, parameter :: shifts(3) = [1, 2, 4]
     real(dp), allocatable :: stiffness(:, :), damping(:, :), along(:), ratios(:)
     integer, allocatable :: axes(:)
@@ -203,7 +203,7 @@ contains
     end associate
   end function link_slips
 
-  !> True if the link between two joints has only its direction fixed: one of the joints slides along a moving body or in the slot
+  !> True if the distance between the two joints of a link may change, because one of them slides along a moving body or in the slot
   !> of a yoke.
   function slides(mechanism, one, other)
     class(linkage_type), intent(in) :: mechanism
@@ -228,8 +228,8 @@ contains
     end do
   end function slides
 
-  !> Warns if the upper half of the orders contributes too much to a follower's acceleration. The acceleration of order k grows as
-  !> k^2. `orders` is the highest order of the lift table, 0 if there is none.
+  !> Warns if the upper half of the orders contributes too much to a follower's acceleration: in acceleration, the lift of order k
+  !> is weighted by k^2. `orders`: highest order of the lift table, 0 if there is none.
   pure function lift_slip(name, lift, orders) result(line)
     character(len=*), intent(in) :: name
     real(dp), intent(in) :: lift(:)
@@ -249,7 +249,7 @@ contains
       & // concise(real(orders, dp)) // ": check whether the lifts have enough digits" // newline
   end function lift_slip
 
-  !> Finds the extremes of a linkage whose crank turns at `omega` (rad/s), from `samples` positions.
+  !> Finds the extreme values of a linkage whose crank turns at `omega` (rad/s), from `samples` positions.
   subroutine find_extremes(linkage, omega, found)
     class(linkage_type), intent(in) :: linkage
     real(dp), intent(in) :: omega

@@ -1,4 +1,4 @@
-!> Wording of numbers smaller than their errors, and of single orders relative to the whole vibration.
+!> Decides which reported numbers are only rounding error, and states the share of an order in a vibration.
 module gestell_output_report_significance
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise
@@ -8,14 +8,13 @@ module gestell_output_report_significance
 
   public :: noise_of, order_words
 
-  !> An error below this fraction of the largest number of its kind is rounding error.
+  !> An error below this fraction of the largest value of the same quantity is rounding error.
   real(dp), parameter :: rounding = 1.0e-9_dp
 
 contains
 
-  !> Factor by which a reported number is multiplied: 0 if the number is rounding error, otherwise 1. It is rounding error if it
-  !> does not exceed its error and the error is negligible relative to `greatest`. A larger error does not prove that the number is
-  !> zero.
+  !> Factor to be applied to a reported number: 0 if the number is rounding error, otherwise 1. It is rounding error if it does not
+  !> exceed its error bound and this bound is negligible relative to `greatest`. With a larger bound, the number need not be zero.
   elemental real(dp) function noise_of(value, error, greatest) result(factor)
     real(dp), intent(in) :: value, error, greatest
 
@@ -23,12 +22,11 @@ contains
   end function noise_of
 
   !> An order and its share of the mean square, for example "2 (91.3 %)". By Parseval's theorem the share never exceeds 100 %. The
-  !> ratio of amplitude to peak would not do: for a vector the amplitude (the root sum of squares of its components) can exceed the
-  !> peak. `turns` is the number of turns in the period; `order` counts harmonics of the period.
+  !> ratio of amplitude to peak can exceed 100 %: the amplitude of a vector is the root of the sum of squares of its components.
   pure function order_words(order, amplitude, rms, turns) result(words)
-    !> Number of the harmonic of the period; turns of the crank in the period
+    !> `order`: number of the harmonic of the period; `turns`: number of turns of the crank in the period
     integer, intent(in) :: order, turns
-    !> Amplitude of this harmonic; rms of the whole vibration, in the same unit
+    !> `amplitude`: of this harmonic; `rms`: of the whole vibration, in the same unit
     real(dp), intent(in) :: amplitude, rms
     character(len=:), allocatable :: words
 

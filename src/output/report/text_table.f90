@@ -1,4 +1,4 @@
-!> Formats tables of a report: each column as wide as its longest cell, the table no wider than a terminal.
+!> Formats tables of a report. Each column is as wide as its longest cell, and the table is no wider than a terminal.
 module gestell_output_report_text_table
   use gestell_base_growing_text, only: growing_text_type
   use gestell_base_text, only: newline
@@ -9,19 +9,19 @@ module gestell_output_report_text_table
 
   public :: tabulated
 
-  !> Separates the cells of a row
+  !> Character that separates the cells of a row
   character, parameter, public :: tab = achar(9)
   integer, parameter :: indent = 2
-  !> Width that remains for names in the first column
+  !> The last column stays in its row if at least this width remains for the first column
   integer, parameter :: name = 16
 
 contains
 
-  !> The lines of a table. If it is too wide, long names in the first column and remarks in the last column move to lines of their
-  !> own. This requires that these columns are flush left. Columns without any content are omitted.
+  !> Formats a table. If it is too wide, long names in the first column and remarks in the last column are put on their own lines;
+  !> these columns must be flush left. Columns without any content are omitted.
   pure function tabulated(align, heads, rows) result(text)
-    !> For each column l (flush left) or r (flush right); headings separated by commas, on one or two lines; complete lines with
-    !> cells separated by tabs
+    !> `align`: for each column l (flush left) or r (flush right); `heads`: headings separated by commas, on one or two lines;
+    !> `rows`: complete lines, with cells separated by tabs
     character(len=*), intent(in) :: align, heads, rows
     character(len=:), allocatable :: text, all, kinds, cells(:, :)
     type(growing_text_type) :: lines
@@ -63,7 +63,7 @@ contains
 
   contains
 
-    !> Row `i` with padded cells; a name or remark that is too long goes on a line of its own.
+    !> Row `i` with padded cells; a name or remark that is too long is put on its own line.
     pure function row(i) result(line)
       integer, intent(in) :: i
       character(len=:), allocatable :: line, word
@@ -88,8 +88,8 @@ contains
 
   end function tabulated
 
-  !> Splits complete lines at the tabs into `cells`, shape (columns, lines). The last cell takes the rest of its line; missing cells
-  !> are blank.
+  !> Splits complete lines at the tabs into `cells`, shape (columns, lines). The last cell contains the rest of its line; missing
+  !> cells are blank.
   pure subroutine cut(lines, columns, cells)
     character(len=*), intent(in) :: lines
     integer, intent(in) :: columns

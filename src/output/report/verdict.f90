@@ -1,5 +1,5 @@
-!> Wording of the verdict. It accompanies every reported vibration, because a vibration that the machine does not keep is useless to
-!> a reader who does not know it.
+!> States the verdict in words. It accompanies every reported vibration, because the machine does not vibrate in this way unless the
+!> vibration is stable.
 module gestell_output_report_verdict
   use gestell_base_text, only: either, newline
   use gestell_base_verdict, only: has_vibration, operator(>), stable, verdict_named, verdict_type
@@ -12,15 +12,15 @@ module gestell_output_report_verdict
   !> A verdict on a range of machines.
   type, public :: judgement_type
     type(verdict_type) :: verdict
-    !> "stable", or a word in capitals followed by the machines concerned
+    !> "stable", or another verdict in capitals followed by the machines that have it
     character(len=:), allocatable :: words
-    !> True if the machines are the points of a sweep. A sweep has a headline of its own, which counts all verdicts.
+    !> True if the machines are the points of a sweep, which has its own headline with the number of each verdict
     logical :: of_sweep = .false.
   end type judgement_type
 
 contains
 
-  !> A warning about the vibration of a machine with this verdict; empty if it is stable or there is no verdict.
+  !> A warning about a vibration with this verdict; empty if the vibration is stable or there is no verdict.
   pure function judged(verdict) result(words)
     character(len=*), intent(in) :: verdict
     character(len=:), allocatable :: words
@@ -41,7 +41,7 @@ contains
     words = trim(on_machine%alarm()) // ": " // words
   end function judged
 
-  !> Heading of a section of the report on a vibration, followed by the warning of the verdict.
+  !> Heading of a section of the report that deals with a vibration. A warning follows if the vibration is not stable.
   pure function section(heading, verdict) result(line)
     character(len=*), intent(in) :: heading, verdict
     character(len=:), allocatable :: line
@@ -50,8 +50,8 @@ contains
     if (judged(verdict) /= "") line = line // "  " // judged(verdict) // newline
   end function section
 
-  !> Line on the verdict for the head of a file; empty if there is no verdict. `verdict` may be a word, a sentence or the state
-  !> 'ok'.
+  !> Line on the verdict for the head of a file; empty if there is no verdict. `verdict` may be a word, a sentence, or the state
+  !> 'ok' of a stable vibration.
   pure function verdict_line(verdict) result(line)
     character(len=*), intent(in) :: verdict
     character(len=:), allocatable :: line
@@ -65,8 +65,8 @@ contains
     line = "verdict: " // lower(line(:first)) // line(first + 1:)
   end function verdict_line
 
-  !> Prefix for the title of a picture: the verdict in capitals, or nothing if the machine is stable. If the verdict concerns only
-  !> some machines, the prefix says "IN PART".
+  !> Beginning of a picture's title: the verdict in capitals, with "IN PART" if it concerns only some machines. Empty if all are
+  !> stable.
   pure function alarm(verdict) result(word)
     character(len=*), intent(in) :: verdict
     character(len=:), allocatable :: word, line

@@ -1,4 +1,4 @@
-!> Warnings on vibrations that no real machine keeps: unstable ones, and ones too large for linear equations.
+!> Warnings about computed vibrations that no real machine performs: unstable ones, and ones too large for linear equations.
 module gestell_output_report_warnings
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, newline, text
@@ -10,13 +10,13 @@ module gestell_output_report_warnings
 
   public :: beyond_small, judge_range, small_motion_limits
 
-  !> Maximum number of intervals listed
+  !> Maximum number of intervals listed in a warning
   integer, parameter :: most_listed = 6
 
 contains
 
-  !> A warning if the largest motion in `all` is not small, otherwise empty. The limits of the exact frame are higher, because only
-  !> its supports are linear.
+  !> A warning if the largest motion in `all` is too large for the linear equations, otherwise empty. The exact frame has higher
+  !> limits, because only its supports are linear.
   pure function beyond_small(all, model) result(line)
     type(moved_type), intent(in) :: all(:)
     character(len=*), intent(in) :: model
@@ -44,7 +44,7 @@ contains
       & // small_motion_limits(all(path)%size) // newline
   end function beyond_small
 
-  !> The limits of small motions in words: angle, and displacement of F if the size of the machine (m) is positive.
+  !> States up to which angle, and which displacement of F if the size of the machine (m) is positive, motions are small.
   pure function small_motion_limits(machine) result(words)
     real(dp), intent(in) :: machine
     character(len=:), allocatable :: words
@@ -53,13 +53,14 @@ contains
     if (machine > 0) words = words // ", F up to " // concise(small_part * machine, 2) // " m"
   end function small_motion_limits
 
-  !> The worst of the `verdicts` and the speeds at which it holds. The text is empty if no machine was judged.
+  !> The worst of the `verdicts`, and a text with the speeds at which it holds. The text is empty if no machine was judged.
   pure type(judgement_type) function judge_range(speeds, verdicts, things, consequence) result(judgement)
     !> Drive speeds (1/min)
     real(dp), intent(in) :: speeds(:)
     !> One verdict for each speed
     type(verdict_type), intent(in) :: verdicts(:)
-    !> The items counted ("speeds" if they form a range in ascending order); what instability means for these machines
+    !> `things`: what the values are ("speeds" if they form a range in ascending order); `consequence`: what instability means for
+    !> these machines
     character(len=*), intent(in) :: things, consequence
     character(len=:), allocatable :: rest
     integer :: i
@@ -82,7 +83,7 @@ contains
     end associate
   end function judge_range
 
-  !> The intervals of consecutive `values` for which `chosen` is true, for example "218.1 to 245.3, 300". If not `joined`, every
+  !> The intervals of consecutive `values` for which `chosen` is true, for example "218.1 to 245.3, 300". Unless `joined`, every
   !> value is listed separately.
   pure function stretches(values, chosen, joined) result(words)
     real(dp), intent(in) :: values(:)

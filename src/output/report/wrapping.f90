@@ -10,7 +10,7 @@ module gestell_output_report_wrapping
 
   !> Width of the report in columns
   integer, parameter, public :: widest = 80
-  !> A word followed by two blanks within this many columns is the label of its line.
+  !> Text at the beginning of a line is the line's label if two blanks follow it within this many columns.
   integer, parameter :: widest_label = 24
 
 contains
@@ -33,7 +33,7 @@ contains
     text = all%whole()
   end function wrapped
 
-  !> Appends one line, broken if necessary. The continuation is indented below the text, to the right of the line's label.
+  !> Appends one line and breaks it if necessary. Its continuation is indented to the right of the line's label.
   pure subroutine append_broken(text, line)
     type(growing_text_type), intent(inout) :: text
     character(len=*), intent(in) :: line
@@ -59,7 +59,7 @@ contains
     call text%append(line(start:))
   end subroutine append_broken
 
-  !> Number of blanks before the continuation of a line.
+  !> Number of blanks that indent the continuation of a line.
   pure integer function margin_of(line) result(margin)
     character(len=*), intent(in) :: line
     integer :: first, gap

@@ -1,4 +1,4 @@
-!> Writes tables as comma-separated values: lines with #, one header line, numbers with 17 significant digits.
+!> Writes tables as comma-separated values: a head of lines with #, one header line, numbers with 17 significant digits.
 module gestell_output_table_csv
   use gestell_base_error, only: error_type
   use gestell_base_text, only: either, newline, text
@@ -15,7 +15,8 @@ module gestell_output_table_csv
 
 contains
 
-  !> Writes the table to its file in `folder`, after the complete lines `preamble`. Fails if the file cannot be written.
+  !> Writes the table to its file in `folder`, after the lines in `preamble`, which must be complete. Fails if the file cannot be
+  !> written.
   subroutine write_csv(folder, table, preamble, error)
     character(len=*), intent(in) :: folder, preamble
     type(table_type), intent(in) :: table
@@ -43,7 +44,7 @@ contains
     end do
   end subroutine append_rows
 
-  !> The rows `first` to `last` as lines of the file.
+  !> Rows `first` to `last` of the table as lines of the file.
   pure function rows(table, first, last) result(lines)
     type(table_type), intent(in) :: table
     integer, intent(in) :: first, last
@@ -86,8 +87,9 @@ contains
     n = n + len(word)
   end subroutine put_cell
 
-  !> A text as a field of the file. It is quoted if it starts with #, or contains a comma, a newline or a quote; quotes are doubled.
-  !> A text that a spreadsheet would read as a formula (it begins with = + - or @ and is not a number) gets a leading apostrophe.
+  !> A text as a field of the file. It is quoted if it starts with #, or contains a comma, a newline or a quote; its quotes are
+  !> doubled. If a spreadsheet would take it for a formula (it begins with = + - or @ and is not a number), an apostrophe is put in
+  !> front.
   pure function field(words) result(word)
     character(len=*), intent(in) :: words
     character(len=:), allocatable :: word, safe

@@ -1,4 +1,4 @@
-!> Writes numbers as the format es24.16e3 does, without its leading blanks. Faster than a formatted write.
+!> Writes numbers in the format es24.16e3 without leading blanks, faster than a formatted write does.
 module gestell_output_table_scientific
   use gestell_base_decimal, only: find_digits
   use gestell_base_kinds, only: dp
@@ -8,10 +8,10 @@ module gestell_output_table_scientific
 
   public :: put_number
 
-  !> Width of the widest number, for example -1.2345678901234567E+001
+  !> Maximum width of a number, for example -1.2345678901234567E+001
   integer, parameter, public :: number_width = 24
 
-  !> Loop variables of the constant `pair` only
+  !> Indices of the implied do loops in the constant `pair`; not used elsewhere
   integer :: i, k
   !> The texts 00 to 99
   character(len=2), parameter :: pair(0:99) = [((achar(48 + k) // achar(48 + i), i = 0, 9), k = 0, 9)]
@@ -19,7 +19,7 @@ module gestell_output_table_scientific
 
 contains
 
-  !> Writes `value` after the first `n` characters of `line` and increases `n`. `line` must have room for `number_width` more
+  !> Writes `value` after the first `n` characters of `line` and increases `n`. `line` must have at least `number_width` more
   !> characters.
   pure subroutine put_number(line, n, value)
     character(len=:), allocatable, intent(inout) :: line

@@ -1,4 +1,4 @@
-!> Tables of results: columns with a key, a unit, a meaning and the key of the column that holds their error bound.
+!> Tables of results. A column has a key, a unit, a meaning, and the key of the column with its error bounds.
 module gestell_output_table
   use gestell_base_kinds, only: dp
   use gestell_output_table_unit, only: unit_type
@@ -9,7 +9,7 @@ module gestell_output_table
 
   !> One column. Exactly one of `numbers`, `integers` and `words` is allocated, with a value for every row.
   type, public :: column_type
-    !> Name in files (with the unit), name for readers (without the unit), and meaning
+    !> `key`: name in files, with the unit; `label`: name for readers, without the unit; `meaning`: explanation
     character(len=:), allocatable :: key, label, meaning
     !> Unit of the values
     type(unit_type) :: unit
@@ -19,7 +19,7 @@ module gestell_output_table
     real(dp), allocatable :: numbers(:)
     !> Integer values; `nothing` marks a missing value
     integer, allocatable :: integers(:)
-    !> All words in one text, each padded with blanks to `width`: gfortran loses the length of an array of texts as a component.
+    !> All words in one text, each padded with blanks to `width`. An array would not do: gfortran loses the length of its elements.
     character(len=:), allocatable :: words
     !> Number of characters of each word
     integer, private :: width = 0
@@ -31,23 +31,23 @@ module gestell_output_table
   type, public :: table_type
     !> The files of the table are NAME.csv and, for its picture, NAME.gp.
     character(len=:), allocatable :: name
-    !> Heading in reports and pages; caption of the picture
+    !> `heading`: for reports and pages; `caption`: of the picture
     character(len=:), allocatable :: heading, caption
-    !> Complete lines before the header; verdict for the head of the file (gestell_output_report_verdict). The verdict is empty if
-    !> there is none; if it is not allocated, the verdict on the machine of the input applies.
+    !> `remarks`: complete lines before the header. `verdict`: verdict for the head of the file (gestell_output_report_verdict),
+    !> empty if there is none; unallocated: that on the machine of the input.
     character(len=:), allocatable :: remarks, verdict
     !> Model of the frame if it differs from the model of the run; otherwise empty
     character(len=:), allocatable :: model
-    !> True if a page shows the rows
+    !> True if the page of the report shows the rows
     logical :: shown = .false.
-    !> True if the file is already written because the table is too large to keep; the rows are then absent
+    !> True if the file is already written and the rows are not stored, because the table is too large
     logical :: written = .false.
     !> Number of rows
     integer :: rows = 0
     type(column_type), allocatable :: columns(:)
-    !> Columns under construction after `expect`
+    !> Columns that are being added after a call of `expect`
     type(column_type), allocatable, private :: room(:)
-    !> Number of columns in `room` that are complete
+    !> Number of completed columns in `room`
     integer, private :: filled = 0
   contains
     procedure, private :: add_numbers
@@ -67,11 +67,11 @@ contains
 
   !> A table without columns.
   pure type(table_type) function new_table(name, heading, caption, verdict, shown) result(table)
-    !> Name of the files, heading in reports and pages, caption of the picture
+    !> `name`: of the files; `heading`: for reports and pages; `caption`: of the picture
     character(len=*), intent(in) :: name, heading, caption
     !> Verdict on the machines of the table
     character(len=*), intent(in), optional :: verdict
-    !> True if a page shows the rows
+    !> True if the page of the report shows the rows
     logical, intent(in), optional :: shown
 
     table%name = name
@@ -84,11 +84,11 @@ contains
     allocate(table%columns(0))
   end function new_table
 
-  !> Adds a column of numbers. The error bound is in the column `error`; or, with `bounds`, in a column NAME_error that is added
-  !> too.
+  !> Adds a column of numbers. Error bounds are either in the column `error`, or in `bounds`, which is added as the column
+  !> NAME_error.
   pure subroutine add_numbers(self, name, unit, meaning, values, error, bounds)
     class(table_type), intent(inout) :: self
-    !> Name of the column without its unit; meaning
+    !> `name`: of the column, without its unit; `meaning`: explanation
     character(len=*), intent(in) :: name, meaning
     type(unit_type), intent(in) :: unit
     !> One value for each row
@@ -142,7 +142,7 @@ contains
     call append(self, column, name, unit_type(), meaning, size(values))
   end subroutine add_words
 
-  !> Adds a column with 1 for true and 0 for false. A value that is not `known` is missing.
+  !> Adds a column with 1 for true and 0 for false. A value is marked as missing where `known` is false.
   pure subroutine add_flags(self, name, meaning, values, known)
     class(table_type), intent(inout) :: self
     character(len=*), intent(in) :: name, meaning
@@ -179,7 +179,7 @@ contains
     table%rows = rows
   end subroutine append
 
-  !> Number of the column with this name (with or without its unit), or 0 if there is none.
+  !> Number of the column with this name, given with or without its unit; 0 if there is none.
   pure integer function number_of(self, name) result(number)
     class(table_type), intent(in) :: self
     character(len=*), intent(in) :: name
@@ -200,8 +200,8 @@ contains
     key = self%columns(self%number_of(name))%key
   end function key_of_column
 
-  !> Reserves room for `more` columns. They become visible when the last one is added. Without this call, every added column moves
-  !> all the earlier ones.
+  !> Prepares for `more` columns, which become visible when the last one is added. Without this call, adding a column moves all
+  !> earlier ones.
   pure subroutine expect(self, more)
     class(table_type), intent(inout) :: self
     integer, intent(in) :: more
@@ -248,7 +248,7 @@ contains
     if (allocated(from%words)) call move_alloc(from%words, to%words)
   end subroutine move_column
 
-  !> Key of a column: its name, with the suffix of its unit if there is one.
+  !> Key of a column: its name and, if it has a unit, the suffix of the unit.
   pure function new_key(name, unit) result(key)
     character(len=*), intent(in) :: name
     type(unit_type), intent(in) :: unit

@@ -1,4 +1,4 @@
-!> Columns common to tables over the period: crank angle, time, orders and harmonics.
+!> Columns common to all tables over the period: crank angle, time, orders and harmonics.
 module gestell_output_table_turn
   use gestell_base_kinds, only: dp
   use gestell_math_series_fourier, only: fourier_type
@@ -12,7 +12,7 @@ module gestell_output_table_turn
 
 contains
 
-  !> Adds columns with the crank angle and time of `points` + 1 rows over the period of the frame.
+  !> Adds the columns crank angle and time, with `points` + 1 rows over the period of the frame.
   pure subroutine add_turn(table, frame, points)
     type(table_type), intent(inout) :: table
     class(frame_type), intent(in) :: frame
@@ -24,8 +24,7 @@ contains
     call table%add("t", second, "time", [(frame%period * k / points, k = 0, points)])
   end subroutine add_turn
 
-  !> Adds columns with the orders (multiples of the crank speed) and frequencies of the harmonics 0 to `last`. Harmonic 0 is the
-  !> mean.
+  !> Adds the columns order (multiple of the crank speed) and frequency for the harmonics 0 to `last`. Harmonic 0 is the mean.
   pure subroutine add_orders(table, frame, last)
     type(table_type), intent(inout) :: table
     class(frame_type), intent(in) :: frame
@@ -37,13 +36,13 @@ contains
     call table%add("frequency", hertz, "frequency of the order", [(k / frame%period, k = 0, last)])
   end subroutine add_orders
 
-  !> Adds a column with the harmonics `k` of a period of `turns` turns, as orders. The column is of integers if the period is one
+  !> Adds a column with the orders of the harmonics `k` of a period with `turns` turns. The orders are integers if the period is one
   !> turn.
   pure subroutine add_order_column(table, name, meaning, k, turns)
     type(table_type), intent(inout) :: table
-    !> Key and meaning of the column
+    !> `name`: key of the column; `meaning`: explanation
     character(len=*), intent(in) :: name, meaning
-    !> Numbers of the harmonics; turns of the crank in the period
+    !> `k`: numbers of the harmonics; `turns`: turns of the crank in the period
     integer, intent(in) :: k(:), turns
 
     if (turns == 1) then
@@ -53,11 +52,11 @@ contains
     end if
   end subroutine add_order_column
 
-  !> Adds columns with the amplitudes (in `unit`) and phases of a Fourier series, harmonics 0 to `last`. Harmonic 0 is the mean with
-  !> its sign; harmonics that the series lacks are 0.
+  !> Adds columns with amplitudes (in `unit`) and phases of a Fourier series, harmonics 0 to `last`. Harmonic 0 is the mean with its
+  !> sign. Harmonics beyond the end of the series are 0.
   pure subroutine add_harmonics(table, name, unit, series, last)
     type(table_type), intent(inout) :: table
-    !> Name that the keys of both columns begin with
+    !> Beginning of the keys of both columns
     character(len=*), intent(in) :: name
     !> Unit of the series
     type(unit_type), intent(in) :: unit

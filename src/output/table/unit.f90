@@ -1,4 +1,4 @@
-!> Units of table columns: as a suffix of the key, and in words.
+!> Units of table columns, as a suffix of the key and in words.
 module gestell_output_table_unit
   implicit none (type, external)
   private
@@ -19,7 +19,7 @@ module gestell_output_table_unit
 
 contains
 
-  !> Unit with the given words. In the suffix, m/s^2 becomes m_s2.
+  !> Unit that is called `words`. Its suffix is derived from them: m/s^2 becomes m_s2.
   pure type(unit_type) function new_unit(words) result(unit)
     character(len=*), intent(in) :: words
     integer :: i, n
