@@ -1,4 +1,4 @@
-!> Parses the command line: options and the name of the input file. The text of --help comes from the same table of options.
+!> Parses the command line: options and the name of the input file. The text of --help is made from the same table of options.
 module gestell_run_command_line
   use gestell_base_error, only: error_type, fatal_error, wrong_usage
   use gestell_input_namelist_number, only: read_integer
@@ -15,11 +15,11 @@ module gestell_run_command_line
     character(len=:), allocatable :: text
   end type word_type
 
-  !> Describes an option. Parsing, --help and the shell completion all use this record.
+  !> Describes an option. Parsing, --help and the shell completion all use this description.
   type :: option_type
     character(len=2) :: short
     character(len=18) :: long
-    !> Name of the option's value in --help: blank if it takes none, in brackets if the value is optional
+    !> Name of the option's value in --help. Blank: the option takes no value; in brackets: the value is optional
     character(len=10) :: value
     character(len=160) :: meaning
   end type option_type
@@ -47,7 +47,7 @@ module gestell_run_command_line
     &   // "support.stiffness; groups: list all groups"), &
     & option_type("-V", "--version", "", "print the version")]
 
-  !> Two options that exclude each other; `reason` is empty if it is obvious
+  !> Two options that exclude each other. `reason` says why; it is empty if this is obvious
   type :: conflict_type
     character(len=10) :: one
     character(len=18) :: other
@@ -65,15 +65,15 @@ module gestell_run_command_line
 
   !> The options of one run.
   type, public :: options_type
-    !> Name of the input file; unallocated if none is given
+    !> Name of the input file; unallocated if the command line contains none
     character(len=:), allocatable :: input
-    !> Folder for the results; unallocated: named after the input
+    !> Folder for the results; if unallocated, the folder gets the name of the input
     character(len=:), allocatable :: output
-    !> Group or key that --help explains; unallocated: --help lists the options
+    !> Group or key that --help explains; if unallocated, --help lists the options
     character(len=:), allocatable :: topic
     !> Values given by --set, as PATH=VALUE
     type(setting_type), allocatable :: settings(:)
-    !> Share of a sweep to compute: part `part` of `parts`
+    !> Only part `part` of the `parts` parts of a sweep is computed
     integer :: part = 1, parts = 1
     logical, private :: given(size(known)) = .false.
   contains
@@ -91,14 +91,14 @@ contains
     has = any(self%given .and. known%long == name)
   end function has
 
-  !> True if the run publishes files. With --check it publishes only the pictures of --plot.
+  !> True if the run publishes files. With --check it publishes nothing but the pictures of --plot.
   pure logical function writes_files(self)
     class(options_type), intent(in) :: self
 
     writes_files = .not. (self%has("--one-line") .or. self%has("--part") .or. self%has("--check") .and. .not. self%has("--plot"))
   end function writes_files
 
-  !> The arguments of the program.
+  !> The arguments with which the program was called.
   function command_line() result(words)
     type(word_type), allocatable :: words(:)
     integer :: i, length
@@ -111,8 +111,8 @@ contains
     end do
   end function command_line
 
-  !> Parses the words of a command line. Fails on wrong usage: unknown options, missing values, options that exclude each other, no
-  !> input.
+  !> Parses the words of a command line. Fails on wrong usage: an unknown option, a missing value, options that exclude each other,
+  !> or no input file.
   subroutine parse(words, options, error)
     type(word_type), intent(in) :: words(:)
     type(options_type), intent(out) :: options

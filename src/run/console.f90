@@ -1,5 +1,4 @@
-!> Prints the report on standard output, and notes and errors on standard error. It also keeps the report for the HTML page
-!> (--report).
+!> Prints the report on standard output, and notes and errors on standard error. Stores the report for the HTML page (--report).
 module gestell_run_console
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_files, only: last_reason, write_whole
@@ -12,13 +11,13 @@ module gestell_run_console
 
   public :: print_out, tell
 
-  !> Prints a report while a run proceeds.
+  !> Prints the report while the run proceeds.
   type, extends(listener_type), public :: console_type
-    !> `silent`: keep the report but print nothing; `aside`: print no notes, because another process prints them
+    !> `silent`: store the report without printing it; `aside`: print no notes, because another process prints them
     logical :: silent = .false., aside = .false.
-    !> The report so far
+    !> The part of the report that has been completed so far
     character(len=:), allocatable :: said
-    !> Failure of standard output, after which nothing more is printed. The report is still kept and the files are still written.
+    !> Failure of standard output. Nothing more is printed then, but the report is still stored and the files are still written.
     type(error_type), allocatable :: error
   contains
     procedure :: hear
@@ -29,7 +28,7 @@ module gestell_run_console
 
 contains
 
-  !> Prints the new part of the report and the new notes.
+  !> Prints what the report and the notes contain since the last call.
   subroutine hear(self, result)
     class(console_type), intent(inout) :: self
     type(result_type), intent(inout) :: result
@@ -45,7 +44,7 @@ contains
     call self%say(result%rest())
   end subroutine hear
 
-  !> Prints complete lines and keeps them.
+  !> Prints complete lines of the report and stores them.
   subroutine say(self, words)
     class(console_type), intent(inout) :: self
     character(len=*), intent(in) :: words
@@ -67,7 +66,7 @@ contains
     error%unwritten = .true.
   end subroutine print_out
 
-  !> Writes one line to standard error. A failure is ignored: there is no other place to report it.
+  !> Writes one line to standard error. A failure is ignored, because there is nowhere else to report it.
   subroutine tell(words)
     character(len=*), intent(in) :: words
     character(len=:), allocatable :: line

@@ -1,4 +1,4 @@
-!> Reads the input file of a run and checks that its tasks fit the options.
+!> Reads the input file of a run and checks that its tasks can do what the options request.
 module gestell_run_input
   use gestell_base_error, only: error_type, fatal_error, wrong_usage
   use gestell_input_namelist, only: read_document
@@ -41,7 +41,7 @@ contains
     call read_tasks(doc, schema, tasks, configuration, error)
   end subroutine read_input
 
-  !> Checks that the tasks can do what the options request. Fails with wrong usage if they cannot.
+  !> Checks that the tasks can do what the options request. Fails with the error code for wrong usage if they cannot.
   subroutine check_options(options, tasks, together, error)
     type(options_type), intent(in) :: options
     !> All tasks of the input, requested or not
@@ -86,7 +86,7 @@ contains
     call spare_input(folder, result_files(tables), path, error)
   end subroutine check_folder
 
-  !> Joins the names of the chosen tasks as in "'a', 'b' or 'c'".
+  !> Joins the names of the tasks for which `chosen` is true, as in "'a', 'b' or 'c'".
   pure function one_of(tasks, chosen) result(words)
     type(any_task_type), intent(in) :: tasks(:)
     logical, intent(in) :: chosen(:)
@@ -102,7 +102,8 @@ contains
     end do
   end function one_of
 
-  !> Folder for the results: the value of --output, or the input's name without folders and ending.
+  !> Folder for the results: the value of --output, or the name of the input file without folders and ending (NAME.results if it has
+  !> no ending).
   pure function folder_name(options) result(folder)
     type(options_type), intent(in) :: options
     character(len=:), allocatable :: folder

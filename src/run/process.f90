@@ -1,4 +1,4 @@
-!> Protects the program from limits and signals of the operating system: stack size, file size, closed streams.
+!> Protects the program from limits and signals of the operating system: stack size, file size, closed pipes and closed streams.
 module gestell_run_process
   use gestell_base_error, only: error_type, fatal_error, wrong_usage
   use gestell_base_text, only: text
@@ -11,13 +11,13 @@ module gestell_run_process
 
   public :: check_stacks, prepare_process
 
-  !> struct rlimit of POSIX; a negative number means that there is no limit.
+  !> Structure rlimit of POSIX; a negative component means that there is no limit.
   type, bind(c) :: limit_type
     integer(c_long) :: current, most
   end type limit_type
 
   interface
-    !> POSIX signal. `handler` is an address or a small number such as SIG_IGN.
+    !> POSIX function signal. `handler` is the address of a procedure, or a small number such as SIG_IGN.
     integer(c_intptr_t) function c_signal(number, handler) bind(c, name="signal")
       import :: c_int, c_intptr_t
       implicit none (type, external)
@@ -38,16 +38,17 @@ module gestell_run_process
   integer(c_int), parameter :: file_too_large = 25, closed_pipe = 13
   integer(c_intptr_t), parameter :: ignore = 1
   integer(c_int), parameter :: standard_error = 2
-  !> RLIMIT_STACK; stack (kB) that the program needs, usual stack size, stack that a thread needs. The needs are about twice the
-  !> largest use observed in the tests.
+  !> Value of RLIMIT_STACK.
   integer(c_int), parameter :: of_stack = 3
+  !> Stack sizes in kB: needed by the program, usual, and needed by a thread. The two needs are about twice the largest use observed
+  !> in the tests.
   integer, parameter :: least_stack = 256, usual_stack = 8192, least_of_threads = 256
 
 contains
 
-  !> Turns signals that would kill the program into failures of the system call, which the program can report: a file beyond the
-  !> limit of ulimit -f, or a pipe that nobody reads. Closed standard streams are opened on /dev/null for reading, so that no result
-  !> file gets their numbers; writing to them then fails.
+  !> Turns signals that would end the program into errors that it can report: a file beyond the limit of ulimit -f, and a pipe that
+  !> nobody reads. Opens closed standard streams on /dev/null for reading, so that no result file gets their numbers; writing to
+  !> them then fails.
   subroutine prepare_process()
     integer(c_intptr_t) :: before
     integer(c_int) :: handle
@@ -61,8 +62,8 @@ contains
     call unlock_file(handle)
   end subroutine prepare_process
 
-  !> Fails if a stack is too small; the program would otherwise crash with a signal. The stack of threads is given by OMP_STACKSIZE,
-  !> or by the program's limit if that variable is not set.
+  !> Fails if a stack is too small, because the program would otherwise crash with a signal. OMP_STACKSIZE sets the stack of
+  !> threads; if it is not set, the limit of the program applies to them.
   subroutine check_stacks(error)
     type(error_type), allocatable, intent(out) :: error
     type(limit_type) :: limit
@@ -80,8 +81,8 @@ contains
       & // " kB, but every thread needs " // text(least_of_threads) // " kB", wrong_usage)
   end subroutine check_stacks
 
-  !> Size in kB that an environment variable specifies in OpenMP's format: a number followed by B, K, M or G (K if omitted). Returns
-  !> -1 if the variable is unset or invalid, or if its unit is M or G and hence large enough.
+  !> Size in kB that an environment variable sets in OpenMP's format: a number followed by B, K, M or G (K if omitted). Returns -1
+  !> if the variable is unset or invalid, or if its unit is M or G: then the size is large enough.
   integer function kilobytes(name)
     character(len=*), intent(in) :: name
     character(len=32) :: value

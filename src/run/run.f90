@@ -1,4 +1,4 @@
-!> Executes a run of the program: from the words of the command line to the exit code.
+!> Executes a run of the program, from the words of the command line to the exit code.
 module gestell_run
   use gestell_run_command_line, only: help_text, options_type, parse, word_type
   use gestell_run_console, only: console_type, print_out, tell
@@ -22,15 +22,15 @@ module gestell_run
 
   public :: execute, run
 
-  !> Exit code of a run with --fail-if-unstable that finds a verdict other than stable.
+  !> Exit code of --fail-if-unstable if a verdict of the run is not stable.
   integer, parameter, public :: not_stable = 10
 
   character, parameter :: newline = new_line("a")
 
 contains
 
-  !> Executes a command line. An error is printed as one line on standard error. `executor` distributes the work; by default it uses
-  !> the threads of this process.
+  !> Executes a command line. An error is printed as one line on standard error. `executor` distributes the work; if absent, the
+  !> threads of this process do the work.
   subroutine execute(words, code, executor)
     type(word_type), intent(in) :: words(:)
     integer, intent(out) :: code
@@ -58,16 +58,16 @@ contains
     code = error%code
   end subroutine execute
 
-  !> Reads the input, runs its tasks, prints the report and writes the files. All files are published together at the end.
-  !> If a computation fails, the files of the tasks before it are published. With several processes all call this procedure, and
+  !> Reads the input, runs its tasks, prints the report and writes the files. All files are published together at the end. If a
+  !> computation fails, the files of earlier tasks are still published. If there are several processes, all call this procedure, and
   !> one of them prints and writes.
   subroutine run(options, code, error, executor)
     type(options_type), intent(in) :: options
     !> 0, or `not_stable` (see there)
     integer, intent(out) :: code
-    !> The failure, identical in all processes
+    !> The failure, which is the same in all processes
     type(error_type), allocatable, intent(out) :: error
-    !> Distributes the work; by default over the threads of this process
+    !> Distributes the work; if absent, the threads of this process do the work
     class(executor_type), allocatable, intent(inout), optional :: executor
     type(any_task_type), allocatable :: tasks(:)
     type(context_type) :: context
@@ -136,7 +136,7 @@ contains
     end if
   end subroutine run
 
-  !> Prepares the context in which the tasks run, and the empty result.
+  !> Prepares the context in which the tasks run, and an empty result.
   subroutine prepare(options, context, result)
     type(options_type), intent(in) :: options
     type(context_type), intent(inout) :: context
@@ -157,7 +157,7 @@ contains
     call result%begin(options%has("--verbose"))
   end subroutine prepare
 
-  !> Executes --check: reports the mechanism and the tasks without computing them, and draws the mechanism with --plot.
+  !> Executes --check: reports the mechanism and what the tasks would compute. With --plot, draws the mechanism.
   subroutine check_only(options, tasks, context, result, error)
     type(options_type), intent(in) :: options
     type(any_task_type), intent(inout) :: tasks(:)
@@ -179,7 +179,7 @@ contains
     call result%say(newline // "The input is valid; nothing more was computed (--check)." // newline)
   end subroutine check_only
 
-  !> Publishes the files; none is published if one of them could not be written.
+  !> Publishes all files, or none of them if one could not be written.
   subroutine settle(staging, tasks, result, error)
     type(staging_type), intent(inout) :: staging
     type(any_task_type), intent(inout) :: tasks(:)

@@ -1,4 +1,4 @@
-!> Shows progress in a line on the terminal. Nothing is shown if standard error is not a terminal.
+!> Shows progress in a line on the terminal. Shows nothing if standard error is not a terminal.
 module gestell_run_terminal
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, text
@@ -20,14 +20,14 @@ module gestell_run_terminal
 
   integer(c_int), parameter :: standard_error = 2
 
-  !> Shows how many points of a computation are done, at which rate, and how long the rest will take.
+  !> Shows how many points of a computation are done, how many are done per second, and how long the rest will take.
   type, extends(progress_type), public :: terminal_type
     private
-    !> `shown`: standard error is a terminal; `stands`: the terminal currently shows a progress line
+    !> `shown`: standard error is a terminal; `stands`: the terminal shows a progress line at present
     logical :: shown = .false., stands = .false.
-    !> Number of points in total and done so far
+    !> Total number of points, and number of points done so far
     integer(int64) :: all = 0, done = 0
-    !> Time of the start and of the last update (s)
+    !> `begin`: time at the start; `last`: time of the last update (s)
     real(dp) :: begin = 0, last = 0
   contains
     procedure :: start
@@ -36,14 +36,14 @@ module gestell_run_terminal
     procedure, nopass :: show_part
   end type terminal_type
 
-  !> Width of the bar and of the line in characters.
+  !> Width of the bar, and of the whole line, in characters.
   integer, parameter :: bar = 30, widest = 79
   !> Minimum time between two updates (s).
   real(dp), parameter :: pause = 0.1_dp
 
 contains
 
-  !> Shows a bar for the fraction `part` (0 to 1) of an activity; at 1 the line disappears.
+  !> Shows a bar for the completed fraction `part` (0 to 1) of an activity, and removes the line at 1.
   subroutine show_part(doing, part)
     character(len=*), intent(in) :: doing
     real(dp), intent(in) :: part
@@ -56,7 +56,7 @@ contains
     end if
   end subroutine show_part
 
-  !> Starts counting with `all` points still to do.
+  !> Starts to count the points of a computation that has `all` points.
   subroutine start(self, all)
     class(terminal_type), intent(inout) :: self
     integer(int64), intent(in) :: all
@@ -69,7 +69,7 @@ contains
     self%last = self%begin
   end subroutine start
 
-  !> Counts further points as done and updates the line.
+  !> Adds points to the number of points done and updates the line.
   subroutine add(self, points)
     class(terminal_type), intent(inout) :: self
     integer(int64), intent(in) :: points
@@ -100,7 +100,7 @@ contains
     call write_whole(standard_error, achar(13) // words // repeat(" ", max(0, widest - len(words))) // achar(13), done)
   end subroutine show
 
-  !> A bar for the fraction `part` of the work.
+  !> A bar for the completed fraction `part` (0 to 1) of the work.
   pure function bar_of(part) result(words)
     real(dp), intent(in) :: part
     character(len=bar + 2) :: words
@@ -128,7 +128,7 @@ contains
     words = trim(buffer)
   end function duration
 
-  !> Time of the system clock (s).
+  !> Time (s) shown by the system clock.
   real(dp) function now()
     integer(int64) :: ticks, rate
 

@@ -159,8 +159,8 @@ contains
 
   !> Reads the key `name`, whose value names a measure. Fails if this measure does not exist.
   subroutine kind_of_measure(group, keys, name, kind, error)
-    !> Records of the group's keys
     type(group_type), intent(in) :: group
+    !> Records of the group's keys
     type(key_type), intent(in) :: keys(:)
     !> Name of the key to read
     character(len=*), intent(in) :: name
