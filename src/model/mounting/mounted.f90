@@ -1,4 +1,4 @@
-!> The part of a frame on its mounting that the equations in the plane and in space share.
+!> What the equations of a frame in the plane and in space have in common: its mounting, speed and weights.
 module gestell_model_mounting_mounted
   use gestell_base_kinds, only: dp
   use gestell_model_mounting, only: damping_matrix, stiffness_matrix, support_type, turned_loads
@@ -7,15 +7,15 @@ module gestell_model_mounting_mounted
   implicit none (type, external)
   private
 
-  !> A second-order system on a mounting: supports and a foundation.
+  !> A second-order system on a mounting, which consists of supports and a foundation.
   type, abstract, extends(second_order_system), public :: mounted_system
-    !> Mass m_F of the frame (kg); crank speed Omega (rad/s), negative if clockwise.
+    !> `mass`: mass m_F of the frame (kg); `speed`: crank speed Omega (rad/s), negative if clockwise.
     real(dp) :: mass = 0, speed = 0
-    !> Stiffness c_ij (N/m, N, N m) and damping b_ij (N s/m, N s, N m s) of supports and foundation, then those of the foundation
-    !> alone, shapes (dofs, dofs).
+    !> `stiffness` c_ij (N/m, N, N m) and `damping` b_ij (N s/m, N s, N m s): of supports and foundation together. The other two: of
+    !> the foundation alone. Shapes (dofs, dofs).
     real(dp), allocatable, dimension(:, :) :: stiffness, damping, foundation_stiffness, foundation_damping
     type(support_type), allocatable :: supports(:)
-    !> Numbers of the free degrees of freedom.
+    !> Indices of the free degrees of freedom.
     integer, allocatable :: free(:)
     type(weights_type) :: weights
   contains
@@ -25,11 +25,11 @@ module gestell_model_mounting_mounted
 
 contains
 
-  !> Puts the frame on supports and a foundation, without static forces.
+  !> Puts the frame on supports and a foundation, and sets the static forces of the supports to zero.
   pure subroutine put_on(self, supports, stiffness, damping)
     class(mounted_system), intent(inout) :: self
     type(support_type), intent(in) :: supports(:)
-    !> Matrices of the foundation, shape (dofs, dofs)
+    !> Matrices of the foundation alone, shape (dofs, dofs)
     real(dp), intent(in) :: stiffness(:, :), damping(:, :)
     integer :: i
 
@@ -43,7 +43,8 @@ contains
     self%damping = damping + damping_matrix(supports, size(damping, 1))
   end subroutine put_on
 
-  !> Multiplies stiffness and damping of supports and foundation by factors.
+  !> Multiplies the stiffness of all supports and of the foundation by the factor `stiffness`, their damping by the factor
+  !> `damping`.
   pure subroutine scale_mounting(self, stiffness, damping)
     class(mounted_system), intent(inout) :: self
     real(dp), intent(in) :: stiffness, damping
@@ -59,7 +60,7 @@ contains
     end do
   end subroutine scale_mounting
 
-  !> Mean over the turn of C about rest, shape (dofs, dofs): mounting, weights and static forces.
+  !> Mean over the turn of C about rest, shape (dofs, dofs): the stiffness of mounting, weights and static forces.
   pure function rest_stiffness(self) result(c)
     class(mounted_system), intent(in) :: self
     real(dp) :: c(size(self%stiffness, 1), size(self%stiffness, 1))
@@ -67,7 +68,7 @@ contains
     c = self%stiffness + self%weights%stiffness(:size(c, 1), :size(c, 1))
   end function rest_stiffness
 
-  !> Derivative with respect to q of the forces on the ground and their moment about F at rest, shape (dofs, dofs).
+  !> Derivative with respect to q of the forces on the ground and of their moments about the rest position of F, shape (dofs, dofs).
   pure function ground_stiffness(self) result(c)
     class(mounted_system), intent(in) :: self
     real(dp) :: c(size(self%stiffness, 1), size(self%stiffness, 1))

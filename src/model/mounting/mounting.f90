@@ -1,9 +1,9 @@
 !> Springs and dampers that hold a frame, along axes that stay in space or turn with the frame, and their stiffness and damping
 !> matrices.
 !>
-!> In space the motion of a frame is (u, theta): displacement along and rotation about xi, eta, zeta. Its degrees of freedom have
-!> another order, in which those of the plane come first: xi, eta, psi, zeta, rot_xi, rot_eta. Matrices of shape (dofs, dofs)
-!> contain the first three or all six in the latter order.
+!> In space the motion of a frame is (u, theta): displacement along and rotation about xi, eta, zeta. The frame's degrees of freedom
+!> have another order, which begins with those of the plane: xi, eta, psi, zeta, rot_xi, rot_eta. Matrices of shape (dofs, dofs)
+!> contain the first three or all six in the frame's order.
 module gestell_model_mounting
   use gestell_base_kinds, only: dp
   use gestell_math_rotation, only: cross, cross_matrix, outer
@@ -12,19 +12,19 @@ module gestell_model_mounting
 
   public :: damping_matrix, is_rotation, load_matrix, load_rounding, matrix_rounding, stiffness_matrix, support_matrix, turned_loads
 
-  !> Position in (u, theta) of each degree of freedom of the frame.
+  !> For each degree of freedom of the frame its index in (u, theta), the displacements and rotations along and about xi, eta, zeta.
   integer, parameter, public :: in_space(6) = [1, 2, 6, 3, 4, 5]
-  !> Number of the frame's degree of freedom for each component of (u, theta).
+  !> For each component of (u, theta) the index of the frame's degree of freedom.
   integer, parameter, public :: in_frame(6) = [1, 2, 4, 5, 6, 3]
 
-  !> Springs (N/m) and dampers (N s/m) at `position` in the frame's axes (m), along the three columns of `axes`. In the plane only
-  !> the first two act.
+  !> A support at `position` in the frame's axes (m): springs (N/m) and dampers (N s/m) along the three columns of `axes`. In the
+  !> plane only the first two columns act.
   type, public :: support_type
     real(dp) :: position(3) = 0, stiffness(3) = 0, damping(3) = 0
     real(dp) :: axes(3, 3) = reshape([1, 0, 0, 0, 1, 0, 0, 0, 1], [3, 3])
     !> True if the axes turn with the frame, false if they stay in space.
     logical :: turning = .false.
-    !> Static force of the weights on the ground (N); it turns with the axes.
+    !> Static force on the ground (N), which carries the weights. If the axes turn with the frame, so does this force.
     real(dp) :: static(3) = 0
   end type support_type
 
@@ -34,11 +34,13 @@ module gestell_model_mounting
 
 contains
 
-  !> A support whose axes are rotated about zeta by `angle` (rad). Vectors of two components are completed by zero.
+  !> A support with axes rotated about zeta by `angle` (rad) from the frame's axes. Vectors with two components get zero as the
+  !> third.
   pure type(support_type) function support_in_plane(position, stiffness, damping, angle, turning, static) result(support)
-    !> Position in the frame's axes (m); stiffness along each axis (N/m)
+    !> `position`: in the frame's axes (m); `stiffness`: along each axis of the support (N/m)
     real(dp), intent(in) :: position(:), stiffness(:)
-    !> Damping along each axis (N s/m), angle (rad), static force on the ground (N); each 0 by default
+    !> `damping`: along each axis (N s/m); `angle`: of the axes (rad); `static`: static force on the ground (N); each is 0 by
+    !> default
     real(dp), intent(in), optional :: damping(:), angle, static(:)
     !> True if the axes turn with the frame; default: they stay in space
     logical, intent(in), optional :: turning
@@ -55,7 +57,8 @@ contains
 
   !> A support with springs and dampers along the columns of `axes`.
   pure type(support_type) function support_in_space(position, stiffness, damping, axes, turning) result(support)
-    !> Position in the frame's axes (m); stiffness (N/m) and damping (N s/m) along each axis; the axes
+    !> `position`: in the frame's axes (m); `stiffness` (N/m) and `damping` (N s/m): along each axis; `axes`: unit vectors as
+    !> columns
     real(dp), intent(in) :: position(3), stiffness(3), damping(3), axes(3, 3)
     !> True if the axes turn with the frame; default: they stay in space
     logical, intent(in), optional :: turning
@@ -67,15 +70,15 @@ contains
     if (present(turning)) support%turning = turning
   end function support_in_space
 
-  !> True if `dof` is one of the frame's rotations.
+  !> True if the degree of freedom with the index `dof` is a rotation of the frame.
   elemental logical function is_rotation(dof)
     integer, intent(in) :: dof
 
     is_rotation = any(in_frame(4:) == dof)
   end function is_rotation
 
-  !> Stiffness matrix c_ij of all supports for `dofs` degrees of freedom (default 3). In the plane, with k along x and kb along y at
-  !> (X, Y) and angle 0: c11 = sum k, c22 = sum kb, c13 = -sum k Y, c23 = sum kb X, c33 = sum (k Y^2 + kb X^2), (26) of
+  !> Stiffness matrix c_ij of all supports for `dofs` degrees of freedom (default 3). For example, springs k along x and kb along y
+  !> at (X, Y) give in the plane c11 = sum k, c22 = sum kb, c13 = -sum k Y, c23 = sum kb X, c33 = sum (k Y^2 + kb X^2): (26) of
   !> doc/theory.md and [1] of the paper.
   pure function stiffness_matrix(supports, dofs) result(c)
     type(support_type), intent(in) :: supports(:)
@@ -106,7 +109,7 @@ contains
     b = of_frame(whole, dofs)
   end function damping_matrix
 
-  !> The part of a matrix of (u, theta) for the first `dofs` degrees of freedom, in the frame's order.
+  !> Converts a matrix for (u, theta) to the frame's order of degrees of freedom and keeps the first `dofs`.
   pure function of_frame(whole, dofs) result(c)
     real(dp), intent(in) :: whole(6, 6)
     integer, intent(in), optional :: dofs
@@ -118,8 +121,8 @@ contains
     c = whole(in_space(:n), in_space(:n))
   end function of_frame
 
-  !> Matrix of one support for small motions (u, theta), shape (6, 6): sum of k g g^T with g = (n, p x n) over its axes n. `k` is
-  !> the stiffness or damping along each axis. A small motion q moves the support's head by g . q along n.
+  !> Matrix of one support for small motions q = (u, theta), shape (6, 6): the sum of k g g^T over its axes n, with g = (n, p x n).
+  !> `k` is the stiffness or damping along each axis. The motion q moves the support's head by g . q along n.
   pure function support_matrix(support, k) result(c)
     type(support_type), intent(in) :: support
     real(dp), intent(in) :: k(3)
@@ -134,8 +137,8 @@ contains
     end do
   end function support_matrix
 
-  !> Stiffness that static forces G of supports whose axes turn with the frame add to c_ij, to first order: theta x G for u, and e x
-  !> G with e = u + theta x p for theta.
+  !> Contribution to c_ij, to first order, of the static forces G of supports whose axes turn with the frame. Rows of u: theta x G;
+  !> rows of theta: G x e, where e = u + theta x p is the displacement of the head.
   pure function load_matrix(supports, dofs) result(c)
     type(support_type), intent(in) :: supports(:)
     integer, intent(in) :: dofs
@@ -153,8 +156,8 @@ contains
     c = whole(in_space(:dofs), in_space(:dofs))
   end function load_matrix
 
-  !> Derivatives with respect to small motions of the static forces G on the ground that turn with the frame, theta x G, and of
-  !> their moments about F at rest, p x (theta x G).
+  !> Derivatives with respect to small motions of the static forces G on the ground that turn with the frame, and of their moments
+  !> about the rest position of F. The forces change by theta x G, the moments by p x (theta x G).
   pure function turned_loads(supports, dofs) result(c)
     type(support_type), intent(in) :: supports(:)
     integer, intent(in) :: dofs
@@ -172,7 +175,7 @@ contains
     c = whole(in_space(:dofs), in_space(:dofs))
   end function turned_loads
 
-  !> Bounds on the rounding errors of the terms of `load_matrix` and `turned_loads`, shape (dofs, dofs).
+  !> Bounds on the rounding errors of `load_matrix` and `turned_loads`, shape (dofs, dofs).
   pure function load_rounding(supports, dofs) result(c)
     type(support_type), intent(in) :: supports(:)
     integer, intent(in) :: dofs
@@ -192,8 +195,8 @@ contains
     c = whole(in_space(:dofs), in_space(:dofs))
   end function load_rounding
 
-  !> Bounds on the rounding errors of a mounting's matrix, in its shape. The matrix is a sum of positive semidefinite terms. By
-  !> Schwarz's inequality the absolute terms in c_ik sum to at most sqrt(c_ii c_kk), even where the terms themselves cancel.
+  !> Bounds on the rounding errors of a mounting's matrix, in the shape of this matrix. It is a sum of positive semidefinite terms.
+  !> By Schwarz's inequality the absolute terms in c_ik sum to at most sqrt(c_ii c_kk), even where the terms cancel.
   pure function matrix_rounding(c) result(rounding)
     real(dp), intent(in) :: c(:, :)
     real(dp) :: rounding(size(c, 1), size(c, 1)), root(size(c, 1))

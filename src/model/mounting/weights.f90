@@ -1,9 +1,9 @@
 !> The weights of a frame and of its moving masses, and the static forces of the supports that carry them.
 !>
 !> Positions are those of the loaded machine at static rest, where the first moment S = sum m r of the moving masses about F equals
-!> its mean over the turn. The motion feels only the moment of the weights about F and the moment of the static forces F_j of the
-!> supports on the ground. Forces of supports whose axes stay in space keep their direction while the frame turns under them. Forces
-!> that turn with the frame belong to gestell_model_mounting. With
+!> its mean over the turn. Only two moments affect the motion: that of the weights about F, and that of the static forces F_j of the
+!> supports on the ground. Forces of supports whose axes stay in space keep their direction while the frame rotates. For forces that
+!> turn with the frame see gestell_model_mounting. With
 !>
 !>     X = (S - mean S) g^T + Y,   Y = mean S g^T - sum of p_j F_j^T of the F_j that stay in space (on the ground),
 !>
@@ -12,11 +12,11 @@
 !>
 !>     S x R^T g - sum of p_j x R^T F_j = a(X R),   d a(N) = (N^T - tr N 1) dalpha,   N = X R.
 !>
-!> The remaining static moment at rest is carried by foundation and guides, along the directions of theta.
+!> Foundation and guides carry the remaining static moment at rest, along the directions of theta.
 !>
-!> In the plane vectors are complex numbers, a x b = Im(conj(a) b), E = exp(i psi). With R = Y_11 + Y_22 + i (Y_12 - Y_21) and X =
-!> conj(S - mean S) g + R, the moment is Im(conj(E) X - R), its derivative with respect to psi is -Re(conj(E) X), and the potential
-!> is Im(R) psi - Re(conj(E) X): (28) of doc/theory.md.
+!> In the plane vectors are complex numbers, a x b = Im(conj(a) b), E = exp(i psi). Here R denotes the number Y_11 + Y_22 + i (Y_12
+!> - Y_21), not the rotation matrix. With X = conj(S - mean S) g + R, the moment is Im(conj(E) X - R), its derivative with respect
+!> to psi is -Re(conj(E) X), and the potential is Im(R) psi - Re(conj(E) X): (28) of doc/theory.md.
 module gestell_model_mounting_weights
   use gestell_base_error, only: error_type, fatal_error, impossible_mechanism, invalid_input
   use gestell_base_kinds, only: dp
@@ -30,20 +30,22 @@ module gestell_model_mounting_weights
 
   public :: new_weights
 
-  !> Subject of the errors about weights, such as that nothing carries them.
+  !> Subject of the error messages about weights.
   character(len=*), parameter, public :: gravity_subject = "gravity"
 
-  !> Weights of all masses and the static equilibrium that carries them.
+  !> Weights of all masses, and the static equilibrium of the machine under these weights.
   type, public :: weights_type
-    !> False if nothing has weight.
+    !> True if the masses have weight.
     logical :: act = .false.
-    !> Acceleration of gravity g (m/s^2), weight of all masses (N), mean of S over the turn (kg m), Y (N m).
+    !> `gravity`: acceleration g (m/s^2). `weight`: of all masses (N). `mean`: mean over the turn of the first moment S of the
+    !> moving masses (kg m). `rest`: the matrix Y (N m).
     real(dp) :: gravity(3) = 0, weight(3) = 0, mean(3) = 0, rest(3, 3) = 0
-    !> Static moment that foundation and guides carry (N m); bound on the rounding errors of static moments (N m).
+    !> `carried`: static moment that foundation and guides carry (N m). `rounding`: bound on the rounding errors of static moments
+    !> (N m).
     real(dp) :: carried(3) = 0, rounding = 0
-    !> Displacement (u, theta) that the weights cause, measured from unloaded springs (m, rad).
+    !> Displacement (u, theta) under the weights, measured from the position with unloaded springs (m, rad).
     real(dp) :: sag(6) = 0
-    !> Stiffness that weights and static forces add about rest, with S at its mean, in the frame's order of degrees of freedom.
+    !> Mean stiffness that weights and static forces add about rest, in the frame's order of degrees of freedom.
     real(dp) :: stiffness(6, 6) = 0
   contains
     procedure, private :: moment_in_plane, moment_in_space, stiffness_in_plane, stiffness_in_space
@@ -57,16 +59,16 @@ module gestell_model_mounting_weights
 
 contains
 
-  !> Computes the static equilibrium under the weights and sets the static forces of the supports. Errors: no spring carries the
-  !> weights along some free degree of freedom; the weights overflow.
+  !> Computes the static equilibrium under the weights and sets the static forces of the supports. Fails if no spring carries the
+  !> weights along some free degree of freedom, or if the weights overflow.
   pure subroutine new_weights(weights, gravity, mass, mean, greatest, stiffness, supports, free, error)
     type(weights_type), intent(out) :: weights
-    !> Acceleration of gravity (m/s^2); mass of the whole machine (kg); mean over the turn of S (kg m) and bound on its magnitude;
-    !> stiffness of the whole mounting, shape (dofs, dofs)
+    !> `gravity`: acceleration (m/s^2). `mass`: of the whole machine (kg). `mean`: mean of S over the turn (kg m). `greatest`: bound
+    !> on the magnitude of S (kg m). `stiffness`: of the whole mounting, shape (dofs, dofs)
     real(dp), intent(in) :: gravity(3), mass, mean(3), greatest, stiffness(:, :)
-    !> Supports whose static forces are set
+    !> Supports; their static forces are set
     type(support_type), intent(inout) :: supports(:)
-    !> Numbers of the free degrees of freedom
+    !> Indices of the free degrees of freedom
     integer, intent(in) :: free(:)
     type(error_type), allocatable, intent(out) :: error
     character(len=*), parameter :: names(6) = [character(len=32) :: "weight along xi", "weight along eta", &
@@ -129,7 +131,8 @@ contains
     rest_in_plane = cmplx(self%rest(1, 1) + self%rest(2, 2), self%rest(1, 2) - self%rest(2, 1), dp)
   end function rest_in_plane
 
-  !> Moment in the plane (N m) of weights and static forces on a frame rotated by E = `turn`; `s` is S of the masses (kg m).
+  !> Moment in the plane (N m) of weights and static forces on a frame rotated by psi. `turn`: exp(i psi); `s`: first moment S of
+  !> the masses (kg m).
   elemental real(dp) function moment_in_plane(self, turn, s) result(moment)
     class(weights_type), intent(in) :: self
     complex(dp), intent(in) :: turn, s
@@ -147,7 +150,7 @@ contains
       & + self%rest_in_plane()), dp)
   end function stiffness_in_plane
 
-  !> Potential in the plane (J) of weights and static forces; psi is the angle of `turn`.
+  !> Potential energy in the plane (J) of weights and static forces. `psi`: angle of `turn`, E = exp(i psi).
   elemental real(dp) function potential(self, turn, psi, s)
     class(weights_type), intent(in) :: self
     complex(dp), intent(in) :: turn, s
@@ -156,7 +159,8 @@ contains
     potential = aimag(self%rest_in_plane()) * psi - self%stiffness_in_plane(turn, s)
   end function potential
 
-  !> Torque on the crank in the plane (N m) that lifts the links; `s_d` is dS/dphi.
+  !> Torque on the crank in the plane (N m) that lifts the links. `s_d`: derivative of their first moment S with respect to the
+  !> crank angle.
   elemental real(dp) function torque(self, turn, s_d)
     class(weights_type), intent(in) :: self
     complex(dp), intent(in) :: turn, s_d
@@ -164,8 +168,8 @@ contains
     torque = -real(conjg(turn * s_d) * self%gravity_in_plane(), dp)
   end function torque
 
-  !> Moment (N m), along the frame's axes, on a frame in space with the rotation matrix R = 1 + `turn`, minus its value a(Y) at
-  !> rest; `s` is S of the masses (kg m).
+  !> Moment of weights and static forces on a frame in space (N m), along its axes, minus its value a(Y) at rest. The rotation
+  !> matrix is R = 1 + `turn`; `s` is the first moment S of the masses (kg m).
   pure function moment_in_space(self, turn, s) result(moment)
     class(weights_type), intent(in) :: self
     real(dp), intent(in) :: turn(3, 3), s(3)
@@ -178,7 +182,7 @@ contains
     end associate
   end function moment_in_space
 
-  !> Negative derivative of `moment_in_space` with respect to alpha, where dR = R [dalpha] (N m).
+  !> Negative derivative of `moment_in_space` with respect to rotations dalpha about the frame's axes (N m): dR = R [dalpha].
   pure function stiffness_in_space(self, rotation, s) result(c)
     class(weights_type), intent(in) :: self
     real(dp), intent(in) :: rotation(3, 3), s(3)
@@ -187,12 +191,13 @@ contains
     c = turn_stiffness(matmul(outer(s - self%mean, self%gravity) + self%rest, rotation))
   end function stiffness_in_space
 
-  !> Adds the periodic part of C about rest, tr N 1 - N^T with N = (S - mean S) g^T, for moments along the frame's axes.
+  !> Adds the periodic part of the weights' stiffness about rest to C: tr N 1 - N^T with N = (S - mean S) g^T. Moments are along the
+  !> frame's axes.
   pure subroutine add_stiffness(self, at, s, c)
     class(weights_type), intent(in) :: self
-    !> Rows and columns of theta in c; 0 if absent
+    !> Rows and columns of `c` that belong to theta; 0 for a component that `c` lacks
     integer, intent(in) :: at(3)
-    !> S at the angles (kg m), shape (angles, 3)
+    !> First moment S of the masses at the crank angles (kg m), shape (angles, 3)
     real(dp), contiguous, intent(in) :: s(:, :)
     real(dp), contiguous, intent(inout) :: c(:, :, :)
     integer :: i, k
@@ -208,10 +213,10 @@ contains
     end associate
   end subroutine add_stiffness
 
-  !> Adds the periodic moment (S - mean S) x g to the load h.
+  !> Adds the periodic moment (S - mean S) x g of the weights to the load h.
   pure subroutine add_load(self, at, s, h)
     class(weights_type), intent(in) :: self
-    !> Columns of theta in h; 0 if absent
+    !> Columns of `h` that belong to theta; 0 for a component that `h` lacks
     integer, intent(in) :: at(3)
     !> S at the angles (kg m), shape (angles, 3)
     real(dp), contiguous, intent(in) :: s(:, :)
@@ -227,7 +232,7 @@ contains
     end do
   end subroutine add_load
 
-  !> Static force on the ground (N) of a part of the mounting with stiffness c of (u, theta), shape (6, 6).
+  !> Static force on the ground (N) of a part of the mounting. `c`: stiffness of this part for (u, theta), shape (6, 6).
   pure function static_force(self, c) result(force)
     class(weights_type), intent(in) :: self
     real(dp), intent(in) :: c(6, 6)

@@ -1,30 +1,30 @@
 !> The torque that keeps the crank at constant speed, and the power balance of the drive, for a frame in the plane.
 !>
-!> Let S = sum m r about F, r = (xi_0 + x, eta_0 + y), A = sum [m r x r' + J phi'], K = sum [m |r'|^2 + J phi'^2], and J(phi) the
-!> moment of inertia of (9). All are functions of the crank angle phi; ' is d/dphi, a dot after a symbol is d/dt. Up to terms of
-!> third order in the frame's small motion v = (xi, eta) and psi, the kinetic energy is
+!> Let S = sum m r about F, r = (xi_0 + x, eta_0 + y), A = sum [m r x r' + J_i phi_i'], K = sum [m |r'|^2 + J_i phi_i'^2], and
+!> J(phi) the moment of inertia of (9). All are functions of the crank angle phi; ' is d/dphi. Subscript t is d/dt, and k is the
+!> unit normal to the plane. Up to terms of third order in the frame's small motion v = (xi, eta) and psi, the kinetic energy is
 !>
-!>     T = m |v.|^2 / 2 + v. . [psi. k x S + Omega (S' + psi k x S')] + J psi.^2 / 2 + psi. Omega A + Omega^2 K / 2.
+!>     T = m |v_t|^2 / 2 + v_t . [psi_t k x S + Omega (S' + psi k x S')] + J psi_t^2 / 2 + psi_t Omega A + Omega^2 K / 2.
 !>
 !> Its Lagrange equations for v and psi are (1) to (3). The equation for phi gives the driving torque,
 !>
-!>     M_d = Omega^2 K' / 2 + v.. . (S' + psi k x S') + psi.. A - psi.^2 J' / 2.
+!>     M_d = Omega^2 K' / 2 + v_tt . (S' + psi k x S') + psi_tt A - psi_t^2 J' / 2.
 !>
 !> On a rigid frame only the first term remains. Along a solution of (8) the power balance holds exactly:
 !>
-!>     d/dt (T + q^T C_0 q / 2) = M_d Omega - q.^T B_0 q.,
+!>     d/dt (T + q^T C_0 q / 2) = M_d Omega - q_t^T B_0 q_t,
 !>
 !> where C_0 and B_0 are the matrices of the mounting. An asymmetric part of C_0, which no spring has, dissipates power as B_0 does.
-!> For the exact frame the balance is the same: s + psi k x s becomes the vector s rotated by psi, k x s its derivative, and springs
-!> and dampers are evaluated at their actual positions. With weights M_d also lifts the links, and the energy includes their
-!> potential (gestell_model_mounting_weights), about rest to second order in psi.
+!> The exact frame has the same balance: S' + psi k x S' becomes the vector S' rotated by psi, and springs and dampers are evaluated
+!> at their actual positions. With weights M_d also lifts the links, and the energy includes their potential
+!> (gestell_model_mounting_weights), about rest to second order in psi.
 !>
-!> If the crank turns evenly in space (gestell_model_mechanism_held), phi = Omega t - p psi in all these expressions, so
+!> If the crank turns uniformly in space (gestell_model_mechanism_held), phi = Omega t - p psi in all these expressions, so
 !>
-!>     M_d = phi.^2 K' / 2 + v.. . (S' + psi k x S') + psi.. (A - p K) - psi.^2 J' / 2,   phi. = Omega - p psi.;
+!>     M_d = phi_t^2 K' / 2 + v_tt . (S' + psi k x S') + psi_tt (A - p K) - psi_t^2 J' / 2,   phi_t = Omega - p psi_t.
 !>
-!> Then the balance about rest has a remainder of third order. The power that reaches crank and flywheel is M_d Omega minus the part
-!> of the motor's power that the rotation of the frame takes.
+!> Then the balance about rest has a remainder of third order. The power that reaches crank and flywheel is M_d Omega minus the
+!> power that the motor's torque delivers to the rotating frame.
 module gestell_model_quantity_driving
   use gestell_base_kinds, only: dp
   use gestell_model_frame, only: frame_type
@@ -37,8 +37,9 @@ module gestell_model_quantity_driving
 
   public :: drive_power
 
-  !> Rows of `power`: torque on the crank (N m, counter-clockwise positive), torque on a rigid frame (N m), power of the drive (W),
-  !> power dissipated by the dampers (W), energy of mechanism, frame and springs (J).
+  !> Rows of `power`. `torque`: on the crank (N m, counter-clockwise positive); `rigid_torque`: the same on a rigid frame (N m);
+  !> `drive_watts`: power of the drive (W); `damper_watts`: power dissipated by the dampers (W); `stored_energy`: energy of
+  !> mechanism, frame and springs (J).
   integer, parameter, public :: torque = 1, rigid_torque = 2, drive_watts = 3, damper_watts = 4, stored_energy = 5, &
     & power_rows = 5
 
@@ -47,11 +48,11 @@ contains
   !> Computes torque, power and energy of the drive at phases of the turn.
   subroutine drive_power(frame, phases, motion, power, known, errors, torque_error)
     class(frame_type), intent(in) :: frame
-    !> Phases of the turn; the motion q, q', q'' there, shape (9, phases), in space (18, phases)
+    !> `phases`: phases of the turn. `motion`: q, q', q'' at these phases, shape (9, phases) in the plane, (18, phases) in space
     real(dp), contiguous, intent(in) :: phases(:), motion(:, :)
-    !> Results in the order of the rows above, shape (power_rows, phases)
+    !> The computed rows `torque` to `stored_energy`, shape (power_rows, phases)
     real(dp), intent(out) :: power(:, :)
-    !> False if the mechanism has no data on its kinetic energy; `power` is 0 then
+    !> False if the mechanism has no data on its kinetic energy; then `power` is 0
     logical, intent(out) :: known
     !> Error bounds of the rows of `motion`
     real(dp), intent(in), optional :: errors(:)

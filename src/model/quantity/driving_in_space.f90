@@ -1,10 +1,11 @@
-!> The torque that keeps the drive of a frame in space at its speed, and the power balance of the drive (gestell_model_space_drive);
-!> (50) of doc/theory.md. With the masses about F, v = R^T u' and w, S, J, A, K of gestell_model_space_moving, the kinetic energy is
+!> The torque that keeps the drive of a frame in space at its speed, and the power balance of the drive; (50) of doc/theory.md. Let
+!> m be the mass of the machine, v = R^T u', and w the angular velocity of the frame. S, J, A, K are the sums of
+!> gestell_model_space_moving with the frame included. The kinetic energy is
 !>
 !>     T = m |v|^2/2 + v (w x S + phi' S_1) + w J w/2 + phi' w A + phi'^2 K/2,
 !>
-!> and the torque M_d = d/dt dT/dphi' - dT/dphi. Along a motion, the rate of T plus the mounting's energy, plus the dissipated
-!> power, is
+!> where index 1 is d/dphi, and the torque M_d = d/dt dT/dphi' - dT/dphi. Along a motion, the rate of T plus the mounting's energy,
+!> plus the dissipated power, is
 !>
 !>     M_d Omega   (motor, outside),      M_d (Omega + c) - M w n   (flywheel: c the mean of w n, M the motor's torque).
 !>
@@ -25,7 +26,7 @@ module gestell_model_quantity_driving_in_space
 
   public :: drive_power_in_space
 
-  !> Number of rounding errors in each term of the torque; the second derivatives of the positions have one for each joint.
+  !> Number of rounding errors in each term of the torque: the second derivatives of the positions contain one for each joint.
   real(dp), parameter, public :: torque_roundings = 16
 
 contains
@@ -33,10 +34,10 @@ contains
   !> Computes torque, power and energy of the drive of a frame in space at phases of the turn.
   subroutine drive_power_in_space(frame, phases, motion, power, errors, torque_error)
     class(frame_type), intent(in) :: frame
-    !> Phases of the turn; the motion q, q', q'' there, shape (18, phases)
+    !> `phases`: phases of the turn. `motion`: q, q', q'' at these phases, shape (18, phases)
     real(dp), contiguous, intent(in) :: phases(:), motion(:, :)
-    !> Torque on the drive's shaft and on that of a rigid frame (N m), power of the drive and of the dampers (W), energy of
-    !> mechanisms, frame and springs (J), shape (5, phases)
+    !> Rows: torque on the drive's shaft, the same on a rigid frame (N m), power of the drive, power dissipated by the dampers (W),
+    !> energy of mechanisms, frame and springs (J); shape (5, phases)
     real(dp), intent(out) :: power(:, :)
     !> Error bounds of the rows of `motion`, shape (18)
     real(dp), intent(in), optional :: errors(:)
@@ -86,7 +87,7 @@ contains
 
   contains
 
-    !> Sum of the absolute terms of the torque (N m). Where the terms of the links cancel, their rounding errors remain.
+    !> Sum of the absolute terms of the torque (N m). It bounds the rounding errors of the torque where the links' terms cancel.
     pure real(dp) function absolute_terms()
       real(dp) :: of_forces, of_energy
       integer :: i
@@ -104,7 +105,7 @@ contains
       end associate
     end function absolute_terms
 
-    !> Bound on the error of the torque (N m) due to the errors of the motion.
+    !> Bound on the error of the torque (N m) that results from the errors of the motion.
     pure real(dp) function effect()
       real(dp) :: turning(3, 3, 0:2), of_motion(6, 0:2)
 

@@ -1,5 +1,5 @@
-!> Quantities that are linear in the motion, as weights of its rows, in the plane and in space. They are displacements, velocities
-!> and accelerations of the frame and of its points, and forces of single supports and in total.
+!> Quantities that are linear in the motion, in the plane and in space: displacements, velocities and accelerations of the frame and
+!> of its points, and forces on the ground. Each is given by the weights of the rows of the motion.
 module gestell_model_quantity
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
@@ -14,7 +14,8 @@ module gestell_model_quantity
 
   public :: find_quantity, look_up_quantity, point_quantity
 
-  !> Components of a probe's motion: along x, y, z and the magnitude of the vector, for displacement, velocity and acceleration.
+  !> Components of a probe's motion: along x, y, z and the magnitude of the vector; first displacement, then velocity, then
+  !> acceleration.
   character(len=2), parameter, public :: point_parts(12) = [character(len=2) :: "x", "y", "z", "d", "vx", "vy", "vz", "v", &
     & "ax", "ay", "az", "a"]
   character(len=*), parameter :: point_units(0:2) = [character(len=5) :: "m", "m/s", "m/s^2"]
@@ -23,13 +24,13 @@ module gestell_model_quantity
 
 contains
 
-  !> Finds the quantity with the given name:
-  !>   xi, eta, psi, in space also zeta, rot_xi, rot_eta; each also with _dot, _ddot;
-  !>   forces on the ground .fx, .fy, .f and their moment .m, in space also .fz, .mx, .my, of foundation, guide, total, or of a
-  !>   support such as support(2), which has no moments; without a part's name, those of supports and foundation together, except
-  !>   f, which is total.f;
-  !>   probe(name).x, .y, .d, .vx, .vy, .v, .ax, .ay, .a, in space also .z, .vz, .az.
-  !> Errors: there is no quantity with this name; the errors of the frame's `check`.
+  !> Finds the quantity with the given name, one of:
+  !>   xi, eta, psi, in space also zeta, rot_xi, rot_eta; each also with _dot, _ddot for its rate and acceleration;
+  !>   PART.fx, PART.fy, PART.f for forces on the ground and PART.m for their moment, in space also .fz, .mx, .my;
+  !>   probe(NAME).x, .y, .d, .vx, .vy, .v, .ax, .ay, .a, in space also .z, .vz, .az.
+  !> PART is foundation, guide, total, or a support such as support(2), which has no moments. Without "PART." the name means
+  !> supports and foundation together; only f means total.f. Fails if there is no quantity with this name, or if the frame's `check`
+  !> fails.
   subroutine find_quantity(frame, probes, name, quantity, error)
     class(frame_type), intent(in) :: frame
     !> Measuring points that the name may refer to
@@ -42,8 +43,8 @@ contains
     if (.not. allocated(error)) call look_up_quantity(frame, probes, name, quantity, error)
   end subroutine find_quantity
 
-  !> Finds the quantity with the given name without checking that the mechanism can turn. Error: there is no quantity with this
-  !> name.
+  !> Finds the quantity with the given name, like `find_quantity`, but without checking the frame. Fails if there is no quantity
+  !> with this name.
   pure subroutine look_up_quantity(frame, probes, name, quantity, error)
     class(frame_type), intent(in) :: frame
     !> Measuring points that the name may refer to
@@ -93,7 +94,7 @@ contains
 
   contains
 
-    !> `names` if the frame is in space, otherwise an empty text.
+    !> Returns `names` if the frame is in space, otherwise an empty text.
     pure function of_space(names)
       character(len=*), intent(in) :: names
       character(len=in_space * len(names)) :: of_space
@@ -103,7 +104,8 @@ contains
 
   end subroutine explain
 
-  !> Finds a degree of freedom, its rate or its acceleration. If the name is none of these, `quantity` gets no weights.
+  !> Finds a degree of freedom, its rate or its acceleration. If the name denotes none of these, `quantity%weights` is not
+  !> allocated.
   pure subroutine find_coordinate(frame, name, quantity)
     class(frame_type), intent(in) :: frame
     character(len=*), intent(in) :: name
@@ -120,8 +122,8 @@ contains
     end do
   end subroutine find_coordinate
 
-  !> Finds the force or moment `name` on the ground of `part`: "" (supports and foundation), guide, total (both), foundation, or a
-  !> support such as support(2). If there is none, `quantity` gets no weights.
+  !> Finds the force or moment `name` that `part` exerts on the ground. `part`: foundation, guide, total, a support such as
+  !> support(2), or "" for supports and foundation. If there is no such force, `quantity%weights` is not allocated.
   pure subroutine find_force(frame, part, name, quantity)
     class(frame_type), intent(in) :: frame
     character(len=*), intent(in) :: part, name
@@ -156,8 +158,8 @@ contains
     quantity%rounding = forces%rounding(:, columns)
   end subroutine find_force
 
-  !> Adds the guides: the forces along the locked degrees of freedom. The rows of moments hold the guides' whole moments about F at
-  !> rest, also about axes about which the frame may turn.
+  !> Adds the forces of the guides on the ground, along the locked degrees of freedom, and their moments about the rest position of
+  !> F. Guides can exert moments also about axes about which the frame may rotate.
   pure subroutine add_guides(frame, forces)
     class(frame_type), intent(in) :: frame
     type(ground_forces_type), intent(inout) :: forces
@@ -171,7 +173,7 @@ contains
     end do
   end subroutine add_guides
 
-  !> Adds supports and foundation.
+  !> Adds the forces and moments of supports and foundation on the ground.
   pure subroutine add_mounting(frame, forces)
     class(frame_type), intent(in) :: frame
     type(ground_forces_type), intent(inout) :: forces
@@ -200,8 +202,8 @@ contains
     call add_turned(frame, number, forces)
   end subroutine add_support
 
-  !> Adds the forces and moments about F at rest on the ground of a mounting with stiffness c and damping b, and bounds on their
-  !> rounding errors.
+  !> Adds the forces on the ground, and their moments about the rest position of F, of a mounting with stiffness `c` and damping
+  !> `b`. Adds bounds on their rounding errors.
   pure subroutine add_matrices(c, b, forces)
     real(dp), intent(in) :: c(:, :), b(:, :)
     type(ground_forces_type), intent(inout) :: forces
@@ -215,8 +217,8 @@ contains
   end subroutine add_matrices
 
   !> Adds the part of a support's force that is due to the frame's rotation, and bounds on its rounding errors. If the axes stay in
-  !> space, this is the force of the head's excess displacement. If they turn with the frame, it is the rotated static force plus
-  !> the excess rows of this support.
+  !> space, this is the force of the nonlinear part of the head's displacement. If they turn with the frame, it is the rotated
+  !> static force plus the nonlinear part of the support's force.
   pure subroutine add_turned(frame, number, forces)
     class(frame_type), intent(in) :: frame
     integer, intent(in) :: number
@@ -253,8 +255,8 @@ contains
     end do
   end subroutine add_turned
 
-  !> Finds the displacement (part x, y, z, d for the magnitude), velocity (vx, ..., v) or acceleration (ax, ..., a) of a point of
-  !> the frame; z exists in space only. If there is no such part, `quantity` gets no weights.
+  !> Finds the displacement, velocity or acceleration of a point of the frame along x, y or (only in space) z, or its magnitude. If
+  !> there is no such `part`, `quantity%weights` is not allocated.
   pure subroutine point_quantity(frame, probe, part, quantity)
     class(frame_type), intent(in) :: frame
     type(probe_type), intent(in) :: probe
@@ -280,8 +282,8 @@ contains
     quantity%dofs = frame%dofs()
   end subroutine point_quantity
 
-  !> Weights of a probe's displacement (level 0), velocity (1) or acceleration (2) along x, y and z, shape (rows, axes): u + theta x
-  !> p and the excess of the rotation, or their derivatives.
+  !> Weights of the rows of the motion in a probe's displacement (`level` 0), velocity (1) or acceleration (2) along x, y and z,
+  !> shape (rows, axes). The displacement is u + theta x p plus the nonlinear part of the rotation.
   pure function point_rows(frame, probe, level) result(along)
     class(frame_type), intent(in) :: frame
     type(probe_type), intent(in) :: probe

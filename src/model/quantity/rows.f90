@@ -1,8 +1,8 @@
 !> The motion of a frame as rows of numbers. Quantities are weighted sums of these rows.
 !>
 !> At one phase the motion is a column: first q, q', q'' of the n degrees of freedom, then the n forces of the guides on the ground,
-!> which hold the locked ones. For the exact frame the nonlinear parts of some functions of q follow. They are called the excess
-!> here: the function minus its linear terms about rest.
+!> which hold the locked degrees of freedom. For the exact frame further rows contain the nonlinear parts of some functions of q.
+!> They are called the excess here: the function minus its linear terms about rest.
 !>
 !> - The excess of the rotation and its first and second derivatives: in the plane s = sin psi - psi and c = cos psi - 1; in space
 !> the nine elements of R - 1 - [theta], column by column. With these rows the motion of all points is linear: x = xi - Y (psi + s)
@@ -22,45 +22,46 @@ module gestell_model_quantity_rows
   public :: exact_rows, excess_of_point, excess_row, is_of_probe, moment_rows, new_ground_forces, rotations_of, rows_of, &
     & shifts_of, support_rows
 
-  !> Names of the forces and moments on the ground in the frame's order of degrees of freedom; the plane has the first three.
+  !> Names of the forces and moments on the ground, in the frame's order of degrees of freedom. A frame in the plane has the first
+  !> three.
   character(len=2), parameter, public :: force_names(6) = [character(len=2) :: "fx", "fy", "m", "fz", "mx", "my"]
 
-  !> Last rows in the plane of q, q', q'' and of the guides' forces.
+  !> Numbers, in the plane, of the last row of q, of q', of q'' and of the guides' forces.
   integer, parameter, public :: displacements = 3, velocities = 6, accelerations = 9, guide_forces = 12
 
-  !> A measuring point on the frame at (`position`, `z`) in the frame's axes (m). `limit` is the maximum permitted vibration
-  !> velocity (m/s, rms within `band` (Hz), in any direction); 0: no limit.
+  !> A measuring point on the frame, at `position` and `z` in the frame's axes (m). `limit`: maximum permitted vibration velocity in
+  !> any direction, as rms value within the frequencies `band` (m/s, Hz); 0: no limit.
   type, public :: probe_type
     character(len=word_length) :: name = ""
     real(dp) :: position(2) = 0, z = 0, limit = 0, band(2) = [10.0_dp, 1000.0_dp]
   end type probe_type
 
-  !> A quantity that is linear in the rows of the motion.
+  !> A quantity that is linear in the motion: a weighted sum of the rows of the motion.
   type, public :: quantity_type
-    !> Number of degrees of freedom of the frame whose motion is weighted.
+    !> Number of the frame's degrees of freedom, free or locked.
     integer :: dofs = 3
-    !> Name as the user writes it, and unit.
+    !> Name of the quantity as the user writes it.
     character(len=word_length) :: name = ""
     character(len=8) :: unit = ""
-    !> Weights of the rows of the exact frame's motion, shape (rows, 1). A magnitude has a column for each of its components along
-    !> x, y and, in space, z: shape (rows, 2) or (rows, 3).
+    !> Weight of each row of the exact frame's motion, shape (rows, 1). A magnitude has one column of weights for each of its
+    !> components along x, y and, in space, z: shape (rows, 2) or (rows, 3).
     real(dp), allocatable :: weights(:, :)
-    !> Bounds on the rounding errors of the weights, in their shape. Forces that cancel in the weights do not cancel in these
-    !> bounds.
+    !> Bounds on the rounding errors of the weights, in the shape of `weights`. They remain large where forces cancel in the
+    !> weights.
     real(dp), allocatable :: rounding(:, :)
   contains
     procedure :: rows
   end type quantity_type
 
-  !> Forces on the ground and their moments about F at rest, in the frame's order of degrees of freedom. `weights` are those of the
-  !> rows of the motion, `rounding` bounds on their rounding errors; shapes (rows, dofs).
+  !> Forces on the ground and their moments about the rest position of F, in the frame's order of degrees of freedom. `weights`:
+  !> weights of the rows of the motion; `rounding`: bounds on their rounding errors; shapes (rows, dofs).
   type, public :: ground_forces_type
     real(dp), allocatable :: weights(:, :), rounding(:, :)
   end type ground_forces_type
 
 contains
 
-  !> True if `part`, as the user writes it, is this probe: probe(NAME).
+  !> True if `part` is the user's name of this probe: probe(NAME).
   pure logical function is_of_probe(part, probe)
     character(len=*), intent(in) :: part
     type(probe_type), intent(in) :: probe
@@ -71,14 +72,14 @@ contains
     if (is_of_probe) is_of_probe = part(:6) == "probe(" .and. part(n:n) == ")" .and. part(7:n - 1) == probe%name
   end function is_of_probe
 
-  !> Forces on the ground with all weights and bounds zero, in the shape for this frame.
+  !> Forces on the ground with all weights and bounds zero; their shape fits the frame.
   pure type(ground_forces_type) function new_ground_forces(frame) result(forces)
     class(frame_type), intent(in) :: frame
 
     allocate(forces%weights(exact_rows(frame), frame%dofs()), forces%rounding(exact_rows(frame), frame%dofs()), source=0.0_dp)
   end function new_ground_forces
 
-  !> Numbers of the displacements among the frame's degrees of freedom, along the axes in their order.
+  !> Indices of the displacements among the frame's degrees of freedom, in the order of the axes.
   pure function shifts_of(frame) result(shifts)
     class(frame_type), intent(in) :: frame
     integer, allocatable :: shifts(:)
@@ -87,7 +88,7 @@ contains
     shifts = pack([(k, k = 1, frame%dofs())], .not. is_rotation([(k, k = 1, frame%dofs())]))
   end function shifts_of
 
-  !> Numbers of the rotations among the frame's degrees of freedom, about the axes in their order.
+  !> Indices of the rotations among the frame's degrees of freedom, in the order of the axes.
   pure function rotations_of(frame) result(rotations)
     class(frame_type), intent(in) :: frame
     integer, allocatable :: rotations(:)
@@ -96,7 +97,8 @@ contains
     if (frame%dofs() == 6) rotations = in_frame(4:)
   end function rotations_of
 
-  !> Number of the row before the excess of the rotation (`level` 0), of its first (1) or of its second derivative (2).
+  !> Number of the row before the nonlinear part of the rotation (`level` 0), of its first derivative (1) or of its second
+  !> derivative (2).
   pure integer function excess_row(frame, level)
     class(frame_type), intent(in) :: frame
     integer, intent(in) :: level
@@ -104,8 +106,8 @@ contains
     excess_row = rows_of(frame%dofs(), guide_forces) + level * merge(9, 2, allocated(frame%space))
   end function excess_row
 
-  !> Weights of the rows of the rotation's excess in the displacement of the point p, shape (rows, axes): s k x p + c p in the
-  !> plane, (R - 1 - [theta]) p in space.
+  !> Contribution of the rotation's nonlinear part to the displacement of the point p: the weights of its rows, shape (rows, axes).
+  !> It is s k x p + c p in the plane and (R - 1 - [theta]) p in space.
   pure function excess_of_point(frame, p) result(weights)
     class(frame_type), intent(in) :: frame
     real(dp), intent(in) :: p(3)
@@ -122,7 +124,7 @@ contains
     end do
   end function excess_of_point
 
-  !> Numbers of the rows with the excess of the supports' moments.
+  !> Numbers of the rows that contain the nonlinear part of the supports' moments on the ground.
   pure function moment_rows(frame) result(rows)
     class(frame_type), intent(in) :: frame
     integer, allocatable :: rows(:)
@@ -131,7 +133,7 @@ contains
     rows = [(excess_row(frame, 3) + k, k = 1, size(rotations_of(frame)))]
   end function moment_rows
 
-  !> Numbers of the rows with the excess of the force of support `number`, whose axes turn with the frame.
+  !> Numbers of the rows that contain the nonlinear part of the force of support `number`, whose axes must turn with the frame.
   pure function support_rows(frame, number) result(rows)
     class(frame_type), intent(in) :: frame
     integer, intent(in) :: number
@@ -143,7 +145,7 @@ contains
       & + [(k, k = 1, axes)]
   end function support_rows
 
-  !> Number of rows of the exact frame's motion.
+  !> Number of rows of the exact frame's motion, including the nonlinear parts.
   pure integer function exact_rows(frame)
     class(frame_type), intent(in) :: frame
 
@@ -151,15 +153,16 @@ contains
       & + merge(3, 2, allocated(frame%space)) * count(frame%supports%turning)
   end function exact_rows
 
-  !> Number of the last row of a group (`displacements`, ..., `guide_forces`) for a frame with `dofs` degrees of freedom.
+  !> Number of the last row of a group for a frame with `dofs` degrees of freedom. `last`: `displacements`, `velocities`,
+  !> `accelerations` or `guide_forces`.
   pure integer function rows_of(dofs, last)
     integer, intent(in) :: dofs, last
 
     rows_of = last / 3 * dofs
   end function rows_of
 
-  !> Last group of rows that the quantity needs: `velocities`, `accelerations` or `guide_forces`. The exact frame always has all
-  !> rows.
+  !> The last group of rows with a weight other than zero, at least `velocities`; otherwise `accelerations` or `guide_forces`. For
+  !> the exact frame all rows are available anyway.
   pure integer function rows(self)
     class(quantity_type), intent(in) :: self
     integer :: k
