@@ -1,7 +1,7 @@
 !> Public interface of the library: a machine described in the language of input files, or a linear periodic system of your own, and
 !> its results by name. Input uses the units of the input file; results are in SI units, and each table states the units of its
-!> columns. Nothing is printed, and calls share no data. `gestell_door_numerics` exports the numerical procedures behind this
-!> interface.
+!> columns. Nothing is printed, and no state is kept between calls. `gestell_door_numerics` exports the numerical procedures behind
+!> this interface.
 module gestell
   use gestell_base_error, only: error_type, failed_computation, impossible_mechanism, invalid_input, wrong_usage
   use gestell_base_kinds, only: dp

@@ -11,7 +11,7 @@ module gestell_base_decimal
   !> Kind of integers of 128 bits.
   integer, parameter :: wide = selected_int_kind(38)
 
-  !> Significant decimal digits that identify a double-precision number.
+  !> Number of significant decimal digits that identify a double-precision number.
   integer, parameter, public :: all_digits = 17
   !> The tables of powers suffice for numbers whose binary exponent is smaller than this in magnitude.
   integer, parameter :: farthest = 990

@@ -12,8 +12,8 @@ module gestell_base_dictionary
     !> `text` holds all words one after the other. Word k occupies text(ends(k) + 1:ends(k + 1)). Both arrays have spare room.
     character(len=:), allocatable :: text
     integer, allocatable :: ends(:)
-    !> The hash table: each slot holds the position of a word in the list, or 0. A word is in the slot of its hash or in the next
-    !> free one. At least half of the slots are free.
+    !> The hash table: each slot holds the position of a word in the list, or 0. A word is in the slot of its hash or, if this was
+    !> occupied, in the next free slot. At least half of the slots are free.
     integer, allocatable :: slots(:)
   contains
     procedure :: add

@@ -36,8 +36,8 @@ module gestell_base_key
     character(len=256) :: meaning = ""
     !> `rank`: number of subscripts (0 scalar, 1 vector or list, 2 matrix); `least`, `most`: minimum and maximum number of values
     integer :: rank = 0, least = 1, most = 1
-    !> Number of values if a shorter form is permitted (the first elements of a vector, or the upper left square block of a matrix);
-    !> 0 if none is
+    !> Number of values in the shorter form, if the key permits one: the first elements of a vector, or the upper left square block
+    !> of a matrix. Otherwise 0
     integer :: shorter = 0
     !> True if every group of this name must contain the key
     logical :: required = .false.
@@ -49,7 +49,7 @@ module gestell_base_key
     real(dp) :: default = unset
     character(len=64) :: word = "", otherwise = ""
     type(range_type) :: range = range_type()
-    !> Words that a text may consist of, separated by commas; empty: any text
+    !> Texts that the key accepts, separated by commas; empty: any text
     character(len=160) :: words = ""
     !> Number of rows of a matrix
     integer :: rows = 1

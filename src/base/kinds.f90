@@ -1,4 +1,4 @@
-!> Kind of real numbers and constants used throughout the library.
+!> Defines the kind of real numbers, and constants, for the whole library.
 module gestell_base_kinds
   use, intrinsic :: iso_fortran_env, only: real64
   implicit none (type, external)

@@ -7,7 +7,7 @@ module gestell_base_verdict
   public :: has_vibration, operator(/=), operator(==), operator(>), state_word, verdict_named, verdict_numbered, &
     & verdict_of_ordinal, worst
 
-  !> A verdict. Compare two verdicts with ==, /= and >; the greater one is the worse one.
+  !> A verdict. Compare two verdicts with ==, /= and >; the worse verdict is the greater one.
   type, public :: verdict_type
     integer, private :: severity = 0
   contains
@@ -112,7 +112,7 @@ contains
     verdict = verdict_type(findloc(numbers(1:), number, dim=1))
   end function verdict_numbered
 
-  !> True if the verdict is on a vibration: stable, undamped, undecided or unstable.
+  !> True if the verdict applies to an existing vibration: stable, undamped, undecided or unstable.
   elemental logical function has_vibration(verdict)
     type(verdict_type), intent(in) :: verdict
 

@@ -18,7 +18,7 @@ module gestell_door_guarded
 
   !> What the wrapper knows about a user's system: how often it was called, and why it is faulty.
   type, public :: watch_type
-    !> Number of evaluations so far. At each time, the coefficients are one evaluation and the load is another
+    !> Number of evaluations so far; the coefficients and the load at one time are two evaluations
     integer :: calls = 0
     !> True if the coefficients have been examined
     logical :: examined = .false.

@@ -104,7 +104,7 @@ contains
     !$omp end critical (gestell_door)
   end subroutine add
 
-  !> Appends parsed groups to the groups in `added`, as described at `add`.
+  !> Parses groups and appends them to `added`. Errors as in `add`.
   subroutine append(self, groups, error)
     class(machine_type), intent(inout) :: self
     character(len=*), intent(in) :: groups
@@ -140,7 +140,7 @@ contains
     self%checked = .false.
   end subroutine append
 
-  !> Counts groups by their names, which the schema must contain.
+  !> Adds groups to the numbers in `counts`. The schema must contain their names.
   subroutine count_names(self, groups)
     class(machine_type), intent(inout) :: self
     type(group_type), intent(in) :: groups(:)

@@ -98,7 +98,8 @@ contains
     end if
   end subroutine solve_tasks
 
-  !> Returns the report that the program would print. Fails if the report has yet to be computed and this fails.
+  !> Returns the report that the program would print. If its computation was postponed, computes it now. Fails if this is
+  !> impossible.
   subroutine report(self, lines, error)
     class(solution_type), intent(inout) :: self
     character(len=:), allocatable, intent(out) :: lines

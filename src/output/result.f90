@@ -218,7 +218,7 @@ contains
     self%room = -1
   end subroutine lead
 
-  !> Summarises the worst verdict and the warnings that fit on one line. If nothing was judged, the line is the first headline.
+  !> One line with the worst verdict and as many warnings as fit. If nothing was judged, it is the first headline.
   pure function in_short(self) result(line)
     class(result_type), intent(in) :: self
     character(len=:), allocatable :: line
@@ -299,7 +299,8 @@ contains
   end subroutine warn
 
   !> Records the verdict on a range of machines. It becomes a headline if it is not stable; sweeps write their own headline. The
-  !> worst recorded verdict becomes the last line of the report; among equals, one of a sweep is replaced.
+  !> worst recorded verdict becomes the last line of the report. If two are equally bad, any other range takes precedence over a
+  !> sweep.
   pure subroutine judge(self, judgement)
     class(result_type), intent(inout) :: self
     type(judgement_type), intent(in) :: judgement

@@ -12,7 +12,7 @@ module gestell_door_c_system
   public :: solve_called
 
   abstract interface
-    !> C function that fills M, B, C, each of shape (f, f) and row by row, and h, of shape (f), at time t.
+    !> C function that computes M, B, C, each of shape (f, f) and stored row by row, and h, of shape (f), at time t.
     subroutine coefficients(t, f, m, b, c, h, data) bind(c)
       import :: c_double, c_int, c_ptr
       implicit none (type, external)

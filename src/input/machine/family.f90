@@ -55,8 +55,8 @@ module gestell_input_machine_family
 
 contains
 
-  !> Makes the values at some paths of a document the parameters of a family. Fails if a path denotes nothing, or with `start` not
-  !> exactly one number. Also fails if the mechanism is invalid.
+  !> Makes the values at some paths of a document the parameters of a family. Fails if a path denotes nothing, or if the mechanism
+  !> is invalid. With `start`, a path must denote exactly one number.
   subroutine new_document_family(family, doc, schema, units, paths, error, start)
     type(document_family_type), intent(out) :: family
     !> The checked input

@@ -29,7 +29,7 @@ module gestell_input_machine_joints
 
 contains
 
-  !> Records of the keys of all types of joints, each key once. Its permitted number of values includes those of all types.
+  !> Records of the keys of all types of joints. Each key occurs once, and its permitted number of values covers all types.
   function joint_keys() result(keys)
     type(key_type), allocatable :: keys(:)
     type(form_type), allocatable :: forms(:)

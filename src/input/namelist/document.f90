@@ -34,7 +34,7 @@ module gestell_input_namelist_document
     type(value_type), allocatable :: values(:)
     !> Number of subscripts of an element
     integer :: rank = 0
-    !> First dimension of a matrix
+    !> Number of rows of a matrix
     integer :: rows = 1
   end type entry_type
 

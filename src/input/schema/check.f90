@@ -48,7 +48,7 @@ contains
     type(document_type), intent(inout) :: doc
     type(schema_type), intent(in) :: schema
     type(error_type), allocatable, intent(out) :: error
-    !> For each group of the schema: number of such groups in front of this document; default 0
+    !> For each group of the schema: number of groups of this name that precede this document; default 0
     integer, intent(in), optional :: before(:)
     integer :: i
 
@@ -62,7 +62,7 @@ contains
     doc%normalised = .true.
   end subroutine normalise
 
-  !> Numbers the groups of each name. Fails if a group is unknown or is repeated without permission.
+  !> Numbers the groups of each name. Fails if a group is unknown, or occurs several times although the schema permits only one.
   pure subroutine number_groups(doc, schema, error, before)
     type(document_type), intent(inout) :: doc
     type(schema_type), intent(in) :: schema

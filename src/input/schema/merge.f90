@@ -142,7 +142,7 @@ contains
 
   !> Creates a merged entry without values.
   pure subroutine start(entry, rule, n, merged)
-    !> Supplies key and line
+    !> Entry from which key and line are copied
     type(entry_type), intent(in) :: entry
     type(key_type), intent(in) :: rule
     !> Number of elements

@@ -157,8 +157,8 @@ contains
     if (i > 0) room_in = max(room_in, 1 + size(group%entries(i)%values))
   end function room_in
 
-  !> Stores an entry in a group. If `element` > 0, only its first value is stored, as this element. If the key is `alike` and one
-  !> value was typed (`one`), all components that exist or must exist get this value.
+  !> Stores an entry in a group. If `element` > 0, only its first value is stored, as this element. If one value was typed (`one`)
+  !> for a key whose components are `alike`, all components that exist or must exist get this value.
   pure subroutine put(group, entry, rule, element, one)
     type(group_type), intent(inout) :: group
     type(entry_type), intent(in) :: entry
@@ -198,7 +198,7 @@ contains
     group%entries(i)%values(element) = entry%values(1)
   end subroutine put
 
-  !> Splits a text at commas into values. If the key takes a single text, this is the whole text.
+  !> Splits a text at commas into values. A key that takes a single text gets the whole text, commas included.
   pure subroutine split(text, rule, key, origin, entry, error)
     character(len=*), intent(in) :: text, key, origin
     type(key_type), intent(in) :: rule
@@ -232,7 +232,7 @@ contains
     if (rule%alike .and. n == 1) entry%values%count = rule%most
   end subroutine split
 
-  !> Position of the equals sign that ends a path; 0 if there is none. One in parentheses is part of a name.
+  !> Position of the equals sign that ends a path; 0 if there is none. An equals sign in parentheses is part of a name.
   pure integer function position_of_equals(text) result(i)
     character(len=*), intent(in) :: text
     integer :: depth

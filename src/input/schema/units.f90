@@ -104,7 +104,7 @@ contains
     si = value * self%factor / self%divisor
   end function si
 
-  !> Converts a number as typed, `element` of the values of a key, to SI.
+  !> Converts a number as typed to SI. It is element `element` of the values of a key.
   pure real(dp) function to_si(self, key, element, typed)
     class(units_type), intent(in) :: self
     type(key_type), intent(in) :: key

@@ -12,8 +12,8 @@ module gestell_output_file_result_files
   character(len=*), parameter, public :: picture_endings(*) = [character(len=4) :: ".svg", ".png"]
   !> Endings of all files of a table
   character(len=*), parameter :: endings(*) = [character(len=4) :: ".csv", ".npy", ".gp", picture_endings]
-  !> `others`: files of the run as a whole, namely the page and all results in JSON. `improved`: table that also has a file with the
-  !> improved machine, `improved`.nml.
+  !> `others`: files of the run as a whole, namely the page and all results in JSON. `improved`: name of the table whose files
+  !> include the improved machine, design.nml.
   character(len=*), parameter :: others(*) = [character(len=12) :: "report.html", "results.json"], improved = "design"
   integer, parameter, public :: longest_file = longest_table + len(endings)
 

@@ -1,5 +1,5 @@
-!> Marks common to pictures over a parameter. They mark the machine of the input, shade unstable ranges, and draw motions in grey
-!> that are too large for the linear equations.
+!> Marks common to pictures over a parameter: the machine of the input, shaded unstable ranges, and grey for motions too large for
+!> the linear equations.
 module gestell_output_picture_marks
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, either, newline, text

@@ -122,7 +122,7 @@ contains
   !> Gnuplot lines for a panel with amplitudes over the orders; the logarithmic y axis covers six decades.
   pure function order_panel(table, label, factor, columns, titles, turns) result(lines)
     type(table_type), intent(in) :: table
-    !> Label of the y axis; factor as a gnuplot expression; names of the columns; titles of the curves
+    !> `label`: of the y axis; `factor`: a gnuplot expression; `columns`: names of columns; `titles`: of the curves
     character(len=*), intent(in) :: label, factor, columns(:), titles(:)
     !> Number of turns in the period, which sets the width of the bars
     integer, intent(in) :: turns

@@ -26,7 +26,7 @@ module gestell_output_picture_script
   type, public :: axis_unit_type
     !> `factor` as a gnuplot expression
     character(len=4) :: words = "1"
-    !> Value in this unit over value in SI units
+    !> Value in this unit divided by the value in SI units
     real(dp) :: factor = 1
     !> Name of the unit
     character(len=5) :: name = ""
@@ -181,7 +181,7 @@ contains
     string = doubled(quoted(words), "\134")
   end function plotted
 
-  !> The text with every occurrence of `sign` doubled.
+  !> Copy of the text in which every occurrence of `sign` is doubled.
   pure function doubled(words, sign) result(string)
     character(len=*), intent(in) :: words, sign
     character(len=:), allocatable :: string, rest

@@ -19,7 +19,7 @@ module gestell_output_report_plausibility
   real(dp), parameter :: greatest_acceleration = 1.0e5_dp
   !> Largest and smallest plausible extent of a mechanism (m)
   real(dp), parameter :: widest = 20, narrowest = 1.0e-3_dp
-  !> Bounds on plausible radii of gyration, relative to the size of the machine; usual are 0.05 to 0.5. A mass or inertia wrong by a
+  !> Bounds on plausible radii of gyration, relative to the size of the machine; 0.05 to 0.5 is usual. A mass or inertia wrong by a
   !> factor of 1000 changes the radius by a factor of 32.
   real(dp), parameter :: smallest_radius = 0.02_dp, greatest_radius = 3
   !> Minimum plausible radius of gyration of a link relative to its length; a uniform rod has 0.29

@@ -44,7 +44,7 @@ contains
       & // small_motion_limits(all(path)%size) // newline
   end function beyond_small
 
-  !> States up to which angle, and which displacement of F if the size of the machine (m) is positive, motions are small.
+  !> States up to which angle motions are small, and up to which displacement of F if the size of the machine (m) is positive.
   pure function small_motion_limits(machine) result(words)
     real(dp), intent(in) :: machine
     character(len=:), allocatable :: words

@@ -34,7 +34,7 @@ module gestell_output_table
     !> `heading`: for reports and pages; `caption`: of the picture
     character(len=:), allocatable :: heading, caption
     !> `remarks`: complete lines before the header. `verdict`: verdict for the head of the file (gestell_output_report_verdict),
-    !> empty if there is none; unallocated: that on the machine of the input.
+    !> empty if there is none. If it is unallocated, the verdict on the machine of the input is used.
     character(len=:), allocatable :: remarks, verdict
     !> Model of the frame if it differs from the model of the run; otherwise empty
     character(len=:), allocatable :: model
@@ -45,7 +45,7 @@ module gestell_output_table
     !> Number of rows
     integer :: rows = 0
     type(column_type), allocatable :: columns(:)
-    !> Columns that are being added after a call of `expect`
+    !> After a call of `expect`: existing and added columns, until all expected columns are added
     type(column_type), allocatable, private :: room(:)
     !> Number of completed columns in `room`
     integer, private :: filled = 0

@@ -19,7 +19,7 @@ module gestell_output_table_unit
 
 contains
 
-  !> Unit that is called `words`. Its suffix is derived from them: m/s^2 becomes m_s2.
+  !> Unit with the name `words`. Its suffix is derived from the name: m/s^2 becomes m_s2.
   pure type(unit_type) function new_unit(words) result(unit)
     character(len=*), intent(in) :: words
     integer :: i, n
