@@ -9,11 +9,13 @@ module gestell_base_files
   public :: close_file, copy_text, create_file, file_size, is_there, last_reason, link_file, lock_file, make_directory, &
     & open_to_read, open_to_write, read_at, read_some, remove_file, remove_folder, rename_file, try_lock, unlock_file, write_whole
 
-  !> Flags of POSIX: LOCK_SH, LOCK_EX and LOCK_NB of flock, then O_WRONLY of open.
+  !> Flags of POSIX. flock: `together` is LOCK_SH, `exclusive` LOCK_EX, `without_waiting` LOCK_NB; open: `only_to_write` is
+  !> O_WRONLY.
   integer(c_int), parameter :: together = 1, exclusive = 2, without_waiting = 4, only_to_write = 1
-  !> Permissions of new files and of new folders, reduced by the user's umask.
+  !> Permissions of new files (`rights`) and of new folders, reduced by the user's umask.
   integer(c_int), parameter :: rights = int(o"666", c_int), folder_rights = int(o"777", c_int)
-  !> Values of errno: ENOENT, EEXIST, EINTR, and EWOULDBLOCK (11 on Linux, 35 on BSD and macOS).
+  !> Values of errno: `not_there` is ENOENT, `exists_already` EEXIST, `interrupted` EINTR, `would_block` EWOULDBLOCK on Linux and on
+  !> BSD (also macOS).
   integer(c_int), parameter :: not_there = 2, exists_already = 17, interrupted = 4, would_block(2) = [11, 35]
 
   abstract interface

@@ -10,7 +10,7 @@ module gestell_base_key
   !> Quantities whose unit is set in the group &units; `quantities` is their number.
   integer, parameter, public :: of_length = 1, of_mass = 2, of_inertia = 3, of_stiffness = 4, of_force = 5, of_moment = 6, &
     & of_damping = 7, of_rotary_damping = 8, of_angle = 9, quantities = 9
-  !> Matrices of the foundation, whose elements have different units.
+  !> Units of two matrices of the foundation, whose elements have different units.
   integer, parameter, public :: of_stiffness_matrix = 10, of_damping_diagonal = 11
 
   !> Stands for a number that is not given.

@@ -5,7 +5,8 @@ module gestell_base_words
 
   public :: character_count, continues, has_control, length_of_character, on_one_line, printable, put_on_one_line
 
-  !> Maximum number of characters of a name, and of a longer word of a list, such as "probe(NAME).v" or "link(NAME).center(2)".
+  !> Maximum number of characters. `longest_name`: of a name; `longest_word`: of another word of a list, such as "probe(NAME).v" or
+  !> "link(NAME).center(2)".
   integer, parameter, public :: longest_name = 64, longest_word = 128
   !> Number of bytes for a word of maximum length: a UTF-8 character has up to four bytes.
   integer, parameter, public :: word_length = 4 * longest_word

@@ -16,7 +16,7 @@ module gestell_door_roughness
   !> `points`: number of equidistant times that are sampled; `block`: how many of them are passed in one call.
   integer, parameter :: points = 4096, block = 64
   !> Thresholds for the ratio of fourth differences at twice the spacing to those at the spacing. The ratio is 16 for a smooth
-  !> function, 1 at a jump, 2 at a kink and 4 at a jump of the curvature.
+  !> function, 1 at a jump, 2 at a kink (above `bent`) and 4 at a jump of the curvature (above `curved`).
   real(dp), parameter :: smooth = 8, curved = 2.9_dp, bent = 1.45_dp
   !> A few jumps cause large differences at no more than this many times. If there are more, the function is rough everywhere.
   integer, parameter :: few_places = 40

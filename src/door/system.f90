@@ -32,10 +32,9 @@ module gestell_door_system
 
 contains
 
-  !> Solves a linear periodic system. Fails if the system is invalid, the tolerance is out of range or cannot be reached,
-  !> coefficients are not finite or not smooth, the mass matrix is singular, or the period is far too long. Faulty coefficients are
-  !> found within 100,000 calls. Also fails if a motion is requested at an undamped resonance, but then still returns the
-  !> multipliers.
+  !> Solves a linear periodic system. Fails if the system is invalid or the tolerance is out of range or cannot be reached. Also
+  !> fails if coefficients are not finite or not smooth, the mass matrix is singular, or the period is far too long; such faults are
+  !> found within 100,000 calls. If a motion is requested at an undamped resonance, fails but returns the multipliers.
   subroutine solve_system(system, motion, error, tolerance, points)
     !> Extends `second_order_system` (M q'' + B q' + C q = h) or `periodic_system` (x' = P x + f)
     class(periodic_system), intent(in) :: system

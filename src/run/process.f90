@@ -40,8 +40,8 @@ module gestell_run_process
   integer(c_int), parameter :: standard_error = 2
   !> Value of RLIMIT_STACK.
   integer(c_int), parameter :: of_stack = 3
-  !> Stack sizes in kB: needed by the program, usual, and needed by a thread. The two needs are about twice the largest use observed
-  !> in the tests.
+  !> Stack sizes in kB: `least_stack` needed by the program, `usual_stack`, `least_of_threads` needed by a thread. The needs are
+  !> about twice the largest use observed in the tests.
   integer, parameter :: least_stack = 256, usual_stack = 8192, least_of_threads = 256
 
 contains

@@ -25,7 +25,7 @@ module gestell_run_terminal
     private
     !> `shown`: standard error is a terminal; `stands`: the terminal shows a progress line at present
     logical :: shown = .false., stands = .false.
-    !> Total number of points, and number of points done so far
+    !> `all`: total number of points; `done`: number of points done so far
     integer(int64) :: all = 0, done = 0
     !> `begin`: time at the start; `last`: time of the last update (s)
     real(dp) :: begin = 0, last = 0
@@ -36,7 +36,7 @@ module gestell_run_terminal
     procedure, nopass :: show_part
   end type terminal_type
 
-  !> Width of the bar, and of the whole line, in characters.
+  !> Width of the bar (`bar`) and of the whole line (`widest`) in characters.
   integer, parameter :: bar = 30, widest = 79
   !> Minimum time between two updates (s).
   real(dp), parameter :: pause = 0.1_dp

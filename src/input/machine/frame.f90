@@ -268,8 +268,8 @@ contains
     end do
   end subroutine refuse_tilted
 
-  !> Returns a note if the input contains a nonzero value along zeta that has no effect, because &frame dof is missing and the frame
-  !> moves in its plane; otherwise empty.
+  !> Returns a note if a nonzero value along zeta has no effect: without the key `dof` of &frame, the frame moves in its plane.
+  !> Otherwise empty.
   function values_out_of_the_plane(doc) result(line)
     type(document_type), intent(in) :: doc
     character(len=:), allocatable :: line

@@ -133,8 +133,8 @@ contains
       & "must have an odd number of values: the mean, then pairs of cosine and sine", error)
   end subroutine get_harmonics
 
-  !> Reads all mechanisms of a checked document as one linkage. Fails if keys do not fit a joint's type, a joint is unknown or
-  !> listed too late, a name is used twice, or a value is out of range. Further errors as in `read_parts`.
+  !> Reads all mechanisms of a checked document as one linkage. Fails if keys do not fit a joint's type or a value is out of range.
+  !> Also fails if a joint is unknown or listed too late, or a name is used twice. Further errors as in `read_parts`.
   subroutine read_linkage(doc, units, forms, linkage, error)
     type(document_type), intent(in) :: doc
     type(units_type), intent(in) :: units

@@ -73,7 +73,7 @@ contains
     if (reason /= "") call fatal_error(error, prefix // reason, invalid_input)
   end subroutine find_target
 
-  !> Selects the groups that a path denotes: one, by name or number, or all of them. `reason` is empty on success.
+  !> Selects the groups that a path denotes: the one with a name or number, or all of them. `reason` is empty on success.
   pure subroutine choose_groups(doc, path, repeatable, chosen, reason)
     type(document_type), intent(in) :: doc
     type(path_type), intent(in) :: path

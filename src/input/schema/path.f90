@@ -143,8 +143,8 @@ contains
     end do
   end subroutine assign
 
-  !> Largest index of an element that may be set: one more than the number of existing elements, but at least the number of elements
-  !> that the key always has.
+  !> Largest index of an element that may be set. It is one more than the number of existing elements, but at least the number of
+  !> elements that the key always has.
   pure integer function room_in(group, rule)
     type(group_type), intent(in) :: group
     type(key_type), intent(in) :: rule

@@ -6,8 +6,8 @@ module gestell_input_schema
 
   public :: find_group_rule, find_key_rule, names_of_keys
 
-  !> What a group describes: options of the tasks, the frame with its drive and mounts, or the mechanism. A sweep may vary only
-  !> numbers of the latter two.
+  !> What a group describes: options of the tasks (`option_group`), frame, drive and mounts (`frame_group`), or the mechanism
+  !> (`mechanism_group`). A sweep may vary only numbers of the latter two.
   integer, parameter, public :: option_group = 0, frame_group = 1, mechanism_group = 2
 
   !> Rule of a group

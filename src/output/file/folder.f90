@@ -49,8 +49,8 @@ contains
     end do
   end subroutine remove_made
 
-  !> True if no run of Gestell made this folder: it, or one of the `files` in it, is a link, or such files exist without the file
-  !> `mark`. Every run creates `mark` before any other file.
+  !> True if no run of Gestell made this folder. This is so if the folder or one of the `files` in it is a link, or if such files
+  !> exist without the file `mark`: every run creates `mark` before any other file.
   logical function is_foreign(folder, files, mark)
     character(len=*), intent(in) :: folder, files(:), mark
     logical :: there

@@ -12,8 +12,8 @@ module gestell_output_picture_marks
 
   public :: apart, with_room, boxes_where, chart_marks, input_marks, input_point, shade
 
-  !> Gnuplot options: fill of unstable ranges, entries of the key for them, and the grey of motions too large for the linear
-  !> equations
+  !> Gnuplot options: fill of unstable ranges (`unstable_fill`), entries of the key for them, and a grey (`beyond_colour`) for
+  !> motions too large for the linear equations
   character(len=*), parameter, public :: unstable_fill = "fillcolor rgb '#F9E0C7' fillstyle solid 1 noborder", &
     & shaded_entry = ", keyentry with boxes lc rgb '#F9E0C7' fs solid 1 noborder title ", &
     & unstable_entry = shaded_entry // "'unstable'", &

@@ -203,8 +203,8 @@ contains
     end associate
   end function link_slips
 
-  !> True if the distance between the two joints of a link may change, because one of them slides along a moving body or in the slot
-  !> of a yoke.
+  !> True if the distance between the two joints of a link may change. This is so if one of them slides along a moving body or in
+  !> the slot of a yoke.
   function slides(mechanism, one, other)
     class(linkage_type), intent(in) :: mechanism
     integer, intent(in) :: one, other

@@ -17,8 +17,8 @@ module gestell_output_report_text_table
 
 contains
 
-  !> Formats a table. If it is too wide, long names in the first column and remarks in the last column are put on their own lines;
-  !> these columns must be flush left. Columns without any content are omitted.
+  !> Formats a table. If it is too wide, long names in the first column and remarks in the last column are put on their own lines.
+  !> Both columns must be flush left for this. Columns without any content are omitted.
   pure function tabulated(align, heads, rows) result(text)
     !> `align`: for each column l (flush left) or r (flush right); `heads`: headings separated by commas, on one or two lines;
     !> `rows`: complete lines, with cells separated by tabs

@@ -15,8 +15,7 @@ module gestell_output_table_csv
 
 contains
 
-  !> Writes the table to its file in `folder`, after the lines in `preamble`, which must be complete. Fails if the file cannot be
-  !> written.
+  !> Writes the table to its file in `folder`, after the complete lines in `preamble`. Fails if the file cannot be written.
   subroutine write_csv(folder, table, preamble, error)
     character(len=*), intent(in) :: folder, preamble
     type(table_type), intent(in) :: table
@@ -88,8 +87,8 @@ contains
   end subroutine put_cell
 
   !> A text as a field of the file. It is quoted if it starts with #, or contains a comma, a newline or a quote; its quotes are
-  !> doubled. If a spreadsheet would take it for a formula (it begins with = + - or @ and is not a number), an apostrophe is put in
-  !> front.
+  !> doubled. A text that begins with = + - or @ and is not a number gets a leading apostrophe, so that spreadsheets do not run it
+  !> as a formula.
   pure function field(words) result(word)
     character(len=*), intent(in) :: words
     character(len=:), allocatable :: word, safe

@@ -200,8 +200,8 @@ contains
     key = self%columns(self%number_of(name))%key
   end function key_of_column
 
-  !> Prepares for `more` columns, which become visible when the last one is added. Without this call, adding a column moves all
-  !> earlier ones.
+  !> Prepares for `more` columns. All become visible when the last one is added. Without this call, adding a column moves all
+  !> earlier columns.
   pure subroutine expect(self, more)
     class(table_type), intent(inout) :: self
     integer, intent(in) :: more
