@@ -204,7 +204,7 @@ contains
   end subroutine tabulate_masses
 
   !> Adds a body whose xi-axis has the direction u to the sums, and the absolute values of its terms to `magnitudes`. a3 has no
-  !> magnitudes, because its terms do not cancel in a balanced mechanism.
+  !> magnitudes, because balancing cannot make it zero.
   pure subroutine add_body(mass, inertia, center, from, u, sums, magnitudes)
     real(dp), intent(in) :: mass, inertia, center(2)
     type(path_type), intent(in) :: from, u

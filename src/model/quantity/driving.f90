@@ -15,9 +15,9 @@
 !>     d/dt (T + q^T C_0 q / 2) = M_d Omega - q_t^T B_0 q_t,
 !>
 !> where C_0 and B_0 are the matrices of the mounting. An asymmetric part of C_0, which no spring has, dissipates power as B_0 does.
-!> The exact frame has the same balance: S' + psi k x S' becomes the vector S' rotated by psi, and springs and dampers are evaluated
-!> at their actual positions. With weights M_d also lifts the links, and the energy includes their potential
-!> (gestell_model_mounting_weights), about rest to second order in psi.
+!> The exact frame has the same balance: S' + psi k x S' becomes the vector S' rotated by psi, k x S the derivative of the rotated
+!> S with respect to psi, and springs and dampers are evaluated at their actual positions. With weights M_d also lifts the links,
+!> and the energy includes their potential (gestell_model_mounting_weights), about rest to second order in psi.
 !>
 !> If the crank turns uniformly in space (gestell_model_mechanism_held), phi = Omega t - p psi in all these expressions, so
 !>

@@ -1,11 +1,11 @@
 !> The torque that keeps the drive of a frame in space at its speed, and the power balance of the drive; (50) of doc/theory.md. Let
-!> m be the mass of the machine, v = R^T u', and w the angular velocity of the frame. S, J, A, K are the sums of
-!> gestell_model_space_moving with the frame included. The kinetic energy is
+!> m be the mass of the machine, v = R^T u' the velocity of F, and w the angular velocity of the frame, both along the frame's axes.
+!> S, J, A, K are the sums of gestell_model_space_moving; here J includes the frame. The kinetic energy is
 !>
-!>     T = m |v|^2/2 + v (w x S + phi' S_1) + w J w/2 + phi' w A + phi'^2 K/2,
+!>     T = m |v|^2/2 + v (w x S + phi' S_1) + w J w/2 + phi' w A + phi'^2 K/2,   index 1: d/dphi,
 !>
-!> where index 1 is d/dphi, and the torque M_d = d/dt dT/dphi' - dT/dphi. Along a motion, the rate of T plus the mounting's energy,
-!> plus the dissipated power, is
+!> and the torque M_d = d/dt dT/dphi' - dT/dphi. The shaft has the axis n. Along a motion, the rate of T and of the mounting's
+!> energy, plus the dissipated power, is
 !>
 !>     M_d Omega   (motor, outside),      M_d (Omega + c) - M w n   (flywheel: c the mean of w n, M the motor's torque).
 !>

@@ -1,4 +1,4 @@
-!> Who keeps the speed of the drive constant for a frame in space, and the torque that does it: (50) and (51) of doc/theory.md.
+!> What keeps the speed of the drive of a frame in space constant, and the torque on its shaft; (50) and (51) of doc/theory.md.
 !>
 !> The angle of the drive relative to the frame is phi = Omega t - chi. If the drive turns q times per turn of the mechanisms, their
 !> angle is phi = Omega t - chi/q, and chi and b below are stored divided by q. The shaft has the axis n, fixed in the frame; w is
@@ -10,9 +10,10 @@
 !> | `outside`  | twist of the frame about n: R = swing x twist                 | (n + e)/(1 + n e)   |
 !> | `flywheel` | chi' = w n minus its mean: the spin of the shaft is constant  | n                   |
 !>
-!> Here e = R^T n is the axis of the shaft at rest, along the frame's axes. If the frame turns by R [dalpha], phi changes by -b
+!> Here e = R^T n is the axis of the shaft at rest, along the frame's axes. If the frame rotates by R [dalpha], phi changes by -b
 !> dalpha. The moments on the frame are therefore reduced by b M_d, where M_d is the torque on the shaft, and chi' = w b (minus its
-!> mean for a flywheel). With the masses of gestell_model_space_moving and a = R^T u'', where u'' is the acceleration minus gravity,
+!> mean for a flywheel). With the sums over the masses of gestell_model_space_moving and a = R^T u'', where u'' is the acceleration
+!> minus gravity,
 !>
 !>     M_d = a S_1 + w' A - w J_1 w/2 + phi'' K + phi'^2 K_1/2,   index 1: d/dphi.
 module gestell_model_space_drive
@@ -26,30 +27,35 @@ module gestell_model_space_drive
 
   !> The drive of a frame in space.
   type, public :: drive_type
-    !> Who keeps the speed constant, one of `holders` of gestell_model_mechanism_held; axis n; moment of inertia of the flywheel
-    !> beyond that of the links (kg m^2).
+    !> What keeps the speed constant: one of `holders` of gestell_model_mechanism_held.
     character(len=8) :: held_by = "motor"
+    !> `axis`: unit vector n along the shaft. `flywheel_inertia`: moment of inertia of the flywheel beyond that of the links (kg
+    !> m^2).
     real(dp) :: axis(3) = [0, 0, 1], flywheel_inertia = 0
-    !> Number of turns of the drive per turn of the mechanisms' angle.
+    !> Number of turns of the drive in one turn of the mechanisms' angle.
     integer :: turns = 1
   contains
     procedure :: even_in_space
   end type drive_type
 
-  !> The motion of the frame: R, w, w', a, and the rates phi', phi''. With a flywheel also its angular momentum about the shaft
-  !> beyond that of the links (N m s) and the torque of its motor on the frame (N m).
+  !> The motion of a frame in space and of its drive at one phase.
   type, public :: moved_type
+    !> `rotation`: R. `w`, `w_d`: angular velocity of the frame and its derivative. `a`: acceleration of F minus gravity; all along
+    !> the frame's axes. `rate`, `gain`: phi' and phi'' of the mechanisms' angle.
     real(dp) :: rotation(3, 3) = reshape([1, 0, 0, 0, 1, 0, 0, 0, 1], [3, 3]), w(3) = 0, w_d(3) = 0, a(3) = 0, rate = 0, gain = 0
+    !> With a flywheel: its angular momentum about the shaft beyond that of the links (N m s); torque of its motor on the frame (N
+    !> m).
     real(dp) :: spin(3) = 0, motor(3) = 0
   end type moved_type
 
-  !> chi, chi', chi'' and their derivatives: dchi = b dalpha, dchi' = b dalpha' + rate_turn dalpha, dchi'' = b dalpha'' + gain_spin
-  !> dalpha' + gain_turn dalpha; db = bend dalpha.
+  !> The angle chi by which the drive lags, with chi' and chi'', and how they change with the frame's rotation: dchi = b dalpha,
+  !> dchi' = b dalpha' + rate_turn dalpha, dchi'' = b dalpha'' + gain_spin dalpha' + gain_turn dalpha, db = bend dalpha.
   type, public :: turn_type
     real(dp) :: chi(0:2) = 0, b(3) = 0, rate_turn(3) = 0, gain_spin(3) = 0, gain_turn(3) = 0, bend(3, 3) = 0
   end type turn_type
 
-  !> A frame with its drive at one phase: motion of the frame, lag of the drive, masses that it moves.
+  !> State at one phase: motion of the frame (`moved`), lag of the drive (`turn`), sums over the masses that the drive moves
+  !> (`moving`).
   type, public :: driven_type
     type(moved_type) :: moved
     type(turn_type) :: turn
@@ -58,22 +64,23 @@ module gestell_model_space_drive
 
 contains
 
-  !> True if the drive turns evenly in space, false if relative to the frame.
+  !> True if the drive turns uniformly in space, false if relative to the frame.
   elemental logical function even_in_space(self)
     class(drive_type), intent(in) :: self
 
     even_in_space = self%held_by /= "motor"
   end function even_in_space
 
-  !> Computes the motion of a frame, and how the mechanisms' angle lags.
+  !> Computes the motion of a frame, and the angle by which the drive lags behind uniform rotation relative to the frame.
   pure subroutine follow_frame(drive, speed, u_dd, theta, moved, turn, lag)
     type(drive_type), intent(in) :: drive
-    !> Mean rate of the mechanisms' angle (rad/s); acceleration u'' of F minus gravity (m/s^2); rotation vector theta, theta',
-    !> theta'', shape (3, 0:2)
+    !> `speed`: mean rate of the mechanisms' angle (rad/s). `u_dd`: acceleration u'' of F minus gravity (m/s^2). `theta`: rotation
+    !> vector theta, theta', theta'', shape (3, 0:2)
     real(dp), intent(in) :: speed, u_dd(:), theta(:, 0:)
     type(moved_type), intent(out) :: moved
     type(turn_type), intent(out) :: turn
-    !> With a flywheel, all for the drive itself: chi (rad), mean of w n (rad/s), torque of the motor (N m). Default: chi is n theta
+    !> With a flywheel: lag chi of the drive (rad), mean of w n (rad/s), torque of the motor (N m). Default: chi = n theta, the
+    !> others 0
     real(dp), intent(in), optional :: lag(:)
     real(dp) :: turning(3, 3, 0:2)
 
@@ -92,7 +99,7 @@ contains
     moved%gain = -turn%chi(2)
   end subroutine follow_frame
 
-  !> Computes chi and its derivatives for a frame with rotation vector theta and the motion `moved`.
+  !> Computes the lag chi of the drive, and its derivatives, for a frame with the rotation vector theta and the motion `moved`.
   pure subroutine find_turn(drive, theta, moved, turn, lag)
     type(drive_type), intent(in) :: drive
     real(dp), intent(in) :: theta(:)
@@ -137,13 +144,14 @@ contains
     end associate
   end subroutine find_turn
 
-  !> Computes the torque M_d (N m) and its derivatives with respect to d(u, alpha)'', d(u, alpha)' and d(u, alpha), each of shape
-  !> (6), where dphi = -dchi.
+  !> Computes the torque M_d on the shaft (N m) and its derivatives with respect to changes d(u, alpha) of the frame's motion, which
+  !> turn the drive by dphi = -dchi.
   pure subroutine find_torque(turn, moving, moved, torque, by_gain, by_rate, by_place)
     type(turn_type), intent(in) :: turn
     type(moving_type), intent(in) :: moving
     type(moved_type), intent(in) :: moved
-    !> Torque M_d; its derivatives with respect to d(u, alpha)'', d(u, alpha)' and d(u, alpha)
+    !> `torque`: M_d. Derivatives of M_d with respect to d(u, alpha)'' (`by_gain`), d(u, alpha)' (`by_rate`) and d(u, alpha)
+    !> (`by_place`)
     real(dp), intent(out) :: torque, by_gain(6), by_rate(6), by_place(6)
     real(dp) :: spun(3), by_angle
 
@@ -164,14 +172,14 @@ contains
     end associate
   end subroutine find_torque
 
-  !> Adds the effect of a drive that turns evenly in space: its angle lags by chi, and its torque is no moment on the frame. The
-  !> effect enters the left sides r, shape (6), and their derivatives with respect to d(u, alpha)'', d(u, alpha)' and d(u, alpha),
-  !> shape (6, 6). Moments are along the frame's axes.
+  !> Adds the effect of a drive that turns uniformly in space: its angle lags by chi, and its torque exerts no moment on the frame.
+  !> Adds it to the left sides r, shape (6), and to their derivatives m, b, c with respect to d(u, alpha)'', d(u, alpha)' and d(u,
+  !> alpha), shape (6, 6). Moments are along the frame's axes.
   pure subroutine add_drive(turn, moving, moved, r, m, b, c)
     type(turn_type), intent(in) :: turn
     type(moving_type), intent(in) :: moving
     type(moved_type), intent(in) :: moved
-    !> Left sides and their derivatives, to which the effect of the drive is added
+    !> Left sides r of the equations of motion, and their derivatives with respect to (u, alpha)'', (u, alpha)' and (u, alpha)
     real(dp), intent(inout) :: r(6), m(6, 6), b(6, 6), c(6, 6)
     real(dp), dimension(6) :: of_gain, of_rate, of_angle, by_gain, by_rate, by_place, axis
     real(dp) :: torque
@@ -198,14 +206,14 @@ contains
     c(4:, 4:) = c(4:, 4:) - torque * turn%bend
   end subroutine add_drive
 
-  !> Removes the memory of a flywheel from the linearised equations. With a flywheel dchi is n dalpha plus the integral of n (w x
-  !> dalpha). Compare instead a disturbed motion at the shifted time t + eta with eta' = n (w x dalpha)/`spin`. This motion has dchi
-  !> = n dalpha alone, dq' - eta' q' in place of dq', and dq'' - 2 eta' q'' - eta'' q' in place of dq''. The shift of time does not
-  !> change the multipliers.
+  !> Frees the linearised equations with a flywheel from their dependence on the past motion. With a flywheel dchi is n dalpha plus
+  !> the integral of n (w x dalpha). The disturbed motion is therefore compared at the shifted time t + eta, where eta' = n (w x
+  !> dalpha)/`spin`. Then dchi = n dalpha alone, dq' becomes dq' - eta' q', and dq'' becomes dq'' - 2 eta' q'' - eta'' q'. The shift
+  !> of time does not change the multipliers.
   pure subroutine shift_time(turn, w_d, spin, turning, q, m, b, c)
     type(turn_type), intent(in) :: turn
-    !> w' (rad/s^2); constant spin of the shaft (rad/s); T, T', T'' with dalpha = T dtheta; q, q', q'' in the order (u, theta),
-    !> shape (6, 0:2); mass matrix
+    !> `w_d`: w' (rad/s^2). `spin`: constant spin of the shaft (rad/s). `turning`: T, T', T'' in dalpha = T dtheta. `q`: q, q', q''
+    !> in the order (u, theta), shape (6, 0:2). `m`: mass matrix
     real(dp), intent(in) :: w_d(3), spin, turning(3, 3, 0:2), q(6, 0:2), m(6, 6)
     real(dp), intent(inout) :: b(6, 6), c(6, 6)
     real(dp) :: shift(6, 0:1), moved(6)

@@ -1,4 +1,4 @@
-!> Potential energy of the mounting of a frame in space and the power that it dissipates; the power also for a frame in the plane.
+!> Potential energy of the mounting of a frame in space, and the power that a mounting dissipates, in space or in the plane.
 module gestell_model_space_energy
   use gestell_base_kinds, only: dp
   use gestell_model_mounting, only: in_frame, in_space
@@ -11,8 +11,8 @@ module gestell_model_space_energy
 
 contains
 
-  !> Potential energy (J) of mounting and weights at q = (u, theta), up to a constant; `s` is the first moment of the masses about F
-  !> (kg m). The weights contribute -tr(R X), X as in gestell_model_mounting_weights.
+  !> Potential energy (J) of mounting and weights at q = (u, theta), up to a constant. `s`: first moment S of the masses about F (kg
+  !> m). The weights contribute -tr(R X), with X as in gestell_model_mounting_weights.
   pure real(dp) function mounting_energy(frame, q, s)
     class(mounted_system), intent(in) :: frame
     real(dp), intent(in) :: q(6), s(3)
@@ -35,7 +35,8 @@ contains
       & - sum(transpose(turn) * frame%weights%rest)
   end function mounting_energy
 
-  !> Power dissipated by the mounting (W) at q and q' of (u, theta): dampers and the asymmetric part of the foundation's stiffness.
+  !> Power dissipated by the mounting (W) at q and q' of (u, theta), by the dampers and by the asymmetric part of the foundation's
+  !> stiffness.
   pure real(dp) function mounting_power(frame, q, v)
     class(mounted_system), intent(in) :: frame
     real(dp), intent(in) :: q(6), v(6)

@@ -1,11 +1,12 @@
-!> Sums over the moving masses of planar mechanisms as a frame in space feels them, (45) of doc/theory.md. The centre of mass of a
-!> link is at r = o + Q (x, y, z) about F along the frame's axes. Q has the axes of its mechanism as columns; o is the mechanism's
-!> origin. With the inertia tensors J_i and angular velocities w_i of the links,
+!> Sums over the moving masses of planar mechanisms for a frame in space, (45) of doc/theory.md. The centre of mass of a link is at
+!> r = o + Q (x, y, z) about F along the frame's axes. Q has the axes of the link's mechanism as columns; o is the origin of this
+!> mechanism. With the inertia tensors J_i and angular velocities w_i of the links,
 !>
 !>     S = sum m r,   J = sum [m (|r|^2 1 - r r^T) + J_i],   H = sum [m r x r' + J_i w_i],
 !>
-!> which are functions of the drive's angle phi, ' = d/dphi. A link keeps its coordinate z; its tensor has principal axes along the
-!> link, across it and along the normal. Angles pass through the joints in batches, as in the plane (gestell_model_linkage).
+!> which are functions of the drive's angle phi, ' = d/dphi. The coordinate z of a link is constant; the principal axes of its
+!> tensor are along the link, across it and along the normal. As in the plane, the joints are computed at batches of angles
+!> (gestell_model_linkage).
 module gestell_model_space_masses
   use gestell_base_kinds, only: dp
   use gestell_model_joints_path, only: batch, find_direction, keep, path_type, take_batch
@@ -16,33 +17,33 @@ module gestell_model_space_masses
 
   public :: new_masses, sum_planes
 
-  !> A linkage in a plane of its own.
+  !> A linkage and the plane in space in which it moves.
   type, public :: plane_type
     type(linkage_type) :: linkage
-    !> Axes Q, whose third column is the normal of the plane; origin o (m).
+    !> `axes`: the matrix Q of the plane's axes, whose third column is the plane's normal. `origin`: o (m).
     real(dp) :: axes(3, 3) = reshape([1, 0, 0, 0, 1, 0, 0, 0, 1], [3, 3]), origin(3) = 0
   end type plane_type
 
-  !> Sums at many angles of the drive: S, S', S'' (kg m), shape (angles, 3, 0:2); J, J' (kg m^2), shape (angles, 3, 3, 0:1); H, H'
-  !> (kg m^2), shape (angles, 3, 0:1).
+  !> Sums over the masses at many angles of the drive, with derivatives. `s`: S, S', S'' (kg m), shape (angles, 3, 0:2). `j`: J, J'
+  !> (kg m^2), shape (angles, 3, 3, 0:1). `h`: H, H' (kg m^2), shape (angles, 3, 0:1).
   type, public :: masses_type
     real(dp) :: mass = 0
     real(dp), allocatable :: s(:, :, :), j(:, :, :, :), h(:, :, :)
   end type masses_type
 
-  !> Sums of one plane about the origin of its own axes, over a batch. S along the normal is constant. J is stored as its elements
-  !> xx, yy, zz, xy, xz, yz.
+  !> Sums of one plane at a batch of angles, about the origin of the plane's axes and along them. S along the normal is constant. Of
+  !> the symmetric matrix J the elements xx, yy, zz, xy, xz, yz are stored.
   type :: flat_type
     real(dp) :: mass = 0, along_normal = 0
     real(dp) :: s(batch, 2, 0:2) = 0, j(batch, 6, 0:1) = 0, h(batch, 3, 0:1) = 0
   end type flat_type
 
-  !> Rows and columns of the six elements of J.
+  !> Row and column of each of the six stored elements of the symmetric matrix J.
   integer, parameter :: of_row(6) = [1, 2, 3, 1, 1, 2], of_column(6) = [1, 2, 3, 2, 3, 3]
 
 contains
 
-  !> Allocates sums of no masses at a number of angles.
+  !> Allocates sums over the masses at a number of angles and sets them to zero.
   pure subroutine new_masses(angles, masses)
     integer, intent(in) :: angles
     type(masses_type), intent(out) :: masses
@@ -50,7 +51,7 @@ contains
     allocate(masses%s(angles, 3, 0:2), masses%j(angles, 3, 3, 0:1), masses%h(angles, 3, 0:1), source=0.0_dp)
   end subroutine new_masses
 
-  !> Computes the sums over all planes at angles of the drive (rad).
+  !> Computes the sums over the masses of all planes at angles of the drive (rad).
   pure subroutine sum_planes(planes, angles, masses)
     type(plane_type), intent(in) :: planes(:)
     real(dp), contiguous, intent(in) :: angles(:)
@@ -83,7 +84,7 @@ contains
     end do
   end subroutine sum_planes
 
-  !> Adds a link; `at` are the paths of all joints.
+  !> Adds a link to the sums of its plane. `at`: paths of all joints.
   pure subroutine add_link(link, at, flat)
     type(link_type), intent(in) :: link
     type(path_type), intent(in) :: at(:)
@@ -143,8 +144,8 @@ contains
     end associate
   end subroutine add_link
 
-  !> Adds the sums of a plane, for angles number `first` to `last`, to those about F. The plane has the given axes Q and origin o;
-  !> with s = Q S,
+  !> Adds the sums of a plane, for angles number `first` to `last`, to the sums about F. The plane has the axes Q and the origin o.
+  !> With s = Q S the new sums are
   !>
   !>     S + s + m o,   J + Q J Q^T + 2 (o s) 1 - o s^T - s o^T + m (o^2 1 - o o^T),   H + Q H + o x s'.
   pure subroutine place(flat, axes, origin, first, last, masses)

@@ -1,11 +1,12 @@
 !> Forces of springs and dampers on a frame in space, along axes that stay in space or turn with the frame.
 !>
-!> With displacement u, velocity v, rotation R and angular velocity w of the frame, the head of a support at p has moved by
+!> Let the frame have the displacement u, velocity v, rotation R and angular velocity w. The head of a support at p then has the
+!> displacement and velocity d and d' and exerts the force F and the moment M about the frame's centre of mass,
 !>
 !>     d = u + (R - 1) p,   d' = v + R (w x p),   F = -K d - B d',   M = p x R^T F.
 !>
 !> Forces are along axes in space, moments along those of the frame. If the axes of the support turn with the frame, displacement
-!> and rate are measured in the frame. With the vector y = R^T (u - p) from the support's position at rest to F,
+!> and rate are measured in the frame. With the vector y = R^T (u - p) from the support's position at rest to the centre of mass,
 !>
 !>     e = R^T d = p + y,   e' = R^T v - w x y,   f = K e + B e' + G,   F = -R f,   M = y x f,
 !>
@@ -21,11 +22,12 @@ module gestell_model_space_mounting
 
 contains
 
-  !> Dynamic force of a support on the ground along axes in space (N): -F minus the static force G. `turn` is R - 1, so that R x = x
-  !> + turn x.
+  !> Dynamic force of a support on the ground (N), along axes in space: -F minus the static force G. `turn` is R - 1, so that R x =
+  !> x + turn x.
   pure function support_force(support, u, v, turn, w) result(force)
     type(support_type), intent(in) :: support
-    !> Displacement (m) and velocity (m/s) of F along axes in space; R - 1; angular velocity along the frame's axes (rad/s)
+    !> `u`, `v`: displacement (m) and velocity (m/s) of F along axes in space. `turn`: R - 1. `w`: angular velocity along the
+    !> frame's axes (rad/s)
     real(dp), intent(in) :: u(3), v(3), turn(3, 3), w(3)
     real(dp) :: force(3), d(3), e(3), e_d(3)
 
@@ -52,9 +54,9 @@ contains
     force = matmul(support%axes, support%stiffness * matmul(d, support%axes) + support%damping * matmul(d_d, support%axes))
   end function held
 
-  !> Subtracts force and moment about F of the supports from the left sides r, shape (6), and their derivatives from b and c, shape
-  !> (6, 6). The derivatives are with respect to the motion of u and of R = 1 + `turn`. R changes by R [dalpha], so that dw =
-  !> dalpha' + w x dalpha.
+  !> Subtracts the forces of the supports, and their moments about F, from the left sides r, shape (6). Subtracts their derivatives
+  !> with respect to the motion of u and of R = 1 + `turn` from b and c, shape (6, 6). R changes by R [dalpha], so that dw = dalpha'
+  !> + w x dalpha.
   pure subroutine add_supports(supports, u, v, turn, w, r, b, c)
     type(support_type), intent(in) :: supports(:)
     !> As in `support_force`
@@ -104,8 +106,8 @@ contains
     end associate
   end subroutine add_in_space
 
-  !> Subtracts force, moment and derivatives of a support whose axes turn with the frame: dy = R^T du + y x dalpha, de' = R^T dv - w
-  !> x R^T du + y x dalpha' + e' x dalpha. Only the change of the static force's moment from its value at rest enters r.
+  !> Does the work of `add_supports` for one support whose axes turn with the frame: dy = R^T du + y x dalpha, de' = R^T dv - w x
+  !> R^T du + y x dalpha' + e' x dalpha. Only the changes of the static force and of its moment from their values at rest enter r.
   pure subroutine add_in_frame(support, u, v, turn, w, r, b, c)
     type(support_type), intent(in) :: support
     real(dp), intent(in) :: u(3), v(3), turn(3, 3), w(3)
@@ -142,7 +144,7 @@ contains
     b(4:, 4:) = b(4:, 4:) - matmul(arm, by_spin)
   end subroutine add_in_frame
 
-  !> Matrix K or B of a support with stiffness or damping `k` along its axes.
+  !> Matrix K or B of a support along the frame's axes. `k`: stiffness or damping along each axis of the support.
   pure function matrix(support, k)
     type(support_type), intent(in) :: support
     real(dp), intent(in) :: k(3)

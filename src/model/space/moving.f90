@@ -1,5 +1,5 @@
 !> Sums over the masses that determine the torque on the drive, as functions of the drive's angle phi, ' = d/dphi. The links have
-!> centres of mass r about F, inertia tensors J_i and angular velocities w_i relative to the frame, all along the frame's axes:
+!> centres of mass r about F, inertia tensors J_i, and angular velocities w_i relative to the frame, all along the frame's axes:
 !>
 !>     S = sum m r,   J = sum [m (|r|^2 1 - r r^T) + J_i],   A = sum [m r x r' + J_i w_i],   K = sum [m |r'|^2 + w_i J_i w_i].
 module gestell_model_space_moving
@@ -14,15 +14,15 @@ module gestell_model_space_moving
 
   public :: find_moving
 
-  !> The sums and their derivatives: S', S'', S''' (kg m), shape (3, 3); J', J'' (kg m^2), shape (3, 3, 2); A, A', A'' (kg m^2),
-  !> shape (3, 0:2); K, K', K'' (kg m^2).
+  !> The sums with their derivatives. `s`: S', S'', S''' (kg m), shape (3, 3). `j`: J', J'' (kg m^2), shape (3, 3, 2). `a`: A, A',
+  !> A'' (kg m^2), shape (3, 0:2). `k`: K, K', K'' (kg m^2).
   type, public :: moving_type
     real(dp) :: s(3, 3) = 0, j(3, 3, 2) = 0, a(3, 0:2) = 0, k(0:2) = 0
   end type moving_type
 
 contains
 
-  !> Computes the sums over all planes at an angle of the drive (rad).
+  !> Computes the sums S, J, A, K over the masses of all planes at one angle of the drive (rad).
   pure subroutine find_moving(planes, angle, moving)
     type(plane_type), intent(in) :: planes(:)
     real(dp), intent(in) :: angle
@@ -50,7 +50,7 @@ contains
     end do
   end subroutine find_moving
 
-  !> Adds link `k` of a plane; `center` is its centre of mass, `along` the direction of its axis in the plane.
+  !> Adds link `k` of a plane to the sums. `center`: its centre of mass; `along`: direction of its axis in the plane.
   pure subroutine add_link(plane, k, center, along, moving)
     type(plane_type), intent(in) :: plane
     integer, intent(in) :: k
@@ -89,7 +89,7 @@ contains
     end associate
   end subroutine add_link
 
-  !> A vector of the plane in the frame's axes with its derivatives, shape (3, 0:3).
+  !> Converts a vector `p` of the plane, with its derivatives, to the frame's axes; shape (3, 0:3).
   pure function in_axes(axes, p) result(r)
     real(dp), intent(in) :: axes(3, 3)
     type(point_type), intent(in) :: p

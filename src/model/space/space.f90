@@ -1,5 +1,5 @@
 !> A frame in space: a rigid body with the moving masses of planar mechanisms, on springs and dampers; (45) to (48) of
-!> doc/theory.md. This module has the parts that a frame in the plane lacks.
+!> doc/theory.md. This module adds what a frame in the plane lacks.
 !>
 !> The centre of mass F of the frame moves by u = (xi, eta, zeta). The rotation R has the rotation vector theta = (rot_xi, rot_eta,
 !> psi) (gestell_math_rotation) and the angular velocity w along the frame's axes. S, J, H are sums over the masses
@@ -14,8 +14,8 @@
 !>     M = |  m 1   -[S] |   B = B_0 + | 0   -2 [S']    |   C = C_0 + | 0   -[S''] |   h = -(S'', H').
 !>         | [S]     J   |             | 0    J' - [H]  |             | 0    0     |
 !>
-!> plus the terms of the weights (gestell_model_mounting_weights). In the plane only psi turns and S = (a1, a2) about F; then these
-!> are (8) to (12).
+!> plus the terms of the weights (gestell_model_mounting_weights). In the plane only psi is free to rotate and S = (a1, a2) about F;
+!> then these equations are (8) to (12).
 module gestell_model_space
   use gestell_base_kinds, only: dp, pi
   use gestell_math_rotation, only: cross_matrix
@@ -30,18 +30,18 @@ module gestell_model_space
 
   public :: in_frame, in_space, is_rotation
 
-  !> Sums over the masses at angles of the drive (rad) that will be needed again.
+  !> Table of the sums over the masses at angles of the drive (rad) that will be needed again.
   type :: table_type
     real(dp), allocatable :: angles(:)
     type(masses_type) :: masses
   end type table_type
 
-  !> Rotation vector of a frame at rest and its derivatives.
+  !> Rotation vector of a frame at rest, with its first and second derivatives.
   real(dp), parameter :: upright(3, 0:2) = 0
 
-  !> The mechanisms of a frame in space, each in its plane, with their drive.
+  !> The mechanisms of a frame in space, each in its own plane, and their drive.
   type, public :: space_type
-    !> Inertia tensor of the frame about F (kg m^2); origin O of the mechanisms seen from F (m).
+    !> `inertia`: tensor of the frame about F (kg m^2). `origin`: origin O of the mechanisms seen from F (m).
     real(dp) :: inertia(3, 3) = 0, origin(3) = 0
     type(plane_type), allocatable :: planes(:)
     type(drive_type) :: drive
@@ -58,7 +58,8 @@ module gestell_model_space
 
 contains
 
-  !> Computes the mean of S about F over the turn (kg m), the mass of all planes (kg), and a bound on the magnitude of S (kg m).
+  !> Computes the mean over the turn of the first moment S of the moving masses about F (kg m), the mass of all planes (kg), and a
+  !> bound on the magnitude of S (kg m).
   subroutine average(self, mean, mass, greatest)
     class(space_type), intent(in) :: self
     real(dp), intent(out) :: mean(3), mass, greatest
@@ -80,9 +81,8 @@ contains
     end do
   end subroutine average
 
-  !> Tabulates the sums over the masses at `angles` (rad). All cases with these mechanisms that request exactly these angles use the
-  !> table. The magnitude of the speed, the frame's mass and inertia and the mounting may change afterwards; the sign of the speed
-  !> may not.
+  !> Tabulates the sums over the masses at `angles` (rad). Later evaluations at exactly these angles use the table. The magnitude of
+  !> the speed, the frame's mass and inertia and the mounting may change meanwhile; the sign of the speed may not.
   pure subroutine remember(self, angles)
     class(space_type), intent(inout) :: self
     real(dp), contiguous, intent(in) :: angles(:)
@@ -98,15 +98,16 @@ contains
     call move_alloc(longer, self%tables)
   end subroutine remember
 
-  !> Computes the sums over all masses about F, with derivatives with respect to time.
+  !> Computes mass, first moment S, inertia tensor J and angular momentum H about F of the frame with all moving masses, and their
+  !> time derivatives.
   pure subroutine masses_at(self, mass, speed, angles, masses, rates)
     class(space_type), intent(in) :: self
-    !> Mass of the frame (kg); speed of the drive (rad/s), unless `rates` are given
+    !> `mass`: of the frame (kg). `speed`: of the drive (rad/s); not used if `rates` are given
     real(dp), intent(in) :: mass, speed
     !> Angles of the drive (rad)
     real(dp), contiguous, intent(in) :: angles(:)
     type(masses_type), intent(out) :: masses
-    !> Angular velocity (rad/s) and acceleration (rad/s^2) of the drive at each angle, shape (angles, 2)
+    !> Angular velocity (rad/s) and angular acceleration (rad/s^2) of the drive at each angle, shape (angles, 2)
     real(dp), intent(in), optional :: rates(:, :)
     logical :: known
     integer :: i, k
@@ -147,8 +148,8 @@ contains
     masses%h(:, :, 1) = speed**2 * masses%h(:, :, 1)
   end subroutine masses_at
 
-  !> Computes M, B, C and h about rest for the degrees of freedom `free` of a frame at angles of the drive (rad), shapes (angles,
-  !> size(free), size(free)) and (angles, size(free)).
+  !> Computes M, B, C and h about rest of a frame in space at angles of the drive (rad), for the degrees of freedom `free`. Shapes:
+  !> M, B, C (angles, size(free), size(free)), h (angles, size(free)).
   pure subroutine sample_at_rest(self, frame, angles, free, m, b, c, h)
     class(space_type), intent(in) :: self
     class(mounted_system), intent(in) :: frame
@@ -192,7 +193,7 @@ contains
     if (self%drive%even_in_space()) call add_drive_at_rest(self, frame, angles, at, m, b, c, h)
   end subroutine sample_at_rest
 
-  !> Adds to M, B, C and h the effect of a drive that turns evenly in space.
+  !> Adds the effect of a drive that turns uniformly in space to M, B, C and h.
   pure subroutine add_drive_at_rest(self, frame, angles, at, m, b, c, h)
     class(space_type), intent(in) :: self
     class(mounted_system), intent(in) :: frame
@@ -220,8 +221,8 @@ contains
     end do
   end subroutine add_drive_at_rest
 
-  !> Computes forces (N) and moments about F (N m) on the frame at rest, without weights, at angles of the drive, which turns at
-  !> `speed` (rad/s). They are in the order (u, theta), shape (angles, 6).
+  !> Computes the shaking forces (N) and their moments about F (N m) on the frame at rest, without weights, at angles of the drive;
+  !> shape (angles, 6), in the order (u, theta). `speed`: of the drive (rad/s).
   pure subroutine shake(self, speed, angles, loads)
     class(space_type), intent(in) :: self
     real(dp), intent(in) :: speed
@@ -244,7 +245,7 @@ contains
     end do
   end subroutine shake
 
-  !> Sum a + b, or zero if only rounding is left.
+  !> Sum a + b, or zero if only rounding errors are left.
   elemental real(dp) function total(a, b)
     real(dp), intent(in) :: a, b
 
@@ -252,8 +253,8 @@ contains
     if (abs(total) <= 8 * epsilon(1.0_dp) * (abs(a) + abs(b))) total = 0
   end function total
 
-  !> Sums of the absolute terms of the mechanisms' forces (kg m) and moments (kg m^2) at unit speed. Where the terms cancel, only
-  !> their rounding errors limit the accuracy.
+  !> Sums of the absolute terms of the mechanisms' forces (kg m) and moments (kg m^2) at unit speed. They bound the rounding errors
+  !> where the terms cancel.
   pure function terms(self)
     class(space_type), intent(in) :: self
     real(dp) :: terms(2), force, reach
@@ -269,9 +270,9 @@ contains
     end do
   end function terms
 
-  !> Cancellation in the load: ratio of its absolute terms to the load, less 1, as maximum over the degrees of freedom `free`
-  !> (dimensionless). 0 means that nothing cancels. Forces and moments are weighted as in the kinetic energy; `mass` (kg) is that of
-  !> the frame.
+  !> How strongly the terms of the load cancel (dimensionless): the largest sum of their absolute values, divided by the largest
+  !> load for the degrees of freedom `free`, minus 1; 0 means that nothing cancels. To compare them, forces are divided by the root
+  !> of the machine's mass, moments by the root of its moment of inertia. `mass`: of the frame (kg).
   pure real(dp) function cancellation(self, mass, free)
     class(space_type), intent(in) :: self
     real(dp), intent(in) :: mass
@@ -298,7 +299,8 @@ contains
     end associate
   end function cancellation
 
-  !> Adds factor [a] to matrices over the angles, for a of shape (angles, 3). Rows and columns that are 0 are absent and skipped.
+  !> Adds factor [a] to matrices at each angle, for vectors a of shape (angles, 3). Where `rows` or `columns` is 0, the matrices
+  !> lack this row or column.
   pure subroutine add_cross(matrices, factor, a, rows, columns)
     real(dp), contiguous, intent(inout) :: matrices(:, :, :)
     real(dp), intent(in) :: factor
@@ -316,7 +318,8 @@ contains
     end do
   end subroutine add_cross
 
-  !> Adds a, shape (angles, 3, 3), to rows and columns `at`; those that are 0 are absent and skipped.
+  !> Adds the blocks a, shape (angles, 3, 3), to the rows and columns `at` of matrices. Where `at` is 0, the matrices lack this row
+  !> and column.
   pure subroutine add_block(matrices, a, at)
     real(dp), contiguous, intent(inout) :: matrices(:, :, :)
     real(dp), contiguous, intent(in) :: a(:, :, :)

@@ -1,12 +1,13 @@
-!> The torque-roll axis: the axis about which an unsupported machine turns under a torque about its shaft.
+!> The torque-roll axis: the axis about which an unsupported machine rotates under a torque about its shaft.
 !>
-!> Let m, S and J be the means over the turn of the masses about F, e the direction of the shaft and tau e a torque. With the centre
-!> of mass c = S/m and J_c = J - m (|c|^2 1 - c c^T), momentum and angular momentum give
+!> Let m, S and J be the mass, first moment and inertia tensor about F of the machine, averaged over the turn; let e be the
+!> direction of the shaft and tau e a torque. With the centre of mass c = S/m and J_c = J - m (|c|^2 1 - c c^T), momentum and
+!> angular momentum give
 !>
-!>     J_c theta'' = tau e,   u'' = c x theta'':
+!>     J_c theta'' = tau e,   u'' = c x theta''.
 !>
-!> This is an axis through c along J_c^-1 e. It has the direction of the shaft only if that is a principal axis. (T. Jeong, R.
-!> Singh, J. Sound Vib. 234, 2000, 85-114, doi 10.1006/jsvi.1999.2860.)
+!> The machine rotates about an axis through c with the direction J_c^-1 e. It is parallel to the shaft only if the shaft is
+!> parallel to a principal axis. (T. Jeong, R. Singh, J. Sound Vib. 234, 2000, 85-114, doi 10.1006/jsvi.1999.2860.)
 module gestell_model_space_torque_roll
   use gestell_base_kinds, only: dp
   use gestell_math_rotation, only: cross
@@ -15,19 +16,20 @@ module gestell_model_space_torque_roll
 
   public :: find_torque_roll
 
-  !> The torque-roll axis of a machine.
+  !> The torque-roll axis of a machine, and the motion about it.
   type, public :: torque_roll_type
     !> True if the axis exists; false if J_c is singular or the numbers overflow.
     logical :: known = .false.
-    !> Axis as a unit vector, centre of mass seen from F (m), angle between axis and shaft (rad).
+    !> `axis`: direction as a unit vector. `center`: centre of mass, a point of the axis, seen from F (m). `angle`: between axis and
+    !> shaft (rad).
     real(dp) :: axis(3) = 0, center(3) = 0, angle = 0
-    !> Motion (u, theta) under a unit torque, up to a factor.
+    !> Motion (u, theta) under a torque about the shaft, scaled so that theta is a unit vector.
     real(dp) :: motion(6) = 0
   end type torque_roll_type
 
 contains
 
-  !> Computes the torque-roll axis from the mean mass matrix of (u, theta) and the unit vector `shaft`.
+  !> Computes the torque-roll axis from the mean mass matrix for (u, theta) and the unit vector `shaft`.
   pure subroutine find_torque_roll(mass, shaft, found)
     real(dp), intent(in) :: mass(6, 6), shaft(3)
     type(torque_roll_type), intent(out) :: found

@@ -1,12 +1,12 @@
-!> The frame in space linearised about a motion that it makes: the exact equations of gestell_model_space and their derivatives.
+!> A frame in space linearised about one of its motions: the exact equations of gestell_model_space and their derivatives.
 !>
-!> R changes by R [dalpha]. Then dw = dalpha' + w x dalpha, dw' = dalpha'' + w' x dalpha + w x dalpha', and
+!> If R changes by R [dalpha], dw = dalpha' + w x dalpha, dw' = dalpha'' + w' x dalpha + w x dalpha', and
 !>
 !>     d(R g)      = R (dalpha x g + dg),   dg = 2 dw x S' + dw' x S + dw x (w x S) + w x (dw x S),
 !>     d(R^T u'')  = R^T du'' - dalpha x (R^T u'').
 !>
-!> In terms of the rotation vector dalpha = T dtheta, dalpha' = T dtheta' + T' dtheta, dalpha'' = T dtheta'' + 2 T' dtheta' + T''
-!> dtheta.
+!> In terms of the rotation vector theta, dalpha = T dtheta, dalpha' = T dtheta' + T' dtheta, dalpha'' = T dtheta'' + 2 T' dtheta' +
+!> T'' dtheta.
 module gestell_model_space_variation
   use gestell_base_kinds, only: dp
   use gestell_model_mounting, only: damping_matrix, in_frame, in_space, stiffness_matrix, turned_loads
@@ -24,14 +24,15 @@ module gestell_model_space_variation
 
 contains
 
-  !> Computes the left sides r, shape (angles, 6), and their derivatives M, B, C, shape (angles, 6, 6), along a motion, for all six
-  !> degrees of freedom in the frame's order.
+  !> Computes along a motion the left sides r of the exact equations, shape (angles, 6), and their derivatives M, B, C, shape
+  !> (angles, 6, 6). All six degrees of freedom are included, in the frame's order.
   pure subroutine sample_varied(frame, space, angles, q, v, a, lag, r, m, b, c)
     class(mounted_system), intent(in) :: frame
     type(space_type), intent(in) :: space
     !> Angles of the drive (rad)
     real(dp), contiguous, intent(in) :: angles(:)
-    !> Motion q, q', q'' at these angles, shapes (angles, 6); with a flywheel `lag` of `follow_frame`, shape (angles, 3)
+    !> `q`, `v`, `a`: motion q, q', q'' at these angles, shapes (angles, 6). `lag`: with a flywheel, the `lag` of `follow_frame`,
+    !> shape (angles, 3)
     real(dp), intent(in) :: q(:, :), v(:, :), a(:, :), lag(:, :)
     real(dp), intent(out) :: r(:, :), m(:, :, :), b(:, :, :), c(:, :, :)
     type(masses_type) :: masses
@@ -59,7 +60,7 @@ contains
     end do
   end subroutine sample_varied
 
-  !> The motion q, q', q'' in the order (u, theta), shape (6, 0:2).
+  !> Converts the motion q, q', q'' from the frame's order to the order (u, theta), shape (6, 0:2).
   pure function in_order(q, v, a) result(motion)
     real(dp), intent(in) :: q(:), v(:), a(:)
     real(dp) :: motion(6, 0:2)
@@ -69,7 +70,8 @@ contains
     motion(in_space, 2) = a
   end function in_order
 
-  !> Computes along a motion the state of a drive that turns evenly in space, and the sums over the masses at its angles.
+  !> Computes, along a motion, the state of a drive that turns uniformly in space, and the sums over the masses at the angles of
+  !> this drive.
   pure subroutine follow_motion(frame, space, angles, v, a, q, lag, masses, driven)
     class(mounted_system), intent(in) :: frame
     type(space_type), intent(in) :: space
@@ -91,9 +93,9 @@ contains
     call space%masses_at(frame%mass, frame%speed, turned, masses, rates)
   end subroutine follow_motion
 
-  !> Forces (N) on the ground along axes in space and their moments about F at rest (N m), in the frame's order, shape (6, points),
-  !> for a motion q, v, shape (points, 6). A force acts at the head of its support, or at the head's position at rest if the axes
-  !> turn with the frame.
+  !> Forces (N) on the ground along axes in space, and their moments about the rest position of F (N m), in the frame's order, shape
+  !> (6, points). `q`, `v`: motion, shape (points, 6). A force acts at the displaced head of its support, or at the head's rest
+  !> position if the axes turn with the frame.
   pure function ground_in_space(frame, q, v) result(forces)
     class(mounted_system), intent(in) :: frame
     real(dp), intent(in) :: q(:, :), v(:, :)
@@ -118,7 +120,7 @@ contains
     end do
   end function ground_in_space
 
-  !> Angular velocity along the frame's axes (rad/s) for q and v in the frame's order.
+  !> Angular velocity of the frame along its axes (rad/s), from q and q' in the frame's order.
   pure function spin_of(q, v) result(w)
     real(dp), intent(in) :: q(6), v(6)
     real(dp) :: w(3)
@@ -126,8 +128,8 @@ contains
     w = matmul(turning_less_one(q(in_frame(4:))), v(in_frame(4:))) + v(in_frame(4:))
   end function spin_of
 
-  !> Nonlinear part of the forces on the ground (N) of the supports whose axes turn with the frame, three components each, for q and
-  !> v in the frame's order.
+  !> Nonlinear part of the forces on the ground (N) of the supports whose axes turn with the frame, three components for each
+  !> support. `q`, `v`: motion in the frame's order.
   pure function force_excess(frame, q, v) result(excess)
     class(mounted_system), intent(in) :: frame
     real(dp), intent(in) :: q(6), v(6)
@@ -146,18 +148,18 @@ contains
     end do
   end function force_excess
 
-  !> Computes the left sides r of the equations of a frame and their derivatives M, B, C with respect to q'', q' and q, all in the
-  !> order (u, theta).
+  !> Computes the left sides r of the exact equations of a frame and their derivatives m, b, c with respect to q'', q' and q, all in
+  !> the order (u, theta).
   pure subroutine vary(frame, drive, masses, k, q, r, m, b, c, driven)
     class(mounted_system), intent(in) :: frame
     type(drive_type), intent(in) :: drive
-    !> Sums over the masses, of which those at angle number `k` are used
+    !> Sums over the masses at many angles; only those at angle number `k` are used
     type(masses_type), intent(in) :: masses
     integer, intent(in) :: k
     !> Motion q, q', q'' in the order (u, theta)
     real(dp), intent(in) :: q(6, 0:2)
     real(dp), intent(out) :: r(6), m(6, 6), b(6, 6), c(6, 6)
-    !> State of the drive, if it turns evenly in space
+    !> State of the drive; to be given if the drive turns uniformly in space
     type(driven_type), intent(in), optional :: driven
     real(dp), dimension(3, 3) :: turn, rotation, back, s, spin, wheel, change
     real(dp), dimension(3, 3, 0:2) :: turning, varied
