@@ -20,7 +20,7 @@ module gestell_door_guarded
   type, public :: watch_type
     !> Number of evaluations so far; the coefficients and the load at one time are two evaluations
     integer :: calls = 0
-    !> True if the coefficients have been examined
+    !> True if `examine` has already checked the coefficients
     logical :: examined = .false.
     !> Message about the fault; unallocated if none has been found
     character(len=:), allocatable :: reason

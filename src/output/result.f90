@@ -175,8 +175,8 @@ contains
     end if
   end subroutine say
 
-  !> Appends a section on the vibration of the input's machine to the report. A warning follows the heading unless this vibration is
-  !> stable.
+  !> Appends a section on the vibration of the input's machine to the report. A warning follows the heading if this vibration is
+  !> unstable, undamped or undecided.
   pure subroutine say_section(self, heading, lines)
     class(result_type), intent(inout) :: self
     character(len=*), intent(in) :: heading, lines

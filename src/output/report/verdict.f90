@@ -20,7 +20,7 @@ module gestell_output_report_verdict
 
 contains
 
-  !> A warning about a vibration with this verdict; empty if the vibration is stable or there is no verdict.
+  !> A warning about an unstable, undamped or undecided vibration; empty for any other verdict.
   pure function judged(verdict) result(words)
     character(len=*), intent(in) :: verdict
     character(len=:), allocatable :: words
@@ -41,7 +41,7 @@ contains
     words = trim(on_machine%alarm()) // ": " // words
   end function judged
 
-  !> Heading of a section of the report that deals with a vibration. A warning follows if the vibration is not stable.
+  !> Heading of a section of the report that deals with a vibration. A warning follows if it is unstable, undamped or undecided.
   pure function section(heading, verdict) result(line)
     character(len=*), intent(in) :: heading, verdict
     character(len=:), allocatable :: line
