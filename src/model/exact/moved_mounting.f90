@@ -39,8 +39,9 @@ module gestell_model_exact_moved_mounting
     procedure :: times
   end type pair_type
 
-  !> Sums over all springs, or all dampers, whose axes stay in space and whose heads are at p: of `mean` times 1, p and |p|^2, and
-  !> of `difference` times 1, conj(p) and conj(p)^2.
+  !> Sums over all springs, or all dampers, whose axes stay in space; p is the position of their head. `mean`, `mean_p` and
+  !> `mean_pp` are sums of the means of the pairs times 1, p and |p|^2. `difference`, `difference_p` and `difference_pp` are sums of
+  !> the differences times 1, conj(p) and conj(p)^2.
   type :: sums_type
     real(dp) :: mean = 0, mean_pp = 0
     complex(dp) :: difference = 0, mean_p = 0, difference_p = 0, difference_pp = 0
@@ -49,9 +50,9 @@ module gestell_model_exact_moved_mounting
 
 contains
 
-  !> Subtracts the forces and moments of the supports from the left sides r of the equations of motion. Subtracts their derivatives
-  !> with respect to q from c, with respect to q' from b. The supports whose axes stay in space exert the forces F_j: the total
-  !> moment is Im(conj(E) G) with G = sum of conj(p_j) F_j.
+  !> Subtracts the forces F_j and moments of the supports from the left sides r of the equations of motion, and subtracts their
+  !> derivatives with respect to q' and q from b and c. The total moment of the supports whose axes stay in space is Im(conj(E) G)
+  !> with G = sum of conj(p_j) F_j.
   pure subroutine add_mounting(supports, q, v, turn, r, b, c)
     type(support_type), intent(in) :: supports(:)
     !> `q`: displacement and rotation (xi, eta, psi) of the frame; `v`: their rates; shapes (points, 3)
@@ -98,7 +99,7 @@ contains
     r(:, 3) = r(:, 3) - cross(turn, g)
     c(:, 1, 3) = c(:, 1, 3) - real(f_turn)
     c(:, 2, 3) = c(:, 2, 3) - aimag(f_turn)
-    c(:, 3, 3) = c(:, 3, 3) - cross(turn, g_turn) + real(conjg(turn) * g)      ! the load turned on its arm
+    c(:, 3, 3) = c(:, 3, 3) - cross(turn, g_turn) + real(conjg(turn) * g)      ! the moment arm rotates
   end subroutine add_mounting
 
   !> Does the work of `add_mounting` for one support whose axes turn with the frame.

@@ -11,8 +11,8 @@ module gestell_model_exact_moving_masses
   public :: find_masses
 
   !> Sums over the masses about F along the frame's axes, each of shape (angles). Suffix _t: time derivative, Omega d/dphi at
-  !> constant psi. Suffix _psi: derivative with respect to psi at constant time; if the crank turns uniformly in space, this turns
-  !> it back relative to the frame. Z = E S is the first moment of the masses along axes in space.
+  !> constant psi. Suffix _psi: derivative with respect to psi at constant time. A crank that turns uniformly in space then turns
+  !> back relative to the frame. Z = E S is the first moment of the masses along axes in space.
   type, public :: masses_type
     !> First moment S = sum m r of the masses (kg m). `s_tt`: d2S/dt2. With Z = E S, E = exp(i psi): dZ/dpsi = i E S_1, d2Z/dpsi2 =
     !> -E S_2, d3Z/dpsi3 = -i E S_3. Suffixes _t and _tt: first and second time derivative.
@@ -20,7 +20,7 @@ module gestell_model_exact_moving_masses
     !> `inertia`: effective moment of inertia J_1, the factor of psi'' (kg m^2). The others are its derivatives with respect to time
     !> and psi.
     real(dp), allocatable :: inertia(:), inertia_t(:), inertia_psi(:), inertia_tpsi(:), inertia_psipsi(:)
-    !> `moment`: moment on the left side of the equation of psi, the negative moment of the load at rest (N m). `moment_psi`: its
+    !> `moment`: negative moment about F of the load on a frame at rest (N m), as in the equation of psi. `moment_psi`: its
     !> derivative with respect to psi.
     real(dp), allocatable :: moment(:), moment_psi(:)
   end type masses_type

@@ -54,7 +54,7 @@ module gestell_model_exact_varied_frame
     real(dp) :: excitation = 1
     !> Only for a frame in space with a flywheel: the angle chi by which the drive lags (rad); see gestell_model_space_drive.
     type(series_type) :: spun
-    !> Mean over the turn of w n, the frame's rate of rotation about the shaft (rad/s); only in space with a flywheel.
+    !> Mean over the turn of the frame's rate of rotation about the shaft, w n (rad/s). Only for a frame in space with a flywheel.
     real(dp) :: drift = 0
   contains
     procedure :: move_to, lag, sample_second_order, coupled, ground_forces
@@ -76,8 +76,8 @@ contains
     call varied%move_to(motion)
   end function varied_frame
 
-  !> Linearises the frame about another motion. With a flywheel, also computes the mean torque of its motor on the frame: the motor
-  !> replaces the power that the dampers dissipate over the turn.
+  !> Linearises the frame about another motion. With a flywheel, also computes the mean torque of its motor, which must replace the
+  !> power that the dampers dissipate over the turn.
   pure subroutine move_to(self, motion)
     class(varied_frame_type), intent(inout) :: self
     type(series_type), intent(in) :: motion
@@ -185,7 +185,7 @@ contains
       call add_mounting(self%supports, q, v, turn, r, all_b, all_c)
     end if
     if (self%excitation < 1 .or. self%excitation > 1) then
-      ! the part of the load at rest that does not act
+      ! subtracts the part of the load at rest that does not act
       call self%sample_at_rest(self%crank_angles(phases), [(k, k = 1, self%dofs())], rest_m, rest_b, rest_c, load)
       r = r + (1 - self%excitation) * load
     end if
@@ -294,8 +294,8 @@ contains
       & + matmul(v, transpose(self%foundation_damping)))
   end function ground_forces
 
-  !> E = exp(i psi), dE/dpsi, and E again in place of the approximation for the weights; all exact (see `rotations` of
-  !> gestell_model_frame).
+  !> The exact values of E = exp(i psi), dE/dpsi and again E, in place of three approximations in a frame about rest (see
+  !> `rotations` of gestell_model_frame).
   pure function rotations(self, psi)
     class(varied_frame_type), intent(in) :: self
     real(dp), intent(in) :: psi

@@ -99,7 +99,7 @@ contains
 
   !> How strongly the terms of the load cancel (dimensionless): the largest sum of their absolute values, divided by the largest
   !> load, minus 1; 0 means that nothing cancels. The maxima are over the degrees of freedom `free`. To compare them, forces are
-  !> divided by the root of the machine's mass, moments by the root of its moment of inertia.
+  !> divided by the square root of the machine's mass, moments by that of its moment of inertia.
   real(dp) function cancellation(mechanism, free, origin, mass, inertia, even_in_space)
     class(mechanism_type), intent(in) :: mechanism
     integer, intent(in) :: free(:)

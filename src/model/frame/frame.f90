@@ -233,7 +233,7 @@ contains
     if (self%even_in_space() .and. psi > 0) c(:, psi, psi) = c(:, psi, psi) - self%speed**2 * slope
     if (present(h)) call set_load(free, self%speed, self%origin, load, h)
     if (.not. self%weights%act .or. psi == 0) return
-    ! If the crank angle lags by a part p of psi, the first moment of the masses is S + i p S'. Its derivative with respect to psi
+    ! If the crank angle lags by p psi, the first moment of the masses is S + i p S'. Its derivative with respect to psi
     ! involves S + 2 i p S' - p^2 S''.
     associate (g => self%weights%gravity_in_plane(), mean => self%weights%mean)
       part = part_of_turn(self%mechanism, self%even_in_space())
@@ -347,8 +347,8 @@ contains
     model%c_error = moved(self%free, self%free)
   end subroutine averaged
 
-  !> Computes, for the degrees of freedom `free`, the means over the turn of M, of the gyroscopic part G of B (0 in the plane), and
-  !> of C about rest.
+  !> Computes the means over the turn of M, of the gyroscopic part G of B (0 in the plane), and of C, for the degrees of freedom
+  !> `free` of the frame about rest.
   subroutine mean_matrices(self, free, m, g, c)
     class(frame_type), intent(in) :: self
     !> Indices of the degrees of freedom, which may be free or locked
@@ -371,8 +371,8 @@ contains
     where (abs(g) <= 64 * epsilon(1.0_dp) * maxval(abs(all_b), dim=1)) g = 0
   end subroutine mean_matrices
 
-  !> Computes the natural angular frequencies (rad/s) of the undamped frame about rest from the mean matrices. Errors: those of
-  !> `check` and `solve_natural_frequencies`.
+  !> Computes the natural angular frequencies (rad/s) of the undamped frame about rest from the mean matrices. Fails if `check` or
+  !> `solve_natural_frequencies` fails.
   subroutine natural_frequencies(self, frequencies, error)
     class(frame_type), intent(in) :: self
     real(dp), allocatable, intent(out) :: frequencies(:)
@@ -454,8 +454,8 @@ contains
       & + dot_product(v, matmul(self%stiffness - transpose(self%stiffness), q)) / 2
   end function dissipation
 
-  !> Mean speed of the drive (rad/s). It exceeds `speed`, which is that of a shaft with one turn per period, if the drive turns
-  !> several times in the period.
+  !> Mean speed of the drive (rad/s). `speed` is that of a shaft with one turn per period, in which the drive may turn several
+  !> times.
   pure real(dp) function drive_speed(self)
     class(frame_type), intent(in) :: self
 

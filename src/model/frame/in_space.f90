@@ -30,8 +30,7 @@ contains
     !> Indices of the free degrees of freedom, 1 to 6
     integer, intent(in) :: free(:)
     type(error_type), allocatable, intent(out) :: error
-    !> Matrices of the foundation in the frame's order of degrees of freedom; default: the matrices of (xi, eta, psi) that the frame
-    !> has
+    !> Matrices of the foundation in the frame's order of degrees of freedom; default: those that the frame has for (xi, eta, psi)
     real(dp), intent(in), optional :: stiffness(6, 6), damping(6, 6)
     !> What keeps the speed constant; default: the motor
     type(drive_type), intent(in), optional :: drive

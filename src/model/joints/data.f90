@@ -22,7 +22,7 @@ module gestell_model_joints_data
     private
     type(datum_type) :: given(20)
     integer :: count = 0
-    !> Why the values do not define a joint; set by `define` of the joint's type.
+    !> Reason why the values do not define a joint; set by `define` of the joint's type.
     character(len=200), public :: reason = ""
     !> The key at fault, if it is a single one.
     character(len=16), public :: key = ""
@@ -93,7 +93,7 @@ contains
     allocate(joints, source=self%given(index_of(self, key))%joints)
   end function joints
 
-  !> Sets `reason` if a number is not finite. A `reason` that is already set remains.
+  !> Sets `reason` if a number is not finite. A `reason` that is already set is kept.
   pure subroutine check_finite(numbers, reason)
     real(dp), intent(in) :: numbers(:)
     character(len=:), allocatable, intent(inout) :: reason
@@ -101,7 +101,7 @@ contains
     if (reason == "" .and. .not. all(ieee_is_finite(numbers))) reason = "its numbers must be finite"
   end subroutine check_finite
 
-  !> Sets `reason` if a coordinate is not finite or exceeds 1e100 m in magnitude. A `reason` that is already set remains.
+  !> Sets `reason` if a coordinate is not finite or exceeds 1e100 m in magnitude. A `reason` that is already set is kept.
   pure subroutine check_coordinates(coordinates, reason)
     real(dp), intent(in) :: coordinates(:)
     character(len=:), allocatable, intent(inout) :: reason
@@ -111,7 +111,7 @@ contains
   end subroutine check_coordinates
 
   !> Sets `reason` if a length (m) is not between 1e-100 m and 1e100 m, or if the branch is neither 1 nor -1. A `reason` that is
-  !> already set remains.
+  !> already set is kept.
   pure subroutine check_lengths(lengths, branch, reason)
     real(dp), intent(in) :: lengths(:)
     integer, intent(in) :: branch

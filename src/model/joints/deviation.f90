@@ -54,9 +54,9 @@ contains
     end associate
   end function parallelogram
 
-  !> Computes, for a bar p of constant length, its `direction` in the middle of an interval and a bound on a component along it:
-  !> that of the deviation of the acceleration of joint `to`. `deviation` is the set for joint `from`. At all times p . p'' =
-  !> -|p'|^2. With index 0 for values in the middle and |p''| <= b in the interval,
+  !> Bounds the deviation of the acceleration of joint `to` along a bar p of constant length, which leads there from joint `from`.
+  !> Returns the bar's `direction` in the middle of the interval and the `bound`. `deviation`: that of joint `from`. At all times p
+  !> . p'' = -|p'|^2. With index 0 for values in the middle and |p''| <= b in the interval,
   !>
   !>     |p0 . (p'' - p0'')| = ||p0'|^2 - |p'|^2 - (p - p0) . p''| <= b w (3 |p0'| + 2 b w)
   !>

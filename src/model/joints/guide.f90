@@ -78,8 +78,8 @@ contains
     if (data%has(name // "_angle")) self%angle = data%number(name // "_angle")
   end subroutine define
 
-  !> Sets `reason` if a number of the guide is invalid or if its two carriers are the same joint. A `reason` that is already set
-  !> remains.
+  !> Sets `reason` if a number of the guide is invalid or if its two carriers are the same joint. A `reason` that is already set is
+  !> kept.
   pure subroutine check(self, reason)
     class(guide_type), intent(in) :: self
     character(len=:), allocatable, intent(inout) :: reason

@@ -31,7 +31,7 @@ module gestell_model_joints_joint
   type, public :: transmission_type
     !> Sine of the transmission angle: 1 at best, 0 at a dead point.
     type(jet) :: sine = jet(v=1.0_dp)
-    !> By how much one of the joint's lengths must change to bring it to a dead point (m); huge if no length can.
+    !> Smallest change of one of the joint's lengths that would lead to a dead point (m); huge if no length can.
     type(jet) :: margin = jet(v=huge(1.0_dp))
     !> True if the joint slides on a guide.
     logical :: slides = .false.
@@ -251,8 +251,8 @@ contains
     end associate
   end subroutine check
 
-  !> Transforms what is fixed to the frame, and the motion of cranks, from the mechanism's axes to the machine's. Joints that
-  !> earlier joints carry need no change.
+  !> Transforms the joint from the mechanism's axes to the machine's. Only joints that are fixed to the frame, their guides, and
+  !> cranks need this: other joints follow those that carry them.
   pure subroutine move(self, placement)
     class(joint_type), intent(inout) :: self
     type(placement_type), intent(in) :: placement

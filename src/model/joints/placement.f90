@@ -4,7 +4,7 @@ module gestell_model_joints_placement
   implicit none (type, external)
   private
 
-  !> Where a mechanism is in the machine, and how the drive turns its crank.
+  !> Position of a mechanism in the machine, and the rotation of its crank relative to that of the drive.
   type, public :: placement_type
     !> Origin of the mechanism (m), `angle` of its x-axis (rad), `phase` added to its crank's angle (rad). `z`: position along the
     !> normal of its plane (m), in space only.

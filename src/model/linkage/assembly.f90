@@ -22,8 +22,8 @@ module gestell_model_linkage_assembly
   real(dp), parameter :: narrowest = 1.0e-9_dp
   !> Maximum number of intervals over the turn.
   integer, parameter :: most_intervals = 1000000
-  !> For messages about a joint that cannot turn: number of crank angles that are tried, one every 4 deg; number of bisections for
-  !> each end of a range in which the joint can be assembled; maximum number of these ranges that are listed.
+  !> For messages about a joint that cannot turn. `samples`: crank angles that are tried, one every 4 deg. `halvings`: bisections
+  !> for each end of a range in which the joint can be assembled. `most_listed`: maximum number of these ranges that are listed.
   integer, parameter :: samples = 90, halvings = 24, most_listed = 3
 
 contains
@@ -92,7 +92,7 @@ contains
       end if
       angle_scale = min(angle_scale, reach%angle_scale)
       call joints(i)%joint%locate(middle, at(:i - 1), at(i))
-      ! Acceleration and speed in the middle are known, so bounds over short intervals do not accumulate along a chain.
+      ! Acceleration and speed in the middle are known, so that bounds over short intervals do not grow along a chain.
       deviations(i) = joints(i)%joint%deviation(at(:i - 1), at(i), deviations(:i - 1), reach%acceleration, half_width)
       beyond = disc(reach%acceleration + hypot(at(i)%x%dd, at(i)%y%dd))
       if (.not. deviations(i)%radius() < beyond%radius()) deviations(i) = beyond
@@ -170,7 +170,7 @@ contains
       return
     end if
     words = "; it can be assembled"
-    ! Goes once around, from an angle at which the joint does not close.
+    ! Goes through one turn, from an angle at which the joint cannot be assembled.
     first = findloc(closes, .false., dim=1) - 1
     found = 0
     do k = first + 1, first + samples

@@ -30,7 +30,7 @@ module gestell_model_linkage_diagnosis
     real(dp) :: forward = 0
     !> Minimum transmission angle (rad, at most pi/2) and the crank angle at which it occurs (rad).
     real(dp) :: transmission = pi / 2, transmission_at = 0
-    !> By how much one of the joint's lengths must change at least to reach a dead point (m); huge if no length can.
+    !> Smallest change of one of the joint's lengths that would lead to a dead point (m), over the turn; huge if no length can.
     real(dp) :: margin = huge(1.0_dp)
   end type joint_report_type
 

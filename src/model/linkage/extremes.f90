@@ -29,7 +29,7 @@ contains
     call keep(self, before%v, from)
     call keep(self, now%v, from + step)
     if (before%d * now%d >= 0) return
-    ! Between the two angles the function hardly gets farther than this; most sign changes due to rounding end here.
+    ! Between the two angles the function hardly changes by more than this. Most sign changes due to rounding return here.
     reach = step * (abs(before%d) + abs(now%d))
     if (max(before%v, now%v) + reach <= self%greatest .and. min(before%v, now%v) - reach >= self%least) return
     c = coefficients(before, now, step)

@@ -8,7 +8,7 @@ module gestell_model_linkage_gearing
 
   public :: gear
 
-  !> Maximum number of turns of the drive, and of a crank, in a period.
+  !> Maximum numbers of turns in a period: `most_turns` of the drive, `most_crank_turns` of a crank.
   integer, parameter, public :: most_turns = 64, most_crank_turns = 4096
 
 contains

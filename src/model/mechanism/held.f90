@@ -68,7 +68,7 @@ contains
     class(mechanism_type), intent(in) :: mechanism
     !> Origin of the mechanism seen from F (m)
     real(dp), intent(in) :: origin(2)
-    !> True if the crank turns evenly in space, false if relative to the frame
+    !> True if the crank turns uniformly in space, false if relative to the frame
     logical, intent(in) :: even_in_space
     !> Crank angles (rad)
     real(dp), contiguous, intent(in) :: angles(:)

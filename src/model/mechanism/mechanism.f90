@@ -7,7 +7,7 @@ module gestell_model_mechanism
   implicit none (type, external)
   private
 
-  !> Mass functions: the sums (4) to (7) of doc/theory.md at one crank angle, with derivatives with respect to it.
+  !> Mass functions at one crank angle: the sums (4) to (7) of doc/theory.md and their derivatives with respect to the crank angle.
   type, public :: mass_functions_type
     !> a1 = sum m x, a2 = sum m y (kg m), a3 = sum m (x^2 + y^2) (kg m^2).
     type(jet) :: a1 = jet(), a2 = jet(), a3 = jet()

@@ -33,7 +33,7 @@ contains
     real(dp), intent(in) :: speed
     type(shaking_type), intent(out) :: found
     type(error_type), allocatable, intent(out) :: error
-    !> True if the crank turns evenly in space; default: relative to the frame
+    !> True if the crank turns uniformly in space; default: relative to the frame
     logical, intent(in), optional :: even_in_space
     integer, parameter :: most = 8192
     real(dp), allocatable :: samples(:, :)

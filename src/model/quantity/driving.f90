@@ -37,8 +37,8 @@ module gestell_model_quantity_driving
 
   public :: drive_power
 
-  !> Rows of `power`. `torque`: on the crank (N m, counter-clockwise positive); `rigid_torque`: the same on a rigid frame (N m);
-  !> `drive_watts`: power of the drive (W); `damper_watts`: power dissipated by the dampers (W); `stored_energy`: energy of
+  !> Rows of `power`. `torque`: on the crank (N m, counter-clockwise positive); `rigid_torque`: on the crank if the frame were rigid
+  !> (N m); `drive_watts`: power of the drive (W); `damper_watts`: power dissipated by the dampers (W); `stored_energy`: energy of
   !> mechanism, frame and springs (J).
   integer, parameter, public :: torque = 1, rigid_torque = 2, drive_watts = 3, damper_watts = 4, stored_energy = 5, &
     & power_rows = 5

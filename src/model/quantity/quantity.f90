@@ -1,5 +1,5 @@
 !> Quantities that are linear in the motion, in the plane and in space: displacements, velocities and accelerations of the frame and
-!> of its points, and forces on the ground. Each is given by the weights of the rows of the motion.
+!> of its points, and forces on the ground. Each is a weighted sum of the rows of the motion (gestell_model_quantity_rows).
 module gestell_model_quantity
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp

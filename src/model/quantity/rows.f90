@@ -107,7 +107,7 @@ contains
   end function excess_row
 
   !> Contribution of the rotation's nonlinear part to the displacement of the point p: the weights of its rows, shape (rows, axes).
-  !> It is s k x p + c p in the plane and (R - 1 - [theta]) p in space.
+  !> The contribution is s k x p + c p in the plane, with s = sin psi - psi and c = cos psi - 1, and (R - 1 - [theta]) p in space.
   pure function excess_of_point(frame, p) result(weights)
     class(frame_type), intent(in) :: frame
     real(dp), intent(in) :: p(3)
@@ -161,8 +161,8 @@ contains
     rows_of = last / 3 * dofs
   end function rows_of
 
-  !> The last group of rows with a weight other than zero, at least `velocities`; otherwise `accelerations` or `guide_forces`. For
-  !> the exact frame all rows are available anyway.
+  !> Last group of rows in which the quantity has weights other than zero: `velocities` (also if only displacements have weights),
+  !> `accelerations` or `guide_forces`. For the exact frame this is not needed, because all rows are always present.
   pure integer function rows(self)
     class(quantity_type), intent(in) :: self
     integer :: k

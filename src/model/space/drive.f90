@@ -40,8 +40,8 @@ module gestell_model_space_drive
 
   !> The motion of a frame in space and of its drive at one phase.
   type, public :: moved_type
-    !> `rotation`: R. `w`, `w_d`: angular velocity of the frame and its derivative. `a`: acceleration of F minus gravity; all along
-    !> the frame's axes. `rate`, `gain`: phi' and phi'' of the mechanisms' angle.
+    !> `rotation`: rotation matrix R. `w`, `w_d`: angular velocity of the frame and its derivative. `a`: acceleration of F minus
+    !> gravity. All vectors are along the frame's axes. `rate`, `gain`: phi' and phi'' of the mechanisms' angle.
     real(dp) :: rotation(3, 3) = reshape([1, 0, 0, 0, 1, 0, 0, 0, 1], [3, 3]), w(3) = 0, w_d(3) = 0, a(3) = 0, rate = 0, gain = 0
     !> With a flywheel: its angular momentum about the shaft beyond that of the links (N m s); torque of its motor on the frame (N
     !> m).

@@ -24,7 +24,7 @@ contains
     do i = 1, size(frame%supports)
       associate (support => frame%supports(i), p => frame%supports(i)%position)
         d = q(:3) + matmul(turn, p)
-        ! now e; the work of the static force, except its part along u, which cancels against that of the weights
+        ! d is now e. The work of the static force along u cancels against that of the weights and is left out
         if (support%turning) d = d + matmul(d, turn)
         mounting_energy = mounting_energy + dot_product(support%stiffness, matmul(d, support%axes)**2) / 2
         if (support%turning) mounting_energy = mounting_energy + dot_product(support%static, d - q(:3))

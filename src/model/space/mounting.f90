@@ -1,7 +1,7 @@
 !> Forces of springs and dampers on a frame in space, along axes that stay in space or turn with the frame.
 !>
 !> Let the frame have the displacement u, velocity v, rotation R and angular velocity w. The head of a support at p then has the
-!> displacement and velocity d and d' and exerts the force F and the moment M about the frame's centre of mass,
+!> displacement d and the velocity d'. The support exerts the force F, with the moment M about the frame's centre of mass,
 !>
 !>     d = u + (R - 1) p,   d' = v + R (w x p),   F = -K d - B d',   M = p x R^T F.
 !>

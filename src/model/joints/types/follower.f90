@@ -36,7 +36,7 @@ module gestell_model_joints_types_follower
     type(guide_type) :: guide
     real(dp), allocatable :: lift(:)
     real(dp) :: phase = 0
-    !> Highest order of the harmonics through a table of lifts; 0 if the harmonics themselves are given.
+    !> Number of harmonics that a table of lifts determines; 0 if the lift is given by its harmonics.
     integer :: table_orders = 0
   contains
     procedure :: describe
@@ -157,8 +157,8 @@ contains
     end do
   end subroutine follow
 
-  !> Computes the point and direction of the guide, the lift, and the slope dL/dtheta at one crank angle. With c = cos(theta) and s
-  !> = sin(theta), theta' = c s' - s c' because c^2 + s^2 = 1.
+  !> Computes the point and direction of the guide, the lift, and the slope dL/dtheta at one crank angle. The rate theta' = c s' - s
+  !> c' follows from c = cos(theta) and s = sin(theta).
   pure subroutine lift_here(self, points, g, u, lift, slope)
     class(follower_joint), intent(in) :: self
     type(point_type), intent(in) :: points(:)

@@ -90,10 +90,11 @@ contains
     call meet(g1, u1, g2, u2, here)
   end subroutine trace
 
-  !> Bounds on the joint's motion. The sine of the angle between the guides decreases by at most (omega_1 + omega_2) half_width. If
-  !> its derivative in the middle is small, a second bound is lower: the second derivative is at most omega_1' + omega_2' + (omega_1
-  !> + omega_2)^2. Perpendicular to a guide, the joint moves at most with v_g + omega |r - g|. The distance |r - g| grows while the
-  !> joint moves, so its speed is bounded by the V that satisfies
+  !> Bounds on the joint's motion. A guide's point g moves at most with v_g, and the guide rotates at most with omega. The sine of
+  !> the angle between the guides decreases by at most (omega_1 + omega_2) half_width. If its derivative in the middle is small, a
+  !> second bound is lower: the second derivative is at most omega_1' + omega_2' + (omega_1 + omega_2)^2. Perpendicular to a guide,
+  !> the joint moves at most with v_g + omega |r - g|. The distance |r - g| grows while the joint moves, so its speed is bounded by
+  !> the V with
   !>
   !>     V sin <= sum over the guides of v_g + omega (|r - g| + (V + v_g) half_width).
   pure function reach(self, points, speeds, accelerations, half_width)

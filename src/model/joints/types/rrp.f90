@@ -106,7 +106,7 @@ contains
   !>     r' = g' + s u' + s' u,                 b . (r' - r_end') = 0,
   !>     r'' = g'' + s u'' + 2 s' u' + s'' u,   b . (r'' - r_end'') = -|r' - r_end'|^2,
   !>
-  !> where b . u is the root in the formula for s.
+  !> where b . u is the square root in the formula of `locate`, with its sign.
   pure subroutine hold_on_guide(end, length, g, u, branch, here)
     type(path_type), intent(in) :: end, g, u
     real(dp), intent(in) :: length
@@ -140,11 +140,12 @@ contains
     end do
   end subroutine hold_on_guide
 
-  !> Bounds on the joint's motion. The distance of `end` from the guide changes by at most v_end + v_g + omega |r| per radian. If
-  !> its derivative in the middle is small, a second bound is lower: the second derivative is at most a_end + a_g + 2 (v_end + v_g)
+  !> Bounds on the joint's motion. The guide's point moves at most with v_g, and the guide rotates at most with omega; r leads from
+  !> this point to `end`. The distance of `end` from the guide changes by at most v_end + v_g + omega |r| per radian. If its
+  !> derivative in the middle is small, a second bound is lower: the second derivative is at most a_end + a_g + 2 (v_end + v_g)
   !> omega + |r| (omega' + omega^2). The joint can be assembled if the distance stays below l. Then the cosine c of the angle
-  !> between rod and guide is positive. The rod limits the slider's velocity along itself, so the slider moves along the guide with
-  !> at most (v_end + v_guide) / c, where v_guide is the speed of the guide at the slider.
+  !> between rod and guide is positive. The rod limits the slider's velocity along itself. Hence the slider moves along the guide
+  !> with at most (v_end + v_guide) / c, where v_guide is the speed of the guide at the slider.
   pure function reach(self, points, speeds, accelerations, half_width)
     class(rrp_joint), intent(in) :: self
     type(point_type), intent(in) :: points(:)
@@ -192,8 +193,8 @@ contains
 
   end function reach
 
-  !> Deviation of the acceleration. On a fixed guide it has no component perpendicular to the guide. The first round starts from the
-  !> bound on the acceleration and yields a smaller radius for the second.
+  !> Deviation of the acceleration. On a fixed guide it has no component perpendicular to the guide. It is computed twice: first
+  !> with the bound on the acceleration, then with the smaller radius that results.
   pure function deviation(self, points, here, deviations, acceleration, half_width)
     class(rrp_joint), intent(in) :: self
     type(point_type), intent(in) :: points(:), here

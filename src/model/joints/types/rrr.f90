@@ -169,10 +169,10 @@ contains
       reach%speed = v / sine
       reach%acceleration = (sum(accelerations(self%ends)) + (reach%speed + speeds(self%ends(1)))**2 / l1 &
         & + (reach%speed + speeds(self%ends(2)))**2 / l2) / sine
-      ! If the ends coincide, this bound has no limit, and no link that hangs on the joint could be proved sound.
+      ! If the ends coincide, the speed has no bound, and the proof for links that follow the joint would fail.
       reach%assembled = reach%speed * half_width < min(l1, l2) / 4
       if (.not. reach%assembled) return
-      ! cos mu changes at most at this rate; near an extremum it takes sin mu / sqrt(rate) to the complex dead point.
+      ! cos mu changes at most at this rate. Near an extremum the dead point at a complex angle is sin mu / sqrt(rate) away.
       rate = d%v * v / (l1 * l2)
       if (rate > 0) reach%angle_scale = sqrt(sine2(d%v)) / sqrt(rate)
     end associate
@@ -191,8 +191,8 @@ contains
 
   end function reach
 
-  !> Deviation of the acceleration, from its components along both links. The first round starts from the bound on the acceleration
-  !> and yields a smaller radius for the second.
+  !> Deviation of the acceleration, from bounds on its components along both links. It is computed twice: first with the bound on
+  !> the acceleration, then with the smaller radius that results.
   pure function deviation(self, points, here, deviations, acceleration, half_width)
     class(rrr_joint), intent(in) :: self
     type(point_type), intent(in) :: points(:), here
