@@ -142,8 +142,8 @@ contains
   end function greatest_change
 
   !> Bounds on the motion of a point at distance `arm` (m) from end number `base` of a body that carries two joints, its `ends`. The
-  !> body's angular velocity omega is at most the sum of the ends' speeds divided by their distance d, which must not vanish. Its
-  !> derivative is omega' = e_perp . (a2 - a1) / d - 2 omega d' / d.
+  !> body's angular velocity omega is at most the sum of the ends' speeds divided by their distance d, which must not vanish. With
+  !> the ends' accelerations a1, a2 and the unit vector e from end 1 to end 2, omega' = e_perp . (a2 - a1) / d - 2 omega d' / d.
   pure function reach_body(ends, speeds, accelerations, half_width, base, arm) result(reach)
     type(point_type), intent(in) :: ends(2)
     !> `speeds`, `accelerations`: bounds for the two ends; `half_width`: of the interval (rad); `arm`: distance of the point from
@@ -251,8 +251,8 @@ contains
     end associate
   end subroutine check
 
-  !> Transforms the joint from the mechanism's axes to the machine's. Only joints that are fixed to the frame, their guides, and
-  !> cranks need this: other joints follow those that carry them.
+  !> Transforms the joint from the mechanism's axes to the machine's. Only joints and guides that are fixed to the frame, and
+  !> cranks, need this: other joints follow those that carry them.
   pure subroutine move(self, placement)
     class(joint_type), intent(inout) :: self
     type(placement_type), intent(in) :: placement

@@ -161,7 +161,7 @@ contains
   !> a number is invalid.
   subroutine moving_guide(self, carriers, point, angle, guide, error)
     class(linkage_type), intent(in) :: self
-    !> Names of the two joints
+    !> Names of the two joints that carry the guide
     character(len=*), intent(in) :: carriers(:)
     !> Point (m) and angle (rad) of the guide in axes with origin carriers(1) and the first axis toward carriers(2)
     real(dp), intent(in) :: point(2), angle

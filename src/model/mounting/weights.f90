@@ -191,8 +191,8 @@ contains
     c = turn_stiffness(matmul(outer(s - self%mean, self%gravity) + self%rest, rotation))
   end function stiffness_in_space
 
-  !> Adds the periodic part of the weights' stiffness about rest to C: tr N 1 - N^T with N = (S - mean S) g^T. Moments are along the
-  !> frame's axes.
+  !> Adds the periodic part of the weights' stiffness about rest to C: the matrix tr N 1 - N^T with N = (S - mean S) g^T, for
+  !> moments along the frame's axes.
   pure subroutine add_stiffness(self, at, s, c)
     class(weights_type), intent(in) :: self
     !> Rows and columns of `c` that belong to theta; 0 for a component that `c` lacks
@@ -218,7 +218,7 @@ contains
     class(weights_type), intent(in) :: self
     !> Columns of `h` that belong to theta; 0 for a component that `h` lacks
     integer, intent(in) :: at(3)
-    !> S at the angles (kg m), shape (angles, 3)
+    !> First moment S of the masses at the crank angles (kg m), shape (angles, 3)
     real(dp), contiguous, intent(in) :: s(:, :)
     real(dp), contiguous, intent(inout) :: h(:, :)
     integer :: i, next, last

@@ -162,7 +162,7 @@ contains
   end function rows_of
 
   !> Last group of rows in which the quantity has weights other than zero: `velocities` (also if only displacements have weights),
-  !> `accelerations` or `guide_forces`. For the exact frame this is not needed, because all rows are always present.
+  !> `accelerations` or `guide_forces`. The motion of the exact frame always has all rows.
   pure integer function rows(self)
     class(quantity_type), intent(in) :: self
     integer :: k

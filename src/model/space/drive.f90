@@ -48,8 +48,9 @@ module gestell_model_space_drive
     real(dp) :: spin(3) = 0, motor(3) = 0
   end type moved_type
 
-  !> The angle chi by which the drive lags, with chi' and chi'', and how they change with the frame's rotation: dchi = b dalpha,
-  !> dchi' = b dalpha' + rate_turn dalpha, dchi'' = b dalpha'' + gain_spin dalpha' + gain_turn dalpha, db = bend dalpha.
+  !> The angle chi by which the drive lags, with chi' and chi''. Small rotations dalpha of the frame about its axes change them:
+  !> dchi = b dalpha, dchi' = b dalpha' + rate_turn dalpha, dchi'' = b dalpha'' + gain_spin dalpha' + gain_turn dalpha, db = bend
+  !> dalpha.
   type, public :: turn_type
     real(dp) :: chi(0:2) = 0, b(3) = 0, rate_turn(3) = 0, gain_spin(3) = 0, gain_turn(3) = 0, bend(3, 3) = 0
   end type turn_type
@@ -144,14 +145,14 @@ contains
     end associate
   end subroutine find_turn
 
-  !> Computes the torque M_d on the shaft (N m) and its derivatives with respect to changes d(u, alpha) of the frame's motion, which
-  !> turn the drive by dphi = -dchi.
+  !> Computes the torque M_d on the shaft (N m) and its derivatives with respect to small displacements du and rotations dalpha of
+  !> the frame and their rates. These rotations also turn the drive, by dphi = -dchi.
   pure subroutine find_torque(turn, moving, moved, torque, by_gain, by_rate, by_place)
     type(turn_type), intent(in) :: turn
     type(moving_type), intent(in) :: moving
     type(moved_type), intent(in) :: moved
-    !> `torque`: M_d. Derivatives of M_d with respect to d(u, alpha)'' (`by_gain`), d(u, alpha)' (`by_rate`) and d(u, alpha)
-    !> (`by_place`)
+    !> `torque`: M_d (N m). Its derivatives: `by_gain` with respect to du'', dalpha''; `by_rate` with respect to du', dalpha';
+    !> `by_place` with respect to du, dalpha
     real(dp), intent(out) :: torque, by_gain(6), by_rate(6), by_place(6)
     real(dp) :: spun(3), by_angle
 
@@ -173,13 +174,13 @@ contains
   end subroutine find_torque
 
   !> Adds the effect of a drive that turns uniformly in space: its angle lags by chi, and its torque exerts no moment on the frame.
-  !> Adds it to the left sides r, shape (6), and to their derivatives m, b, c with respect to d(u, alpha)'', d(u, alpha)' and d(u,
-  !> alpha), shape (6, 6). Moments are along the frame's axes.
+  !> Adds it to the left sides r, shape (6), and to their derivatives, shape (6, 6): m with respect to du'', dalpha''; b with
+  !> respect to du', dalpha'; c with respect to du, dalpha. Moments are along the frame's axes.
   pure subroutine add_drive(turn, moving, moved, r, m, b, c)
     type(turn_type), intent(in) :: turn
     type(moving_type), intent(in) :: moving
     type(moved_type), intent(in) :: moved
-    !> Left sides r of the equations of motion, and their derivatives with respect to (u, alpha)'', (u, alpha)' and (u, alpha)
+    !> Left sides r of the equations of motion and their derivatives m, b, c, to which the effect of the drive is added
     real(dp), intent(inout) :: r(6), m(6, 6), b(6, 6), c(6, 6)
     real(dp), dimension(6) :: of_gain, of_rate, of_angle, by_gain, by_rate, by_place, axis
     real(dp) :: torque

@@ -138,10 +138,11 @@ contains
     end do
   end subroutine close_dyad
 
-  !> Bounds on the joint's motion. The distance d of the ends changes by at most (v1 + v2) half_width, or less if its derivative in
-  !> the middle is small and |d''| <= a1 + a2 + (v1 + v2)^2 / d. The angle mu stays away from 0 and pi if this range of d lies
-  !> inside |l1 - l2| < d < l1 + l2. The links determine the components of the joint's velocity along themselves, hence |v| <= (v1 +
-  !> v2) / sin mu. Likewise its acceleration along link i is that of end i minus the centripetal term |v - v_i|^2 / l_i.
+  !> Bounds on the joint's motion. The ends move at most with v1, v2 and have at most the accelerations a1, a2. Their distance d
+  !> changes by at most (v1 + v2) half_width, or less if d' is small in the middle, because |d''| <= a1 + a2 + (v1 + v2)^2 / d. If
+  !> this range of d lies inside |l1 - l2| < d < l1 + l2, the angle mu stays away from 0 and pi. The links determine the components
+  !> of the joint's velocity along themselves, hence |v| <= (v1 + v2) / sin mu. Its acceleration along link i is that of end i minus
+  !> the centripetal term |v - v_i|^2 / l_i.
   pure function reach(self, points, speeds, accelerations, half_width)
     class(rrr_joint), intent(in) :: self
     type(point_type), intent(in) :: points(:)
