@@ -29,7 +29,7 @@ module gestell_model_linkage
     logical :: prepared = .false.
     !> Number of intervals of the crank angle that the proof of `prepare` needed.
     integer :: intervals = 0
-    !> Names of the joints.
+    !> Names of the joints, to find the index of a joint.
     type(dictionary_type), private :: names
   contains
     procedure :: ground => add_ground

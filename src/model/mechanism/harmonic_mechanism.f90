@@ -137,8 +137,8 @@ contains
     end do
   end subroutine tabulate
 
-  !> Tabulates the drive's functions at crank angles (rad), shape (angles, drive_columns). `known` is true if the harmonics of the
-  !> energy are given.
+  !> Tabulates the drive's functions H and K with derivatives at crank angles (rad), shape (angles, drive_columns). `known` is true
+  !> if the harmonics of K are given.
   subroutine tabulate_drive(self, angles, table, known)
     class(harmonic_mechanism_type), intent(in) :: self
     real(dp), intent(in) :: angles(:)

@@ -82,8 +82,8 @@ contains
     end do
   end subroutine tabulate_one_by_one
 
-  !> Tabulates the drive's functions at crank angles (rad), shape (angles, drive_columns). By default they are unknown, and `known`
-  !> is false.
+  !> Default of `tabulate_drive`: the drive's functions H and K are unknown, and `known` is false. Overriding versions tabulate them
+  !> at crank angles (rad), shape (angles, drive_columns).
   subroutine drive_is_unknown(self, angles, table, known)
     class(mechanism_type), intent(in) :: self
     real(dp), intent(in) :: angles(:)

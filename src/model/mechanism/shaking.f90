@@ -17,8 +17,8 @@ module gestell_model_mechanism_shaking
     type(fourier_type) :: series(3)
     !> Maximum absolute value over the turn and rms value of the three components and, as the fourth, of the magnitude of the force.
     real(dp), dimension(4) :: peak = 0, rms = 0
-    !> First order of the force fx + i fy at crank angle zero, divided by the square of the drive speed (kg m): the rotating vector
-    !> that turns with the crank, then the one that turns against it. A mass m at radius r on the crank gives m r and 0.
+    !> First order of the force fx + i fy at crank angle zero, divided by the square of the drive speed (kg m). Two rotating vectors
+    !> make it up: the first turns with the crank, the second against it. A mass m at radius r on the crank gives m r and 0.
     complex(dp) :: unbalance(2) = 0
   end type shaking_type
 

@@ -11,8 +11,8 @@ module gestell_model_mechanism_tabulated
 
   !> Table of a mechanism at some crank angles.
   type :: table_type
-    !> `angles`: crank angles (rad). `values`: mass functions there, shape (angles, table_columns). `drive`: the drive's functions,
-    !> shape (angles, drive_columns); only if requested and known.
+    !> `angles`: crank angles (rad). `values`: mass functions there, shape (angles, table_columns). `drive`: the drive's functions H
+    !> and K, shape (angles, drive_columns); only if requested and known.
     real(dp), allocatable :: angles(:), values(:, :), drive(:, :)
   end type table_type
 
@@ -44,7 +44,7 @@ contains
     call take_over(tabulated)
   end subroutine new_tabulated
 
-  !> Tabulates the mass functions at crank angles (rad) and, if `drive` is true, the drive's functions.
+  !> Tabulates the mass functions at crank angles (rad) and, if `drive` is true, the drive's functions H and K.
   subroutine remember(self, angles, drive)
     class(tabulated_type), intent(inout) :: self
     real(dp), contiguous, intent(in) :: angles(:)
@@ -72,7 +72,7 @@ contains
     call move_alloc(longer, self%tables)
   end subroutine remember
 
-  !> Stores the drive's functions, computed elsewhere, for the angles of the last table; shape (angles, drive_columns).
+  !> Stores the drive's functions H and K, computed elsewhere, for the angles of the last table; shape (angles, drive_columns).
   pure subroutine know_drive(self, drive)
     class(tabulated_type), intent(inout) :: self
     real(dp), intent(in) :: drive(:, :)

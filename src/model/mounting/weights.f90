@@ -168,8 +168,8 @@ contains
     torque = -real(conjg(turn * s_d) * self%gravity_in_plane(), dp)
   end function torque
 
-  !> Moment of weights and static forces on a frame in space (N m), along its axes, minus its value a(Y) at rest. The rotation
-  !> matrix is R = 1 + `turn`; `s` is the first moment S of the masses (kg m).
+  !> Moment of weights and static forces on a frame in space (N m), along its axes, minus the moment at rest. The rotation matrix is
+  !> R = 1 + `turn`; `s` is the first moment S of the masses (kg m).
   pure function moment_in_space(self, turn, s) result(moment)
     class(weights_type), intent(in) :: self
     real(dp), intent(in) :: turn(3, 3), s(3)

@@ -104,7 +104,7 @@ contains
 
   end subroutine explain
 
-  !> Finds a degree of freedom, its rate or its acceleration. If the name denotes none of these, `quantity%weights` is not
+  !> Finds a degree of freedom, its rate or its acceleration by `name`. If the name denotes none of these, `quantity%weights` is not
   !> allocated.
   pure subroutine find_coordinate(frame, name, quantity)
     class(frame_type), intent(in) :: frame

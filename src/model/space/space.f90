@@ -271,8 +271,8 @@ contains
   end function terms
 
   !> How strongly the terms of the load cancel (dimensionless): the largest sum of their absolute values, divided by the largest
-  !> load for the degrees of freedom `free`, minus 1; 0 means that nothing cancels. To compare them, forces are divided by the root
-  !> of the machine's mass, moments by the root of its moment of inertia. `mass`: of the frame (kg).
+  !> load for the degrees of freedom `free`, minus 1; 0 means that nothing cancels. To compare them, forces are divided by the
+  !> square root of the machine's mass, moments by that of its moment of inertia. `mass`: of the frame (kg).
   pure real(dp) function cancellation(self, mass, free)
     class(space_type), intent(in) :: self
     real(dp), intent(in) :: mass
