@@ -1,9 +1,12 @@
 !> The frame linearised about one of its motions: the exact equations, for any rotation, and their derivatives, (30) to (34) of
 !> doc/theory.md.
 !>
-!> Vectors of the plane are complex numbers: u = xi + i eta, E = exp(i psi). Let m be the mass of the whole machine, and r = O + x +
-!> i y the position of a mass seen from F along the frame's axes. The sums over the masses are the first moment S = sum m r, the
-!> moment of inertia J, and H' = sum (m r x r'' + J phi''). Momentum, and angular momentum about F, give
+!> Vectors of the plane are complex numbers: u = xi + i eta, E = exp(i psi). Let m be the mass of the whole machine. A mass of the
+!> mechanism is at r = O + x + i y seen from F, along the frame's axes. The sums over the masses are
+!>
+!>     S = sum m r,   J = moment of inertia about F,   H' = sum (m r x r'' + J_i phi_i'').
+!>
+!> Momentum, and angular momentum about F, give
 !>
 !>     m u'' + E [S'' + 2 i psi' S' + (i psi'' - psi'^2) S]           = sum of F_j
 !>     J psi'' + J' psi' + H' + Im(conj(E S) u'')                     = sum of M_j
@@ -13,12 +16,15 @@
 !> of the crank angle phi = Omega t, so ' is Omega d/dphi.
 !>
 !> If the crank turns uniformly in space, phi = Omega t - p psi; p, A and K are defined in gestell_model_mechanism_held. Then the
-!> first moment of the masses Z = E S depends on t and psi, with dZ/dpsi = i E S_1 and S_1 = S + i p dS/dphi. Likewise S_2 = S_1 + i
-!> p dS_1/dphi and S_3 = S_2 + i p dS_2/dphi. If the crank turns uniformly relative to the frame, p = 0 and S_1, S_2, S_3 equal S.
-!> For all quantities but u and psi let ' now be the derivative at constant psi, Omega d/dphi. In both cases
+!> first moment Z = E S of the masses depends on t and psi:
+!>
+!>     dZ/dpsi = i E S_1,   S_1 = S + i p dS/dphi,   S_2 = S_1 + i p dS_1/dphi,   S_3 = S_2 + i p dS_2/dphi.
+!>
+!> If the crank turns uniformly relative to the frame, p = 0 and S_1, S_2, S_3 equal S. For all quantities but u and psi let ' now
+!> be the derivative at constant psi, Omega d/dphi. In both cases
 !>
 !>     m u'' + E [S'' + 2 i psi' S_1' + i psi'' S_1 - psi'^2 S_2]                 = sum of F_j
-!>     J_1 psi'' + J_1' psi' + psi'^2/2 dJ_1/dpsi + H_1' + Im(conj(E S_1) u'')    = sum of M_j - M
+!>     J_1 psi'' + J_1' psi' + psi'^2/2 dJ_1/dpsi + H_1' + Im(conj(E S_1) u'')    = sum of M_j - M.
 !>
 !> If the crank turns uniformly in space, J_1 = J - 2 p A + p^2 K and H_1' = Omega^2 d(A - p K/2)/dphi. Otherwise J_1 = J, which
 !> does not depend on psi, and H_1' = H'. M is the mean torque of a motor on the frame that drives a flywheel; M = 0 without a

@@ -347,8 +347,8 @@ contains
     model%c_error = moved(self%free, self%free)
   end subroutine averaged
 
-  !> Computes the means over the turn of M, of the gyroscopic part G of B (0 in the plane), and of C, for the degrees of freedom
-  !> `free` of the frame about rest.
+  !> Computes means over the turn for the degrees of freedom `free` of the frame about rest: of M, of C, and of the gyroscopic part
+  !> G of B (0 in the plane).
   subroutine mean_matrices(self, free, m, g, c)
     class(frame_type), intent(in) :: self
     !> Indices of the degrees of freedom, which may be free or locked

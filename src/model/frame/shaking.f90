@@ -111,9 +111,11 @@ contains
     end associate
   end subroutine shaking_in_space
 
-  !> Splits the component of a vector in the plane of `x` and `y` into two rotating vectors for each order 1, 2, ..., and returns
-  !> their magnitudes, shape (orders, 2). If the components along x and y are Re C_x e^(ik theta) and Re C_y e^(ik theta), the
-  !> vector x + iy is F+ e^(ik theta) + F- e^(-ik theta), where |F+-| = |C_x +- i C_y| / 2.
+  !> Splits a vector's component in the plane of `x` and `y` into two rotating vectors for each order 1, 2, .... Returns their
+  !> magnitudes, shape (orders, 2). If the components along x and y are Re C_x e^(ik theta) and Re C_y e^(ik theta), the vector x +
+  !> iy is
+  !>
+  !>     F+ e^(ik theta) + F- e^(-ik theta),   |F+-| = |C_x +- i C_y| / 2.
   pure function turning_vectors(series, orders, x, y) result(sizes)
     !> Fourier series of the components along xi, eta, zeta
     type(fourier_type), intent(in) :: series(3)

@@ -78,8 +78,11 @@ contains
   end function is_rotation
 
   !> Stiffness matrix c_ij of all supports for `dofs` degrees of freedom (default 3). For example, springs k along x and kb along y
-  !> at (X, Y) give in the plane c11 = sum k, c22 = sum kb, c13 = -sum k Y, c23 = sum kb X, c33 = sum (k Y^2 + kb X^2): (26) of
-  !> doc/theory.md and [1] of the paper.
+  !> at (X, Y) give in the plane
+  !>
+  !>     c11 = sum k,   c22 = sum kb,   c13 = -sum k Y,   c23 = sum kb X,   c33 = sum (k Y^2 + kb X^2),
+  !>
+  !> which is (26) of doc/theory.md and [1] of the paper.
   pure function stiffness_matrix(supports, dofs) result(c)
     type(support_type), intent(in) :: supports(:)
     integer, intent(in), optional :: dofs

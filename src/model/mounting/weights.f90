@@ -1,22 +1,24 @@
 !> The weights of a frame and of its moving masses, and the static forces of the supports that carry them.
 !>
-!> Positions are those of the loaded machine at static rest, where the first moment S = sum m r of the moving masses about F equals
+!> Positions are those of the loaded machine at static rest. There the first moment S = sum m r of the moving masses about F equals
 !> its mean over the turn. Only two moments affect the motion: that of the weights about F, and that of the static forces F_j of the
 !> supports on the ground. Forces of supports whose axes stay in space keep their direction while the frame rotates. For forces that
-!> turn with the frame see gestell_model_mounting. With
+!> turn with the frame see gestell_model_mounting.
+!>
+!> For a matrix N let a(N) = (N_23 - N_32, N_31 - N_13, N_12 - N_21), so that a(b c^T) = b x c. With
 !>
 !>     X = (S - mean S) g^T + Y,   Y = mean S g^T - sum of p_j F_j^T of the F_j that stay in space (on the ground),
 !>
-!> and a(N) = (N_23 - N_32, N_31 - N_13, N_12 - N_21), hence a(b c^T) = b x c, the moment along the frame's axes is (49) of
-!> doc/theory.md,
+!> the moment along the frame's axes, (49) of doc/theory.md, and its change for a small rotation dalpha are
 !>
 !>     S x R^T g - sum of p_j x R^T F_j = a(X R),   d a(N) = (N^T - tr N 1) dalpha,   N = X R.
 !>
 !> Foundation and guides carry the remaining static moment at rest, along the directions of theta.
 !>
 !> In the plane vectors are complex numbers, a x b = Im(conj(a) b), E = exp(i psi). Here R denotes the number Y_11 + Y_22 + i (Y_12
-!> - Y_21), not the rotation matrix. With X = conj(S - mean S) g + R, the moment is Im(conj(E) X - R), its derivative with respect
-!> to psi is -Re(conj(E) X), and the potential is Im(R) psi - Re(conj(E) X): (28) of doc/theory.md.
+!> - Y_21), not the rotation matrix. With X = conj(S - mean S) g + R, (28) of doc/theory.md gives
+!>
+!>     moment = Im(conj(E) X - R),   its derivative with respect to psi = -Re(conj(E) X),   potential = Im(R) psi - Re(conj(E) X).
 module gestell_model_mounting_weights
   use gestell_base_error, only: error_type, fatal_error, impossible_mechanism, invalid_input
   use gestell_base_kinds, only: dp

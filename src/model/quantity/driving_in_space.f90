@@ -36,8 +36,8 @@ contains
     class(frame_type), intent(in) :: frame
     !> `phases`: phases of the turn. `motion`: q, q', q'' at these phases, shape (18, phases)
     real(dp), contiguous, intent(in) :: phases(:), motion(:, :)
-    !> Rows: torque on the drive's shaft, this torque if the frame were rigid (N m), power of the drive, power dissipated by the
-    !> dampers (W), energy of mechanisms, frame and springs (J); shape (5, phases)
+    !> Rows: torque on the drive's shaft; this torque if the frame were rigid (N m); power of the drive; power dissipated by the
+    !> dampers (W); energy of mechanisms, frame and springs (J). Shape (5, phases)
     real(dp), intent(out) :: power(:, :)
     !> Error bounds of the rows of `motion`, shape (18)
     real(dp), intent(in), optional :: errors(:)

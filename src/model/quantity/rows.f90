@@ -107,7 +107,7 @@ contains
   end function excess_row
 
   !> Contribution of the rotation's nonlinear part to the displacement of the point p: the weights of its rows, shape (rows, axes).
-  !> The contribution is s k x p + c p in the plane, with s = sin psi - psi and c = cos psi - 1, and (R - 1 - [theta]) p in space.
+  !> In the plane it is s k x p + c p with s = sin psi - psi and c = cos psi - 1; in space it is (R - 1 - [theta]) p.
   pure function excess_of_point(frame, p) result(weights)
     class(frame_type), intent(in) :: frame
     real(dp), intent(in) :: p(3)

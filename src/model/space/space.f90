@@ -58,8 +58,8 @@ module gestell_model_space
 
 contains
 
-  !> Computes the mean over the turn of the first moment S of the moving masses about F (kg m), the mass of all planes (kg), and a
-  !> bound on the magnitude of S (kg m).
+  !> Computes averages over the turn. `mean`: mean of the first moment S of the moving masses about F (kg m); `mass`: mass of all
+  !> planes (kg); `greatest`: bound on the magnitude of S (kg m).
   subroutine average(self, mean, mass, greatest)
     class(space_type), intent(in) :: self
     real(dp), intent(out) :: mean(3), mass, greatest

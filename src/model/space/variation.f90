@@ -1,12 +1,15 @@
 !> A frame in space linearised about one of its motions: the exact equations of gestell_model_space and their derivatives.
 !>
-!> If R changes by R [dalpha], dw = dalpha' + w x dalpha, dw' = dalpha'' + w' x dalpha + w x dalpha', and
+!> Let dalpha be a small rotation of the frame about its axes: the rotation matrix R changes by R [dalpha], where [dalpha] is the
+!> matrix of the cross product. Then
 !>
+!>     dw  = dalpha' + w x dalpha,   dw' = dalpha'' + w' x dalpha + w x dalpha',
 !>     d(R g)      = R (dalpha x g + dg),   dg = 2 dw x S' + dw' x S + dw x (w x S) + w x (dw x S),
 !>     d(R^T u'')  = R^T du'' - dalpha x (R^T u'').
 !>
-!> In terms of the rotation vector theta, dalpha = T dtheta, dalpha' = T dtheta' + T' dtheta, dalpha'' = T dtheta'' + 2 T' dtheta' +
-!> T'' dtheta.
+!> A change dtheta of the rotation vector means, with the matrix T of gestell_math_rotation,
+!>
+!>     dalpha = T dtheta,   dalpha' = T dtheta' + T' dtheta,   dalpha'' = T dtheta'' + 2 T' dtheta' + T'' dtheta.
 module gestell_model_space_variation
   use gestell_base_kinds, only: dp
   use gestell_model_mounting, only: damping_matrix, in_frame, in_space, stiffness_matrix, turned_loads
