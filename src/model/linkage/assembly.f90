@@ -17,8 +17,8 @@ module gestell_model_linkage_assembly
   public :: prove_assembly
 
   !> Shortest interval of the crank angle (rad) that the proof tries. If it fails even there, the joint is reported as being at a
-  !> dead point, near which the proof needs ever shorter intervals. The length is about the square of the angle between the joint's
-  !> links (rad).
+  !> dead point, near which the proof needs ever shorter intervals. The angle between the joint's links is then about the square
+  !> root of the interval (rad).
   real(dp), parameter :: narrowest = 1.0e-9_dp
   !> Maximum number of intervals over the turn.
   integer, parameter :: most_intervals = 1000000

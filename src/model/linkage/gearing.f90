@@ -19,7 +19,7 @@ contains
     type(named_joint_type), intent(inout) :: joints(:)
     !> `turns`: turns of the drive in the period; `joint`: index of a joint whose ratio would require too many turns, or 0
     integer, intent(out) :: turns, joint
-    !> Turns of each crank in the period, without sign; allocated if `turns` > 1
+    !> Absolute number of turns of each crank in the period; allocated if `turns` > 1
     integer, allocatable, intent(out) :: crank_turns(:)
     integer :: i
 

@@ -39,7 +39,7 @@ module gestell_model_mechanism
     !> whole number of times per turn of the drive: the crank angle is then that of an imaginary slower shaft. Orders are multiples
     !> k/`turns` of the drive speed.
     integer :: turns = 1
-    !> Number of turns of each crank in the period, without sign; not allocated if the period is one turn of the drive.
+    !> Absolute number of turns of each crank in the period; not allocated if the period is one turn of the drive.
     integer, allocatable :: crank_turns(:)
   contains
     procedure(mass_functions_at), deferred :: mass_functions
