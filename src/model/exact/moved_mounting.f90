@@ -50,9 +50,9 @@ module gestell_model_exact_moved_mounting
 
 contains
 
-  !> Subtracts the forces F_j and moments of the supports from the left sides r of the equations of motion, and subtracts their
-  !> derivatives with respect to q' and q from b and c. The total moment of the supports whose axes stay in space is Im(conj(E) G)
-  !> with G = sum of conj(p_j) F_j.
+  !> Subtracts the forces F_j and moments of the supports from the left sides r of the equations of motion. Their derivatives with
+  !> respect to q' are subtracted from b, those with respect to q from c. The supports whose axes stay in space have the total
+  !> moment Im(conj(E) G) with G = sum of conj(p_j) F_j.
   pure subroutine add_mounting(supports, q, v, turn, r, b, c)
     type(support_type), intent(in) :: supports(:)
     !> `q`: displacement and rotation (xi, eta, psi) of the frame; `v`: their rates; shapes (points, 3)

@@ -261,10 +261,9 @@ contains
   end subroutine vary_inertia
 
   !> True for each pair of free degrees of freedom that the equations couple. In general, rotations are assumed to be coupled to all
-  !> others, and displacements are coupled as about rest. If only some degrees of freedom are damped, the matrices at many phases
-  !> decide: a subsystem without dampers can then be proved undamped. Otherwise they are not examined, because each subsystem costs
-  !> as much as the whole frame. The phases are shifted by 1/pi of their spacing to avoid the phases at which symmetric machines
-  !> have zeros.
+  !> others, and displacements are coupled as about rest. If only some degrees of freedom are damped, the matrices are examined at
+  !> many phases: a subsystem without dampers can then be proved undamped. Otherwise they are not examined, because each subsystem
+  !> costs as much as the whole frame. The phases are shifted by 1/pi of their spacing, so that none is a phase of symmetry.
   function coupled(self)
     class(varied_frame_type), intent(in) :: self
     logical, allocatable :: coupled(:, :), turns(:)

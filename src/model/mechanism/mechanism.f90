@@ -127,8 +127,8 @@ contains
     offset = -1
   end function no_link_offset
 
-  !> Numbers of the harmonics of the period that the shafts excite: those whose frequency is a multiple of the drive speed or of a
-  !> crank's speed. The highest has `highest` times the drive speed.
+  !> Numbers of the harmonics of the period that the shafts excite: their frequencies are multiples of the drive speed or of a
+  !> crank's speed, up to `highest` times the drive speed.
   pure function harmonics(self, highest)
     class(mechanism_type), intent(in) :: self
     integer, intent(in) :: highest

@@ -54,9 +54,9 @@ contains
     force = matmul(support%axes, support%stiffness * matmul(d, support%axes) + support%damping * matmul(d_d, support%axes))
   end function held
 
-  !> Subtracts the forces of the supports, and their moments about F, from the left sides r, shape (6). Subtracts their derivatives
-  !> with respect to the motion of u and of R = 1 + `turn` from b and c, shape (6, 6). R changes by R [dalpha], so that dw = dalpha'
-  !> + w x dalpha.
+  !> Subtracts the forces of the supports, and their moments about F, from the left sides r, shape (6). Their derivatives with
+  !> respect to u' and dalpha' are subtracted from b, those with respect to u and dalpha from c, shapes (6, 6). Here dalpha is a
+  !> small rotation about the frame's axes: R changes by R [dalpha], and dw = dalpha' + w x dalpha.
   pure subroutine add_supports(supports, u, v, turn, w, r, b, c)
     type(support_type), intent(in) :: supports(:)
     !> As in `support_force`
