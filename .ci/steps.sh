@@ -107,7 +107,7 @@ examples() {
 documents() { ./bootstrap python3 test/documents.py; }
 use-as-library() { ./bootstrap bash test/use_as_library.sh; }
 command-line() { ./bootstrap python3 test/cli/run.py "$program"; }
-doors() { ./bootstrap bash doors/test.sh; }
+bindings() { ./bootstrap bash bindings/test.sh; }
 
 # Sweeps by a shell script, with few points
 shell-sweeps() {

@@ -1,7 +1,7 @@
 !> The command-line program `gestell`.
 program main
   use gestell_run_command_line, only: command_line
-  use gestell_run_console, only: tell
+  use gestell_run_console, only: print_error_line
   use gestell_run, only: execute
   use gestell_base_error, only: error_type
   use gestell_run_terminal, only: terminal_type
@@ -16,7 +16,7 @@ program main
   call prepare_process()
   call check_stacks(error)
   if (allocated(error)) then
-    call tell(error%message)
+    call print_error_line(error%message)
     code = error%code
   else
     allocate(executor)

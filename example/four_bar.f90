@@ -1,7 +1,7 @@
 !> Builds the four-bar mechanism of the paper in code, without an input file, and prints its verdict and periodic vibration. It uses
 !> the paper's equations, linearised about rest; analysis_options() without arguments selects the exact frame.
 program four_bar
-  use gestell_door_numerics, only: accuracy_type, analyse, analysis_type, damping_matrix, dp, error_type, frame_type, &
+  use gestell_api_numerics, only: accuracy_type, analyse, analysis_type, damping_matrix, dp, error_type, frame_type, &
     & linkage_type, new_frame, pi, stiffness_matrix, support_type, analysis_options
   use, intrinsic :: iso_fortran_env, only: error_unit
   implicit none (type, external)

@@ -1,6 +1,6 @@
 !> Mathieu's equation as a periodic system.
 module mathieu_equation
-  use gestell_door_numerics, only: dp, second_order_system
+  use gestell_api_numerics, only: dp, second_order_system
   implicit none (type, external)
   private
 
@@ -27,7 +27,7 @@ end module mathieu_equation
 
 !> Prints multipliers, exponents and verdict of Mathieu's equation, then the values of a for which it is unstable.
 program mathieu
-  use gestell_door_numerics, only: accuracy_type, dp, error_type, floquet_type, multipliers_type, pi, solve_floquet, &
+  use gestell_api_numerics, only: accuracy_type, dp, error_type, floquet_type, multipliers_type, pi, solve_floquet, &
     & solve_multipliers
   use mathieu_equation, only: mathieu_type
   use, intrinsic :: iso_fortran_env, only: error_unit

@@ -1,6 +1,6 @@
 !> Mathieu's equation with damping as a family with two parameters.
 module mathieu_family
-  use gestell_door_numerics, only: dp, error_type, family_type, periodic_system, pi, second_order_system
+  use gestell_api_numerics, only: dp, error_type, family_type, periodic_system, pi, second_order_system
   implicit none (type, external)
   private
 
@@ -46,7 +46,7 @@ end module mathieu_family
 
 !> Prints the Ince-Strutt chart with a to the right and q upward; # marks where Mathieu's equation with damping is unstable.
 program stability_chart
-  use gestell_door_numerics, only: axis_type, column_verdict, dp, error_type, grid_type, new_axis, new_grid, solve_tile, &
+  use gestell_api_numerics, only: axis_type, column_verdict, dp, error_type, grid_type, new_axis, new_grid, solve_tile, &
     & sweep_options, tile_results_type, tile_type, verdict_stable, verdict_undecided, verdict_unstable
   use mathieu_family, only: mathieu_family_type
   use, intrinsic :: iso_fortran_env, only: error_unit

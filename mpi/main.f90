@@ -1,7 +1,7 @@
 !> Computes sweeps with many MPI processes (ranks) on one machine, or on several that share a file system.
 program main
   use gestell_run_command_line, only: command_line, options_type, parse
-  use gestell_run_console, only: tell
+  use gestell_run_console, only: print_error_line
   use gestell_base_error, only: error_type, fatal_error, wrong_usage
   use gestell_base_version, only: version
   use gestell_run_process, only: check_stacks, prepare_process
@@ -16,31 +16,31 @@ program main
   type(options_type) :: options
   class(executor_type), allocatable :: executor
   type(error_type), allocatable :: error
-  logical :: speaks
+  logical :: is_leading_rank
   integer :: code
 
   code = 0
   call prepare_process()
   call mpi_init()
-  speaks = own_rank() == 0
+  is_leading_rank = own_rank() == 0
   call check_stacks(error)
   call share_error(error)
   if (.not. allocated(error)) call parse(command_line(), options, error)
   call share_error(error)
   if (.not. allocated(error)) then
     if (options%has("--help")) then
-      if (speaks) write (output_unit, "(a)") help_text()
+      if (is_leading_rank) write (output_unit, "(a)") help_text()
     else if (options%has("--version")) then
-      if (speaks) write (output_unit, "(a)") "gestell_mpi " // version
+      if (is_leading_rank) write (output_unit, "(a)") "gestell_mpi " // version
     else
-      call refuse(options, error)
+      call check_support(options, error)
       allocate(ranked_executor_type :: executor)
-      executor%together = .true.
+      executor%has_many_processes = .true.
       if (.not. allocated(error)) call run(options, code, error, executor)
     end if
   end if
   if (allocated(error)) then
-    if (speaks) call tell(error%message)
+    if (is_leading_rank) call print_error_line(error%message)
     code = error%code
   end if
   flush (output_unit)
@@ -51,7 +51,7 @@ program main
 contains
 
   !> Fails if the options request work that a single process does.
-  subroutine refuse(options, error)
+  subroutine check_support(options, error)
     type(options_type), intent(in) :: options
     type(error_type), allocatable, intent(out) :: error
 
@@ -59,7 +59,7 @@ contains
       & "--report"]))) return
     call fatal_error(error, "gestell_mpi does not support --check, --fail-if-unstable, --json, --merge, --one-line, --plot and " &
       & // "--report; use gestell", wrong_usage)
-  end subroutine refuse
+  end subroutine check_support
 
   pure function help_text() result(text)
     character(len=:), allocatable :: text

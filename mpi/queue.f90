@@ -24,14 +24,14 @@ module queue
     !> knowledge.
     integer(int64), pointer :: step => null(), before => null()
   contains
-    procedure :: ask
+    procedure :: request_next
     procedure :: answer
     procedure :: stop_all
     procedure :: close => close_queue
   end type queue_type
 
   integer(mpi_address_kind), parameter :: displacement = 0
-  integer, parameter :: looks = 4
+  integer, parameter :: probe_count = 4
 
 contains
 
@@ -40,7 +40,7 @@ contains
     type(queue_type), intent(out) :: queue
     integer, intent(in) :: length
     integer, parameter :: bytes = storage_size(0_int64) / 8
-    integer(int64), pointer :: taken
+    integer(int64), pointer :: counter
     type(c_ptr) :: base
 
     queue%length = length
@@ -49,8 +49,8 @@ contains
       & queue%window)
     if (own_rank() == 0) then
       call mpi_win_lock(mpi_lock_exclusive, 0, 0, queue%window)
-      call c_f_pointer(base, taken)
-      taken = 0
+      call c_f_pointer(base, counter)
+      counter = 0
       call mpi_win_unlock(0, queue%window)
     end if
     call mpi_barrier(mpi_comm_world)
@@ -58,11 +58,11 @@ contains
   end subroutine open_queue
 
   !> Requests a number; `answer` returns it.
-  subroutine ask(self)
+  subroutine request_next(self)
     class(queue_type), intent(inout) :: self
 
-    call take(self, 1)
-  end subroutine ask
+    call fetch_numbers(self, 1)
+  end subroutine request_next
 
   !> Waits for the requested number; 0 if none are left.
   integer function answer(self) result(number)
@@ -77,26 +77,26 @@ contains
   subroutine stop_all(self)
     class(queue_type), intent(inout) :: self
 
-    call take(self, self%length)
+    call fetch_numbers(self, self%length)
     call mpi_wait(self%request, mpi_status_ignore)
   end subroutine stop_all
 
   !> Requests several numbers at once. MPI_Fetch_and_op would need MPI_Win_flush, which contacts rank 0 a second time. The probes
   !> let rank 0 answer other ranks, because its access to its own memory need not serve the network. One probe may receive a
   !> request, and the next one sends the answer.
-  subroutine take(queue, numbers)
+  subroutine fetch_numbers(queue, numbers)
     class(queue_type), intent(inout) :: queue
     integer, intent(in) :: numbers
     logical :: message
     integer :: i
 
-    do i = 1, looks
+    do i = 1, probe_count
       call mpi_iprobe(mpi_any_source, mpi_any_tag, mpi_comm_world, message, mpi_status_ignore)
     end do
     queue%step = numbers
     call mpi_rget_accumulate(queue%step, 1, mpi_integer8, queue%before, 1, mpi_integer8, 0, displacement, 1, mpi_integer8, &
       & mpi_sum, queue%window, queue%request)
-  end subroutine take
+  end subroutine fetch_numbers
 
   !> Frees the queue; all ranks must call this together.
   subroutine close_queue(self)

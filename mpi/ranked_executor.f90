@@ -12,20 +12,20 @@ module ranked_executor
   !> An executor that uses all MPI ranks.
   type, extends(executor_type), public :: ranked_executor_type
   contains
-    procedure :: spread
-    procedure, nopass :: leads
+    procedure :: distribute
+    procedure, nopass :: is_leader
     procedure, nopass :: share_of
     procedure, nopass :: share_error
     procedure, nopass :: share_marks
     procedure, nopass :: compare
-    procedure, nopass :: workers
+    procedure, nopass :: workers_line
   end type ranked_executor_type
 
 contains
 
   !> Computes pieces of work on all ranks. Each rank takes pieces from the queue and stores its results where all ranks can read
   !> them. Fails with the error of the first failed piece, in the order of `pieces`.
-  subroutine spread(self, work, pieces, error, points)
+  subroutine distribute(self, work, pieces, error, points)
     class(ranked_executor_type), intent(inout) :: self
     class(work_type), intent(inout) :: work
     integer, intent(in) :: pieces(:)
@@ -36,11 +36,11 @@ contains
 
     last = 0
     call open_queue(queue, size(pieces))
-    call queue%ask()
+    call queue%request_next()
     do
       k = queue%answer()
       if (k == 0) exit
-      call queue%ask()
+      call queue%request_next()
       last = k
       call work%compute(pieces(k), error)
       if (.not. allocated(error)) cycle
@@ -53,20 +53,20 @@ contains
     call share_first_error(error, last)
     associate (unused_executor => self, unused_points => points)
     end associate
-  end subroutine spread
+  end subroutine distribute
 
   !> True for the rank that prints and writes.
-  logical function leads()
-    leads = own_rank() == 0
-  end function leads
+  logical function is_leader()
+    is_leader = own_rank() == 0
+  end function is_leader
 
   !> True for each of the numbers 1 ... `count` that this rank handles.
-  function share_of(count) result(mine)
+  function share_of(count) result(is_own)
     integer, intent(in) :: count
-    logical :: mine(count)
+    logical :: is_own(count)
 
-    mine = .false.
-    mine(1 + own_rank()::number_of_ranks()) = .true.
+    is_own = .false.
+    is_own(1 + own_rank()::number_of_ranks()) = .true.
   end function share_of
 
   !> Gives all ranks the error of the lowest rank that has one.
@@ -86,10 +86,10 @@ contains
   end subroutine compare
 
   !> The line of the report that says how many ranks computed.
-  function workers() result(line)
+  function workers_line() result(line)
     character(len=:), allocatable :: line
 
     line = "  computed by " // counted(number_of_ranks(), "rank") // new_line("a")
-  end function workers
+  end function workers_line
 
 end module ranked_executor

@@ -25,26 +25,26 @@ contains
     type(error_type), allocatable, intent(inout) :: error
     integer, intent(in), optional :: order
     character(len=:), allocatable :: message
-    integer :: mine(2), first(2), about(3)
+    integer :: own_entry(2), first(2), description(3)
 
-    mine = [huge(1), own_rank()]
+    own_entry = [huge(1), own_rank()]
     if (allocated(error)) then
-      mine(1) = mine(2)
-      if (present(order)) mine(1) = order
+      own_entry(1) = own_entry(2)
+      if (present(order)) own_entry(1) = order
     end if
-    call mpi_allreduce(mine, first, 1, mpi_2integer, mpi_minloc, mpi_comm_world)
+    call mpi_allreduce(own_entry, first, 1, mpi_2integer, mpi_minloc, mpi_comm_world)
     if (first(1) == huge(1)) return
-    about = 0
-    if (first(2) == mine(2)) then
+    description = 0
+    if (first(2) == own_entry(2)) then
       message = error%message
-      about = [len(message), error%code, merge(1, 0, error%unwritten)]
+      description = [len(message), error%code, merge(1, 0, error%write_failed)]
     end if
-    call mpi_bcast(about, 3, mpi_integer, first(2), mpi_comm_world)
-    if (first(2) /= mine(2)) allocate(character(len=about(1)) :: message)
-    call mpi_bcast(message, about(1), mpi_character, first(2), mpi_comm_world)
+    call mpi_bcast(description, 3, mpi_integer, first(2), mpi_comm_world)
+    if (first(2) /= own_entry(2)) allocate(character(len=description(1)) :: message)
+    call mpi_bcast(message, description(1), mpi_character, first(2), mpi_comm_world)
     if (allocated(error)) deallocate(error)
-    call fatal_error(error, message, about(2))
-    error%unwritten = about(3) == 1
+    call fatal_error(error, message, description(2))
+    error%write_failed = description(3) == 1
   end subroutine share_error
 
   !> Sets each mark on all ranks that is set on at least one rank.
@@ -57,11 +57,11 @@ contains
   !> True if all ranks have the same number.
   logical function same_everywhere(number)
     integer(int64), intent(in) :: number
-    integer(int64) :: least, greatest
+    integer(int64) :: smallest, largest
 
-    call mpi_allreduce(number, least, 1, mpi_integer8, mpi_min, mpi_comm_world)
-    call mpi_allreduce(number, greatest, 1, mpi_integer8, mpi_max, mpi_comm_world)
-    same_everywhere = least == greatest
+    call mpi_allreduce(number, smallest, 1, mpi_integer8, mpi_min, mpi_comm_world)
+    call mpi_allreduce(number, largest, 1, mpi_integer8, mpi_max, mpi_comm_world)
+    same_everywhere = smallest == largest
   end function same_everywhere
 
 end module ranks

@@ -90,13 +90,13 @@ contains
   end subroutine examine_linkage
 
   !> The shaking force of a linkage that carries the counterweights as links.
-  subroutine shake(linkage, rigid, weights, found, error, even_in_space)
+  subroutine shake(linkage, rigid, weights, found, error, uniform_in_space)
     type(linkage_type), intent(in) :: linkage
     type(rigid_ground_type), intent(in) :: rigid
     type(counterweight_type), intent(in) :: weights(:)
     type(shaking_type), intent(out) :: found
     type(error_type), allocatable, intent(inout) :: error
-    logical, intent(in), optional :: even_in_space
+    logical, intent(in), optional :: uniform_in_space
     class(linkage_type), allocatable :: other
     type(gestell_error), allocatable :: failure
     character(len=8) :: names(size(weights))
@@ -109,7 +109,7 @@ contains
     call check_success(error, failure, "with counterweights")
     if (allocated(error)) return
     call other%prepare(failure)
-    call shaking(other, speed, found, failure, even_in_space)
+    call shaking(other, speed, found, failure, uniform_in_space)
     call check_success(error, failure, "shaking forces")
   end subroutine shake
 

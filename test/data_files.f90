@@ -5,7 +5,7 @@ module data_files
   use gestell_base_kinds, only: dp
   use gestell_input_schema_check, only: check_document
   use gestell_base_words, only: word_length
-  use gestell_input_namelist_document, only: document_type, group_names, group_type, groups_named, has, the_group
+  use gestell_input_namelist_document, only: document_type, group_names, group_type, groups_named, has, group_named
   use gestell_base_key, only: key_type
   use gestell_input_machine_frame, only: drive_keys, foundation_keys, frame_keys, support_keys
   use gestell_input_machine_groups, only: read_units
@@ -70,14 +70,14 @@ contains
         call read(supports(i), support_keys, "angle", support%angle_deg, error, default=0.0_dp)
       end associate
     end do
-    call read(the_group(doc, "foundation"), foundation_keys, "stiffness", machine%foundation_stiffness, error)
-    call read(the_group(doc, "foundation"), foundation_keys, "damping", machine%foundation_damping, error, default=0.0_dp)
-    call read(the_group(doc, "frame"), frame_keys, "mass", machine%frame_mass, error)
-    call read(the_group(doc, "frame"), frame_keys, "inertia", machine%frame_inertia, error, units)
-    call read(the_group(doc, "frame"), frame_keys, "origin", machine%origin, error, units)
-    call read(the_group(doc, "frame"), frame_keys, "dof", freedoms, error)
+    call read(group_named(doc, "foundation"), foundation_keys, "stiffness", machine%foundation_stiffness, error)
+    call read(group_named(doc, "foundation"), foundation_keys, "damping", machine%foundation_damping, error, default=0.0_dp)
+    call read(group_named(doc, "frame"), frame_keys, "mass", machine%frame_mass, error)
+    call read(group_named(doc, "frame"), frame_keys, "inertia", machine%frame_inertia, error, units)
+    call read(group_named(doc, "frame"), frame_keys, "origin", machine%origin, error, units)
+    call read(group_named(doc, "frame"), frame_keys, "dof", freedoms, error)
     machine%free = [any(freedoms == "xi"), any(freedoms == "eta"), any(freedoms == "psi")]
-    call read(the_group(doc, "drive"), drive_keys, "speed_rpm", machine%speed_rpm, error)
+    call read(group_named(doc, "drive"), drive_keys, "speed_rpm", machine%speed_rpm, error)
   end subroutine machine_of_file
 
   !> Properties that the joint's type does not use keep their defaults.

@@ -258,7 +258,7 @@ def library_calls(home):
     rows = re.findall(r"^\|[^|\n]*\| `((?:call |rail = |linkage%)[^`]*)` \|$", text("doc/library.md"), re.M)
     check("doc/library.md: the joints", len(rows) == 12, rows)
     calls = [row if row.startswith(("call", "rail")) else f"call {row}" for row in rows]
-    lines = ["use gestell_door_numerics", "implicit none", "type(linkage_type) :: linkage", "type(guide_type) :: rail, carried"]
+    lines = ["use gestell_api_numerics", "implicit none", "type(linkage_type) :: linkage", "type(guide_type) :: rail, carried"]
     lines += ["type(error_type), allocatable :: error", *(call.replace(" ...)", " error=error)") for call in calls), "end"]
     (home / "joints.f90").write_text("\n".join(lines) + "\n")
     done = program("gfortran", "-fsyntax-only", f"-I{home}/.local/include", home / "joints.f90")

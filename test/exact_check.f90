@@ -140,7 +140,7 @@ contains
         along%samples(:, 1) = real(down) * signals(m)%samples(:, 1) + aimag(down) * signals(m)%samples(:, 2)
         along%c(:, 1) = real(down) * signals(m)%c(:, 1) + aimag(down) * signals(m)%c(:, 2)
         call add(findings, counts, "support(" // trim(claims%places(k)%name) // ") least", claims%places(k)%least, &
-          & along%least() + real(static * conjg(down)), claims%places(k)%least_error, signals(m)%unknown + relative &
+          & along%least() + real(static * conjg(down)), claims%places(k)%min_error, signals(m)%unknown + relative &
           & * (along%peak() + abs(static)))
         deallocate(along%samples, along%c)
       end do

@@ -9,7 +9,7 @@ module exact_claims
   use gestell_model_quantity, only: find_quantity
   use gestell_model_quantity_rows, only: quantity_type
   use gestell_output_result, only: result_type
-  use gestell_study_vibration_statistics, only: history_of, statistics_type, take_statistics
+  use gestell_study_vibration_statistics, only: history_of, statistics_type, compute_statistics
   use gestell_task_common_task, only: any_task_type
   use gestell_task_common_context, only: context_type
   use gestell_task_power_drive, only: drive_type, find_drive
@@ -33,7 +33,7 @@ module exact_claims
   !> Static force and least compression, with a bound, at a place where forces act.
   type, public :: place_type
     character(len=12) :: name = ""
-    real(dp) :: static(2) = 0, least = 0, least_error = 0
+    real(dp) :: static(2) = 0, least = 0, min_error = 0
   end type place_type
 
   type, public :: claims_type
@@ -85,11 +85,11 @@ contains
       return
     end if
     allocate(context%executor)
-    context%keeps_rows = .true.
+    context%keep_all_rows = .true.
     context%reports = .false.
     call result%begin(.false.)
     do k = 1, size(tasks)
-      if (tasks(k)%task%ordered) call tasks(k)%task%prepare(context, error)
+      if (tasks(k)%task%requested) call tasks(k)%task%prepare(context, error)
     end do
     call run_tasks(tasks, context, result, error)
     call cpu_time(after)
@@ -124,7 +124,7 @@ contains
 
     associate (frame => context%analysis%frame, vibration => context%analysis%vibration)
       call find_quantity(frame, context%configuration%probes, name, quantity, error)
-      if (.not. allocated(error)) call take_statistics(vibration, quantity, statistics, error)
+      if (.not. allocated(error)) call compute_statistics(vibration, quantity, statistics, error)
       if (.not. allocated(error)) call history_of(vibration, quantity, claim%history, error)
     end associate
     if (allocated(error)) then
@@ -177,7 +177,7 @@ contains
           claims%places(k)%name = result%tables(n)%columns(1)%word(k)
           claims%places(k)%static = [number(n, "static_fx_N", k), number(n, "static_fy_N", k)]
           claims%places(k)%least = number(n, "least_compression_N", k)
-          claims%places(k)%least_error = number(n, "least_compression_error_N", k)
+          claims%places(k)%min_error = number(n, "least_compression_error_N", k)
         end do
       case default
       end select

@@ -134,7 +134,7 @@ contains
     type(signal_type), allocatable, intent(inout) :: signals(:)
     real(xp), parameter :: settled = 1.0e-17_xp, seen = 1.0e-16_xp
     integer :: steps, samples, k
-    real(xp) :: unseen, before, motor
+    real(xp) :: unresolved, before, motor
     real(xp), allocatable :: start(:, :)
 
     steps = 48 * frame%machine%turns
@@ -164,10 +164,10 @@ contains
     before = huge(before)
     do
       call find_signals(frame, orbit, samples, signals)
-      unseen = maxval([(signals(k)%unknown / max(maxval(abs(signals(k)%samples)), tiny(unseen)), k = 1, size(signals))])
+      unresolved = maxval([(signals(k)%unknown / max(maxval(abs(signals(k)%samples)), tiny(unresolved)), k = 1, size(signals))])
       ! An error that more samples do not reduce is rounding.
-      if (unseen < seen .or. unseen > before / 4 .or. samples > 1000 * frame%machine%turns) exit
-      before = unseen
+      if (unresolved < seen .or. unresolved > before / 4 .or. samples > 1000 * frame%machine%turns) exit
+      before = unresolved
       samples = 2 * samples
     end do
   end subroutine find_truth

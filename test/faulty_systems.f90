@@ -1,6 +1,6 @@
 !> Systems and families with invalid or absurd properties, for the suite `invalid-arguments`, and a list of complaints.
 module faulty_systems
-  use gestell_door_numerics, only: dp, error_type, failed_computation, family_type, impossible_mechanism, invalid_input, &
+  use gestell_api_numerics, only: dp, error_type, failed_computation, family_type, impossible_mechanism, invalid_input, &
     & periodic_system, second_order_system
   use, intrinsic :: ieee_arithmetic, only: ieee_negative_inf, ieee_positive_inf, ieee_quiet_nan, ieee_value
   implicit none (type, external)

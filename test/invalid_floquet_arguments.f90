@@ -1,10 +1,10 @@
 !> Invalid arguments to the procedures that solve a periodic system.
 module invalid_floquet_arguments
   use checks, only: check_that
-  use gestell_door_numerics, only: accuracy_type, dp, error_type, evidence, evidence_type, floquet_type, follow, invalid_input, &
+  use gestell_api_numerics, only: accuracy_type, dp, error_type, evidence, evidence_type, floquet_type, follow, invalid_input, &
     & mesh, method_type, monodromy_type, multipliers_type, new_method, period_map, periodic_solution_type, periodic_system, &
     & solve_floquet, solve_modes, solve_monodromy, solve_multipliers, solve_periodic, trajectory
-  use gestell_door_numerics, only: mode_type
+  use gestell_api_numerics, only: mode_type
   use faulty_systems, only: check_answer, evaluations, faulty_first_order, faulty_second_order, infinite, nan, expect
   use testdrive, only: check, test_error => error_type
   implicit none (type, external)

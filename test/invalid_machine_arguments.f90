@@ -1,13 +1,13 @@
 !> Invalid arguments to the procedures that build machines and evaluate their vibration.
 module invalid_machine_arguments
   use checks, only: check_that
-  use gestell_door_numerics, only: accuracy_type, analyse, analysis_type, band_rms, diagnose, diagnosis_type, dp, drive_type, &
+  use gestell_api_numerics, only: accuracy_type, analyse, analysis_type, band_rms, diagnose, diagnosis_type, dp, drive_type, &
     & error_type, find_drive, find_reactions, find_quantity, fourier_series, fourier_type, frame_type, guide_forces, guide_type, &
     & harmonic_mechanism_type, history_of, invalid_input, linkage_type, measure_trade, mesh, method_type, new_frame, &
-    & new_harmonic_mechanism, new_method, reaction_type, probe_type, quantity_type, remember_mechanism, shaking, shaking_type, &
-    & solve_vibration, statistics_type, stiffness_matrix, support_type, take_statistics, analysis_options, trade_type, &
+    & new_harmonic_mechanism, new_method, reaction_type, probe_type, quantity_type, cache_mechanism, shaking, shaking_type, &
+    & solve_vibration, statistics_type, stiffness_matrix, support_type, compute_statistics, analysis_options, trade_type, &
     & vibration_type, find_responses, probe_response_type
-  use gestell_door_numerics, only: damping_matrix
+  use gestell_api_numerics, only: damping_matrix
   use faulty_systems, only: check_answer, infinite, nan, expect
   use testdrive, only: check, test_error => error_type
   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
@@ -224,7 +224,7 @@ contains
     call measure_trade(frame, 1.0_dp, trade, failure)
     call expect(failure, invalid_input, "trade: no frame", complaints)
     call new_method("gauss4", method, failure)
-    call remember_mechanism(frame, method, [0.0_dp, 1.0_dp])
+    call cache_mechanism(frame, method, [0.0_dp, 1.0_dp])
   end subroutine use_uninitialised
 
   pure subroutine unset(frame)
@@ -322,7 +322,7 @@ contains
     call expect(failure, invalid_input, "band of no statistics", complaints)
     call analyse(frame, analysis_options(rows=guide_forces), accuracy_type(), analysis, failure)
     call check_answer(failure, "all rows", complaints)
-    call take_statistics(analysis%vibration, unknown, statistics, failure)
+    call compute_statistics(analysis%vibration, unknown, statistics, failure)
     call expect(failure, invalid_input, "statistics of no quantity", complaints)
     call history_of(analysis%vibration, unknown, history, failure)
     call expect(failure, invalid_input, "history of no quantity", complaints)
@@ -343,7 +343,7 @@ contains
       type(vibration_type), intent(in) :: vibration
       character(len=*), intent(in) :: what
 
-      call take_statistics(vibration, quantity, statistics, failure)
+      call compute_statistics(vibration, quantity, statistics, failure)
       call expect(failure, invalid_input, "statistics: " // what, complaints)
       call history_of(vibration, quantity, history, failure)
       call expect(failure, invalid_input, "history: " // what, complaints)

@@ -1,7 +1,7 @@
 !> Invalid arguments to the procedures that study families of systems.
 module invalid_study_arguments
   use checks, only: check_that
-  use gestell_door_numerics, only: accuracy_type, axis_type, border_accuracy, border_map_type, border_type, campbell_options, &
+  use gestell_api_numerics, only: accuracy_type, axis_type, border_accuracy, border_map_type, border_type, campbell_options, &
     & campbell_type, critical_type, crossing_type, dp, error_type, find_borders, find_critical, find_crossings, grid_type, &
     & invalid_input, nearest_stable, nearest_type, new_axis, new_grid, resonance_curve_type, sensitivity_base_type, &
     & sensitivity_type, solve_base, solve_campbell, solve_curve, solve_parameter, solve_point, solve_sensitivity, &

@@ -1,7 +1,7 @@
 !> The largest multipliers of any number of small matrices, computed eight at a time as in the library.
 module many_spectra
   use gestell_base_kinds, only: dp
-  use gestell_floquet_multipliers_spectra, only: found_type, spectra_of_eight
+  use gestell_floquet_multipliers_spectra, only: lane_spectra_type, spectra_of_eight
   use gestell_math_lanes, only: lanes
   implicit none (type, external)
   private
@@ -20,7 +20,7 @@ contains
     logical, intent(out), optional :: stable(:), unstable(:)
     integer, intent(out), optional :: singly
     real(dp), allocatable :: eight(:, :, :)
-    type(found_type) :: found
+    type(lane_spectra_type) :: found
     logical :: bounds
     integer :: first, last, n, lane, alone
 

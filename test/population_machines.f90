@@ -44,12 +44,12 @@ module population_machines
 
 contains
 
-  !> Machine `number` (1, 2, ...) of the population. The fastest of its free motions turns, or decays, by 0.1 to `most_turns` in
+  !> Machine `number` (1, 2, ...) of the population. The fastest of its free motions turns, or decays, by 0.1 to `max_turns` in
   !> a period, spread evenly in logarithm. With a `kind` all machines are weakly damped ('weak', damping times 1e-5 to 1e-2),
   !> strongly damped ('strong', times 10 to 1e4), or have a given number of steps ('steps', 4 to 400).
-  function specimen(number, most_turns, kind) result(one)
+  function specimen(number, max_turns, kind) result(one)
     integer, intent(in) :: number
-    real(dp), intent(in) :: most_turns
+    real(dp), intent(in) :: max_turns
     character(len=*), intent(in), optional :: kind
     type(specimen_type) :: one
     type(random_type) :: random
@@ -71,7 +71,7 @@ contains
       one%machine = random_linkage(number)
     end select
     if (random%chance(0.25_dp)) call hold_some(random, one%machine)
-    call set_trait(random, one%trait, most_turns, one%machine)
+    call set_trait(random, one%trait, max_turns, one%machine)
     one%tolerance = 10.0_dp**(-random%between(2.0_dp, 13.0_dp))
     one%methods = two_methods(random, one%tolerance)
     if (.not. present(kind)) return
@@ -80,7 +80,7 @@ contains
       call scale_damping(one%machine, 10.0_dp**(-random%between(2.0_dp, 5.0_dp)))
     case ("strong")
       call scale_damping(one%machine, 10.0_dp**random%between(1.0_dp, 4.0_dp))
-      call set_speed(random, most_turns, one%machine)
+      call set_speed(random, max_turns, one%machine)
     case ("steps")
       one%steps = nint(4 * 100**random%draw())
     case ("gauss")
@@ -161,10 +161,10 @@ contains
     if (random%chance(0.3_dp)) machine%free(modulo(k, 3) + 1) = .false.
   end subroutine hold_some
 
-  subroutine set_trait(random, trait, most_turns, machine)
+  subroutine set_trait(random, trait, max_turns, machine)
     type(random_type), intent(inout) :: random
     character(len=*), intent(in) :: trait
-    real(dp), intent(in) :: most_turns
+    real(dp), intent(in) :: max_turns
     type(machine_data), intent(inout) :: machine
     real(dp) :: distance
 
@@ -190,7 +190,7 @@ contains
     case default
     end select
 
-    call set_speed(random, most_turns, machine)
+    call set_speed(random, max_turns, machine)
     distance = 10.0_dp**(-random%between(3.0_dp, 12.0_dp))
     if (trait == "border") call damp_to_border(machine, distance)
     if (trait == "tongue") call speed_to_border(machine, distance)
@@ -280,14 +280,14 @@ contains
     end do
   end subroutine set_critical
 
-  subroutine set_speed(random, most_turns, machine)
+  subroutine set_speed(random, max_turns, machine)
     type(random_type), intent(inout) :: random
-    real(dp), intent(in) :: most_turns
+    real(dp), intent(in) :: max_turns
     type(machine_data), intent(inout) :: machine
     real(dp), parameter :: least_turns = 0.1_dp
 
     machine%speed_rpm = 600 ! any speed will do here
-    machine%speed_rpm = 60 * fastest(machine) / (least_turns * (most_turns / least_turns)**random%draw())
+    machine%speed_rpm = 60 * fastest(machine) / (least_turns * (max_turns / least_turns)**random%draw())
     if (random%chance(0.5_dp)) machine%speed_rpm = -machine%speed_rpm
   end subroutine set_speed
 

@@ -46,14 +46,14 @@ module population_tally
   real(dp), parameter :: roundoff = 1.0e-14_dp
   !> From this relative bound on a multiplier counts as unknown.
   real(dp), parameter :: lost = 0.5_dp
-  real(dp), parameter :: too_wide = 1.0e6_dp, least_tolerance = 1.0e-13_dp
+  real(dp), parameter :: too_wide = 1.0e6_dp, min_tolerance = 1.0e-13_dp
 
 contains
 
   !> Examines machine `number` of the population by both of its methods.
-  subroutine examine(number, most_turns, tally, kind)
+  subroutine examine(number, max_turns, tally, kind)
     integer, intent(in) :: number
-    real(dp), intent(in) :: most_turns
+    real(dp), intent(in) :: max_turns
     type(tally_type), intent(inout) :: tally
     character(len=*), intent(in), optional :: kind
     type(specimen_type) :: one
@@ -62,7 +62,7 @@ contains
     integer :: i
 
     if (tally%machines == 0) allocate(tally%failures(0), tally%wide(0), tally%times(0), tally%declined(0))
-    one = specimen(number, most_turns, kind)
+    one = specimen(number, max_turns, kind)
     tally%machines = tally%machines + 1
     do i = 1, 2
       call solve_by_library(one%machine, one%tolerance, one%methods(i), claims(i), one%steps)
@@ -158,7 +158,7 @@ contains
       tally%on_border = tally%on_border + merge(1, 0, abs(truth%excess) < roundoff)
     case default
       tally%undecided = tally%undecided + 1
-      call solve_by_library(one%machine, least_tolerance, "auto", later)
+      call solve_by_library(one%machine, min_tolerance, "auto", later)
       if (len(later%refusal) == 0 .and. later%verdict /= "undecided") then
         tally%decided_later = tally%decided_later + 1
       else if (abs(truth%excess) < roundoff) then

@@ -7,7 +7,7 @@ module test_balance
   use gestell_model_joints_guide, only: guide_type
   use gestell_model_linkage, only: linkage_type
   use gestell_model_mechanism_shaking, only: shaking_type
-  use gestell_study_balance, only: examine, left_type, measure_left, rigid_ground_type
+  use gestell_study_balance, only: examine, residual_shaking_type, measure_residual, rigid_ground_type
   use gestell_study_balance_bodies, only: counterweight_type, with_counterweights
   use gestell_study_balance_least_squares, only: least_squares_type
   use gestell_study_balance_complete, only: balance_force, balanced, balanced_already, no_pivots, not_balanced
@@ -45,7 +45,7 @@ contains
     type(counterweight_type), allocatable :: weights(:), none(:)
     type(gestell_error), allocatable :: failure
     class(linkage_type), allocatable :: other
-    type(left_type) :: left
+    type(residual_shaking_type) :: left
     integer :: state
 
     call four_bar(linkage, error)
@@ -61,7 +61,7 @@ contains
     if (allocated(error)) return
     ! terms of 0.1 kg m cancel to their roundings
     call check_that(error, found%peak(4) / speed**2, "<", 1.0e-15_dp, "no force")
-    call measure_left(rigid, weights, speed, left)
+    call measure_residual(rigid, weights, speed, left)
     call check_that(error, left%rms(1), "==", 0.0_dp, "reported as exactly zero")
     call with_counterweights(linkage, rigid%bodies, weights, weight_names, other, failure)
     call check_success(error, failure, "with counterweights")
@@ -192,7 +192,7 @@ contains
     type(shaking_type) :: found
     type(counterweight_type) :: weights(3)
     type(gestell_error), allocatable :: failure
-    type(left_type) :: left
+    type(residual_shaking_type) :: left
     integer :: k
 
     weights = [(counterweight_type(k, 0.02_dp * k, 0.7_dp * k), k = 1, 3)]
@@ -203,7 +203,7 @@ contains
       call check_success(error, failure, "bodies")
       call shake(linkage, rigid, weights, found, error, k == 2)
       if (allocated(error)) return
-      call measure_left(rigid, weights, speed, left)
+      call measure_residual(rigid, weights, speed, left)
       call check_that(error, abs(left%rms / found%rms([4, 3]) - 1), "<", 1.0e-11_dp, "rms")
       call check_that(error, abs(left%peak / found%peak([4, 3]) - 1), "<", 1.0e-9_dp, "peak")
       call check_that(error, abs(left%order_rms(2, 2) * sqrt(2.0_dp) / found%series(3)%amplitude(2) - 1), "<", 1.0e-11_dp, &

@@ -5,7 +5,7 @@ module test_balance_single
   use gestell_base_kinds, only: dp, pi
   use gestell_model_linkage, only: linkage_type
   use gestell_model_mechanism_shaking, only: shaking_type
-  use gestell_study_balance, only: left_type, measure_left, rigid_ground_type
+  use gestell_study_balance, only: residual_shaking_type, measure_residual, rigid_ground_type
   use gestell_study_balance_bodies, only: counterweight_type
   use gestell_study_balance_single, only: best_single
   use testdrive, only: error_type, new_unittest, unittest_type
@@ -37,7 +37,7 @@ contains
     type(rigid_ground_type) :: rigid
     type(shaking_type) :: before, after
     type(counterweight_type) :: best
-    type(left_type) :: left
+    type(residual_shaking_type) :: left
     complex(dp), parameter :: i = (0.0_dp, 1.0_dp)
     complex(dp) :: unbalance
     real(dp) :: phase
@@ -61,7 +61,7 @@ contains
       call check_that(error, abs(after%unbalance(1)) / abs(before%unbalance(1)), "<", 1.0e-13_dp, "no forward first order")
       call check_that(error, abs(after%rms(4)**2 / (before%rms(4)**2 - (speed**2 * abs(before%unbalance(1)))**2) - 1), "<", &
         & 1.0e-11_dp, "mean square")
-      call measure_left(rigid, [best], speed, left)
+      call measure_residual(rigid, [best], speed, left)
       call check_that(error, abs(left%rms(1) / after%rms(4) - 1), "<", 1.0e-11_dp, "rms")
     end do
   end subroutine test_crank

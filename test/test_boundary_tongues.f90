@@ -8,7 +8,7 @@ module test_boundary_tongues
   use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_task_boundary_line_borders, only: border_accuracy, border_rest_type, border_type, find_borders
   use gestell_task_boundary_line, only: line_type
-  use gestell_task_boundary_line_found, only: search_type
+  use gestell_task_boundary_line_search_result, only: search_type
   use gestell_task_boundary_line_search, only: range_nodes, search_line
   use gestell_system_family, only: family_type
   use gestell_study_grid, only: axis_type, grid_type, tile_type
@@ -128,7 +128,7 @@ contains
     line%family => family
     line%axes = [axis_type(0.5_dp, 200.0_dp, 10)]
     line%start = [0.0_dp]
-    line%way = [1.0_dp]
+    line%direction = [1.0_dp]
     line%accuracy = accuracy_type(tolerance=border_accuracy)
     do i = 1, 2
       if (i == 2) line%most_meetings = looked_at
@@ -138,7 +138,7 @@ contains
       if (i == 1) then
         call check_that(error, search%meetings, ">=", all_places, "meetings")
         call check_that(error, search%left_out, "==", 0, "unexamined places")
-        call check_that(error, size(search%doubts), "==", 0, "doubts")
+        call check_that(error, size(search%open_parts), "==", 0, "doubts")
         if (.not. allocated(error)) call check(error, size(search%borders), 4)
       else
         call check(error, search%meetings, looked_at)
@@ -146,7 +146,7 @@ contains
         do k = 1, all_places - looked_at
           if (allocated(error)) return
           associate (t => (k**2 - 0.5_dp) / 199.5_dp)
-            call check(error, any(abs(search%doubts%t - t) <= search%doubts%width / 2) .or. &
+            call check(error, any(abs(search%open_parts%t - t) <= search%open_parts%width / 2) .or. &
               & count(abs(search%borders%t - t) < 1.0e-3_dp) == 2, more="an unexamined place that is not reported")
           end associate
         end do

@@ -4,7 +4,7 @@ module test_callbacks
   use checks, only: check_success, check_that
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp, pi
-  use gestell_door_system, only: motion_type, solve_system
+  use gestell_api_system, only: motion_type, solve_system
   use gestell_system_second_order, only: second_order_system
   use testdrive, only: check, error_type, new_unittest, unittest_type
   use, intrinsic :: ieee_exceptions, only: ieee_get_halting_mode, ieee_set_flag, ieee_set_halting_mode, ieee_usual

@@ -5,7 +5,7 @@ module test_campbell_exponents
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp, pi
   use gestell_math_lapack, only: eigensystem
-  use gestell_study_mode_type, only: mode_type
+  use gestell_study_mode, only: mode_type
   use reference_flow, only: flow_map
   use reference_frame, only: frame_of
   use reference_linear, only: qp

@@ -6,7 +6,7 @@ module test_campbell_modes
   use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_model_frame, only: frame_type
   use gestell_study_mode_solution, only: solve_modes
-  use gestell_study_mode_type, only: mode_type
+  use gestell_study_mode, only: mode_type
   use gestell_system_averaged, only: averaged_system
   use gestell_system_second_order, only: second_order_system
   use machines, only: frame_of_machine

@@ -8,7 +8,7 @@ module test_campbell_tracking
   use gestell_task_campbell, only: campbell_options, campbell_type, solve_campbell
   use gestell_task_campbell_crossings, only: crossing_type, find_crossings
   use gestell_system_family, only: family_type
-  use gestell_study_mode_type, only: assurance
+  use gestell_study_mode, only: assurance
   use gestell_system_periodic, only: periodic_system
   use gestell_task_common_executor, only: executor_type, work_type
   use machines, only: frame_of_machine
@@ -41,7 +41,7 @@ module test_campbell_tracking
   type, extends(executor_type) :: counting_executor
     integer :: pieces(8) = 0, calls = 0
   contains
-    procedure :: spread => count_and_spread
+    procedure :: distribute => count_and_spread
   end type counting_executor
 
 contains
@@ -162,7 +162,7 @@ contains
 
     self%calls = self%calls + 1
     self%pieces(min(self%calls, size(self%pieces))) = size(pieces)
-    call self%executor_type%spread(work, pieces, error, points)
+    call self%executor_type%distribute(work, pieces, error, points)
   end subroutine count_and_spread
 
   !> The axes turn by 42 deg on each of two intervals. Both intervals are halved in one round of work, with the results of a

@@ -9,7 +9,7 @@ module test_decoupling
   use gestell_floquet_solution, only: floquet_type, follow, solve_floquet, solve_multipliers, solve_periodic
   use gestell_model_frame, only: frame_type, new_frame
   use gestell_model_mounting, only: stiffness_matrix, support_type
-  use gestell_system_part, only: find_parts
+  use gestell_system_subsystem, only: find_subsystems
   use gestell_system_periodic, only: periodic_system
   use machines, only: frame_of_machine
   use reference_machine, only: khang_machine
@@ -85,7 +85,7 @@ contains
       if (allocated(error)) return
       call check_success(error, failure)
       if (allocated(error)) return
-      call find_parts(frame, found, failure)
+      call find_subsystems(frame, found, failure)
       call check_success(error, failure)
       if (allocated(error)) return
       call check_that(error, found, "==", parts, name)

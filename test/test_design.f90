@@ -7,7 +7,7 @@ module test_design
   use gestell_input_machine_family, only: document_family_type
   use gestell_math_optimum_minimax, only: optimum_type
   use gestell_model_mechanism, only: a1_dd, a2_dd, table_columns
-  use gestell_study_design, only: halton, is_convex, prove, search_from
+  use gestell_study_design, only: halton, is_convex, bound_gap, search_from
   use gestell_study_design_goal, only: new_goal
   use gestell_study_design_problem, only: design_options, evaluate_goals, goal_branches_type, inside
   use gestell_study_measure, only: peak_measure, rms_measure
@@ -60,7 +60,7 @@ contains
     call check_that(error, abs(optimum%x - [-real(c), -aimag(c)]), "<=", 1.0e-8_dp, "its place")
     call check_that(error, abs(optimum%objective / left - 1), "<=", 1.0e-12_dp, "what is left")
     call check_that(error, is_convex(options), "==", .true., "convex")
-    call check_that(error, prove(options, optimum) / left, "<=", 1.0e-8_dp, "gap")
+    call check_that(error, bound_gap(options, optimum) / left, "<=", 1.0e-8_dp, "gap")
   end subroutine test_crank
 
   !> Berkof, Lowen, J. Eng. Ind. 91, 1969, 21-26: opposite to crank and rocker, 0.0365675675675676 and 0.0667027027027027 kg m.
@@ -118,7 +118,7 @@ contains
     call search_from(family, options, [0.1_dp, -0.1_dp, 0.0_dp, 0.05_dp, 0.3_dp, 0.3_dp], optimum, failure)
     call check_success(error, failure)
     if (allocated(error)) return
-    gap = prove(options, optimum)
+    gap = bound_gap(options, optimum)
     call check_that(error, optimum%feasible, "==", .true., "feasible")
     call check_that(error, gap / optimum%objective, "<=", 1.0e-5_dp, "gap")
     call check_that(error, optimum%stationarity, "<=", 1.0e-6_dp, "optimality")

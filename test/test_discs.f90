@@ -7,7 +7,7 @@ module test_discs
   use gestell_floquet_multipliers_gershgorin, only: discs_type, find_discs
   use gestell_floquet_multipliers_small_eigensystem, only: small_eigensystem
   use gestell_math_batch_characteristic_roots, only: find_roots, guess_roots
-  use gestell_math_batch_hessenberg, only: hessenberg_type, most_states, new_hessenberg
+  use gestell_math_batch_hessenberg, only: hessenberg_type, max_states, new_hessenberg
   use gestell_math_lanes, only: lanes
   use gestell_math_lapack, only: eigensystem
   use many_spectra, only: spectral_radii
@@ -38,10 +38,10 @@ contains
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: couplings(4) = [1.0_dp, 1.0e-3_dp, 1.0e-7_dp, 1.0e-11_dp]
     integer, parameter :: trials = 300
-    real(dp) :: a(lanes, most_states, most_states), before(lanes, most_states, most_states), perturbation(lanes), converged(lanes)
-    real(dp), dimension(lanes, most_states) :: z_re, z_im
+    real(dp) :: a(lanes, max_states, max_states), before(lanes, max_states, max_states), perturbation(lanes), converged(lanes)
+    real(dp), dimension(lanes, max_states) :: z_re, z_im
     real(dp) :: change, reach(4), distance, rounding
-    logical :: conjugate(most_states)
+    logical :: conjugate(max_states)
     complex(dp), allocatable :: rho(:), right(:, :), left(:, :)
     real(dp), allocatable :: d(:, :)
     type(gestell_error), allocatable :: failure
@@ -106,10 +106,10 @@ contains
     type(error_type), allocatable, intent(out) :: error
     real(dp) :: found(lanes)
     type(discs_type) :: discs, displaced
-    real(dp) :: a(lanes, most_states, most_states), before(lanes, 6, 6)
-    real(dp), dimension(lanes, most_states) :: z_re, z_im, w_re, w_im
+    real(dp) :: a(lanes, max_states, max_states), before(lanes, 6, 6)
+    real(dp), dimension(lanes, max_states) :: z_re, z_im, w_re, w_im
     real(dp), parameter :: perturbation(lanes) = 1.0e-12_dp, displacement = 1.0e-10_dp
-    logical :: conjugate(most_states)
+    logical :: conjugate(max_states)
     type(hessenberg_type) :: h
     type(random_type) :: random
     integer :: i, j, lane

@@ -87,7 +87,7 @@ contains
     do i = 1, size(tasks)
       ! This study solves each machine dozens of times: only sets of all sizes, twice.
       if (tasks(i)%task%name == "trade" .and. .not. any(set == [1, 3, 7, 15, 31, 63, 32, 48, 56, 60, 62])) cycle
-      if (any(tasks(i)%task%about == [all_machines, all_speeds])) then
+      if (any(tasks(i)%task%scope == [all_machines, all_speeds])) then
         if (index(others, "'" // trim(tasks(i)%task%name) // "'") == 0) others = others // ",'" // trim(tasks(i)%task%name) // "'"
       else
         if (index(own, "'" // trim(tasks(i)%task%name) // "'") == 0) own = own // ",'" // trim(tasks(i)%task%name) // "'"

@@ -10,9 +10,9 @@ module test_embedded_methods
   use gestell_floquet_choice_methods, only: new_method
   use gestell_floquet_integrator_pace, only: pace_of
   use gestell_floquet_integrator_step_coefficients, only: coefficients_type, sample_coefficients
-  use gestell_floquet_integrator_nested, only: left_by_embedded, nested_tableau, nested_type
+  use gestell_floquet_integrator_nested, only: embedded_phase_error, nested_tableau, nested_type
   use gestell_floquet_integrator_tableau, only: find_legendre, gauss_tableau
-  use gestell_floquet_period_level, only: level_type, solve_level
+  use gestell_floquet_period_trial, only: level_type, solve_level
   use gestell_floquet_period_period_map, only: period_map_type
   use gestell_floquet_period_monodromy, only: accuracy_type, monodromy_type, solve_monodromy
   use gestell_floquet_period_periodic_solution, only: periodic_solution_type, solve_periodic
@@ -127,9 +127,10 @@ contains
         call check_that(error, missed(1, 1), "<=", rounding, "fitted, stages " // text(s))
         call check_that(error, abs(missed(2, 1) / (phase_error(s, 2) * (1 / slower**2 - 1)) - 1), "<=", leading, &
           & "another, stages " // text(s))
-        call check_that(error, abs(missed(1, 2) / (phase_error(s - 1, 1) * left_by_embedded(form == 1)) - 1), "<=", leading, &
+        call check_that(error, abs(missed(1, 2) / (phase_error(s - 1, 1) * embedded_phase_error(form == 1)) - 1), "<=", leading, &
           & "embedded, stages " // text(s))
-        call check_that(error, abs(sqrt(level%unseen%fitted(1) / level%unseen%steps) * steps / (frequencies(1) * period) - 1), &
+        call check_that(error, abs(sqrt(level%unresolved%fitted(1) / level%unresolved%steps) * steps / (frequencies(1) * period) &
+          & - 1), &
           & "<=", rounding, "angle, stages " // text(s))
         if (allocated(error)) return
         select type (method)

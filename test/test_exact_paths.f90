@@ -12,7 +12,7 @@ module test_exact_paths
   use gestell_model_exact_varied_frame, only: varied_frame, varied_frame_type
   use gestell_study_frame_model, only: newton_type, settle
   use gestell_study_frame_model_vibration_path, only: follow_excitation, follow_speed
-  use gestell_study_vibration_several, only: index_sum, list_vibrations, search_vibrations, several_type
+  use gestell_study_vibration_vibration_list, only: index_sum, list_vibrations, search_vibrations, listed_vibration_type
   use machines, only: frame_of_machine
   use reference_machine, only: khang_machine, machine_data
   use slow_tests, only: new_slow
@@ -165,7 +165,7 @@ contains
     type(frame_type) :: frame
     class(frame_type), allocatable :: system
     type(varied_frame_type), allocatable :: list(:), one(:)
-    type(several_type), allocatable :: several(:)
+    type(listed_vibration_type), allocatable :: several(:)
     type(gestell_error), allocatable :: failure
     integer :: i, k
 

@@ -9,7 +9,7 @@ module test_forces
   use gestell_model_quantity, only: find_quantity
   use gestell_model_quantity_rows, only: probe_type, quantity_type
   use gestell_study_vibration_analysis, only: analysis_type
-  use gestell_task_forces_reactions, only: along_x, along_y, moment, reaction_type, whole_force
+  use gestell_task_forces_reactions, only: along_x, along_y, moment, reaction_type, force_magnitude
   use reference_cases, only: random_linkage, random_machine
   use reference_machine, only: khang_machine, machine_data
   use reference_momentum, only: ground_forces
@@ -62,7 +62,7 @@ contains
         call near(error, total%history(:points, along_x), forces(1, :), 1.0e-8_dp * scale(1), "x")
         call near(error, total%history(:points, along_y), forces(2, :), 1.0e-8_dp * scale(2), "y")
         call near(error, total%history(:points, moment), forces(3, :), 1.0e-8_dp * scale(3), "moment")
-        call near(error, total%history(:points, whole_force), [(hypot(forces(1, k), forces(2, k)), k = 1, points)], &
+        call near(error, total%history(:points, force_magnitude), [(hypot(forces(1, k), forces(2, k)), k = 1, points)], &
           & 1.0e-8_dp * scale(1), "size")
       end associate
       if (allocated(error)) return
@@ -102,7 +102,7 @@ contains
       sums(:, 3) = sums(:, 3) + reactions(i)%history(:, moment) + r(1) * reactions(i)%history(:, along_y) &
         & - r(2) * reactions(i)%history(:, along_x)
     end do
-    size_of_all = maxval([(reactions(i)%statistics(whole_force)%peak, i = 1, n)])
+    size_of_all = maxval([(reactions(i)%statistics(force_magnitude)%peak, i = 1, n)])
     ! Sums of seven terms; lengths are below 1 m.
     call near(error, reactions(n)%history(:, along_x), sums(:, 1), 1.0e-13_dp * size_of_all, "x")
     call near(error, reactions(n)%history(:, along_y), sums(:, 2), 1.0e-13_dp * size_of_all, "y")
@@ -182,13 +182,13 @@ contains
           ! The closed form and the tolerance 1e-12 of Phi, condition about 1; forces of some 30 N.
           call near(error, reactions(s)%history(i + 1, along_x:along_y), real(force), 1.0e-9_dp, "support")
         end do
-        call near(error, reactions(3)%history(i + 1, along_x:whole_force), [0.0_dp, 0.0_dp, 0.0_dp], 1.0e-9_dp, "guide, force")
+        call near(error, reactions(3)%history(i + 1, along_x:force_magnitude), [0.0_dp, 0.0_dp, 0.0_dp], 1.0e-9_dp, "guide, force")
         call near(error, reactions(3)%history(i + 1, moment:moment), expected(moment:moment, i), 1.0e-9_dp, "guide, moment")
         if (allocated(error)) return
       end do
       do s = 1, 2
         force = matmul(n, [(cmplx(supports(s)%stiffness(j), omega * supports(s)%damping(j), dp) * axis(j), j = 1, 2)])
-        associate (x => reactions(s)%statistics(along_x), f => reactions(s)%statistics(whole_force))
+        associate (x => reactions(s)%statistics(along_x), f => reactions(s)%statistics(force_magnitude))
           call near(error, [x%series(1)%amplitude(1), x%series(1)%phase(1)], &
             & [abs(force(1)), atan2(aimag(force(1)), real(force(1)))], 1.0e-9_dp, "amplitude and phase")
           ! The force draws an ellipse: its half axes from f f and f f*.

@@ -7,8 +7,8 @@ module test_forces_limits
   use gestell_model_quantity, only: find_quantity
   use gestell_model_quantity_rows, only: accelerations, probe_type, quantity_type
   use gestell_study_vibration_analysis, only: analysis_type
-  use gestell_task_forces_reactions, only: along_x, along_y, moment, reaction_type, whole_force
-  use gestell_study_vibration_statistics, only: band_rms, statistics_type, take_statistics
+  use gestell_task_forces_reactions, only: along_x, along_y, moment, reaction_type, force_magnitude
+  use gestell_study_vibration_statistics, only: band_rms, statistics_type, compute_statistics
   use reference_cases, only: random_machine
   use reference_linear, only: qp
   use reference_linkage, only: mass_functions, mass_functions_type
@@ -63,7 +63,7 @@ contains
     call find_quantity(frame, none, "fx", quantity, failure)
     call check_success(error, failure, "fx")
     if (allocated(error)) return
-    call take_statistics(analysis%vibration, quantity, statistics, failure)
+    call compute_statistics(analysis%vibration, quantity, statistics, failure)
     call check_success(error, failure, "statistics of fx")
     if (allocated(error)) return
     associate (peak => analysis%vibration%peak, bound => analysis%vibration%error)
@@ -204,8 +204,8 @@ contains
       do i = 1, size(reactions)
         associate (s => reactions(size(reactions))%statistics, this => reactions(i)%history, other => mirrored(i)%history)
           ! Both are good to 1e-12 times a condition of up to 100.
-          call near(error, other(:, along_x), this(:, along_x), 1.0e-9_dp * s(whole_force)%peak, "x")
-          call near(error, other(:, along_y), -this(:, along_y), 1.0e-9_dp * s(whole_force)%peak, "y")
+          call near(error, other(:, along_x), this(:, along_x), 1.0e-9_dp * s(force_magnitude)%peak, "x")
+          call near(error, other(:, along_y), -this(:, along_y), 1.0e-9_dp * s(force_magnitude)%peak, "y")
           call near(error, other(:, moment), -this(:, moment), 1.0e-9_dp * s(moment)%peak, "moment")
           if (allocated(error)) return
         end associate

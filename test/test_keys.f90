@@ -5,7 +5,7 @@ module test_keys
   use gestell_base_kinds, only: dp, pi
   use gestell_input_machine_frame, only: foundation_keys, gravity_keys
   use gestell_input_machine_groups, only: read_units
-  use gestell_input_namelist_document, only: document_type, the_group
+  use gestell_input_namelist_document, only: document_type, group_named
   use gestell_input_schema, only: find_group_rule, find_key_rule, schema_type
   use gestell_input_schema_help, only: help_on
   use gestell_input_schema_read, only: read
@@ -115,21 +115,21 @@ contains
     call read_units(doc, units, failure)
     call check(error, trim(units%of(of_angle)%name), "rad")
     if (allocated(error)) return
-    call read(the_group(doc, "gravity"), gravity_keys, "direction", x, failure, units)
+    call read(group_named(doc, "gravity"), gravity_keys, "direction", x, failure, units)
     call check(error, x, -pi / 2, thr=1.0e-15_dp)
     if (allocated(error)) return
-    call read(the_group(doc, "gravity"), gravity_keys, "acceleration", x, failure, units)
+    call read(group_named(doc, "gravity"), gravity_keys, "acceleration", x, failure, units)
     call check(error, x, 9.80665_dp)
     if (allocated(error)) return
-    call read(the_group(doc, "response"), response_keys, "points", n, failure)
+    call read(group_named(doc, "response"), response_keys, "points", n, failure)
     call check(error, n, 360)
     if (allocated(error)) return
-    call read(the_group(doc, "accuracy"), accuracy_keys(), "method", method, failure)
+    call read(group_named(doc, "accuracy"), accuracy_keys(), "method", method, failure)
     call check(error, method, "auto")
     if (allocated(error)) return
     ! given values are used as typed
     call read_checked("&frame/ &units angle='rad'/ &gravity direction=-1/" // rest, doc, failure)
-    call read(the_group(doc, "gravity"), gravity_keys, "direction", x, failure, units)
+    call read(group_named(doc, "gravity"), gravity_keys, "direction", x, failure, units)
     call check(error, x, -1.0_dp)
   end subroutine test_defaults
 
@@ -144,11 +144,11 @@ contains
     call read_checked("&frame/ &units stiffness='N/mm', force='kN', damping='kN s/m'/ &foundation stiffness=5,1,2,1,6,3,2,3,7, " &
       & // "damping=1,2,3/" // rest, doc, failure)
     call read_units(doc, units, failure)
-    call read(the_group(doc, "foundation"), foundation_keys, "stiffness", c, failure, units)
+    call read(group_named(doc, "foundation"), foundation_keys, "stiffness", c, failure, units)
     call check(error, norm2(c - 1000 * reshape([5.0_dp, 1.0_dp, 2.0_dp, 1.0_dp, 6.0_dp, 3.0_dp, 2.0_dp, 3.0_dp, 0.007_dp], &
       & [3, 3])), 0.0_dp, thr=1.0e-11_dp)
     if (allocated(error)) return
-    call read(the_group(doc, "foundation"), foundation_keys, "damping", b, failure, units)
+    call read(group_named(doc, "foundation"), foundation_keys, "damping", b, failure, units)
     call check(error, norm2(b - [1000.0_dp, 2000.0_dp, 3.0_dp]), 0.0_dp, thr=1.0e-11_dp)
   end subroutine test_matrix
 
@@ -160,19 +160,19 @@ contains
     integer :: n
 
     call read_checked(rest // "&frame/ &accuracy tolerance=0.1, steps=1048576/ &response points=0, harmonics=8001/", doc, failure)
-    call read(the_group(doc, "accuracy"), accuracy_keys(), "tolerance", x, failure)
+    call read(group_named(doc, "accuracy"), accuracy_keys(), "tolerance", x, failure)
     call check(error, .not. allocated(failure), "the end of a range belongs to it")
-    call read(the_group(doc, "accuracy"), accuracy_keys(), "steps", n, failure)
+    call read(group_named(doc, "accuracy"), accuracy_keys(), "steps", n, failure)
     if (.not. allocated(error)) call check(error, .not. allocated(failure), "the end of a range of whole numbers")
-    call read(the_group(doc, "response"), response_keys, "points", n, failure)
+    call read(group_named(doc, "response"), response_keys, "points", n, failure)
     call check_message(error, failure, "in.nml:1: &response: points = 0: must be at least 1")
-    call read(the_group(doc, "response"), response_keys, "harmonics", n, failure)
+    call read(group_named(doc, "response"), response_keys, "harmonics", n, failure)
     call check_message(error, failure, "in.nml:1: &response: harmonics = 8001: must be at most 8000")
     call read_checked(rest // "&frame/ &accuracy tolerance=0.2/", doc, failure)
-    call read(the_group(doc, "accuracy"), accuracy_keys(), "tolerance", x, failure)
+    call read(group_named(doc, "accuracy"), accuracy_keys(), "tolerance", x, failure)
     call check_message(error, failure, "in.nml:1: &accuracy: tolerance = 0.2: must lie between 1e-15 and 0.1")
     call read_checked(rest // "&frame/ &accuracy tolerance=-0.2/", doc, failure)
-    call read(the_group(doc, "accuracy"), accuracy_keys(), "tolerance", x, failure)
+    call read(group_named(doc, "accuracy"), accuracy_keys(), "tolerance", x, failure)
     call check_message(error, failure, "in.nml:1: &accuracy: tolerance = -0.2: must be positive")
   end subroutine test_ranges
 

@@ -6,10 +6,10 @@ module test_lane_numerics
   use gestell_base_kinds, only: dp, pi
   use gestell_floquet_multipliers_gershgorin, only: discs_type, find_discs
   use gestell_math_batch_characteristic_roots, only: find_roots, guess_roots
-  use gestell_math_batch_hessenberg, only: hessenberg_type, most_states, new_hessenberg
+  use gestell_math_batch_hessenberg, only: hessenberg_type, max_states, new_hessenberg
   use gestell_math_lanes, only: lanes
   use gestell_math_lanes_equations, only: solve_equations
-  use gestell_math_lanes_peaks, only: greatest_values
+  use gestell_math_lanes_peaks, only: largest_values
   use gestell_math_lanes_products, only: multiply
   use gestell_math_batch_quadratic_factors, only: find_factors
   use reference_linear, only: qp, solve
@@ -221,11 +221,11 @@ contains
   !> that of both.
   subroutine test_pairs(error)
     type(error_type), allocatable, intent(out) :: error
-    real(dp) :: a(lanes, most_states, most_states), converged(lanes)
-    real(dp), dimension(lanes, most_states) :: z_re, z_im, w_re, w_im
+    real(dp) :: a(lanes, max_states, max_states), converged(lanes)
+    real(dp), dimension(lanes, max_states) :: z_re, z_im, w_re, w_im
     type(discs_type) :: found, singly
     real(dp), parameter :: perturbation(lanes) = 1.0e-9_dp
-    logical :: conjugate(most_states)
+    logical :: conjugate(max_states)
     type(hessenberg_type) :: h
     type(random_type) :: random
     integer :: i, j, lane
@@ -296,7 +296,7 @@ contains
             wanted(lane) = mean + a + b
           end associate
         end do
-        call greatest_values(samples, harmonics, greatest)
+        call largest_values(samples, harmonics, greatest)
         ! Some roundings in sums of two terms and a mean over n samples, each 3 at most.
         call check_that(error, maxval(abs(greatest - wanted)), "<", 20 * epsilon(1.0_dp), "greatest value")
         if (allocated(error)) return

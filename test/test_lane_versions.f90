@@ -8,7 +8,7 @@ module test_lane_versions
   use gestell_math_lanes_versions, only: block, four_columns, lanes, solve_with_lower, solve_with_upper, subtract_column, &
     & subtract_product, width
   use gestell_math_batch_characteristic_roots, only: find_roots, guess_roots
-  use gestell_math_batch_hessenberg, only: hessenberg_type, most_states, new_hessenberg
+  use gestell_math_batch_hessenberg, only: hessenberg_type, max_states, new_hessenberg
   use gestell_math_lanes, only: vector_border
   use gestell_math_lanes_products, only: multiply
   use gestell_math_lapack, only: eigensystem
@@ -215,12 +215,12 @@ contains
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: n = 6
     real(dp), parameter :: perturbation(lanes) = 1.0e-12_dp
-    real(dp) :: rows(lanes, n, n), b(lanes, n, n), c(lanes, n, n), a(lanes, most_states, most_states), converged(lanes)
-    real(dp), dimension(lanes, most_states) :: z_re, z_im
+    real(dp) :: rows(lanes, n, n), b(lanes, n, n), c(lanes, n, n), a(lanes, max_states, max_states), converged(lanes)
+    real(dp), dimension(lanes, max_states) :: z_re, z_im
     type(discs_type) :: discs, portable
     complex(dp) :: found(n)
     complex(dp), allocatable :: known(:), right(:, :), left(:, :)
-    logical :: conjugate(most_states)
+    logical :: conjugate(max_states)
     type(hessenberg_type) :: h
     type(gestell_error), allocatable :: failure
     integer :: k, i, lane

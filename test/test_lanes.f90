@@ -4,8 +4,8 @@ module test_lanes
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp
   use gestell_base_processor, only: has_long_vectors, has_versions
-  use gestell_math_lanes, only: block, eliminate, lanes, padded, reduce, schur_complement, width
-  use gestell_floquet_integrator_method, only: method_type, unseen_type
+  use gestell_math_lanes, only: block, eliminate, lanes, padded_to_block, reduce, schur_complement, width
+  use gestell_floquet_integrator_method, only: method_type, unresolved_type
   use gestell_floquet_choice_methods, only: new_method
   use gestell_floquet_integrator_tableau, only: find_legendre, gauss_tableau, tableau_type
   use gestell_math_lapack, only: factorise, solve_factored
@@ -71,7 +71,8 @@ contains
         if (allocated(error)) return
       end do
     end do
-    call check_that(error, [padded(1), padded(3), padded(4), padded(24), padded(25)], "==", [3, 3, 6, 24, 27], "padded")
+    call check_that(error, [padded_to_block(1), padded_to_block(3), padded_to_block(4), padded_to_block(24), &
+      & padded_to_block(25)], "==", [3, 3, 6, 24, 27], "padded")
   end subroutine test_schur
 
   !> The Schur complements after 15, 18 and 21 unknowns, eliminated one after the other in panels of three columns and of six,
@@ -252,7 +253,7 @@ contains
     type(gestell_error), allocatable :: failure
     real(dp) :: maps(steps, 2 * size(frequencies), 2 * size(frequencies) + 1), from(steps), to(steps)
     real(dp) :: lower(steps, 2 * size(frequencies), 2 * size(frequencies) + 1, 2)
-    type(unseen_type) :: unseen
+    type(unresolved_type) :: unresolved
     real(dp) :: cosine, sine, turn, shift, fitted, galerkin(2, 3)
     integer :: f, i, k, place, fewer
 
@@ -273,7 +274,7 @@ contains
     call method%maps(system, from, to, maps, failure)
     call check_success(error, failure)
     if (allocated(error)) return
-    call method%pair(system, from, to, maps, failure, lower, unseen)
+    call method%pair(system, from, to, maps, failure, lower, unresolved)
     call check_success(error, failure)
     if (allocated(error)) return
     do k = 1, steps

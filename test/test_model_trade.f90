@@ -58,8 +58,8 @@ contains
     end do
     call measure_model(frame, accuracy_type(), trade, failure)
     if (failed(failure, error)) return
-    call check_that(error, trade%worst_miss(), "<=", 0.0_dp, "no error of the averaged model")
-    call check_that(error, abs(trade%rho_miss()), "<=", 0.0_dp, "no error of the averaged model")
+    call check_that(error, trade%worst_difference(), "<=", 0.0_dp, "no error of the averaged model")
+    call check_that(error, abs(trade%rho_difference()), "<=", 0.0_dp, "no error of the averaged model")
     call check_that(error, trade%error_phi, "<", 1.0e-8_dp, "errors of the row")
     call check_that(error, trade%error_rho, "<", 1.0e-8_dp, "errors of the row")
     call check_that(error, trade%error_x0, "<", 1.0e-7_dp, "errors of the row")
@@ -84,7 +84,7 @@ contains
     if (allocated(error)) return
     call check(error, trade(1)%error_x0 / trade(2)%error_x0, 10.0_dp, thr=1.0_dp, more="x0")
     if (allocated(error)) return
-    call check_that(error, abs(trade(1)%peak_miss(1)), ">", 5 * abs(trade(2)%peak_miss(1)), "peak")
+    call check_that(error, abs(trade(1)%peak_difference(1)), ">", 5 * abs(trade(2)%peak_difference(1)), "peak")
   end subroutine test_light
 
   subroutine test_trade(error)
@@ -103,17 +103,17 @@ contains
     trade%periodic%peak_error = [0.1_dp, 0.1_dp, (0.0_dp, i = 3, 9)]
     trade%averaged%peak_error = trade%periodic%peak_error
     ! 0.1 of 1 is within 0.1 + 0.1; -0.5 of 2 is not within 0.2.
-    call check_that(error, maxval(abs([(trade%peak_miss(i), i = 1, 9)] - [0.0_dp, -0.25_dp, (0.0_dp, i = 3, 9)])), "<", &
+    call check_that(error, maxval(abs([(trade%peak_difference(i), i = 1, 9)] - [0.0_dp, -0.25_dp, (0.0_dp, i = 3, 9)])), "<", &
       & 1.0e-15_dp, "misses of peaks")
     if (allocated(error)) return
-    call check(error, trade%log_rho_miss(), 0.2_dp, thr=1.0e-15_dp)
+    call check(error, trade%log_rho_difference(), 0.2_dp, thr=1.0e-15_dp)
     if (allocated(error)) return
-    call check(error, trade%rho_miss(), exp(0.1_dp) - 1, thr=1.0e-15_dp)
+    call check(error, trade%rho_difference(), exp(0.1_dp) - 1, thr=1.0e-15_dp)
     if (allocated(error)) return
-    call check(error, trade%worst_miss(), 0.25_dp, thr=1.0e-15_dp)
+    call check(error, trade%worst_difference(), 0.25_dp, thr=1.0e-15_dp)
     if (allocated(error)) return
     trade%averaged%log_rho_error = 0.11_dp
-    call check_that(error, abs(trade%log_rho_miss()) + abs(trade%rho_miss()), "<=", 0.0_dp, "within the errors")
+    call check_that(error, abs(trade%log_rho_difference()) + abs(trade%rho_difference()), "<=", 0.0_dp, "within the errors")
     if (allocated(error)) return
 
     machine = khang_machine(360.0_dp)
@@ -140,7 +140,7 @@ contains
     if (allocated(error)) return
     call check(error, allocated(trade%periodic%peak), more=trade%resonance)
     if (allocated(error)) return
-    call check_that(error, abs(trade%peak_miss(1)), "<=", 0.0_dp, "no peaks to compare")
+    call check_that(error, abs(trade%peak_difference(1)), "<=", 0.0_dp, "no peaks to compare")
   end subroutine test_trade
 
   logical function failed(failure, error)

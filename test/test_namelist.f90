@@ -8,7 +8,7 @@ module test_namelist
   use gestell_base_kinds, only: dp
   use gestell_input_schema_read, only: count_values, read
   use gestell_base_words, only: word_length
-  use gestell_input_namelist_document, only: document_type, group_type, the_group, groups_named, group_names, has
+  use gestell_input_namelist_document, only: document_type, group_type, group_named, groups_named, group_names, has
   use gestell_input_namelist, only: read_document
   use namelist_helpers, only: key, read_checked, refused, check_message, check_passed, nl, file, rest, one_joint
   implicit none (type, external)
@@ -54,13 +54,13 @@ contains
     call read_checked(complete, doc, failure)
     call check_passed(error, failure)
     if (allocated(error)) return
-    call read(the_group(doc, "drive"), key("speed_rpm", range=nonzero), "speed_rpm", x, failure)
+    call read(group_named(doc, "drive"), key("speed_rpm", range=nonzero), "speed_rpm", x, failure)
     call check(error, x, 240.0_dp)
     if (allocated(error)) return
-    call read(the_group(doc, "case"), key("title"), "title", text, failure)
+    call read(group_named(doc, "case"), key("title"), "title", text, failure)
     call check(error, text, "Four-bar")
     if (allocated(error)) return
-    call read(the_group(doc, "case"), key("tasks"), "tasks", texts, failure)
+    call read(group_named(doc, "case"), key("tasks"), "tasks", texts, failure)
     call check_that(error, size(texts), "==", 2, "texts")
     call check_that(error, texts(1), "==", "stability", "first text")
     call check_that(error, texts(2), "==", "response", "second text")
@@ -89,10 +89,10 @@ contains
     call read(joints(2), key("offset", rank=1, default=-1.0_dp), "offset", pair, failure)
     call check_that(error, abs(pair + 1), "<=", 0.0_dp, "position")
     if (allocated(error)) return
-    call read(the_group(doc, "accuracy"), key("method"), "method", text, failure, default="auto")
+    call read(group_named(doc, "accuracy"), key("method"), "method", text, failure, default="auto")
     call check(error, text, "auto")
     if (allocated(error)) return
-    call read(the_group(doc, "response"), key("points", default=360.0_dp), "points", branch, failure)
+    call read(group_named(doc, "response"), key("points", default=360.0_dp), "points", branch, failure)
     call check(error, branch, 360)
   end subroutine test_values
 
@@ -127,8 +127,8 @@ contains
     call read_checked(text // nl // "&frame/" // one_joint, doc, failure)
     call check_passed(error, failure)
     if (allocated(error)) return
-    call read(the_group(doc, "drive"), key("speed_rpm"), "speed_rpm", speed, failure)
-    call read(the_group(doc, "case"), key("title"), "title", title, failure)
+    call read(group_named(doc, "drive"), key("speed_rpm"), "speed_rpm", speed, failure)
+    call read(group_named(doc, "case"), key("title"), "title", title, failure)
     call check_that(error, abs(speed - 240), "<=", 0.0_dp, "wrong values from " // text)
     call check_that(error, title, "==", "it's", "wrong values from " // text)
   end subroutine same
@@ -163,7 +163,7 @@ contains
     call read_checked("&frame mass=" // text // "/" // rest, doc, failure)
     call check_passed(error, failure)
     if (allocated(error)) return
-    call read(the_group(doc, "frame"), key("mass"), "mass", x, failure)
+    call read(group_named(doc, "frame"), key("mass"), "mass", x, failure)
     call check_that(error, abs(x - expected), "<=", 0.0_dp, "wrong number from " // text)
   end subroutine number
 
@@ -177,7 +177,7 @@ contains
       // "&support stiffness(2)=5, stiffness (1) = 4/" // nl // "&support damping(2)=3/" // rest, doc, failure)
     call check_passed(error, failure)
     if (allocated(error)) return
-    call read(the_group(doc, "foundation"), key("stiffness", rank=2, default=0.0_dp), "stiffness", matrix, failure)
+    call read(group_named(doc, "foundation"), key("stiffness", rank=2, default=0.0_dp), "stiffness", matrix, failure)
     call check_that(error, nint([matrix(3, 1), matrix(1, 2), matrix(2, 3)]), "==", [3, 4, 7], "elements")
     if (allocated(error)) return
     associate (supports => groups_named(doc, "support"))
@@ -195,11 +195,11 @@ contains
     if (allocated(error)) return
 
     call read_checked("&frame/ &foundation stiffness(1,3) = -2.5 /" // rest, doc, failure)
-    call read(the_group(doc, "foundation"), key("stiffness", rank=2, default=0.0_dp), "stiffness", matrix, failure)
+    call read(group_named(doc, "foundation"), key("stiffness", rank=2, default=0.0_dp), "stiffness", matrix, failure)
     call check_that(error, abs(matrix(1, 3) + 2.5_dp), "<=", 0.0_dp, "(1, 3)")
     call check_that(error, count(abs(matrix) > 0), "==", 1, "elements")
     if (allocated(error)) return
-    call read(the_group(doc, "foundation"), key("stiffness", rank=2, default=0.0_dp, range=nonnegative), &
+    call read(group_named(doc, "foundation"), key("stiffness", rank=2, default=0.0_dp, range=nonnegative), &
       & "stiffness", matrix, failure)
     call check_message(error, failure, "in.nml:1: &foundation: stiffness(1,3) = -2.5: must not be negative")
   end subroutine test_subscripts

@@ -6,7 +6,7 @@ module test_namelist_errors
   use gestell_base_kinds, only: dp
   use gestell_input_schema_read, only: read
   use gestell_base_words, only: word_length
-  use gestell_input_namelist_document, only: document_type, group_type, the_group, groups_named, group_names
+  use gestell_input_namelist_document, only: document_type, group_type, group_named, groups_named, group_names
   use gestell_input_namelist_message, only: input_error
   use gestell_input_namelist_suggest, only: suggestion
   use gestell_input_schema, only: schema_type
@@ -209,7 +209,7 @@ contains
     call check_message(error, failure, "in.nml:4: &joint 'B': radius = 0d0: must be positive")
     call read(joints(2), key("radius", range=nonzero), "radius", x, failure)
     call check_message(error, failure, "in.nml:4: &joint 'B': radius = 0d0: must not be zero")
-    call read(the_group(doc, "frame"), key("mass", range=nonnegative), "mass", x, failure)
+    call read(group_named(doc, "frame"), key("mass", range=nonnegative), "mass", x, failure)
     call check_message(error, failure, "in.nml:4: &frame: mass = -1e-3: must not be negative")
     call read(joints(2), key("branch", range=range_type(least=2.0_dp)), "branch", n, failure)
     call check_message(error, failure, "in.nml:3: &joint 'B': branch = +0: must be at least 2")
@@ -217,9 +217,9 @@ contains
     call check_message(error, failure, "in.nml:2: &joint 'B': pivot: must be given")
     call read(joints(2), key("type", words="ground, crank, RRR"), "type", text, failure)
     call check_message(error, failure, "in.nml:2: &joint 'B': type = 'RRr': unknown; did you mean 'RRR'?")
-    call read(the_group(doc, "case"), key("tasks", words="stability, modes"), "tasks", texts, failure)
+    call read(group_named(doc, "case"), key("tasks", words="stability, modes"), "tasks", texts, failure)
     call check_message(error, failure, "in.nml:4: &case: tasks(2) = 'stabilty': unknown; did you mean 'stability'?")
-    call read(the_group(doc, "accuracy"), key("tolerance"), "tolerance", x, failure)
+    call read(group_named(doc, "accuracy"), key("tolerance"), "tolerance", x, failure)
     call check_message(error, failure, "in.nml: &accuracy: tolerance: must be given")
     call input_error(joints(2), "ends", "unknown joint" // suggestion("B0", group_names(joints)), failure, 2)
     call check_message(error, failure, "in.nml:4: &joint 'B': ends(2) = 'B0': unknown joint; did you mean 'B'?")

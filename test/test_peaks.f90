@@ -3,7 +3,7 @@ module test_peaks
   use checks, only: check_success, check_that
   use families, only: machine_family
   use gestell_base_error, only: gestell_error => error_type
-  use gestell_math_series_fourier, only: find_tops, greatest
+  use gestell_math_series_fourier, only: find_candidates, greatest
   use gestell_base_kinds, only: dp, pi
   use gestell_system_family, only: family_type
   use gestell_study_grid, only: axis_type, grid_type, new_grid
@@ -90,7 +90,7 @@ contains
     f = fine(::many / samples)
     dense = maxval(abs(fine))
     loss = (2 * pi / samples)**2 / 8 * sum([(real(i, dp)**2 * norm2(a(i, :)), i = 1, orders)])
-    call find_tops(f, a(0, 1), a(1:, 1), a(1:, 2), loss, places, spacing)
+    call find_candidates(f, a(0, 1), a(1:, 1), a(1:, 2), loss, places, spacing)
     call check_that(error, real(size(places), dp), "<=", real(most_places, dp), "searched places")
     ! Beside a top samples at a 32nd of the spacing miss (pi / 64)^2 / 2 of the ripple at the most; sums round at 1e-15.
     call check_that(error, abs(greatest(f) - dense), "<=", 1.3e-3_dp * (dense - 1) + 1.0e-14_dp, "maximum between samples")

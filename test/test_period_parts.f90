@@ -7,7 +7,7 @@ module test_period_parts
   use gestell_base_processor, only: vector_length
   use gestell_base_kinds, only: dp
   use gestell_floquet_period_monodromy, only: accuracy_type, monodromy_type, solve_monodromy
-  use gestell_math_lanes_products, only: combine, in_fours, multiply
+  use gestell_math_lanes_products, only: combine, padded_to_four, multiply
   use gestell_math_lanes, only: lanes
   use gestell_math_matrix, only: balanced
   use gestell_system_family, only: family_type
@@ -85,7 +85,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: n = 5, columns = 6, numbers = 6
     real(dp) :: rows(lanes, columns, n), b(lanes, n, columns), c(lanes, n, columns), factors(lanes, n), &
-      & terms(n, in_fours(numbers)), values(lanes, in_fours(numbers))
+      & terms(n, padded_to_four(numbers)), values(lanes, padded_to_four(numbers))
     integer :: lane, i
 
     rows = reshape(sin([(1.3_dp * i, i = 1, size(rows))]), shape(rows))
@@ -93,7 +93,7 @@ contains
     factors = reshape(sin([(3.7_dp * i, i = 1, size(factors))]), shape(factors))
     terms = reshape(sin([(4.9_dp * i, i = 1, size(terms))]), shape(terms))
     call multiply(vector_length(), n, columns, 0.5_dp, rows, b, c)
-    call combine(n, in_fours(numbers), factors, terms, values)
+    call combine(n, padded_to_four(numbers), factors, terms, values)
     do lane = 1, lanes
       ! Roundings of five terms below 1.
       call check_that(error, maxval(abs(c(lane, :, :) - matmul(transpose(rows(lane, :n, :)), b(lane, :, :)) / 2)), "<", &
@@ -101,7 +101,8 @@ contains
       call check_that(error, maxval(abs(values(lane, :) - matmul(factors(lane, :), terms))), "<", 1.0e-14_dp, "sums")
       if (allocated(error)) return
     end do
-    call check_that(error, [in_fours(0), in_fours(1), in_fours(4), in_fours(5)], "==", [0, 4, 4, 8], "multiples of four")
+    call check_that(error, [padded_to_four(0), padded_to_four(1), padded_to_four(4), padded_to_four(5)], "==", [0, 4, 4, &
+      & 8], "multiples of four")
   end subroutine test_products
 
   !> Phi(T) and x_p(T) of the paper's machine at a corner that has many parts and at one with few, computed number by number and

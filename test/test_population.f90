@@ -36,12 +36,12 @@ contains
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: machines = 80
     ! Short periods: the reference takes most of the time.
-    real(dp), parameter :: most_turns = 20, most_median = 1000
+    real(dp), parameter :: max_turns = 20, most_median = 1000
     type(tally_type) :: tally
     integer :: i
 
     do i = 1, machines
-      call examine(i, most_turns, tally)
+      call examine(i, max_turns, tally)
       if (size(tally%failures) == 0) cycle
       call check(error, .false., more=trim(tally%failures(1)))
       return
@@ -71,12 +71,12 @@ contains
     character(len=*), parameter :: kinds(*) = &
       & [character(len=6) :: "strong", "weak", "strong", "strong", "", "", "steps", "", "", "", "weak", "", "", "", "", "", ""]
     !> The same as in the program that found them.
-    real(dp), parameter :: most_turns = 200
+    real(dp), parameter :: max_turns = 200
     type(tally_type) :: tally
     integer :: i
 
     do i = 1, size(numbers)
-      call examine(numbers(i), most_turns, tally, trim(kinds(i)))
+      call examine(numbers(i), max_turns, tally, trim(kinds(i)))
     end do
     if (size(tally%failures) > 0) call check(error, .false., more=trim(tally%failures(1)))
   end subroutine test_former_failures
@@ -110,13 +110,13 @@ contains
     character(len=6), parameter :: kinds(3) = [character(len=6) :: "weak", "strong", "steps"]
     integer, parameter :: machines = 16
     ! Short periods: the reference takes most of the time.
-    real(dp), parameter :: most_turns = 20, most_median = 1000
+    real(dp), parameter :: max_turns = 20, most_median = 1000
     type(tally_type) :: tally
     integer :: i, k
 
     do k = 1, size(kinds)
       do i = 1, machines
-        call examine(i, most_turns, tally, trim(kinds(k)))
+        call examine(i, max_turns, tally, trim(kinds(k)))
         if (size(tally%failures) == 0) cycle
         call check(error, .false., more=trim(kinds(k)) // ": " // trim(tally%failures(1)))
         return

@@ -5,8 +5,8 @@ module test_prediction
   use gestell_base_kinds, only: dp, pi
   use gestell_floquet_choice_methods, only: new_method
   use gestell_floquet_choice_prediction, only: first_steps
-  use gestell_floquet_integrator_method, only: method_type, unseen_type
-  use gestell_floquet_period_convergence, only: left_unseen
+  use gestell_floquet_integrator_method, only: method_type, unresolved_type
+  use gestell_floquet_period_convergence, only: unresolved_errors
   use gestell_floquet_period_monodromy, only: accuracy_type, monodromy_type, solve_monodromy
   use gestell_floquet_choice_survey, only: growth, survey_system, survey_type
   use gestell_system_periodic, only: periodic_system
@@ -144,17 +144,17 @@ contains
   !> it if z is large. The part of cos(z t) along P_2, 5 (3 j_1(z/2) / (z/2) - j_0(z/2)), is less.
   subroutine test_not_averaged(error)
     type(error_type), allocatable, intent(out) :: error
-    type(unseen_type) :: unseen
+    type(unresolved_type) :: unresolved
     real(dp), parameter :: scale(2) = 1, x = 1
     real(dp) :: left(2)
 
-    unseen%missed = 1
-    unseen%load = 4
-    left = left_unseen(unseen, scale, 1.0_dp, 2 * x, 2)
+    unresolved%missed = 1
+    unresolved%load = 4
+    left = unresolved_errors(unresolved, scale, 1.0_dp, 2 * x, 2)
     call check_that(error, abs(left(2) - 1 / 12.0_dp), "<", 1.0e-15_dp, "a third")
     call check_that(error, left(2), ">", 5 * (3 * (sin(x) / x**2 - cos(x) / x) / x - sin(x) / x) / 4, "the part of cos")
     if (allocated(error)) return
-    left = left_unseen(unseen, scale, 1.0_dp, 1.0e300_dp, 10)
+    left = unresolved_errors(unresolved, scale, 1.0_dp, 1.0e300_dp, 10)
     call check_that(error, abs(left(2) - 0.25_dp), "<", 1.0e-15_dp, "all")
     call check_that(error, abs(left(1)), "<=", 0.0_dp, "no error of Phi(T)")
   end subroutine test_not_averaged

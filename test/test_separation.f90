@@ -2,7 +2,7 @@
 module test_separation
   use checks, only: check_that
   use gestell_base_kinds, only: dp, pi
-  use gestell_study_mode_type, only: mode_type
+  use gestell_study_mode, only: mode_type
   use gestell_task_campbell, only: campbell_point_type, campbell_type
   use gestell_task_campbell_crossings, only: crossing_type
   use gestell_task_separation, only: find_separations, separation_type

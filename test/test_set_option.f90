@@ -8,7 +8,7 @@ module test_set_option
   use gestell_input_schema_check, only: check_document
   use gestell_input_schema_read, only: read
   use gestell_base_words, only: word_length
-  use gestell_input_namelist_document, only: document_type, group_type, the_group, groups_named
+  use gestell_input_namelist_document, only: document_type, group_type, group_named, groups_named
   use gestell_input_namelist, only: parse_document
   use gestell_input_schema_path, only: set_value, get_path, set_path_real
   use gestell_task_registry, only: input_schema
@@ -69,16 +69,16 @@ contains
     call check_that(error, size(values), "==", 1, "values")
     call check_that(error, nint(values(1)), "==", 6, "value")
     if (allocated(error)) return
-    call read(the_group(doc, "accuracy"), key("steps"), "steps", n, failure)
+    call read(group_named(doc, "accuracy"), key("steps"), "steps", n, failure)
     call check(error, n, 64)
     if (allocated(error)) return
-    call read(the_group(doc, "accuracy"), key("method"), "method", text, failure)
+    call read(group_named(doc, "accuracy"), key("method"), "method", text, failure)
     call check(error, text, "gauss6")
     if (allocated(error)) return
-    call read(the_group(doc, "case"), key("title"), "title", text, failure)
+    call read(group_named(doc, "case"), key("title"), "title", text, failure)
     call check(error, text, "a, b = c")
     if (allocated(error)) return
-    call read(the_group(doc, "frame"), key("dof"), "dof", texts, failure)
+    call read(group_named(doc, "frame"), key("dof"), "dof", texts, failure)
     call check_that(error, size(texts), "==", 2, "texts")
     call check_that(error, texts(1), "==", "xi", "first")
     call check_that(error, texts(2), "==", "eta", "second")
@@ -99,7 +99,7 @@ contains
     call read(supports(1), key("damping", rank=1, range=nonnegative), "damping", pair, failure)
     call check_message(error, failure, "--set support(1).damping=-1,0: must not be negative")
     call set_path_real(doc, input_schema(), "frame.mass", -2.0_dp, failure)
-    call read(the_group(doc, "frame"), key("mass", range=positive), "mass", x, failure)
+    call read(group_named(doc, "frame"), key("mass", range=positive), "mass", x, failure)
     call check_message(error, failure, "at frame.mass=-2.0000000000000000E+000: must be positive")
   end subroutine test_assignments
 

@@ -7,7 +7,7 @@ module test_shaking
   use gestell_model_linkage, only: linkage_type
   use gestell_model_linkage_diagnosis, only: diagnose_joints, diagnosis_type
   use gestell_model_mechanism_shaking, only: shaking, shaking_type
-  use gestell_output_picture_marks, only: apart, with_room
+  use gestell_output_picture_marks, only: apart, choose_spaced
   use gestell_output_picture_regions, only: left_side
   use testdrive, only: error_type, new_unittest, unittest_type
   implicit none (type, external)
@@ -154,7 +154,8 @@ contains
     call check_that(error, abs(apart([4.0_dp, 4.0_dp, 8.0_dp], 2.0_dp, [0.0_dp, 9.0_dp]) - [3, 5, 8]), "<", exact, "a pair")
     call check_that(error, abs(apart([4.0_dp, 5.0_dp, 6.0_dp], 2.0_dp, [0.0_dp, 9.0_dp]) - [3, 5, 7]), "<", exact, "three")
     call check_that(error, abs(apart([8.0_dp, 9.0_dp, 1.0_dp], 2.0_dp, [9.0_dp, 0.0_dp]) - [7, 9, 1]), "<", exact, "at the rim")
-    call check_that(error, with_room([3.0_dp, 3.5_dp, 4.0_dp, 4.2_dp, 1.0_dp], 1.0_dp), "==", [.true., .false., .true., .false., &
+    call check_that(error, choose_spaced([3.0_dp, 3.5_dp, 4.0_dp, 4.2_dp, 1.0_dp], 1.0_dp), "==", [.true., .false., .true., &
+      & .false., &
       & .true.], "the first have room")
   end subroutine test_label_places
 

@@ -2,14 +2,14 @@
 module test_shared_tables
   use checks, only: check_success, check_that
   use data_files, only: machine_of_file
-  use gestell_door_numerics, only: dp, frame_type, mass_functions_type, mechanism_type, mesh, method_type, new_frame, new_method, &
-    & period_map, remember_mechanism, table_columns
-  use gestell_door_numerics, only: gestell_error => error_type
+  use gestell_api_numerics, only: dp, frame_type, mass_functions_type, mechanism_type, mesh, method_type, new_frame, new_method, &
+    & period_map, cache_mechanism, table_columns
+  use gestell_api_numerics, only: gestell_error => error_type
   use gestell_base_error, only: fatal_error
   use gestell_system_family, only: family_type
   use gestell_study_grid, only: axis_type, grid_type, new_grid
   use gestell_study_point, only: sweep_options
-  use gestell_study_table, only: exchange_mechanisms
+  use gestell_study_mechanism_cache, only: swap_mechanisms
   use gestell_study_tile_results, only: tile_results_type
   use gestell_system_periodic, only: periodic_system
   use gestell_task_sweep, only: solve_tile
@@ -74,7 +74,7 @@ contains
     scale = 1
     do i = 1, size(steps)
       nodes(:steps(i)) = mesh(frame, steps(i))
-      call remember_mechanism(frame, method, nodes(:steps(i)))
+      call cache_mechanism(frame, method, nodes(:steps(i)))
     end do
     call check(error, evaluations, 8 * sum(steps))
     if (allocated(error)) return
@@ -106,10 +106,10 @@ contains
     end do
 
     before = evaluations
-    call exchange_mechanisms(plain, frame)
+    call swap_mechanisms(plain, frame)
     call period_map(plain, method, mesh(plain, steps(1)), scale, again, failure)
     call check(error, evaluations, before, more="with the mechanism of the other")
-    call exchange_mechanisms(plain, frame)
+    call swap_mechanisms(plain, frame)
     if (.not. allocated(error)) call check_that(error, maxval(abs(again - phi)), ">", 0.0_dp, "another number of steps")
     if (allocated(error)) return
     call period_map(frame, method, mesh(frame, 29), scale, again, failure)

@@ -131,7 +131,7 @@ contains
     left = -left
     if (.not. present(linear)) return
     call varied%motion%values(phases, q, v, a)
-    call varied%move_to(series_through(0 * motion))
+    call varied%linearise_about(series_through(0 * motion))
     call varied%sample_second_order(phases, m, b, c)
     linear = 0
     do k = 1, frame%dofs()

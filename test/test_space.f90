@@ -10,7 +10,7 @@ module test_space
   use gestell_floquet_solution, only: floquet_type, follow, solve_floquet, solve_multipliers, solve_periodic
   use gestell_math_dft, only: dft
   use gestell_math_series_trigonometric, only: series_through
-  use gestell_model_frame, only: frame_type, weigh_frame
+  use gestell_model_frame, only: frame_type, add_gravity
   use gestell_model_exact_varied_frame, only: varied_frame, varied_frame_type
   use gestell_model_space_masses, only: masses_type, plane_type, sum_planes
   use gestell_model_space, only: in_frame
@@ -102,7 +102,7 @@ contains
     call three_planes(-420 * rpm, 1.0_dp, frame, failure)
     ! with weights, and static forces of which one turns
     frame%supports(2)%turning = .true.
-    if (.not. allocated(failure)) call weigh_frame(frame, [3.0_dp, -8.0_dp, 4.0_dp], failure)
+    if (.not. allocated(failure)) call add_gravity(frame, [3.0_dp, -8.0_dp, 4.0_dp], failure)
     call check_success(error, failure)
     if (allocated(error)) return
     call frame%space%masses_at(frame%mass, frame%speed, [frame%speed * t], masses)

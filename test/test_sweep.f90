@@ -75,7 +75,7 @@ contains
 
     do k = 1, 3
       variable = variable_type(2.0_dp, 8.0_dp, kinds(k))
-      call check_that(error, variable%suits(), "==", .true., "suits")
+      call check_that(error, variable%is_applicable(), "==", .true., "suits")
       call check_that(error, abs(variable%x_of(2.0_dp) + 1), "<", 1.0e-15_dp, "x of the first")
       call check_that(error, abs(variable%x_of(8.0_dp) - 1), "<", 1.0e-15_dp, "x of the last")
       if (allocated(error)) return
@@ -86,7 +86,7 @@ contains
       call check(error, variable%x_of(p), 0.3_dp, thr=1.0e-14_dp)
       if (allocated(error)) return
       variable = variable_type(-1.0_dp, 1.0_dp, kinds(k))
-      call check_that(error, variable%suits(), "==", kinds(k) == itself, "suits")
+      call check_that(error, variable%is_applicable(), "==", kinds(k) == itself, "suits")
       if (allocated(error)) return
     end do
   end subroutine test_variables

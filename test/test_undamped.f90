@@ -74,7 +74,7 @@ contains
       do k = 1, 3
         call result%judge(judgement_type(verdicts(orders(k, i)), trim(words(orders(k, i)))))
       end do
-      call check_that(error, result%in_short(), "contains", "VERDICT  UNSTABLE at 1 of 2 speeds; UNDECIDED at 5 of 5 speeds")
+      call check_that(error, result%summary_line(), "contains", "VERDICT  UNSTABLE at 1 of 2 speeds; UNDECIDED at 5 of 5 speeds")
       if (allocated(error)) return
       call check(error, result%worst == unstable, more="of all")
       if (allocated(error)) return

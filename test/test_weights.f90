@@ -304,7 +304,7 @@ contains
         ! Between two of so many times the force rises by less than this part of its span.
         call near(error, [reactions(i)%least_compression], [least], 1.0e-4_dp * reactions(i)%statistics(3)%peak, "least")
         if (allocated(error)) return
-        call check_that(error, reactions(i)%least_compression, "<=", least + reactions(i)%least_error, "not above the history")
+        call check_that(error, reactions(i)%least_compression, "<=", least + reactions(i)%min_error, "not above the history")
         if (allocated(error)) return
       end do
     end do

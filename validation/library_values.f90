@@ -1,6 +1,6 @@
 !> What the library says about the paper's machine, from the input file in data/.
 module library_values
-  use gestell_door_numerics, only: analyse, analysis_type, dp, error_type
+  use gestell_api_numerics, only: analyse, analysis_type, dp, error_type
   use gestell_input_schema_check, only: check_document
   use gestell_task_common_configuration, only: configuration_type
   use gestell_task_registry, only: input_schema, read_configuration

@@ -10,7 +10,7 @@
 !> The deviation of rho_max is from solutions of their own to 1e-12, `sample` gives such solutions to TOLERANCE. Reading and
 !> checking the file are not timed.
 program chart
-  use gestell_door_numerics, only: dp, error_type
+  use gestell_api_numerics, only: dp, error_type
   use gestell_floquet_choice_survey, only: survey_system, survey_type
   use gestell_input_schema_check, only: check_document
   use gestell_task_common_configuration, only: configuration_type

@@ -5,7 +5,7 @@
 !> For each machine and tolerance every method solves Phi(T) and x_p(T) once; those within four
 !> times the best are repeated, one after the other, and their medians count.
 program choice
-  use gestell_door_numerics, only: accuracy_type, dp, error_type, frame_type, method_names, monodromy_type, solve_monodromy
+  use gestell_api_numerics, only: accuracy_type, dp, error_type, frame_type, method_names, monodromy_type, solve_monodromy
   use gestell_input_schema_check, only: check_document
   use gestell_task_common_configuration, only: configuration_type
   use gestell_task_registry, only: input_schema, read_configuration

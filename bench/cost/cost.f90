@@ -10,7 +10,7 @@
 !>
 !> Series `x0` solves multipliers and x0, `multipliers` no x0, `frame` makes the frame and proves that the mechanism turns.
 program cost
-  use gestell_door_numerics, only: accuracy_type, dp, error_type, evidence, evidence_type, floquet_type, frame_type, linkage_type, &
+  use gestell_api_numerics, only: accuracy_type, dp, error_type, evidence, evidence_type, floquet_type, frame_type, linkage_type, &
     & multipliers_type, new_frame, periodic_solution_type, pi, solve_floquet, solve_multipliers, solve_periodic, &
     & stiffness_matrix, support_type
   use gestell_floquet_choice_survey, only: survey_system, survey_type

@@ -6,7 +6,7 @@
 !> eight matrices, filled anew from a copy whose time is taken off (that into panels counts), and the share of the peak.
 program kernel
   use gestell_base_kinds, only: dp
-  use gestell_math_lanes, only: lanes, padded, schur_complement
+  use gestell_math_lanes, only: lanes, padded_to_block, schur_complement
   use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
 
@@ -21,8 +21,8 @@ program kernel
   print "(a)", "| method | rows and columns | operations | time of eight, us | 1e9 operations/s | share of the peak |", &
     & "|---|--:|--:|--:|--:|--:|"
   do stages = 4, 10
-    n = padded(stages * f)
-    columns = n + padded(2 * f + 1)
+    n = padded_to_block(stages * f)
+    columns = n + padded_to_block(2 * f + 1)
     if (allocated(w)) deallocate(original, w)
     allocate(original(lanes, n + 2 * f, columns), w(lanes, n + 2 * f, columns))
     call random_number(original)

@@ -8,7 +8,7 @@
 !> multipliers of modulus 1. Damped: rotations times 0.99 coupled by a fixed matrix, a smooth family as in a chart.
 program spectra
   use gestell_base_kinds, only: dp
-  use gestell_floquet_multipliers_spectra, only: found_type, spectra_of_eight
+  use gestell_floquet_multipliers_spectra, only: lane_spectra_type, spectra_of_eight
   use gestell_math_lanes, only: lanes
   use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
@@ -69,7 +69,7 @@ contains
     integer, intent(in) :: n
     logical, intent(in) :: bounds
     real(dp) :: eight(lanes, n, n)
-    type(found_type) :: found
+    type(lane_spectra_type) :: found
     integer :: first, lane, alone
 
     singly = 0

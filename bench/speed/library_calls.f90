@@ -1,6 +1,6 @@
 !> What is timed of the library: the only place that calls it.
 module library_calls
-  use gestell_door_numerics, only: accuracy_type, dp, error_type, evidence, evidence_type, floquet_type, frame_type, method_type, &
+  use gestell_api_numerics, only: accuracy_type, dp, error_type, evidence, evidence_type, floquet_type, frame_type, method_type, &
     & multipliers_type, solve_floquet, solve_multipliers, solve_periodic, solve_vibration, vibration_type
   use gestell_math_lapack, only: factorise, solve_factored
   use gestell_floquet_period_period_map, only: period_map

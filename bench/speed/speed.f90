@@ -12,7 +12,7 @@
 !> Gauss had it, not fitted to the fastest motion. The solution is repeated for so many `seconds`, or -`seconds` times if that is
 !> negative. Reading the file and proving that the mechanism turns come before; all kinematics are timed.
 program speed
-  use gestell_door_numerics, only: dp, error_type, frame_type, method_type, new_method
+  use gestell_api_numerics, only: dp, error_type, frame_type, method_type, new_method
   use gestell_floquet_integrator_gauss, only: gauss_method
   use gestell_input_schema_check, only: check_document
   use gestell_task_common_configuration, only: configuration_type

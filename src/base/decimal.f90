@@ -14,7 +14,7 @@ module gestell_base_decimal
   !> Number of significant decimal digits that identify a double-precision number.
   integer, parameter, public :: all_digits = 17
   !> The tables of powers suffice for numbers whose binary exponent is smaller than this in magnitude.
-  integer, parameter :: farthest = 990
+  integer, parameter :: max_binary_exponent = 990
   !> Index of the implied do loops in the constants below; not used elsewhere.
   integer :: i
   !> Powers of ten, truncated to 74 bits: 10^i = power(i) * 2^power_of_two(i).
@@ -99,7 +99,7 @@ contains
     exponent = 0
     decided = bits == 0
     binary = int(iand(shiftr(bits, 52), 2047_int64)) - 1075
-    if (abs(binary + 52) >= farthest) return
+    if (abs(binary + 52) >= max_binary_exponent) return
     bits = ior(iand(bits, hidden_bit - 1), hidden_bit)
     ! this estimate is the true exponent or one less
     exponent = floor((binary + 52) * decades_of_two)

@@ -17,7 +17,7 @@ module gestell_base_error
     !> Name of the machine's part that is at fault, such as "joint 'B'"; unallocated if it is no single part
     character(len=:), allocatable :: subject
     !> True if a file could not be written
-    logical :: unwritten = .false.
+    logical :: write_failed = .false.
   end type error_type
 
   !> Values of `code`

@@ -1,13 +1,13 @@
-!> File operations of POSIX that Fortran lacks. The names of files must not end with blanks. After a failure `last_reason` returns
-!> the system's explanation until the next call.
+!> File operations of POSIX that Fortran lacks. The names of files must not end with blanks. After a failure `system_message`
+!> returns the system's explanation until the next call.
 module gestell_base_files
   use, intrinsic :: iso_c_binding, only: c_char, c_f_pointer, c_int, c_int64_t, c_intptr_t, c_null_char, c_ptr, c_size_t
   use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
   private
 
-  public :: close_file, copy_text, create_file, file_size, is_there, last_reason, link_file, lock_file, make_directory, &
-    & open_to_read, open_to_write, read_at, read_some, remove_file, remove_folder, rename_file, try_lock, unlock_file, write_whole
+  public :: close_file, copy_text, create_file, file_size, file_exists, system_message, link_file, lock_file, make_directory, &
+    & open_to_read, open_to_write, read_at, read_chunk, remove_file, remove_folder, rename_file, try_lock, unlock_file, write_bytes
 
   !> Flags of POSIX. flock: `together` is LOCK_SH, `exclusive` LOCK_EX, `without_waiting` LOCK_NB; open: `only_to_write` is
   !> O_WRONLY.
@@ -141,11 +141,11 @@ module gestell_base_files
 contains
 
   !> The system's explanation of why the last POSIX call failed.
-  function last_reason() result(words)
+  function system_message() result(words)
     character(len=:), allocatable :: words
 
     call copy_text(c_strerror(errno()), words)
-  end function last_reason
+  end function system_message
 
   !> Copies a zero-terminated C string. The address must not be null.
   subroutine copy_text(address, text)
@@ -169,11 +169,11 @@ contains
   end function file_size
 
   !> True if a file or folder of this name exists.
-  logical function is_there(name)
+  logical function file_exists(name)
     character(len=*), intent(in) :: name
 
-    is_there = c_access(name // c_null_char, 0_c_int) == 0
-  end function is_there
+    file_exists = c_access(name // c_null_char, 0_c_int) == 0
+  end function file_exists
 
   !> Creates an empty file. A file or link with this name is removed first. The target of the link, or a file that has further
   !> names, thus stays unchanged. `handle` is negative if the file cannot be created.
@@ -205,7 +205,7 @@ contains
   end subroutine open_to_write
 
   !> Reads up to len(bytes) bytes. `n` is the number of bytes read: 0 at the end of the file, -1 if reading fails.
-  subroutine read_some(handle, bytes, n)
+  subroutine read_chunk(handle, bytes, n)
     integer(c_int), intent(in) :: handle
     ! allow(C072)
     character(len=*), intent(out) :: bytes
@@ -216,11 +216,11 @@ contains
       if (n >= 0) return
       if (errno() /= interrupted) return
     end do
-  end subroutine read_some
+  end subroutine read_chunk
 
   !> Writes all bytes at `position`, or else at the current position of the file. A gap between the old end of the file and
   !> `position` is filled with zeros.
-  subroutine write_whole(handle, bytes, done, position)
+  subroutine write_bytes(handle, bytes, done, position)
     integer(c_int), intent(in) :: handle
     character(len=*), intent(in) :: bytes
     !> False if not all bytes could be written
@@ -248,7 +248,7 @@ contains
       end if
     end do
     done = .true.
-  end subroutine write_whole
+  end subroutine write_bytes
 
   !> Reads len(bytes) bytes from a position in the file.
   subroutine read_at(handle, position, bytes, done)

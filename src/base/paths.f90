@@ -5,7 +5,7 @@ module gestell_base_paths
   implicit none (type, external)
   private
 
-  public :: full_path, is_link, is_same
+  public :: full_path, is_link, is_same_file
 
   !> `longest_path`: maximum length of a path (PATH_MAX); `stat_bytes`: size of a buffer for struct stat; `identity_bytes`: number
   !> of its leading bytes that hold device and inode (on macOS also mode and number of links).
@@ -49,15 +49,15 @@ contains
   end function is_link
 
   !> True if both names lead to the same existing file, after following links.
-  logical function is_same(one, another)
+  logical function is_same_file(one, another)
     character(len=*), intent(in) :: one, another
     character(kind=c_char) :: status(stat_bytes, 2)
 
-    is_same = .false.
+    is_same_file = .false.
     if (c_stat(one // c_null_char, status(:, 1)) /= 0) return
     if (c_stat(another // c_null_char, status(:, 2)) /= 0) return
-    is_same = all(status(:identity_bytes, 1) == status(:identity_bytes, 2))
-  end function is_same
+    is_same_file = all(status(:identity_bytes, 1) == status(:identity_bytes, 2))
+  end function is_same_file
 
   !> Absolute path of a file with all links resolved; it stays valid when the working directory changes. Returns `name` itself if
   !> the file does not exist.

@@ -54,15 +54,15 @@ contains
       if (last - first < longest_piece) then
         call put(short, n, message(first:min(last + 1, len(message))))
       else
-        call put(short, n, message(first:before_character(message, first + longest_piece - longest_tail)))
+        call put(short, n, message(first:end_of_last_character(message, first + longest_piece - longest_tail)))
         call put(short, n, "...")
-        call put(short, n, message(before_character(message, last - longest_tail) + 1:min(last + 1, len(message))))
+        call put(short, n, message(end_of_last_character(message, last - longest_tail) + 1:min(last + 1, len(message))))
       end if
       first = last + 2
     end do
     line = short(:n)
-    if (n > longest_line) line = short(:before_character(short, longest_line - longest_piece)) // " ... " &
-      & // short(before_character(short, n - longest_piece) + 1:n)
+    if (n > longest_line) line = short(:end_of_last_character(short, longest_line - longest_piece)) // " ... " &
+      & // short(end_of_last_character(short, n - longest_piece) + 1:n)
     call make_printable(line)
     call make_one_line(line)
   end subroutine put_on_one_line
@@ -127,7 +127,7 @@ contains
   end subroutine make_one_line
 
   !> Position of the last byte of the last complete UTF-8 character within the first `n` bytes; `n` itself if the text is not UTF-8.
-  pure integer function before_character(text, n) result(last)
+  pure integer function end_of_last_character(text, n) result(last)
     character(len=*), intent(in) :: text
     integer, intent(in) :: n
 
@@ -135,7 +135,7 @@ contains
       if (.not. continues(text(last + 1:last + 1))) return
     end do
     last = n
-  end function before_character
+  end function end_of_last_character
 
   !> True if a text contains control characters (of one or two bytes) or line ends.
   pure logical function has_control(text)

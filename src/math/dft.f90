@@ -29,16 +29,16 @@ contains
     l = 1
     do while (l < n)
       m = n / l
-      p = least_factor(m)
+      p = min_factor(m)
       before = y
-      call join(m / p, p, l, roots, before, y)
+      call join_transforms(m / p, p, l, roots, before, y)
       l = l * p
     end do
   end function dft
 
   !> Joins groups of p transforms of length l to one transform: y(a, j + l q) = sum over r of w^(r (j + l q)) x(a + m r, j), w^(l p)
   !> = 1.
-  pure subroutine join(m, p, l, roots, x, y)
+  pure subroutine join_transforms(m, p, l, roots, x, y)
     integer, intent(in) :: m, p, l
     complex(dp), intent(in) :: roots(0:m * p * l - 1), x(m, 0:p - 1, 0:l - 1)
     complex(dp), intent(out) :: y(m, 0:l - 1, 0:p - 1)
@@ -55,16 +55,16 @@ contains
         end do
       end do
     end do
-  end subroutine join
+  end subroutine join_transforms
 
   !> Smallest prime factor of n > 1.
-  pure integer function least_factor(n) result(p)
+  pure integer function min_factor(n) result(p)
     integer, intent(in) :: n
 
     do p = 2, int(sqrt(real(n, dp)))
       if (mod(n, p) == 0) return
     end do
     p = n
-  end function least_factor
+  end function min_factor
 
 end module gestell_math_dft

@@ -25,7 +25,7 @@ module gestell_output_result
     !> The sentence
     character(len=:), allocatable :: words
     !> True if the report contains the sentence in another place
-    logical :: said = .false.
+    logical :: printed = .false.
   end type headline_type
 
   !> A result file that is not a table.
@@ -42,13 +42,14 @@ module gestell_output_result
     !> Sentences for the top of the report
     type(headline_type), allocatable :: headlines(:)
     !> Texts of all headlines, stored so that none is added twice
-    type(dictionary_type), private :: warned
+    type(dictionary_type), private :: headline_texts
     !> Result files that are not tables
     type(attachment_type), allocatable, private :: attachments(:)
     !> The report
     character(len=:), allocatable :: report
-    !> `said`: number of characters of the report that are already printed; `room`: position of the headlines in the report, or -1
-    integer, private :: said = 0, room = -1
+    !> `printed`: number of characters of the report that are already printed; `headline_position`: position of the headlines in the
+    !> report, or -1
+    integer, private :: printed = 0, headline_position = -1
     !> Diagnostics of the numerical solution
     character(len=:), allocatable :: details
     !> True if the report includes the diagnostics
@@ -73,19 +74,19 @@ module gestell_output_result
     procedure :: begin
     procedure :: has
     procedure :: left
-    procedure :: draw_over
+    procedure :: add_curves
     procedure :: add
     procedure :: attach
-    procedure :: say, say_section
+    procedure :: write_lines, write_section
     procedure :: detail
     procedure :: note
-    procedure :: leave_room
-    procedure :: lead
-    procedure :: in_short
-    procedure :: rest
+    procedure :: reserve_headlines
+    procedure :: insert_headlines
+    procedure :: summary_line
+    procedure :: unprinted_report
     procedure :: warn
     procedure :: judge, include_verdict
-    procedure :: fail
+    procedure :: record_failure
     procedure :: write => write_result
   end type result_type
 
@@ -151,7 +152,7 @@ contains
 
   !> Adds curves to the picture `name`, whose script plots them by the gnuplot macro @over. Does nothing if there is no such
   !> picture.
-  pure subroutine draw_over(self, name, curves)
+  pure subroutine add_curves(self, name, curves)
     class(result_type), intent(inout) :: self
     character(len=*), intent(in) :: name, curves
     integer :: i
@@ -160,10 +161,10 @@ contains
       if (self%figures(i)%name == name) self%figures(i)%lines = "over = """ // curves // """" // newline &
         & // self%figures(i)%lines
     end do
-  end subroutine draw_over
+  end subroutine add_curves
 
   !> Appends lines to the report. If `whole` is present, long lines are not wrapped.
-  pure subroutine say(self, lines, whole)
+  pure subroutine write_lines(self, lines, whole)
     class(result_type), intent(inout) :: self
     character(len=*), intent(in) :: lines
     logical, intent(in), optional :: whole
@@ -173,53 +174,53 @@ contains
     else
       self%report = self%report // wrapped(lines)
     end if
-  end subroutine say
+  end subroutine write_lines
 
   !> Appends a section on the vibration of the input's machine to the report. A warning follows the heading if this vibration is
   !> unstable, undamped or undecided.
-  pure subroutine say_section(self, heading, lines)
+  pure subroutine write_section(self, heading, lines)
     class(result_type), intent(inout) :: self
     character(len=*), intent(in) :: heading, lines
 
-    call self%say(section(heading, self%verdict) // lines)
-  end subroutine say_section
+    call self%write_lines(section(heading, self%verdict) // lines)
+  end subroutine write_section
 
   !> Appends diagnostics of the numerical solution. The report shows them only if `verbose`.
   pure subroutine detail(self, lines)
     class(result_type), intent(inout) :: self
     character(len=*), intent(in) :: lines
 
-    if (self%verbose) call self%say(lines)
+    if (self%verbose) call self%write_lines(lines)
     self%details = self%details // lines
   end subroutine detail
 
-  !> Marks the position of the headlines in the report. Text after this position is printed only after `lead` has inserted the
-  !> headlines.
-  pure subroutine leave_room(self)
+  !> Marks the position of the headlines in the report. Text after this position is printed only after `insert_headlines` has
+  !> inserted the headlines.
+  pure subroutine reserve_headlines(self)
     class(result_type), intent(inout) :: self
 
-    self%room = len(self%report)
-  end subroutine leave_room
+    self%headline_position = len(self%report)
+  end subroutine reserve_headlines
 
-  !> Inserts the headlines at the position marked by `leave_room`: the verdict first, then the warnings.
-  pure subroutine lead(self)
+  !> Inserts the headlines at the position marked by `reserve_headlines`: the verdict first, then the warnings.
+  pure subroutine insert_headlines(self)
     class(result_type), intent(inout) :: self
     type(growing_text_type) :: lines
     integer :: i
 
-    if (self%room < 0 .or. self%verdict == "") return
+    if (self%headline_position < 0 .or. self%verdict == "") return
     call lines%append(newline // "VERDICT  ")
     do i = 1, size(self%headlines)
-      if (self%headlines(i)%said) cycle
+      if (self%headlines(i)%printed) cycle
       if (i > 1) call lines%append("  ")
       call lines%append(self%headlines(i)%words // newline)
     end do
-    self%report = self%report(:self%room) // wrapped(lines%whole()) // self%report(self%room + 1:)
-    self%room = -1
-  end subroutine lead
+    self%report = self%report(:self%headline_position) // wrapped(lines%whole()) // self%report(self%headline_position + 1:)
+    self%headline_position = -1
+  end subroutine insert_headlines
 
   !> One line with the worst verdict and as many warnings as fit. If nothing was judged, it is the first headline.
-  pure function in_short(self) result(line)
+  pure function summary_line(self) result(line)
     class(result_type), intent(in) :: self
     character(len=:), allocatable :: line
     logical :: over_range
@@ -251,7 +252,7 @@ contains
     end do
     if (left > 0) line = line // "; " // counted(left, "warning") // " above"
     line = line // newline
-  end function in_short
+  end function summary_line
 
   !> Adds a message that is printed separately from the report.
   pure subroutine note(self, line)
@@ -262,38 +263,38 @@ contains
   end subroutine note
 
   !> The part of the report that earlier calls have not returned.
-  function rest(self) result(lines)
+  function unprinted_report(self) result(lines)
     class(result_type), intent(inout) :: self
     character(len=:), allocatable :: lines
 
-    lines = self%report(self%said + 1:)
-    self%said = len(self%report)
-  end function rest
+    lines = self%report(self%printed + 1:)
+    self%printed = len(self%report)
+  end function unprinted_report
 
-  !> Adds the first of `lines` as a headline, unless it is blank or already one. `said`: true if the report contains it in another
-  !> place.
-  pure subroutine warn(self, state, lines, said)
+  !> Adds the first of `lines` as a headline, unless it is blank or already one. `printed`: true if the report contains it in
+  !> another place.
+  pure subroutine warn(self, state, lines, printed)
     class(result_type), intent(inout) :: self
     character(len=*), intent(in) :: state, lines
-    logical, intent(in), optional :: said
+    logical, intent(in), optional :: printed
     type(headline_type), allocatable :: longer(:)
     character(len=:), allocatable :: words
     integer :: i, n
 
     if (len_trim(lines) == 0) return
     words = trim(adjustl(lines(:index(lines // newline, newline) - 1)))
-    if (self%warned%position(words) > 0) return
-    call self%warned%add(words)
+    if (self%headline_texts%position(words) > 0) return
+    call self%headline_texts%add(words)
     ! Move the texts instead of copying them: copying dominated the run time.
     n = size(self%headlines)
     allocate(longer(n + 1))
     do i = 1, n
       longer(i)%state = self%headlines(i)%state
-      longer(i)%said = self%headlines(i)%said
+      longer(i)%printed = self%headlines(i)%printed
       call move_alloc(self%headlines(i)%words, longer(i)%words)
     end do
     longer(n + 1)%state = state
-    if (present(said)) longer(n + 1)%said = said
+    if (present(printed)) longer(n + 1)%printed = printed
     call move_alloc(words, longer(n + 1)%words)
     call move_alloc(longer, self%headlines)
   end subroutine warn
@@ -323,13 +324,13 @@ contains
   end subroutine include_verdict
 
   !> Records the failure unless an earlier one was recorded, and deallocates `error`.
-  pure subroutine fail(self, error)
+  pure subroutine record_failure(self, error)
     class(result_type), intent(inout) :: self
     type(error_type), allocatable, intent(inout) :: error
 
     if (allocated(error) .and. .not. allocated(self%failure)) call move_alloc(error, self%failure)
     if (allocated(error)) deallocate(error)
-  end subroutine fail
+  end subroutine record_failure
 
   !> Writes all tables and the scripts of their pictures into `folder`. Fails if a file cannot be written.
   subroutine write_result(self, folder, head, error)

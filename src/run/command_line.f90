@@ -24,7 +24,7 @@ module gestell_run_command_line
     character(len=160) :: meaning
   end type option_type
 
-  type(option_type), parameter :: known(*) = [ &
+  type(option_type), parameter :: all_options(*) = [ &
     & option_type("-s", "--set", "PATH=VALUE", "set a key of the input, such as drive.speed_rpm=300 or link(coupler).mass=0.7; " &
     &   // "may be repeated"), &
     & option_type("-o", "--output", "DIR", "folder of the results; default: the input's name without its ending, in the working " &
@@ -75,7 +75,7 @@ module gestell_run_command_line
     type(setting_type), allocatable :: settings(:)
     !> Only part `part` of the `parts` parts of a sweep is computed
     integer :: part = 1, parts = 1
-    logical, private :: given(size(known)) = .false.
+    logical, private :: is_given(size(all_options)) = .false.
   contains
     procedure :: has
     procedure :: writes_files
@@ -88,7 +88,7 @@ contains
     class(options_type), intent(in) :: self
     character(len=*), intent(in) :: name
 
-    has = any(self%given .and. known%long == name)
+    has = any(self%is_given .and. all_options%long == name)
   end function has
 
   !> True if the run publishes files. With --check it publishes nothing but the pictures of --plot.
@@ -149,11 +149,11 @@ contains
       end if
       k = number_of(word)
       if (k == 0) then
-        call fatal_error(error, "unknown option '" // word // "'" // suggestion(word, known%long), wrong_usage)
+        call fatal_error(error, "unknown option '" // word // "'" // suggestion(word, all_options%long), wrong_usage)
         return
       end if
-      options%given(k) = .true.
-      if (scan(known(k)%value, " [") == 1) then
+      options%is_given(k) = .true.
+      if (scan(all_options(k)%value, " [") == 1) then
         if (attached) call fatal_error(error, "option '" // word // "' takes no value", wrong_usage)
       else if (.not. attached) then
         i = i + 1
@@ -163,7 +163,7 @@ contains
       end if
       if (allocated(error)) return
 
-      select case (known(k)%long)
+      select case (all_options(k)%long)
       case ("--set")
         ! A variable, because gfortran 12 does not free what a constructor within an array constructor allocates.
         setting%text = value
@@ -199,7 +199,7 @@ contains
   pure integer function number_of(word)
     character(len=*), intent(in) :: word
 
-    number_of = findloc(len(word) > 0 .and. (known%long == word .or. known%short == word), .true., dim=1)
+    number_of = findloc(len(word) > 0 .and. (all_options%long == word .or. all_options%short == word), .true., dim=1)
   end function number_of
 
   !> Reads the value i/n of --part.
@@ -229,10 +229,11 @@ contains
 
     text = "Vibrations and stability of machines with crank mechanisms on elastic mounts." // newline // newline &
       & // "usage: gestell [options] input.nml" // newline // newline
-    do i = 1, size(known)
-      short = known(i)%short
+    do i = 1, size(all_options)
+      short = all_options(i)%short
       if (short /= "") short(3:) = ","
-      text = text // entry(short // trim(known(i)%long) // " " // known(i)%value, trim(known(i)%meaning), column=26)
+      text = text // entry(short // trim(all_options(i)%long) // " " // all_options(i)%value, trim(all_options(i)%meaning), &
+        & column=26)
     end do
     text = text // newline // "exit codes: 0 done, 1 wrong usage, 2 invalid input, 3 the mechanism cannot be" // newline &
       & // "assembled or is singular at some crank angle, 4 the computation failed"

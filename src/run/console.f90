@@ -1,7 +1,7 @@
 !> Prints the report on standard output, and notes and errors on standard error. Stores the report for the HTML page (--report).
 module gestell_run_console
   use gestell_base_error, only: error_type, failed_computation, fatal_error
-  use gestell_base_files, only: last_reason, write_whole
+  use gestell_base_files, only: system_message, write_bytes
   use gestell_base_words, only: printable, put_on_one_line
   use gestell_output_result, only: result_type
   use gestell_task_registry_run, only: listener_type
@@ -9,19 +9,19 @@ module gestell_run_console
   implicit none (type, external)
   private
 
-  public :: print_out, tell
+  public :: print_out, print_error_line
 
   !> Prints the report while the run proceeds.
   type, extends(listener_type), public :: console_type
-    !> `silent`: store the report without printing it; `aside`: print no notes, because another process prints them
-    logical :: silent = .false., aside = .false.
+    !> `silent`: store the report without printing it; `omits_notes`: print no notes, because another process prints them
+    logical :: silent = .false., omits_notes = .false.
     !> The part of the report that has been completed so far
-    character(len=:), allocatable :: said
+    character(len=:), allocatable :: kept_report
     !> Failure of standard output. Nothing more is printed then, but the report is still stored and the files are still written.
     type(error_type), allocatable :: error
   contains
-    procedure :: hear
-    procedure :: say
+    procedure :: receive
+    procedure :: write_lines
   end type console_type
 
   integer(c_int), parameter :: standard_output = 1, standard_error = 2
@@ -29,30 +29,30 @@ module gestell_run_console
 contains
 
   !> Prints what the report and the notes contain since the last call.
-  subroutine hear(self, result)
+  subroutine receive(self, result)
     class(console_type), intent(inout) :: self
     type(result_type), intent(inout) :: result
     character, parameter :: newline = new_line("a")
     integer :: last
 
-    call result%lead()
+    call result%insert_headlines()
     do while (len(result%notes) > 0)
       last = index(result%notes, newline)
-      if (.not. self%aside) call tell(result%notes(:last - 1))
+      if (.not. self%omits_notes) call print_error_line(result%notes(:last - 1))
       result%notes = result%notes(last + 1:)
     end do
-    call self%say(result%rest())
-  end subroutine hear
+    call self%write_lines(result%unprinted_report())
+  end subroutine receive
 
   !> Prints complete lines of the report and stores them.
-  subroutine say(self, words)
+  subroutine write_lines(self, words)
     class(console_type), intent(inout) :: self
     character(len=*), intent(in) :: words
 
-    if (.not. allocated(self%said)) self%said = ""
-    self%said = self%said // printable(words)
+    if (.not. allocated(self%kept_report)) self%kept_report = ""
+    self%kept_report = self%kept_report // printable(words)
     if (.not. (self%silent .or. allocated(self%error))) call print_out(printable(words), self%error)
-  end subroutine say
+  end subroutine write_lines
 
   !> Writes to standard output. Fails if not everything can be written.
   subroutine print_out(words, error)
@@ -60,20 +60,20 @@ contains
     type(error_type), allocatable, intent(out) :: error
     logical :: done
 
-    call write_whole(standard_output, words, done)
+    call write_bytes(standard_output, words, done)
     if (done) return
-    call fatal_error(error, "standard output cannot be written: " // last_reason(), failed_computation)
-    error%unwritten = .true.
+    call fatal_error(error, "standard output cannot be written: " // system_message(), failed_computation)
+    error%write_failed = .true.
   end subroutine print_out
 
   !> Writes one line to standard error. A failure is ignored, because there is nowhere else to report it.
-  subroutine tell(words)
+  subroutine print_error_line(words)
     character(len=*), intent(in) :: words
     character(len=:), allocatable :: line
     logical :: done
 
     call put_on_one_line(words, line)
-    call write_whole(standard_error, line // new_line("a"), done)
-  end subroutine tell
+    call write_bytes(standard_error, line // new_line("a"), done)
+  end subroutine print_error_line
 
 end module gestell_run_console

@@ -34,7 +34,7 @@ contains
     !> Lines to print after the files are published
     character(len=:), allocatable, intent(inout) :: closing
     type(error_type), allocatable, intent(inout) :: error
-    type(error_type), allocatable :: unwritten, undrawn
+    type(error_type), allocatable :: write_failed, undrawn
     character(len=:), allocatable :: drawn, failure
 
     if (options%has("--one-line")) then
@@ -43,28 +43,28 @@ contains
     else if (.not. options%writes_files()) then
       return
     end if
-    call result%write(context%staging, context%head, unwritten)
-    if (allocated(unwritten)) then
-      call move_alloc(unwritten, error)
+    call result%write(context%staging, context%head, write_failed)
+    if (allocated(write_failed)) then
+      call move_alloc(write_failed, error)
       return
     else if (allocated(error)) then
-      if (options%has("--json")) call write_json(options, context, result, error%message, unwritten)
-      if (allocated(unwritten)) call move_alloc(unwritten, error)
+      if (options%has("--json")) call write_json(options, context, result, error%message, write_failed)
+      if (allocated(write_failed)) call move_alloc(write_failed, error)
       return
     end if
     if (.not. options%has("--check")) closing = newline // "files in " // on_one_line(context%folder) // "/" // newline
     if (options%has("--plot") .or. options%has("--report")) then
       call draw_pictures(context%staging, context%folder, result%figures, drawn, undrawn)
-      call result%fail(undrawn)
+      call result%record_failure(undrawn)
       if (drawn == "") drawn = "none"
       closing = closing // "pictures in " // on_one_line(context%folder) // "/, .svg and .png: " // drawn // newline
     end if
-    if (.not. options%has("--check")) closing = closing // result%in_short()
+    if (.not. options%has("--check")) closing = closing // result%summary_line()
     failure = ""
     if (allocated(result%failure)) failure = result%failure%message
     if (options%has("--json")) call write_json(options, context, result, failure, error)
     if (allocated(error)) return
-    if (options%has("--report") .and. .not. options%has("--check")) call write_page(context, result, console%said, error)
+    if (options%has("--report") .and. .not. options%has("--check")) call write_page(context, result, console%kept_report, error)
   end subroutine write_files
 
   !> Writes results.json, or with --quiet writes its text to standard output instead. Fails if it cannot be written.

@@ -7,7 +7,7 @@ module gestell_run_input
   use gestell_input_schema_check, only: check_document
   use gestell_input_schema_path, only: set_value
   use gestell_output_file_result_files, only: longest_table, result_files
-  use gestell_output_file_staging, only: spare_input
+  use gestell_output_file_staging, only: protect_input
   use gestell_run_command_line, only: options_type
   use gestell_task_common_task, only: any_task_type
   use gestell_task_common_configuration, only: configuration_type
@@ -42,30 +42,30 @@ contains
   end subroutine read_input
 
   !> Checks that the tasks can do what the options request. Fails with the error code for wrong usage if they cannot.
-  subroutine check_options(options, tasks, together, error)
+  subroutine check_options(options, tasks, has_many_processes, error)
     type(options_type), intent(in) :: options
     !> All tasks of the input, requested or not
     type(any_task_type), intent(in) :: tasks(:)
     !> True if several processes (MPI ranks) work on the tasks
-    logical, intent(in) :: together
+    logical, intent(in) :: has_many_processes
     type(error_type), allocatable, intent(out) :: error
-    logical, dimension(size(tasks)) :: ordered, shared, brief, judges
+    logical, dimension(size(tasks)) :: requested, shareable, brief, gives_verdict
     integer :: i
 
-    ordered = [(tasks(i)%task%ordered, i = 1, size(tasks))]
-    shared = [(tasks(i)%task%shared, i = 1, size(tasks))]
+    requested = [(tasks(i)%task%requested, i = 1, size(tasks))]
+    shareable = [(tasks(i)%task%shareable, i = 1, size(tasks))]
     brief = [(tasks(i)%task%brief, i = 1, size(tasks))]
-    judges = [(tasks(i)%task%judges, i = 1, size(tasks))]
-    if (together .and. .not. any(ordered .and. shared)) then
-      call fatal_error(error, options%input // ": gestell_mpi needs the task " // one_of(tasks, shared) &
+    gives_verdict = [(tasks(i)%task%gives_verdict, i = 1, size(tasks))]
+    if (has_many_processes .and. .not. any(requested .and. shareable)) then
+      call fatal_error(error, options%input // ": gestell_mpi needs the task " // one_of(tasks, shareable) &
         & // "; use gestell for other tasks", &
         & wrong_usage)
-    else if ((options%has("--part") .or. options%has("--merge")) .and. .not. any(ordered .and. shared)) then
-      call fatal_error(error, "--part and --merge need the task " // one_of(tasks, shared), wrong_usage)
-    else if (options%has("--one-line") .and. .not. any(ordered .and. brief)) then
+    else if ((options%has("--part") .or. options%has("--merge")) .and. .not. any(requested .and. shareable)) then
+      call fatal_error(error, "--part and --merge need the task " // one_of(tasks, shareable), wrong_usage)
+    else if (options%has("--one-line") .and. .not. any(requested .and. brief)) then
       call fatal_error(error, "--one-line needs one of the tasks " // one_of(tasks, brief), wrong_usage)
-    else if (options%has("--fail-if-unstable") .and. .not. any(ordered .and. judges)) then
-      call fatal_error(error, "--fail-if-unstable needs a task with a verdict: " // one_of(tasks, judges), wrong_usage)
+    else if (options%has("--fail-if-unstable") .and. .not. any(requested .and. gives_verdict)) then
+      call fatal_error(error, "--fail-if-unstable needs a task with a verdict: " // one_of(tasks, gives_verdict), wrong_usage)
     end if
   end subroutine check_options
 
@@ -80,21 +80,21 @@ contains
 
     allocate(tables(0))
     do i = 1, size(tasks)
-      if (.not. (tasks(i)%task%ordered .and. allocated(tasks(i)%task%tables))) cycle
+      if (.not. (tasks(i)%task%requested .and. allocated(tasks(i)%task%tables))) cycle
       tables = [character(len=longest_table) :: tables, tasks(i)%task%tables]
     end do
-    call spare_input(folder, result_files(tables), path, error)
+    call protect_input(folder, result_files(tables), path, error)
   end subroutine check_folder
 
-  !> Joins the names of the tasks for which `chosen` is true, as in "'a', 'b' or 'c'".
-  pure function one_of(tasks, chosen) result(words)
+  !> Joins the names of the tasks for which `selected` is true, as in "'a', 'b' or 'c'".
+  pure function one_of(tasks, selected) result(words)
     type(any_task_type), intent(in) :: tasks(:)
-    logical, intent(in) :: chosen(:)
+    logical, intent(in) :: selected(:)
     character(len=:), allocatable :: words
     character(len=11), allocatable :: names(:)
     integer :: i
 
-    names = pack([(tasks(i)%task%name, i = 1, size(tasks))], chosen)
+    names = pack([(tasks(i)%task%name, i = 1, size(tasks))], selected)
     names = pack(names, [(all(names(:i - 1) /= names(i)), i = 1, size(names))])
     words = "'" // trim(names(1)) // "'"
     do i = 2, size(names)

@@ -39,10 +39,10 @@ module gestell_run_process
   integer(c_intptr_t), parameter :: ignore = 1
   integer(c_int), parameter :: standard_error = 2
   !> Value of RLIMIT_STACK.
-  integer(c_int), parameter :: of_stack = 3
-  !> Stack sizes in kB: `least_stack` needed by the program, `usual_stack`, `least_of_threads` needed by a thread. The needs are
+  integer(c_int), parameter :: stack_resource = 3
+  !> Stack sizes in kB: `min_stack` needed by the program, `usual_stack`, `min_thread_stack` needed by a thread. The needs are
   !> about twice the largest use observed in the tests.
-  integer, parameter :: least_stack = 256, usual_stack = 8192, least_of_threads = 256
+  integer, parameter :: min_stack = 256, usual_stack = 8192, min_thread_stack = 256
 
 contains
 
@@ -67,18 +67,18 @@ contains
   subroutine check_stacks(error)
     type(error_type), allocatable, intent(out) :: error
     type(limit_type) :: limit
-    integer :: own
+    integer :: thread_stack
 
-    if (c_getrlimit(of_stack, limit) == 0) then
-      if (limit%current >= 0 .and. limit%current < 1024 * least_stack) then
-        call fatal_error(error, "the stack is limited to " // text(int(limit%current / 1024)) // " kB, but " // text(least_stack) &
+    if (c_getrlimit(stack_resource, limit) == 0) then
+      if (limit%current >= 0 .and. limit%current < 1024 * min_stack) then
+        call fatal_error(error, "the stack is limited to " // text(int(limit%current / 1024)) // " kB, but " // text(min_stack) &
           & // " kB are needed; set it by ulimit -s " // text(usual_stack), wrong_usage)
         return
       end if
     end if
-    own = kilobytes("OMP_STACKSIZE")
-    if (own >= 0 .and. own < least_of_threads) call fatal_error(error, "OMP_STACKSIZE is " // text(own) &
-      & // " kB, but every thread needs " // text(least_of_threads) // " kB", wrong_usage)
+    thread_stack = kilobytes("OMP_STACKSIZE")
+    if (thread_stack >= 0 .and. thread_stack < min_thread_stack) call fatal_error(error, "OMP_STACKSIZE is " // text(thread_stack) &
+      & // " kB, but every thread needs " // text(min_thread_stack) // " kB", wrong_usage)
   end subroutine check_stacks
 
   !> Size in kB that an environment variable sets in OpenMP's format: a number followed by B, K, M or G (K if omitted). Returns -1

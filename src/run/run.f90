@@ -1,7 +1,7 @@
 !> Executes a run of the program, from the words of the command line to the exit code.
 module gestell_run
   use gestell_run_command_line, only: help_text, options_type, parse, word_type
-  use gestell_run_console, only: console_type, print_out, tell
+  use gestell_run_console, only: console_type, print_out, print_error_line
   use gestell_run_files, only: write_files
   use gestell_run_input, only: check_folder, check_options, folder_name, read_input
   use gestell_base_error, only: error_type
@@ -14,7 +14,7 @@ module gestell_run
   use gestell_task_common_executor, only: executor_type
   use gestell_task_drawing_report, only: report_mechanism
   use gestell_task_machine_frequencies, only: list_frequencies
-  use gestell_task_machine_report, only: report_machine, slips_of, warn_of_slips
+  use gestell_task_machine_report, only: report_machine, input_warnings, add_input_warnings
   use gestell_task_registry, only: all_tables, input_schema
   use gestell_task_registry_run, only: run_tasks
   implicit none (type, external)
@@ -54,7 +54,7 @@ contains
       end if
     end if
     if (.not. allocated(error)) return
-    call tell(error%message)
+    call print_error_line(error%message)
     code = error%code
   end subroutine execute
 
@@ -75,54 +75,54 @@ contains
     type(staging_type) :: staging
     type(console_type) :: console
     character(len=:), allocatable :: closing
-    logical :: unwritten, leads
+    logical :: write_failed, is_leader
     integer :: i
 
     code = 0
     if (present(executor)) call move_alloc(executor, context%executor)
     if (.not. allocated(context%executor)) allocate(context%executor)
     call read_input(options, tasks, context%configuration, error)
-    if (.not. allocated(error)) call check_options(options, tasks, context%executor%together, error)
+    if (.not. allocated(error)) call check_options(options, tasks, context%executor%has_many_processes, error)
     call context%executor%share_error(error)
     if (.not. allocated(error)) call context%executor%compare(context%configuration%content, options%input, error)
     if (allocated(error)) return
-    if (options%has("--report")) call context%configuration%want_forces()
+    if (options%has("--report")) call context%configuration%request_forces()
     call prepare(options, context, result)
-    leads = context%executor%leads()
+    is_leader = context%executor%is_leader()
     do i = 1, size(tasks)
-      tasks(i)%task%implied = tasks(i)%task%pictured .and. (options%has("--plot") .or. options%has("--report"))
-      if (tasks(i)%task%ordered) call tasks(i)%task%prepare(context, error)
+      tasks(i)%task%needed_for_picture = tasks(i)%task%drawn_with_plot .and. (options%has("--plot") .or. options%has("--report"))
+      if (tasks(i)%task%requested) call tasks(i)%task%prepare(context, error)
       if (allocated(error)) return
     end do
     if (options%writes_files()) then
       associate (path => context%configuration%document%path)
-        if (leads .and. .not. options%has("--check")) call check_folder(tasks, context%folder, path, error)
+        if (is_leader .and. .not. options%has("--check")) call check_folder(tasks, context%folder, path, error)
       end associate
-      if (leads .and. .not. allocated(error)) call open_staging(staging, context%folder, all_tables(), error, &
+      if (is_leader .and. .not. allocated(error)) call open_staging(staging, context%folder, all_tables(), error, &
         & context%configuration%document%path)
       call context%executor%share_error(error)
       if (allocated(error)) return
-      if (leads) context%staging = staging%path
-      if (leads) call keep_journal(context, result)
+      if (is_leader) context%staging = staging%path
+      if (is_leader) call keep_journal(context, result)
     end if
-    console%aside = .not. leads
-    console%silent = options%has("--quiet") .or. options%has("--one-line") .or. console%aside
-    call result%say(report_machine(context%configuration, options%input), whole=.true.)
-    call console%hear(result)
+    console%omits_notes = .not. is_leader
+    console%silent = options%has("--quiet") .or. options%has("--one-line") .or. console%omits_notes
+    call result%write_lines(report_machine(context%configuration, options%input), whole=.true.)
+    call console%receive(result)
     if (options%has("--check")) then
       call check_only(options, tasks, context, result, error)
     else
       call run_tasks(tasks, context, result, error, console)
     end if
-    call warn_of_slips(result, slips_of(context%configuration))
-    call console%hear(result)
+    call add_input_warnings(result, input_warnings(context%configuration))
+    call console%receive(result)
     closing = ""
-    if (leads) call write_files(options, context, result, console, closing, error)
-    if (allocated(staging%path)) call staging%retell(result%failure)
-    if (allocated(staging%path)) call settle(staging, tasks, result, error)
-    unwritten = .false.
-    if (allocated(error)) unwritten = error%unwritten
-    if (.not. unwritten) call console%say(closing)
+    if (is_leader) call write_files(options, context, result, console, closing, error)
+    if (allocated(staging%path)) call staging%show_final_folder(result%failure)
+    if (allocated(staging%path)) call conclude(staging, tasks, result, error)
+    write_failed = .false.
+    if (allocated(error)) write_failed = error%write_failed
+    if (.not. write_failed) call console%write_lines(closing)
     if (.not. allocated(error) .and. allocated(console%error)) call move_alloc(console%error, error)
     call context%executor%share_error(error)
     if (allocated(error)) return
@@ -130,7 +130,7 @@ contains
     if (.not. allocated(result%failure)) return
     ! The verdict is valid even if the vibration could not be computed.
     if (code == not_stable) then
-      call tell("note: " // result%failure%message)
+      call print_error_line("note: " // result%failure%message)
     else
       call move_alloc(result%failure, error)
     end if
@@ -142,7 +142,7 @@ contains
     type(context_type), intent(inout) :: context
     type(result_type), intent(inout) :: result
 
-    call context%entitle(options%input, options%settings)
+    call context%fill_header(options%input, options%settings)
     context%folder = folder_name(options)
     context%staging = context%folder
     context%reports = .not. (options%has("--quiet") .or. options%has("--one-line")) .or. options%has("--report") &
@@ -153,7 +153,7 @@ contains
     context%parts = options%parts
     context%in_parts = options%has("--part")
     context%merge = options%has("--merge")
-    context%keeps_rows = options%has("--json")
+    context%keep_all_rows = options%has("--json")
     call result%begin(options%has("--verbose"))
   end subroutine prepare
 
@@ -167,42 +167,42 @@ contains
     integer :: i
 
     associate (configuration => context%configuration)
-      if (.not. allocated(configuration%impossible)) call result%say(report_mechanism(configuration%frame) &
+      if (.not. allocated(configuration%impossible)) call result%write_lines(report_mechanism(configuration%frame) &
         & // list_frequencies(configuration%frame))
       do i = 1, size(tasks)
-        if (tasks(i)%task%ordered) call result%say(tasks(i)%task%preview(configuration))
-        if (.not. (options%has("--plot") .and. tasks(i)%task%pictured) .or. allocated(configuration%impossible)) cycle
+        if (tasks(i)%task%requested) call result%write_lines(tasks(i)%task%preview(configuration))
+        if (.not. (options%has("--plot") .and. tasks(i)%task%drawn_with_plot) .or. allocated(configuration%impossible)) cycle
         call tasks(i)%task%run(context, result, error)
         if (allocated(error)) return
       end do
     end associate
-    call result%say(newline // "The input is valid; nothing more was computed (--check)." // newline)
+    call result%write_lines(newline // "The input is valid; nothing more was computed (--check)." // newline)
   end subroutine check_only
 
   !> Publishes all files, or none of them if one could not be written.
-  subroutine settle(staging, tasks, result, error)
+  subroutine conclude(staging, tasks, result, error)
     type(staging_type), intent(inout) :: staging
     type(any_task_type), intent(inout) :: tasks(:)
     type(result_type), intent(in) :: result
     type(error_type), allocatable, intent(inout) :: error
     type(error_type), allocatable :: failure
-    logical :: unwritten
+    logical :: write_failed
     integer :: i
 
-    call staging%retell(error)
-    unwritten = .false.
-    if (allocated(error)) unwritten = error%unwritten
-    if (unwritten) then
+    call staging%show_final_folder(error)
+    write_failed = .false.
+    if (allocated(error)) write_failed = error%write_failed
+    if (write_failed) then
       call staging%discard()
       return
     end if
     call staging%publish(result%left(), failure)
     if (.not. allocated(failure)) then
       do i = 1, size(tasks)
-        call tasks(i)%task%settle()
+        call tasks(i)%task%conclude()
       end do
     end if
     if (allocated(failure) .and. .not. allocated(error)) call move_alloc(failure, error)
-  end subroutine settle
+  end subroutine conclude
 
 end module gestell_run

@@ -2,7 +2,7 @@
 module gestell_run_terminal
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, text
-  use gestell_base_files, only: write_whole
+  use gestell_base_files, only: write_bytes
   use gestell_task_common_executor, only: progress_type
   use, intrinsic :: iso_c_binding, only: c_int
   use, intrinsic :: iso_fortran_env, only: int64
@@ -23,8 +23,8 @@ module gestell_run_terminal
   !> Shows how many points of a computation are done, how many are done per second, and how long the rest will take.
   type, extends(progress_type), public :: terminal_type
     private
-    !> `shown`: standard error is a terminal; `stands`: the terminal shows a progress line at present
-    logical :: shown = .false., stands = .false.
+    !> `on_terminal`: standard error is a terminal; `line_visible`: the terminal shows a progress line at present
+    logical :: on_terminal = .false., line_visible = .false.
     !> `all`: total number of points; `done`: number of points done so far
     integer(int64) :: all = 0, done = 0
     !> `begin`: time at the start; `last`: time of the last update (s)
@@ -33,7 +33,7 @@ module gestell_run_terminal
     procedure :: start
     procedure :: add
     procedure :: clear
-    procedure, nopass :: show_part
+    procedure, nopass :: show_fraction
   end type terminal_type
 
   !> Width of the bar (`bar`) and of the whole line (`widest`) in characters.
@@ -44,17 +44,17 @@ module gestell_run_terminal
 contains
 
   !> Shows a bar for the completed fraction `part` (0 to 1) of an activity, and removes the line at 1.
-  subroutine show_part(doing, part)
-    character(len=*), intent(in) :: doing
+  subroutine show_fraction(activity, part)
+    character(len=*), intent(in) :: activity
     real(dp), intent(in) :: part
 
     if (c_isatty(standard_error) == 0) return
     if (part < 1) then
-      call show(doing // " " // bar_of(part))
+      call show(activity // " " // bar_of(part))
     else
       call show("")
     end if
-  end subroutine show_part
+  end subroutine show_fraction
 
   !> Starts to count the points of a computation that has `all` points.
   subroutine start(self, all)
@@ -62,8 +62,8 @@ contains
     integer(int64), intent(in) :: all
 
     self%done = 0
-    self%stands = .false.
-    self%shown = c_isatty(standard_error) /= 0
+    self%line_visible = .false.
+    self%on_terminal = c_isatty(standard_error) /= 0
     self%all = all
     self%begin = now()
     self%last = self%begin
@@ -77,9 +77,9 @@ contains
 
     self%done = self%done + points
     time = now()
-    if (.not. self%shown .or. time < self%last + pause) return
+    if (.not. self%on_terminal .or. time < self%last + pause) return
     self%last = time
-    self%stands = .true.
+    self%line_visible = .true.
     rate = real(self%done, dp) / (time - self%begin)
     call show(bar_of(real(self%done, dp) / real(self%all, dp)) // " " // text(int(100 * self%done / self%all)) // " %, " &
       & // concise(rate, 3) // " points/s, " // duration(real(self%all - self%done, dp) / rate) // " left")
@@ -89,7 +89,7 @@ contains
   subroutine clear(self)
     class(terminal_type), intent(inout) :: self
 
-    if (self%stands) call show("")
+    if (self%line_visible) call show("")
   end subroutine clear
 
   !> Replaces the progress line by `words`.
@@ -97,7 +97,7 @@ contains
     character(len=*), intent(in) :: words
     logical :: done
 
-    call write_whole(standard_error, achar(13) // words // repeat(" ", max(0, widest - len(words))) // achar(13), done)
+    call write_bytes(standard_error, achar(13) // words // repeat(" ", max(0, widest - len(words))) // achar(13), done)
   end subroutine show
 
   !> A bar for the completed fraction `part` (0 to 1) of the work.

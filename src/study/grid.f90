@@ -39,12 +39,12 @@ module gestell_study_grid
     integer :: number = 0, first(2) = 1, last(2) = 1
   end type tile_type
 
-  !> Maximum number of points of a tile along an axis. `most_of_two`: in a grid with two axes. `most_one_by_one`: in such a grid if
-  !> points are solved one by one. `most_of_one`: in a grid with one axis.
-  integer, parameter :: most_of_two = 500, most_one_by_one = 250, most_of_one = 4000
+  !> Maximum number of points of a tile along an axis. `max_of_two`: in a grid with two axes. `max_one_by_one`: in such a grid if
+  !> points are solved one by one. `max_of_one`: in a grid with one axis.
+  integer, parameter :: max_of_two = 500, max_one_by_one = 250, max_of_one = 4000
   !> `usual_tiles`: minimum number of tiles along an axis, so that several threads have work. Short axes have fewer tiles: one for
-  !> every `least_of_tile` points. Large grids that are solved by expansions have no minimum.
-  integer, parameter :: usual_tiles = 4, least_of_tile = 8
+  !> every `min_of_tile` points. Large grids that are solved by expansions have no minimum.
+  integer, parameter :: usual_tiles = 4, min_of_tile = 8
 
 contains
 
@@ -194,13 +194,13 @@ contains
 
     along = 1
     large = .false.
-    if (size(self%axes) == 2) large = all(self%axes%count >= 2 * most_of_two)
-    most = merge(most_one_by_one, most_of_two, self%one_by_one)
-    if (size(self%axes) == 1) most = most_of_one
+    if (size(self%axes) == 2) large = all(self%axes%count >= 2 * max_of_two)
+    most = merge(max_one_by_one, max_of_two, self%one_by_one)
+    if (size(self%axes) == 1) most = max_of_one
     do k = 1, min(2, size(self%axes))
       associate (count => self%axes(k)%count)
         along(k) = (count - 1) / most + 1
-        if (self%one_by_one .or. .not. large) along(k) = max(along(k), min(usual_tiles, (count - 1) / least_of_tile + 1))
+        if (self%one_by_one .or. .not. large) along(k) = max(along(k), min(usual_tiles, (count - 1) / min_of_tile + 1))
       end associate
     end do
   end function tiles_along

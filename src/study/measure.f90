@@ -9,13 +9,13 @@ module gestell_study_measure
   use gestell_model_quantity, only: find_quantity, look_up_quantity
   use gestell_model_quantity_rows, only: probe_type, quantity_type
   use gestell_study_vibration, only: solve_vibration, vibration_type
-  use gestell_study_vibration_statistics, only: band_rms, statistics_type, take_statistics
+  use gestell_study_vibration_statistics, only: band_rms, statistics_type, compute_statistics
   use gestell_system_periodic, only: periodic_system
   use gestell_floquet_solution, only: floquet_type
   implicit none (type, external)
   private
 
-  public :: has_band, new_measure, rows_of, solve_measures, take_measures
+  public :: has_band, new_measure, rows_of, solve_measures, compute_measures
 
   integer, parameter, public :: peak_measure = 1, rms_measure = 2, band_measure = 3
   character(len=*), parameter, public :: measure_names(3) = [character(len=4) :: "peak", "rms", "band"]
@@ -117,7 +117,7 @@ contains
   end subroutine rows_of
 
   !> Computes the vibration of `system`, which is a frame or its averaged model, and the measures of this vibration. Fails if
-  !> `solve_vibration` or `take_measures` fails.
+  !> `solve_vibration` or `compute_measures` fails.
   subroutine solve_measures(system, floquet, probes, measures, vibration, values, error, least_rows)
     class(periodic_system), intent(in), target :: system
     !> Floquet solution of `system` with its load
@@ -144,12 +144,12 @@ contains
     call rows_of(frame, probes, measures, rows, error)
     if (present(least_rows)) rows = max(rows, least_rows)
     if (.not. allocated(error)) call solve_vibration(system, floquet, points, harmonics, vibration, error, rows)
-    if (.not. allocated(error)) call take_measures(frame, probes, vibration, measures, values, error)
+    if (.not. allocated(error)) call compute_measures(frame, probes, vibration, measures, values, error)
   end subroutine solve_measures
 
   !> Computes each measure of a vibration of the frame and a bound on its error, in the unit of the measure; shape (2, measures).
   !> Fails if a quantity does not exist, or if the vibration lacks rows of the motion that the measures need.
-  subroutine take_measures(frame, probes, vibration, measures, values, error)
+  subroutine compute_measures(frame, probes, vibration, measures, values, error)
     class(frame_type), intent(in) :: frame
     type(probe_type), intent(in) :: probes(:)
     type(vibration_type), intent(in) :: vibration
@@ -164,7 +164,7 @@ contains
     values = 0
     do i = 1, size(measures)
       call find_quantity(frame, probes, trim(measures(i)%quantity), quantity, error)
-      if (.not. allocated(error)) call take_statistics(vibration, quantity, statistics, error)
+      if (.not. allocated(error)) call compute_statistics(vibration, quantity, statistics, error)
       if (allocated(error)) return
       select case (measures(i)%kind)
       case (peak_measure)
@@ -178,6 +178,6 @@ contains
         values(:, i) = meter_scale * [greatest, statistics%error]
       end select
     end do
-  end subroutine take_measures
+  end subroutine compute_measures
 
 end module gestell_study_measure

@@ -6,7 +6,7 @@ module gestell_study_member
   use gestell_floquet_multipliers, only: multipliers_type
   use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_floquet_solution, only: floquet_type, solve_floquet, solve_multipliers
-  use gestell_system_family, only: family_type, take_member
+  use gestell_system_family, only: family_type, create_member
   use gestell_system_periodic, only: periodic_system
   implicit none (type, external)
   private
@@ -24,7 +24,7 @@ module gestell_study_member
     procedure :: make
     procedure :: solve
     procedure :: multipliers => multipliers_of_member
-    procedure :: take_failure
+    procedure :: classify_failure
   end type member_type
 
 contains
@@ -45,8 +45,8 @@ contains
     type(error_type), allocatable :: failure
 
     self%state = not_judged
-    call take_member(family, parameters, self%system, failure)
-    call self%take_failure(failure, error)
+    call create_member(family, parameters, self%system, failure)
+    call self%classify_failure(failure, error)
   end subroutine make
 
   !> Computes the Floquet solution, and if `forced` also the periodic solution. Does nothing if an earlier computation failed. Fails
@@ -60,7 +60,7 @@ contains
 
     if (.not. self%is_sound()) return
     call solve_floquet(self%system, accuracy, forced, self%floquet, failure)
-    call self%take_failure(failure, error)
+    call self%classify_failure(failure, error)
   end subroutine solve
 
   !> Computes the multipliers, and if `vectors` also the eigenvectors, from the Floquet solution. Does nothing if an earlier
@@ -74,11 +74,11 @@ contains
 
     if (.not. self%is_sound()) return
     call solve_multipliers(self%floquet, vectors, multipliers, failure)
-    call self%take_failure(failure, error)
+    call self%classify_failure(failure, error)
   end subroutine multipliers_of_member
 
   !> Records `failure` in the member's state. Failures that are the caller's fault (invalid input) are returned in `error`.
-  subroutine take_failure(self, failure, error)
+  subroutine classify_failure(self, failure, error)
     class(member_type), intent(inout) :: self
     type(error_type), allocatable, intent(inout) :: failure
     type(error_type), allocatable, intent(out) :: error
@@ -90,6 +90,6 @@ contains
     else
       call move_alloc(failure, error)
     end if
-  end subroutine take_failure
+  end subroutine classify_failure
 
 end module gestell_study_member

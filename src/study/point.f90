@@ -133,20 +133,20 @@ contains
     type(error_type), allocatable, intent(out) :: error
     real(dp), intent(inout), optional :: measures(:, :)
     type(vibration_type) :: vibration
-    type(measure_type), allocatable :: wanted(:)
+    type(measure_type), allocatable :: requested(:)
     type(probe_type), allocatable :: probes(:)
-    real(dp) :: found(2, options%measured())
+    real(dp) :: computed(2, options%measured())
 
-    allocate(wanted(0), probes(0))
-    if (present(measures) .and. allocated(options%measures)) wanted = options%measures
+    allocate(requested(0), probes(0))
+    if (present(measures) .and. allocated(options%measures)) requested = options%measures
     if (allocated(options%probes)) probes = options%probes
-    call solve_measures(member%system, member%floquet, probes, wanted, vibration, found(:, :size(wanted)), error)
+    call solve_measures(member%system, member%floquet, probes, requested, vibration, computed(:, :size(requested)), error)
     if (allocated(error)) then
-      if (error%code /= invalid_input .or. size(wanted) == 0) deallocate(error)
+      if (error%code /= invalid_input .or. size(requested) == 0) deallocate(error)
       return
     end if
     values(xi_peak:xi_peak - 1 + size(vibration%peak) / 3) = vibration%peak(:size(vibration%peak) / 3)
-    if (size(wanted) > 0) measures = found
+    if (size(requested) > 0) measures = computed
   end subroutine set_vibration
 
 end module gestell_study_point

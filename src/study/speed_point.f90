@@ -13,17 +13,17 @@ module gestell_study_speed_point
   use gestell_model_exact_varied_frame, only: varied_frame_type
   use gestell_model_quantity_rows, only: probe_type, quantity_type
   use gestell_system_family, only: family_type
-  use gestell_study_measure, only: measure_type, take_measures
+  use gestell_study_measure, only: measure_type, compute_measures
   use gestell_study_member, only: member_type
   use gestell_study_vibration_small_motion, only: moved, moved_type
   use gestell_study_speeds, only: check_orders
-  use gestell_study_vibration_statistics, only: statistics_type, take_statistics
+  use gestell_study_vibration_statistics, only: statistics_type, compute_statistics
   use gestell_study_vibration, only: solve_vibration, vibration_type
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   implicit none (type, external)
   private
 
-  public :: check_speed_options, solve_response, solve_speed_point, take_turns
+  public :: check_speed_options, solve_response, solve_speed_point, compute_turns
 
   !> Results requested at every speed.
   type, public :: speed_options
@@ -40,7 +40,7 @@ module gestell_study_speed_point
     !> Further measures of quantities of the vibration
     type(measure_type), allocatable :: measures(:)
   contains
-    procedure :: split_off
+    procedure :: reported_harmonics
   end type speed_options
 
   !> Results at one speed.
@@ -112,7 +112,7 @@ contains
   end subroutine check_speed_options
 
   !> Numbers of the harmonics whose amplitudes are reported.
-  pure function split_off(self) result(harmonics)
+  pure function reported_harmonics(self) result(harmonics)
     class(speed_options), intent(in) :: self
     integer, allocatable :: harmonics(:)
     integer :: k
@@ -122,7 +122,7 @@ contains
     else
       harmonics = [(k, k = 1, self%orders)]
     end if
-  end function split_off
+  end function reported_harmonics
 
   !> Solves the member of `family` at any parameters; the caller sets `point%speed`. Fails as `solve_speed_point` does.
   subroutine solve_response(family, parameters, options, point, error)
@@ -143,7 +143,7 @@ contains
 
     call check_speed_options(options, error)
     if (allocated(error)) return
-    split = options%split_off()
+    split = options%reported_harmonics()
     allocate(point%values(3 + size(split), size(options%names)), source=ieee_value(1.0_dp, ieee_quiet_nan))
     allocate(point%strongest(size(options%names)), source=0)
     call member%make(family, parameters, error)
@@ -167,7 +167,7 @@ contains
     call member%solve(options%accuracy, .true., error)
     if (.not. allocated(error)) call member%multipliers(.true., multipliers, error)
     if (allocated(error) .or. .not. member%is_sound()) return
-    call take_turns(frame, multipliers%arg, multipliers%log_abs, multipliers%vectors, point)
+    call compute_turns(frame, multipliers%arg, multipliers%log_abs, multipliers%vectors, point)
     select type (frame)
     class is (varied_frame_type)
       point%linear = .not. frame%newton
@@ -183,7 +183,7 @@ contains
     point%state = multipliers%judge()
     point%moved = moved(frame, vibration%peak(:frame%dofs()))
     do i = 1, size(quantities)
-      call take_statistics(vibration, quantities(i), statistics, error)
+      call compute_statistics(vibration, quantities(i), statistics, error)
       if (allocated(error)) return
       point%values(:, i) = [statistics%peak, statistics%peak_error, statistics%rms, &
         & (statistics%amplitude(split(k)), k = 1, size(split))]
@@ -191,13 +191,13 @@ contains
     end do
     if (.not. allocated(options%measures)) return
     allocate(point%measured(2, size(options%measures)))
-    call take_measures(frame, probes, vibration, options%measures, point%measured, error)
+    call compute_measures(frame, probes, vibration, options%measures, point%measured, error)
   end subroutine solve_response
 
   !> Computes the phase by which each free vibration advances over the period. Conjugate multipliers describe one vibration and
   !> differ in the sign of this phase. The sign of Im(q* M q'), q the eigenvector, decides: it is positive for the multiplier of
   !> exp(i w t) with w > 0. Real multipliers of one sign come in pairs, of which only one is used.
-  subroutine take_turns(frame, arg, log_abs, vectors, point)
+  subroutine compute_turns(frame, arg, log_abs, vectors, point)
     class(frame_type), intent(in) :: frame
     !> Imaginary and real parts of ln(rho) of all multipliers, shapes (states)
     real(dp), intent(in) :: arg(:), log_abs(:)
@@ -238,6 +238,6 @@ contains
     end do
     call frame%natural_frequencies(frequencies, none)
     if (.not. allocated(none)) point%averaged_turns = max(frequencies, 0.0_dp) / abs(frame%speed)
-  end subroutine take_turns
+  end subroutine compute_turns
 
 end module gestell_study_speed_point

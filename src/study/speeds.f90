@@ -9,7 +9,7 @@ module gestell_study_speeds
   public :: check_orders, check_speeds
 
   !> Largest order of the crank that can be requested.
-  integer, parameter :: most_orders = 8000
+  integer, parameter :: max_orders = 8000
 
 contains
 
@@ -32,7 +32,7 @@ contains
     integer, intent(in) :: orders
     type(error_type), allocatable, intent(out) :: error
 
-    if (orders < 0 .or. orders > most_orders) call fatal_error(error, "the number of orders must lie between 0 and 8000", &
+    if (orders < 0 .or. orders > max_orders) call fatal_error(error, "the number of orders must lie between 0 and 8000", &
       & invalid_input)
   end subroutine check_orders
 

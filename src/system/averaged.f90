@@ -27,7 +27,7 @@ module gestell_system_averaged
   !> Safety factor: an error bound is this multiple of the error estimate.
   real(dp), parameter :: safety = 4
   !> Maximum number of samples, and number of samples taken at a time
-  integer, parameter :: most_points = 2**18, block_length = 1024
+  integer, parameter :: max_points = 2**18, block_length = 1024
 
 contains
 
@@ -67,7 +67,7 @@ contains
       do k = 1, 3
         terms(:, :, k) = (2 * pi / system%period)**(k - 1) * term_size(mean(:, :, 1))
       end do
-      if (all(max(change, change_before) <= 4 * system%rounding * max(magnitude, terms)) .or. 2 * points > most_points) exit
+      if (all(max(change, change_before) <= 4 * system%rounding * max(magnitude, terms)) .or. 2 * points > max_points) exit
     end do
     change = safety * max(change, change_before / 2) + (system%rounding + epsilon(1.0_dp)) * magnitude
     averaged%m = mean(:, :, 1)

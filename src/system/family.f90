@@ -6,13 +6,13 @@ module gestell_system_family
   implicit none (type, external)
   private
 
-  public :: take_member
+  public :: create_member
 
   !> Base type of all families. An extension provides `member`.
   type, abstract, public :: family_type
   contains
     procedure(member_at), deferred :: member
-    procedure :: shares_mechanism => not_known
+    procedure :: shares_mechanism => no_shared_mechanism
   end type family_type
 
   abstract interface
@@ -32,17 +32,17 @@ module gestell_system_family
 contains
 
   !> True if all members that are frames have the same mechanism. False unless an extension overrides this function.
-  pure logical function not_known(self)
+  pure logical function no_shared_mechanism(self)
     class(family_type), intent(in) :: self
 
     associate (unused => self)
     end associate
-    not_known = .false.
-  end function not_known
+    no_shared_mechanism = .false.
+  end function no_shared_mechanism
 
   !> Returns the member of `family` at these parameters after checking it. All studies get their systems through this procedure.
   !> Fails as the family does, if the family returns no system, or if the system is invalid.
-  subroutine take_member(family, parameters, system, error)
+  subroutine create_member(family, parameters, system, error)
     class(family_type), intent(in) :: family
     !> Parameters, shape (number of parameters)
     real(dp), intent(in) :: parameters(:)
@@ -56,6 +56,6 @@ contains
     else
       call fatal_error(error, "the family returned neither a system nor an error", invalid_input)
     end if
-  end subroutine take_member
+  end subroutine create_member
 
 end module gestell_system_family

@@ -2,7 +2,7 @@
 module gestell_system_mass
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
-  use gestell_math_lanes, only: lanes, padded, safe_multiplier, schur_complement
+  use gestell_math_lanes, only: lanes, padded_to_block, safe_multiplier, schur_complement
   use gestell_math_lapack, only: factorise, solve_factored
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   implicit none (type, external)
@@ -23,7 +23,7 @@ contains
     integer :: first, points, k
 
     points = size(m, 1)
-    allocate(w(lanes, 2 * padded(size(m, 2)), padded(size(m, 2)) + padded(size(r, 3))))
+    allocate(w(lanes, 2 * padded_to_block(size(m, 2)), padded_to_block(size(m, 2)) + padded_to_block(size(r, 3))))
     do first = 1, points - lanes + 1, lanes
       call solve_lanes(first, m, r, w, safe)
       do k = 1, lanes
@@ -46,7 +46,7 @@ contains
     integer :: f, n, last, i, k
 
     f = size(m, 2)
-    n = padded(f)
+    n = padded_to_block(f)
     last = first + lanes - 1
     w = 0
     do i = f + 1, n

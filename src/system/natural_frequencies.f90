@@ -42,7 +42,7 @@ contains
     if (.not. allocated(vectors)) return
     modal = matmul(transpose(vectors), matmul(g, vectors))
     if (all(squares >= 0)) then
-      call solve_held(frequencies, modal, error)
+      call solve_with_gyroscopic_forces(frequencies, modal, error)
     else
       call solve_unstable(squares, modal, frequencies, error)
     end if
@@ -51,7 +51,7 @@ contains
   !> Replaces the frequencies w of the system without G by those of the system with G, shape (n). `modal` is G in modal coordinates.
   !> With W = diag(w) the states (W q, q') have the antisymmetric matrix S = [0, W; -W, -G]. Its eigenvalues are +-i times the
   !> frequencies. They are computed as the eigenvalues of the symmetric matrix [0, -S; S, 0], where each occurs twice.
-  subroutine solve_held(w, modal, error)
+  subroutine solve_with_gyroscopic_forces(w, modal, error)
     real(dp), intent(inout) :: w(:)
     real(dp), intent(in) :: modal(:, :)
     type(error_type), allocatable, intent(out) :: error
@@ -73,7 +73,7 @@ contains
     if (allocated(error)) return
     w = values(2 * n + 2::2)
     where (w <= 8 * n * epsilon(1.0_dp) * maxval(w)) w = 0
-  end subroutine solve_held
+  end subroutine solve_with_gyroscopic_forces
 
   !> Computes the frequencies of the system with G if the stiffness is unstable, as eigenvalues of the first-order matrix. Negative
   !> values are minus growth rates (1/s).

@@ -35,7 +35,7 @@ module gestell_system_periodic
     procedure :: inherit
     procedure :: sample
     procedure :: coupled => all_coupled
-    procedure :: conserves => not_known_to_conserve
+    procedure :: conserves => no_known_conservation
     procedure :: check => check_periodic
   end type periodic_system
 
@@ -116,14 +116,14 @@ contains
   !> True if the equations of the states `chosen` (for a second-order system of the degrees of freedom) are those of a Lagrangian
   !> with periodic coefficients, without damping. Multipliers then come in pairs rho, 1 / conj(rho). The other states must not act
   !> on the chosen states. False unless a model overrides this function.
-  pure logical function not_known_to_conserve(self, chosen) result(conserves)
+  pure logical function no_known_conservation(self, chosen) result(conserves)
     class(periodic_system), intent(in) :: self
     integer, intent(in) :: chosen(:)
 
     associate (unused_system => self, unused_states => chosen)
     end associate
     conserves = .false.
-  end function not_known_to_conserve
+  end function no_known_conservation
 
   !> Computes the matrix P, shape (n, n, points), and if requested the forcing f, shape (n, points), at many phases t / T in [0, 1]
   !> at once. Integrators call only this procedure. A model that computes coefficients at many phases more cheaply overrides it.

@@ -1,6 +1,6 @@
 !> Many frames at once on several threads give the same bits as one after the other. Stops with an error otherwise.
 program parallel
-  use gestell_door_numerics, only: accuracy_type, analyse, analysis_type, damping_matrix, dp, error_type, evidence, evidence_type, &
+  use gestell_api_numerics, only: accuracy_type, analyse, analysis_type, damping_matrix, dp, error_type, evidence, evidence_type, &
     & frame_type, linkage_type, new_frame, pi, stiffness_matrix, support_type, analysis_options
   use, intrinsic :: iso_fortran_env, only: int64
   use omp_lib, only: omp_get_max_threads, omp_get_thread_num

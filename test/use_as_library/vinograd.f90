@@ -1,6 +1,6 @@
 !> Vinograd's system: exponents +2 and -13, though P(t) has the eigenvalues -1 and -10 at every time.
 module vinograd_system
-  use gestell_door_numerics, only: dp, periodic_system
+  use gestell_api_numerics, only: dp, periodic_system
   implicit none (type, external)
   private
 
@@ -26,7 +26,7 @@ end module vinograd_system
 
 !> A program of another package. Stops with an error unless the known exponents come out, within the errors claimed.
 program vinograd
-  use gestell_door_numerics, only: accuracy_type, dp, error_type, monodromy_type, multipliers_type, pi, solve_monodromy, &
+  use gestell_api_numerics, only: accuracy_type, dp, error_type, monodromy_type, multipliers_type, pi, solve_monodromy, &
     & solve_multipliers
   use vinograd_system, only: vinograd_type
   implicit none (type, external)

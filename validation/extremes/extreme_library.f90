@@ -1,7 +1,7 @@
 !> What the library says about a case: the only place that calls it.
 module extreme_library
   use extreme_cases, only: case_type
-  use gestell_door_numerics, only: accuracy_type, analyse, analysis_type, error_type, frame_type, analysis_options
+  use gestell_api_numerics, only: accuracy_type, analyse, analysis_type, error_type, frame_type, analysis_options
   use machines, only: frame_of_machine
   use reference_machine, only: dp
   use, intrinsic :: iso_fortran_env, only: int64

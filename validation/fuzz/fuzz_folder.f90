@@ -1,7 +1,7 @@
 !> The folder of a run: made, looked through, emptied.
 module fuzz_folder
   use fuzz_input, only: input_type
-  use fuzz_text, only: content_of, save_text
+  use fuzz_text, only: content_hash, save_text
   use gestell_base_files, only: file_size, remove_file, remove_folder
   use gestell_output_file_folder, only: make_folder
   use gestell_base_error, only: error_type
@@ -10,7 +10,7 @@ module fuzz_folder
   implicit none (type, external)
   private
 
-  public :: clear, is_there, prepare
+  public :: clear, file_exists, prepare
 
 contains
 
@@ -36,7 +36,7 @@ contains
 
     results = folder // "/case/" // input%folder
     tables = all_tables()
-    if (is_there(results // "/.")) then
+    if (file_exists(results // "/.")) then
       do i = 1, size(tables)
         call remove_file(results // "/" // trim(tables(i)) // ".csv")
         call remove_file(results // "/" // trim(tables(i)) // ".gp")
@@ -49,17 +49,17 @@ contains
     end if
     call remove_file(folder // "/case/" // input%file)
     call remove_folder(folder // "/case")
-    clean = .not. is_there(folder // "/case/.")
+    clean = .not. file_exists(folder // "/case/.")
     if (clean) return
     call execute_command_line("ls -lR '" // folder // "/case' >'" // folder // "/left'", exitstat=status)
     call execute_command_line("rm -rf '" // folder // "/case'", exitstat=status)
     if (status /= 0) error stop "a folder cannot be removed"
   end subroutine clear
 
-  logical function is_there(name)
+  logical function file_exists(name)
     character(len=*), intent(in) :: name
 
-    inquire (file=name, exist=is_there)
-  end function is_there
+    inquire (file=name, exist=file_exists)
+  end function file_exists
 
 end module fuzz_folder

@@ -34,7 +34,7 @@ contains
     call all_tasks(listed)
     schema = input_schema()
     tasks = [character(len=16) :: (listed(i)%task%name, i = 1, size(listed))]
-    quick = [((listed(i)%task%about == own_machine .or. listed(i)%task%about == unsolved_machine) .and. &
+    quick = [((listed(i)%task%scope == own_machine .or. listed(i)%task%scope == unsolved_machine) .and. &
       & all(many_solutions /= listed(i)%task%name), i = 1, size(listed))]
     quick_tasks = pack(tasks, quick)
     long_tasks = pack(tasks, .not. quick)

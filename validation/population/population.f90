@@ -22,7 +22,7 @@ program population
   implicit none (type, external)
 
   !> In a period the fastest free motion turns by at most this (rad): the reference then takes less than a second.
-  real(dp), parameter :: most_turns = 200
+  real(dp), parameter :: max_turns = 200
   character(len=*), parameter :: usage = "usage: population [MACHINES [FIRST [weak | strong | steps | gauss | exact | input]]]"
   type(tally_type) :: tally
   integer :: machines, first, shown, i
@@ -45,7 +45,7 @@ program population
   print "(a, /)", "Bounds beaten, verdicts wrong, theorems broken, methods at odds:"
   shown = 0
   do i = first, first + machines - 1
-    call examine(i, most_turns, tally, trim(kind))
+    call examine(i, max_turns, tally, trim(kind))
     call show(tally%failures(shown + 1:))
     shown = size(tally%failures)
   end do

@@ -33,7 +33,7 @@ contains
     class(method_type), allocatable :: candidate
     type(error_type), allocatable :: error
     character(len=name_length), allocatable :: names(:)
-    real(dp) :: part, least_work
+    real(dp) :: part, min_work
     logical :: second_order
     integer :: i, best
 
@@ -43,7 +43,7 @@ contains
     part = 1
     if (.not. second_order) part = changing_part(system)
 
-    least_work = huge(least_work)
+    min_work = huge(min_work)
     best = 1
     allocate(names, source=method_names())
     do i = 2, size(names)
@@ -71,8 +71,8 @@ contains
         work = steps_in_all(one, system, survey, tolerance, part)
       end if
       work = work * one%work(system%states, second_order)
-      if (work >= least_work) return
-      least_work = work
+      if (work >= min_work) return
+      min_work = work
       best = i
     end subroutine consider
 

@@ -5,13 +5,13 @@ module gestell_floquet_choice_prediction
   use gestell_floquet_choice_survey, only: survey_type
   use gestell_floquet_integrator_method, only: method_type
   use gestell_floquet_choice_methods, only: pair_begun
-  use gestell_floquet_integrator_nested, only: fall_over, left_by_embedded
+  use gestell_floquet_integrator_nested, only: phase_error_ratio, embedded_phase_error
   use gestell_system_periodic, only: periodic_system
   use gestell_system_second_order, only: has_positions
   implicit none (type, external)
   private
 
-  public :: fewest, first_steps, steps_in_all, whole_steps
+  public :: fewest, first_steps, steps_in_all, rounded_steps
 
 contains
 
@@ -19,14 +19,15 @@ contains
   !> number that meets all these requirements:
   !>
   !> - the steps resolve the coefficients, and the phase of the fastest motion advances by at most `longest_turn` radians in a step,
-  !> - without fitting, the error of Gauss' method is at most `left` times the allowed error,
+  !> - without fitting, the error of Gauss' method is at most `error_share` times the allowed error,
   !> - the first embedded method changes the result by at most `change` times the allowed error,
   !> - the second embedded method has begun to converge, or the first one changes the result by at most twice the allowed error,
-  !> - the nodes resolve the coefficients and the loads (`resolving`).
+  !> - the nodes resolve the coefficients and the loads (`steps_to_resolve`).
   !>
-  !> `resolving` uses an error estimate whose order is lower by three than the order of quadrature; for loads the estimate grows
-  !> with the order. `of_changes` and the powers of gain, width and order were fitted to 30000 solutions of 548 random machines.
-  !> With smaller values a second solution is needed more often; with larger ones the first solution has too many steps. Values of
+  !> `steps_to_resolve` uses an error estimate whose order is lower by three than the order of quadrature; for loads the estimate
+  !> grows with the order. `of_changes` and the powers of gain, width and order were fitted to 30000 solutions of 548 random
+  !> machines. With smaller values a second solution is needed more often; with larger ones the first solution has too many steps.
+  !> Values of
   !> `change` from 100 to 300 give equal work.
   pure real(dp) function first_steps(method, system, survey, tolerance) result(steps)
     class(method_type), intent(in) :: method
@@ -35,25 +36,25 @@ contains
     type(survey_type), intent(in) :: survey
     !> Relative tolerance of the map over the period
     real(dp), intent(in) :: tolerance
-    real(dp), parameter :: left = 4, change = 240, of_changes = 0.15_dp
+    real(dp), parameter :: error_share = 4, change = 240, of_changes = 0.15_dp
     real(dp) :: allowed, rounding, lower, width(2), gain(2)
     integer :: i
 
     ! Reserve a part of the tolerance for rounding, which the estimate of the error includes.
     rounding = epsilon(1.0_dp) * (2 * survey%phase_advance + 4 * survey%fastest)
     allowed = max(tolerance - 4 * rounding, tolerance / 4, 4 * epsilon(1.0_dp) * survey%fastest) / 8
-    lower = left_by_embedded(has_positions(system)) * method%lower_constant
+    lower = embedded_phase_error(has_positions(system)) * method%lower_constant
     width = [(width_of(system, survey, i), i = 1, 2)]
     gain = of_changes * survey%height / allowed * [survey%changing * max(survey%fastest, 1.0_dp), &
       & method%order**2 / width(2)**1.5_dp * (1 + survey%phase_advance / 8)]
     steps = max(fewest(method, system), survey%fastest / method%longest_turn, &
-      & predicted(method%order, method%error_constant, system, survey, left * allowed), &
-      & following(method%lower_order, lower, survey, change * allowed), &
-      & min(following(method%lower_order - 2, fall_over(method%stages - 1) * lower, survey, pair_begun), &
-      &   following(method%lower_order, lower, survey, 2 * allowed)), &
-      & resolving(method, width(1), gain(1)), &
-      & resolving(method, width(2), gain(2)))
-    steps = whole_steps(method, system, steps)
+      & predicted(method%order, method%error_constant, system, survey, error_share * allowed), &
+      & steps_to_follow(method%lower_order, lower, survey, change * allowed), &
+      & min(steps_to_follow(method%lower_order - 2, phase_error_ratio(method%stages - 1) * lower, survey, pair_begun), &
+      &   steps_to_follow(method%lower_order, lower, survey, 2 * allowed)), &
+      & steps_to_resolve(method, width(1), gain(1)), &
+      & steps_to_resolve(method, width(2), gain(2)))
+    steps = rounded_steps(method, system, steps)
   end function first_steps
 
   !> Number of steps for which the estimated error of quadrature at the Gauss nodes falls to 1 / `gain` of the integrand. The
@@ -61,7 +62,7 @@ contains
   !>
   !> In units of half a step, H = pi / N, Bernstein's ellipse has the minor semiaxis width / H = (R - 1 / R) / 2. The relative error
   !> of quadrature is R**(-order) (Trefethen, doi:10.1137/060659831, Theorem 4.5). The estimate of this error is R**(3-order).
-  pure real(dp) function resolving(method, width, gain) result(steps)
+  pure real(dp) function steps_to_resolve(method, width, gain) result(steps)
     class(method_type), intent(in) :: method
     real(dp), intent(in) :: width, gain
     real(dp) :: r
@@ -70,7 +71,7 @@ contains
     if (gain <= 1) return
     r = gain**(1.0_dp / max(method%order - 3, 1))
     steps = pi * (r - 1 / r) / (2 * width)
-  end function resolving
+  end function steps_to_resolve
 
   !> Distance (rad) from the real axis up to which the coefficients (`which` = 1) or the loads (`which` = 2) are analytic. Few
   !> samples may make it appear too small. For random linkages whose fastest change takes 1 / m of the period it is at least 7 / m.
@@ -94,13 +95,13 @@ contains
 
   !> Number of steps for which the error of the fastest motion alone is `error`. In the median the phase of this motion advances by
   !> 0.98 times `fastest`.
-  pure real(dp) function following(order, constant, survey, error) result(steps)
+  pure real(dp) function steps_to_follow(order, constant, survey, error) result(steps)
     integer, intent(in) :: order
     real(dp), intent(in) :: constant, error
     type(survey_type), intent(in) :: survey
 
     steps = 0.98_dp * survey%fastest * (constant * survey%fade * max(survey%fastest, 1.0_dp) / error)**(1.0_dp / order)
-  end function following
+  end function steps_to_follow
 
   !> Number of steps for which the error of the method is `error`. It grows with the phase advance of the fastest motion, 0.925
   !> `fastest`, and with the share `fade` that the decay of this motion leaves. It also grows with the bandwidth of the
@@ -136,22 +137,22 @@ contains
     ! The estimate is four times the error, and the aim is half the tolerance. Rounding sets a lower limit.
     allowed = max(tolerance, 4 * epsilon(1.0_dp) * survey%phase_advance) / 8
     last = 1.1_dp * predicted(method%order, constant, system, survey, allowed)
-    steps = whole_steps(method, system, coarse) + whole_steps(method, system, 2 * coarse) &
-      & + whole_steps(method, system, max(2.5_dp * coarse, last))
+    steps = rounded_steps(method, system, coarse) + rounded_steps(method, system, 2 * coarse) &
+      & + rounded_steps(method, system, max(2.5_dp * coarse, last))
   end function steps_in_all
 
   !> `steps` rounded up to a multiple of the number of steps that are computed at once.
-  pure real(dp) function whole_steps(method, system, steps)
+  pure real(dp) function rounded_steps(method, system, steps)
     class(method_type), intent(in) :: method
     class(periodic_system), intent(in) :: system
     real(dp), intent(in) :: steps
 
     ! Avoid ceiling: the number may exceed the range of integers.
     associate (at_once => method%steps_at_once(system%states, has_positions(system)))
-      whole_steps = aint(steps / at_once)
-      if (whole_steps < steps / at_once) whole_steps = whole_steps + 1
-      whole_steps = at_once * whole_steps
+      rounded_steps = aint(steps / at_once)
+      if (rounded_steps < steps / at_once) rounded_steps = rounded_steps + 1
+      rounded_steps = at_once * rounded_steps
     end associate
-  end function whole_steps
+  end function rounded_steps
 
 end module gestell_floquet_choice_prediction

@@ -116,7 +116,7 @@ contains
       power = matmul(square, square)
     end do
     survey%fastest = min(survey%phase_advance, (norm2(power) / sqrt(2.0_dp))**0.0625_dp * unit * system%period)
-    survey%fade = fade_of(one, power, unit * system%period, survey%fastest)
+    survey%fade = fastest_share(one, power, unit * system%period, survey%fastest)
     if (present(forced)) call find_changes(p, system%period, survey, f)
   end subroutine survey_system
 
@@ -126,7 +126,7 @@ contains
   !> Let the pair of eigenvalues of the fastest motion be r exp(+-i (pi / 2 + e)), so that this motion decays by exp(-d), d =
   !> fastest e, in the period. Then tr P^16 = 2 r^16 cos 16 e and tr P^17 = -2 r^17 sin 17 e. The trace of P gives the mean decay of
   !> the other motions. A share below `least` is raised to `least`, because motions that decay more slowly then contribute as well.
-  pure real(dp) function fade_of(p, power, unit, fastest) result(fade)
+  pure real(dp) function fastest_share(p, power, unit, fastest) result(fade)
     real(dp), intent(in) :: p(:, :), power(:, :), unit, fastest
     real(dp), parameter :: least = 1 / 64.0_dp
     real(dp) :: decay, others, r
@@ -139,7 +139,7 @@ contains
     decay = fastest * atan2(-sum(p * transpose(power)), r * sum([(power(i, i), i = 1, n)])) / 16.5_dp
     others = (-sum([(p(i, i), i = 1, n)]) * unit - 2 * decay) / (n - 2)
     fade = max(1 / sqrt(1 + (n - 2) / 2.0_dp * exp(2 * min(decay - others, 10.0_dp))), least)
-  end function fade_of
+  end function fastest_share
 
   !> Estimates how the coefficients `p`, shape (points, n, n), and the loads `f`, shape (points, n), vary over the period. It
   !> analyses sums over all components, with quasi-random weights that keep components from cancelling.

@@ -37,7 +37,7 @@ module gestell_floquet_constant_harmonics
   !> Safety factor by which an estimated error is multiplied to give its bound.
   real(dp), parameter :: safety = 4
   !> Maximum number of samples of the load.
-  integer, parameter :: most_points = 2**14
+  integer, parameter :: max_points = 2**14
 
 contains
 
@@ -78,7 +78,7 @@ contains
       if (allocated(error)) return
       change = sum(abs(x(:, ubound(before, 2) + 1:)), dim=2) + sum(abs(x(:, :ubound(before, 2)) - before), dim=2)
       greatest = maxval(abs(x), dim=2)
-      if (all(change <= spectrum%error + 16 * epsilon(1.0_dp) * greatest) .or. 2 * points > most_points) exit
+      if (all(change <= spectrum%error + 16 * epsilon(1.0_dp) * greatest) .or. 2 * points > max_points) exit
       call move_alloc(x, before)
       points = 2 * points
     end do

@@ -79,7 +79,7 @@ contains
     do k = 1, size(b, 2)
       turned(:, k) = matmul(conjg(transpose(spectrum%q(:, :, modulo(k, size(b, 2)) + 1))), b(:, k))
     end do
-    call cycle_through(spectrum%z, spectrum%r, turned, z)
+    call solve_triangular_cycle(spectrum%z, spectrum%r, turned, z)
     allocate(x(size(b, 1), size(b, 2)))
     do k = 1, size(b, 2)
       x(:, k) = real(matmul(spectrum%q(:, :, k), z(:, k)))
@@ -90,25 +90,26 @@ contains
   !>
   !> One bound uses the Schur form, in which couplings between components add up over all segments. The other bound uses the
   !> eigenvectors, which are uncoupled but may be nearly parallel. Both bounds are valid; the smaller one is returned.
-  pure subroutine accumulate(factors, spectrum, doubt, at_starts)
+  pure subroutine accumulate(factors, spectrum, relative_error, at_starts)
     type(factors_type), intent(in) :: factors
     type(spectrum_type), intent(in) :: spectrum
     !> Bounds on the error that each segment adds, in balanced units, shape (K)
-    real(dp), intent(in) :: doubt(:)
+    real(dp), intent(in) :: relative_error(:)
     !> Bounds on the errors of the states at the starts of the segments, in balanced units, shape (n, K)
     real(dp), allocatable, intent(out) :: at_starts(:, :)
-    complex(dp), dimension(size(spectrum%z), size(doubt)) :: z
+    complex(dp), dimension(size(spectrum%z), size(relative_error)) :: z
     complex(dp), allocatable :: sizes(:, :, :)
     integer :: n, k
 
     n = size(spectrum%z)
     allocate(sizes, source=cmplx(abs(spectrum%r), 0, dp))
-    call cycle_through(cmplx(real(spectrum%z), 0, dp), sizes, cmplx(spread(doubt, 1, n), 0, dp), z, spectrum%distance)
-    allocate(at_starts(n, size(doubt)))
-    do k = 1, size(doubt)
+    call solve_triangular_cycle(cmplx(real(spectrum%z), 0, dp), sizes, cmplx(spread(relative_error, 1, n), 0, dp), z, &
+      & spectrum%distance)
+    allocate(at_starts(n, size(relative_error)))
+    do k = 1, size(relative_error)
       at_starts(:, k) = 2 * matmul(abs(spectrum%q(:, :, k)), abs(z(:, k)))
     end do
-    call accumulate_uncoupled(factors, spectrum, doubt, at_starts)
+    call accumulate_uncoupled(factors, spectrum, relative_error, at_starts)
   end subroutine accumulate
 
   !> Replaces each bound by the bound from the eigenvectors if this is smaller. With e = X z the errors e_{k+1} = (A_k + E_k) e_k +
@@ -118,14 +119,14 @@ contains
   !>
   !> First z is computed without the last term. If this term changes z by at most a fraction q < 1/2, fixed-point iteration
   !> converges and multiplies the bound by at most 1 / (1 - q).
-  pure subroutine accumulate_uncoupled(factors, spectrum, doubt, at_starts)
+  pure subroutine accumulate_uncoupled(factors, spectrum, relative_error, at_starts)
     type(factors_type), intent(in) :: factors
     type(spectrum_type), intent(in) :: spectrum
-    real(dp), intent(in) :: doubt(:)
+    real(dp), intent(in) :: relative_error(:)
     real(dp), intent(inout) :: at_starts(:, :)
-    real(dp), dimension(size(spectrum%z), size(doubt)) :: left, driven
-    complex(dp), dimension(size(spectrum%z), size(doubt)) :: z, again
-    complex(dp) :: sizes(size(spectrum%z), size(spectrum%z), size(doubt)), logarithm(size(spectrum%z))
+    real(dp), dimension(size(spectrum%z), size(relative_error)) :: left, driven
+    complex(dp), dimension(size(spectrum%z), size(relative_error)) :: z, again
+    complex(dp) :: sizes(size(spectrum%z), size(spectrum%z), size(relative_error)), logarithm(size(spectrum%z))
     complex(dp) :: residual(size(spectrum%z), size(spectrum%z))
     real(dp) :: part
     integer :: n, i, k, next
@@ -133,25 +134,25 @@ contains
     n = size(spectrum%z)
     logarithm = cmplx(real(spectrum%z), 0, dp)
     sizes = 0
-    do k = 1, size(doubt)
-      next = modulo(k, size(doubt)) + 1
+    do k = 1, size(relative_error)
+      next = modulo(k, size(relative_error)) + 1
       left(:, k) = norm2(abs(spectrum%vectors%y(:, :, next)), dim=2)
       do i = 1, n
         sizes(i, i, k) = abs(spectrum%vectors%lambda(i, k))
       end do
     end do
-    call cycle_through(logarithm, sizes, cmplx(left * spread(doubt, 1, n), 0, dp), z, spectrum%distance)
-    do k = 1, size(doubt)
-      next = modulo(k, size(doubt)) + 1
+    call solve_triangular_cycle(logarithm, sizes, cmplx(left * spread(relative_error, 1, n), 0, dp), z, spectrum%distance)
+    do k = 1, size(relative_error)
+      next = modulo(k, size(relative_error)) + 1
       associate (x => spectrum%vectors%x, lambda => spectrum%vectors%lambda(:, k))
         residual = matmul(factors%a(:, :, k), x(:, :, k)) - x(:, :, next) * spread(lambda, 1, n)
       end associate
       driven(:, k) = left(:, k) * dot_product(factors%error(k) + norm2(abs(residual), dim=1), abs(z(:, k)))
     end do
-    call cycle_through(logarithm, sizes, cmplx(driven, 0, dp), again, spectrum%distance)
+    call solve_triangular_cycle(logarithm, sizes, cmplx(driven, 0, dp), again, spectrum%distance)
     if (.not. all(abs(again) <= 0.5_dp * abs(z))) return
     part = maxval(abs(again) / max(abs(z), tiny(1.0_dp)))
-    do k = 1, size(doubt)
+    do k = 1, size(relative_error)
       at_starts(:, k) = min(at_starts(:, k), matmul(abs(spectrum%vectors%x(:, :, k)), abs(z(:, k))) / (1 - part))
     end do
   end subroutine accumulate_uncoupled
@@ -159,7 +160,7 @@ contains
   !> Computes the periodic solution of z_{k+1} = R_k z_k + b_k, shape (n, K), for triangular R_k with prod R_k(i, i) =
   !> exp(logarithm(i)). If `distances` is present, R and b must contain magnitudes. The result is then an upper bound on |z|,
   !> computed with these lower bounds in place of 1 - rho.
-  pure subroutine cycle_through(logarithm, r, b, z, distances)
+  pure subroutine solve_triangular_cycle(logarithm, r, b, z, distances)
     complex(dp), intent(in) :: logarithm(:), r(:, :, :), b(:, :)
     complex(dp), intent(out) :: z(:, :)
     real(dp), intent(in), optional :: distances(:)
@@ -194,6 +195,6 @@ contains
         end do
       end if
     end do
-  end subroutine cycle_through
+  end subroutine solve_triangular_cycle
 
 end module gestell_floquet_factors_cycle

@@ -9,7 +9,7 @@ module gestell_floquet_factors
   use gestell_base_kinds, only: dp
   use gestell_math_lapack, only: inverse
   use gestell_math_matrix, only: balanced, unit_matrix
-  use gestell_floquet_period_convergence, only: begin_type, most_steps, next_steps, remaining, safety, &
+  use gestell_floquet_period_convergence, only: begin_type, max_steps, next_steps, extrapolated_error, safety, &
     & too_many_steps, detect_rounding
   use gestell_floquet_integrator_mesh, only: mesh
   use gestell_floquet_integrator_method, only: method_type
@@ -47,11 +47,11 @@ module gestell_floquet_factors
   end type factors_type
 
   !> A segment ends when |A| |A^-1| reaches this limit.
-  real(dp), parameter :: most_spread = 30
+  real(dp), parameter :: max_spread = 30
   !> A segment also ends when the absolute value of ln |A| reaches this limit, so that squares neither underflow nor overflow.
-  real(dp), parameter :: most_growth = 100
+  real(dp), parameter :: max_growth = 100
   !> Maximum number of steps tried for the division into segments.
-  integer, parameter :: most_segments = 2**14
+  integer, parameter :: max_segments = 2**14
 
   !> Factors from one solution with a given number of steps. `size_a`: |A|. `size_b`: maximum of |b| within each segment.
   type :: level_type
@@ -89,7 +89,7 @@ contains
     call choose_method(system, accuracy, survey_type(phase_advance, phase_advance), factors%method, error)
     if (allocated(error)) return
     associate (order => factors%method%order)
-      if (3 * phase_advance / order > most_steps) then
+      if (3 * phase_advance / order > max_steps) then
         call too_many_steps(error)
         return
       end if
@@ -103,14 +103,14 @@ contains
         ! Distribute the rounding error of the whole period over the segments.
         floor = spread(relative_rounding(system, middle%steps, phase_advance) / size(d12, 1), 1, size(d12, 1))
         steps = next_steps(coarse%steps, middle%steps, maxval(sum(d12, dim=1)), order, max(accuracy%tolerance, sum(floor)))
-        if (steps > most_steps) then
+        if (steps > max_steps) then
           call too_many_steps(error)
           return
         end if
         call solve_level(system, steps, forced, factors, fine, error)
         if (allocated(error)) return
         d23 = distances(middle, fine, forced)
-        left = remaining(d12, d23, coarse%steps, middle%steps, fine%steps, order)
+        left = extrapolated_error(d12, d23, coarse%steps, middle%steps, fine%steps, order)
         if (all(sum(safety * left, dim=1) + sum(floor) <= accuracy%tolerance .or. &
           & sum(d23, dim=1) <= sum(floor) + [0.0_dp, system%load_rounding])) exit
         call detect_rounding(sum(d23, dim=1), fine%steps, max(accuracy%tolerance, sum(floor)), begin, rounding)
@@ -157,27 +157,27 @@ contains
         call factors%method%maps(system, nodes(k:k), nodes(k + 1:k + 1), maps, error)
         if (allocated(error)) return
         product = matmul(balanced(maps(1, :, :), factors%scale), product)
-        if (spread_of(product) < most_spread .and. abs(log(max(norm2(product), tiny(1.0_dp)))) < most_growth) cycle
-        if (spread_of(balanced(maps(1, :, :), factors%scale)) >= most_spread) too_long = .true.
+        if (condition_of(product) < max_spread .and. abs(log(max(norm2(product), tiny(1.0_dp)))) < max_growth) cycle
+        if (condition_of(balanced(maps(1, :, :), factors%scale)) >= max_spread) too_long = .true.
         if (nodes(k + 1) < 1) factors%ends = [factors%ends, nodes(k + 1)]
         product = unit_matrix(system%states)
       end do
-      if (.not. too_long .or. 2 * number > most_segments) exit
+      if (.not. too_long .or. 2 * number > max_segments) exit
       number = 2 * number
     end do
     factors%ends = [factors%ends, 1.0_dp]
   end subroutine divide
 
   !> The product |A| |A^-1|, or huge if `a` is singular.
-  real(dp) function spread_of(a)
+  real(dp) function condition_of(a)
     real(dp), intent(in) :: a(:, :)
     real(dp), allocatable :: inverted(:, :)
     type(error_type), allocatable :: singular
 
-    spread_of = huge(spread_of)
+    condition_of = huge(condition_of)
     call inverse(a, inverted, singular)
-    if (.not. allocated(singular)) spread_of = norm2(a) * norm2(inverted)
-  end function spread_of
+    if (.not. allocated(singular)) condition_of = norm2(a) * norm2(inverted)
+  end function condition_of
 
   !> Computes the factors with `steps` steps or slightly more: the ends of segments are also ends of steps.
   subroutine solve_level(system, steps, forced, factors, level, error)

@@ -144,7 +144,7 @@ contains
       do j = 1, n
         if (discs%log_abs(j) > discs%log_abs(i)) cycle
         ratio = quotient(discs%log_abs(j), discs%arg(j), discs%log_abs(i), discs%arg(i))
-        if (abs(1 - ratio) > discs%radius(i) + extent(discs, j, discs%log_abs(i))) cycle
+        if (abs(1 - ratio) > discs%radius(i) + relative_radius(discs, j, discs%log_abs(i))) cycle
         where (discs%cluster == discs%cluster(i)) discs%cluster = discs%cluster(j)
       end do
     end do
@@ -170,7 +170,7 @@ contains
         do j = 1, size(bound)
           if (discs%cluster(j) /= discs%cluster(home)) cycle
           associate (ratio => quotient(discs%log_abs(j), discs%arg(j), log_abs(i), arg(i)))
-            farther = max(farther, log(abs(1 - ratio) + extent(discs, j, log_abs(i))))
+            farther = max(farther, log(abs(1 - ratio) + relative_radius(discs, j, log_abs(i))))
           end associate
         end do
       end if
@@ -179,17 +179,17 @@ contains
   end subroutine bound_errors
 
   !> Radius of disc `j` relative to a multiplier whose ln |rho| is `log_abs`.
-  pure real(dp) function extent(discs, j, log_abs)
+  pure real(dp) function relative_radius(discs, j, log_abs)
     type(discs_type), intent(in) :: discs
     integer, intent(in) :: j
     real(dp), intent(in) :: log_abs
 
     if (discs%radius(j) < 1) then
-      extent = discs%radius(j) * exp(min(discs%log_abs(j) - log_abs, far))
+      relative_radius = discs%radius(j) * exp(min(discs%log_abs(j) - log_abs, far))
     else
-      extent = exp(min(discs%most(j) - log_abs, far))
+      relative_radius = exp(min(discs%most(j) - log_abs, far))
     end if
-  end function extent
+  end function relative_radius
 
   !> Ratio of two multipliers. Its modulus is limited to exp(far).
   pure complex(dp) function quotient(log_abs, arg, other_log_abs, other_arg)

@@ -1,7 +1,7 @@
 !> Computes the eigenvectors of all factors of a periodic product from the periodic Schur form.
 module gestell_floquet_factors_periodic_eigenvectors
   use gestell_base_kinds, only: dp
-  use gestell_floquet_factors_rotations, only: norm, rotate, swapping
+  use gestell_floquet_factors_rotations, only: norm, rotate, find_swap
   implicit none (type, external)
   private
 
@@ -41,10 +41,10 @@ contains
       end do
     end do
     do i = 1, n
-      call moved(i, 1, q, regular, q_moved, r_moved)
+      call move_multiplier(i, 1, q, regular, q_moved, r_moved)
       vectors%x(:, i, :) = q_moved(:, 1, :)
       vectors%lambda(i, :) = r_moved(1, 1, :)
-      call moved(i, n, q, regular, q_moved, r_moved)
+      call move_multiplier(i, n, q, regular, q_moved, r_moved)
       do k = 1, size(r, 3)
         cosine = dot_product(q_moved(:, n, k), vectors%x(:, i, k))
         if (abs(cosine) < epsilon(1.0_dp)**2) cosine = epsilon(1.0_dp)**2
@@ -54,7 +54,7 @@ contains
   end subroutine periodic_eigenvectors
 
   !> Computes the Schur form with the multiplier at position `from` moved to position `to`. The other multipliers keep their order.
-  pure subroutine moved(from, to, q, r, q_moved, r_moved)
+  pure subroutine move_multiplier(from, to, q, r, q_moved, r_moved)
     integer, intent(in) :: from, to
     complex(dp), intent(in) :: q(:, :, :), r(:, :, :)
     complex(dp), allocatable, intent(out) :: q_moved(:, :, :), r_moved(:, :, :)
@@ -67,11 +67,11 @@ contains
     position = from
     do while (position /= to)
       i = merge(position, position - 1, position < to)
-      call swapping(r_moved, i, v, gap)
+      call find_swap(r_moved, i, v, gap)
       call rotate(r_moved, q_moved, i, v, left=i, bottom=i + 1)
       r_moved(i + 1, i, size(r, 3)) = 0
       position = merge(position + 1, position - 1, position < to)
     end do
-  end subroutine moved
+  end subroutine move_multiplier
 
 end module gestell_floquet_factors_periodic_eigenvectors

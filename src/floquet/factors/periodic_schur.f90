@@ -3,7 +3,7 @@
 module gestell_floquet_factors_periodic_schur
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
-  use gestell_floquet_factors_rotations, only: cascade, normalise, rotate, rotate_columns, rotate_rows, swapping, unit
+  use gestell_floquet_factors_rotations, only: propagate_vector, normalise, rotate, rotate_columns, rotate_rows, find_swap, unit
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none (type, external)
   private
@@ -98,7 +98,7 @@ contains
     do j = 1, n - 2
       do i = n - 1, j + 1, -1
         v(:, 1) = unit(r(i:i + 1, j, last))
-        call cascade(r, i, v)
+        call propagate_vector(r, i, v)
         call rotate(r, q, i, v, left=j, bottom=n)
         r(i + 1, j, last) = 0
       end do
@@ -213,7 +213,7 @@ contains
       else
         directions(:, 1) = unit(r(i:i + 1, i - 1, size(r, 3)))
       end if
-      call cascade(r, i, directions)
+      call propagate_vector(r, i, directions)
       call rotate(r, q, i, directions, left=max(i - 1, low), bottom=min(i + 2, high))
       if (i > low) r(i + 1, i - 1, size(r, 3)) = 0
     end do
@@ -231,7 +231,7 @@ contains
     do pass = 1, size(r, 1)
       do i = 1, size(r, 1) - pass
         if (log_abs(i + 1) <= log_abs(i) + close) cycle
-        call swapping(r, i, v, gap)
+        call find_swap(r, i, v, gap)
         if (gap > exact) cycle
         call rotate(r, q, i, v, left=i, bottom=i + 1)
         r(i + 1, i, size(r, 3)) = 0

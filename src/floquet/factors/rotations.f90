@@ -7,7 +7,7 @@ module gestell_floquet_factors_rotations
   implicit none (type, external)
   private
 
-  public :: unit, cascade, rotate, rotate_rows, rotate_columns, swapping, normalise, norm
+  public :: unit, propagate_vector, rotate, rotate_rows, rotate_columns, find_swap, normalise, norm
 
 contains
 
@@ -53,7 +53,7 @@ contains
 
   !> Computes v_2, ..., v_K from v_1: v_{k+1} is the direction of R_k v_k in rows and columns i, i + 1. Shapes: r (n, n, K), v (2,
   !> K).
-  pure subroutine cascade(r, i, v)
+  pure subroutine propagate_vector(r, i, v)
     complex(dp), intent(in) :: r(:, :, :)
     integer, intent(in) :: i
     complex(dp), intent(inout) :: v(:, :)
@@ -62,7 +62,7 @@ contains
     do k = 1, size(r, 3) - 1
       v(:, k + 1) = forward(r, i, k, v(:, k))
     end do
-  end subroutine cascade
+  end subroutine propagate_vector
 
   !> Unit vector in the direction of R_k v, using only rows and columns i, i + 1 of R_k.
   pure function forward(r, i, k, v) result(w)
@@ -140,7 +140,7 @@ contains
   !> multiplier. With the product [A B; 0 D] of the blocks, v_1 is parallel to (B, D - A). The other vectors are computed forward if
   !> |D| >= |A|, else backward, so that errors decay. `gap` measures how far the sequence fails to close after a period, relative to
   !> the block of R_K. It is about roundoff unless A and D agree to roundoff.
-  pure subroutine swapping(r, i, v, gap)
+  pure subroutine find_swap(r, i, v, gap)
     !> Triangular factors, shape (n, n, K)
     complex(dp), intent(in) :: r(:, :, :)
     integer, intent(in) :: i
@@ -165,7 +165,7 @@ contains
       do turn = 1, turns
         if (abs(d) >= abs(a)) then
           v(:, 1) = start
-          call cascade(r, i, v)
+          call propagate_vector(r, i, v)
           start = forward(r, i, size(r, 3), v(:, size(r, 3)))
         else
           v(:, size(r, 3)) = backward(r, i, size(r, 3), start)
@@ -180,6 +180,6 @@ contains
         if (gap < 8 * epsilon(1.0_dp)) exit
       end do
     end associate
-  end subroutine swapping
+  end subroutine find_swap
 
 end module gestell_floquet_factors_rotations

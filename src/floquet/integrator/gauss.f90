@@ -5,7 +5,7 @@ module gestell_floquet_integrator_gauss
   use gestell_base_kinds, only: dp
   use gestell_math_lanes, only: lanes
   use gestell_floquet_integrator_gauss_steps, only: fits_lanes, gauss_steps
-  use gestell_floquet_integrator_method, only: evaluation_work, method_type, unseen_type
+  use gestell_floquet_integrator_method, only: evaluation_work, method_type, unresolved_type
   use gestell_floquet_integrator_nested, only: nested_tableau, nested_type
   use gestell_floquet_integrator_tableau, only: gauss_tableau, tableau_type
   use gestell_system_periodic, only: periodic_system
@@ -16,7 +16,7 @@ module gestell_floquet_integrator_gauss
 
   !> Minimum number of stages for embedded methods. With fewer stages the order of the embedded methods is too low for an error
   !> estimate.
-  integer, parameter :: fewest_to_embed = 6
+  integer, parameter :: min_to_embed = 6
   !> Maximum phase advance (radians) of the fastest motion in a step of `pair`, for even and odd numbers of stages. In longer steps,
   !> matrices of the embedded methods can become singular during elimination, and rows must be exchanged. This begins at 6 radians
   !> with even and at 11 radians with odd numbers of stages.
@@ -51,7 +51,7 @@ contains
     method%order = 2 * stages
     method%stages = stages
     method%error_constant = constant(stages)
-    if (stages < fewest_to_embed) return
+    if (stages < min_to_embed) return
     method%lower_order = 2 * stages - 2
     method%lower_constant = constant(stages - 1)
     method%longest_turn = merge(longest_odd, longest_even, modulo(stages, 2) == 1)
@@ -144,19 +144,19 @@ contains
   end subroutine maps
 
   !> Computes the maps of the steps by the method and by its two embedded methods. See `pair` in gestell_floquet_integrator_method.
-  subroutine pair(self, system, from, to, map, error, lower, unseen)
+  subroutine pair(self, system, from, to, map, error, lower, unresolved)
     class(gauss_method), intent(in) :: self
     class(periodic_system), intent(in) :: system
     real(dp), intent(in) :: from(:), to(:)
     real(dp), contiguous, intent(out) :: map(:, :, :), lower(:, :, :, :)
     type(error_type), allocatable, intent(out) :: error
-    type(unseen_type), intent(inout) :: unseen
+    type(unresolved_type), intent(inout) :: unresolved
 
     type(nested_type) :: nested
 
     nested = self%nested
     call gauss_steps(nested, self%fitted, system, phases_at(nested%c, from, to), (to - from) * system%period, map, error, lower, &
-      & unseen)
+      & unresolved)
   end subroutine pair
 
 end module gestell_floquet_integrator_gauss

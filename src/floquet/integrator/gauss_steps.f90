@@ -22,13 +22,15 @@
 module gestell_floquet_integrator_gauss_steps
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
-  use gestell_math_lanes, only: block, columns_at_once, columns_of_panel, eliminate, lanes, padded, reduce, safe_multiplier, &
+  use gestell_math_lanes, only: block, columns_at_once, columns_of_panel, eliminate, lanes, padded_to_block, reduce, &
+    & safe_multiplier, &
     & vector_border, width
   use gestell_floquet_integrator_exchanges, only: map_with_exchanges
-  use gestell_floquet_integrator_method, only: unseen_type
+  use gestell_floquet_integrator_method, only: unresolved_type
   use gestell_floquet_integrator_nested, only: nested_type
   use gestell_floquet_integrator_pace, only: pace_of
-  use gestell_floquet_integrator_step_coefficients, only: coefficients_type, layout_of, layout_type, estimate_unseen, most_rows, &
+  use gestell_floquet_integrator_step_coefficients, only: coefficients_type, layout_of, layout_type, estimate_unresolved, &
+    & max_rows, &
     & sample_coefficients, scale_coefficients
   use gestell_floquet_integrator_step_equations, only: fill_panel
   use gestell_floquet_integrator_tableau, only: tableau_type
@@ -38,12 +40,12 @@ module gestell_floquet_integrator_gauss_steps
 
   public :: fits_lanes, gauss_steps
 
-  !> Memory, in numbers, for eight steps side by side: `of_panel` for a panel, `of_multipliers` for the multipliers of elimination,
+  !> Memory, in numbers, for eight steps side by side: `of_panel` for a panel, `multiplier_goal` for the multipliers of elimination,
   !> `of_stages` for M of all stages, one stage below the other (and the same again for h B and for h^2 C)
-  integer, parameter :: of_panel = lanes * width * most_rows, of_multipliers = lanes * most_rows**2, &
-    & of_stages = lanes * most_rows * (most_rows / 2)
+  integer, parameter :: of_panel = lanes * width * max_rows, multiplier_goal = lanes * max_rows**2, &
+    & of_stages = lanes * max_rows * (max_rows / 2)
   !> Positions in memory, relative to the panel, of the multipliers of elimination and of M, h B and h^2 C
-  integer, parameter :: multipliers = of_panel, mass = multipliers + of_multipliers, damping = mass + of_stages, &
+  integer, parameter :: multipliers = of_panel, mass = multipliers + multiplier_goal, damping = mass + of_stages, &
     & stiffness = damping + of_stages
 
 contains
@@ -56,12 +58,12 @@ contains
     integer :: f
 
     f = merge(states / 2, states, second_order)
-    fits_lanes = padded(max(stages - 2, 0) * f) + 2 * padded(f) + padded(states) <= most_rows
+    fits_lanes = padded_to_block(max(stages - 2, 0) * f) + 2 * padded_to_block(f) + padded_to_block(states) <= max_rows
   end function fits_lanes
 
   !> Computes the maps of steps, eight steps at a time. Steps are computed one by one with row exchanges if there are fewer than
   !> eight, if they are too large for lanes, or if elimination without exchanges is unsafe.
-  subroutine gauss_steps(tableau, fitted, system, phases, lengths, map, error, lower, unseen)
+  subroutine gauss_steps(tableau, fitted, system, phases, lengths, map, error, lower, unresolved)
     !> Coefficients of the method; this routine fits them to the fastest motion if `fitted`
     class(tableau_type), intent(inout) :: tableau
     !> True: fit the tableau to the fastest motion of these steps
@@ -76,7 +78,7 @@ contains
     !> Maps by the two embedded methods, shape (steps or more, n, n + 1 or n, 2); only with a nested tableau
     real(dp), contiguous, intent(out), optional :: lower(:, :, :, :)
     !> Variations of coefficients and loads between the nodes; the variations of these steps are added to it
-    type(unseen_type), intent(inout), optional :: unseen
+    type(unresolved_type), intent(inout), optional :: unresolved
     type(coefficients_type) :: at
     type(layout_type) :: layout
     ! On the heap: threads have small stacks. The size is always that of the largest steps: the GNU C library keeps a block for
@@ -96,7 +98,7 @@ contains
     call tableau%fit(turn)
     side_by_side = steps >= lanes .and. fits_lanes(size(tableau%c), at%states, at%positions > 0)
     safe = .false.
-    allocate(room(merge(of_panel + of_multipliers + 3 * of_stages + lanes, 0, side_by_side)))
+    allocate(room(merge(of_panel + multiplier_goal + 3 * of_stages + lanes, 0, side_by_side)))
     border = vector_border(room)
     if (side_by_side) call layout_of(tableau, at, layout)
     allocate(maps(lanes, at%states, size(map, 3), merge(3, 1, present(lower))))
@@ -121,23 +123,23 @@ contains
         of_step(:, i) = units(i)
         if (i > at%positions .and. at%positions > 0) of_step(:last - first + 1, i) = units(i) / at%lengths(first:last)
       end do
-      call take(of_step, first, k, last, maps(:, :, :, 1), map)
+      call copy_from_lanes(of_step, first, k, last, maps(:, :, :, 1), map)
       do i = 2, size(maps, 4)
-        call take(of_step, first, k, last, maps(:, :, :, i), lower(:, :, :, i - 1))
+        call copy_from_lanes(of_step, first, k, last, maps(:, :, :, i), lower(:, :, :, i - 1))
       end do
     end do
-    if (.not. present(unseen)) return
+    if (.not. present(unresolved)) return
     select type (tableau)
     class is (nested_type)
-      call estimate_unseen(tableau, at, units(:at%f), unseen)
-      unseen%steps = unseen%steps + steps
-      unseen%fitted = unseen%fitted + steps * [turn**2, turn**4]
+      call estimate_unresolved(tableau, at, units(:at%f), unresolved)
+      unresolved%steps = unresolved%steps + steps
+      unresolved%fitted = unresolved%fitted + steps * [turn**2, turn**4]
     end select
   end subroutine gauss_steps
 
   !> Copies the maps of the steps `from` to `to` from the lanes to `map`, shape (steps, states, columns), and converts units. The
   !> first lane holds step `first`; `of_step` holds the units of the columns in each lane.
-  pure subroutine take(of_step, first, from, to, in_lanes, map)
+  pure subroutine copy_from_lanes(of_step, first, from, to, in_lanes, map)
     integer, intent(in) :: first, from, to
     real(dp), contiguous, intent(in) :: of_step(:, :), in_lanes(:, :, :)
     real(dp), contiguous, intent(inout) :: map(:, :, :)
@@ -152,7 +154,7 @@ contains
         end do
       end do
     end do
-  end subroutine take
+  end subroutine copy_from_lanes
 
   !> Computes the maps [A b], or A alone, of eight steps by elimination; `maps` has the shape (lanes, states, columns, 1 or 3). The
   !> last index is 1 for the method, 2 for its first and 3 for its second embedded method. The panels of the unknowns are eliminated

@@ -13,7 +13,7 @@ module gestell_floquet_integrator_method
   public :: evaluation_work, matrix_work, product_work
 
   !> Variations of coefficients and loads between the nodes of the steps, which the solution neglects; summed over the steps
-  type, public :: unseen_type
+  type, public :: unresolved_type
     !> `coefficients`: phase error (radians) due to variations of the coefficients. `loads`: error of the loads times time. `turns`:
     !> phase advance (radians) of the fastest motion. `load`: loads times time. `missed`: interpolation error of the loads times
     !> time.
@@ -25,8 +25,8 @@ module gestell_floquet_integrator_method
     real(dp) :: fitted(2) = 0
     !> Bounds on the changes of the last f states due to the error of the loads, shape (f). If there are positions, these states are
     !> the velocities.
-    real(dp), allocatable :: kicks(:)
-  end type unseen_type
+    real(dp), allocatable :: velocity_errors(:)
+  end type unresolved_type
 
   !> Maximum length of a method's name
   integer, parameter, public :: name_length = 9
@@ -57,11 +57,11 @@ module gestell_floquet_integrator_method
     !> slow.
     real(dp) :: longest_turn = huge(1.0_dp)
   contains
-    procedure :: prepare => nothing_to_prepare
-    procedure :: phases => no_phases
+    procedure :: prepare => default_prepare
+    procedure :: phases => default_phases
     procedure :: steps_at_once => one_step
     procedure(step_maps), deferred :: maps
-    procedure :: pair => no_pair
+    procedure :: pair => default_pair
     procedure(step_work), deferred :: work
   end type method_type
 
@@ -96,16 +96,16 @@ contains
 
   !> Default of `prepare`, which does nothing. A method overrides it to compute its coefficients; name, order and constants are set
   !> without it.
-  pure subroutine nothing_to_prepare(self)
+  pure subroutine default_prepare(self)
     class(method_type), intent(inout) :: self
 
     associate (unused => self)
     end associate
-  end subroutine nothing_to_prepare
+  end subroutine default_prepare
 
   !> Default of `pair`, for methods without embedded methods. It computes the maps like `maps` and returns them also as the maps of
   !> both embedded methods.
-  subroutine no_pair(self, system, from, to, map, error, lower, unseen)
+  subroutine default_pair(self, system, from, to, map, error, lower, unresolved)
     class(method_type), intent(in) :: self
     class(periodic_system), intent(in) :: system
     !> Start and end of each step, as phases t / T
@@ -114,18 +114,18 @@ contains
     real(dp), contiguous, intent(out) :: map(:, :, :), lower(:, :, :, :)
     type(error_type), allocatable, intent(out) :: error
     !> Variations between the nodes; methods with embedded methods add the variations of these steps to it
-    type(unseen_type), intent(inout) :: unseen
+    type(unresolved_type), intent(inout) :: unresolved
 
-    associate (nothing_new => unseen)
+    associate (nothing_new => unresolved)
     end associate
     call self%maps(system, from, to, map, error)
     lower(:, :, :, 1) = map
     lower(:, :, :, 2) = map
-  end subroutine no_pair
+  end subroutine default_pair
 
   !> Default of `phases`, an empty list. A method may override it to return the phases at which `maps` samples the coefficients, in
   !> the order of sampling. A model may evaluate them in advance.
-  pure function no_phases(self, from, to) result(phases)
+  pure function default_phases(self, from, to) result(phases)
     class(method_type), intent(in) :: self
     real(dp), intent(in) :: from(:), to(:)
     real(dp), allocatable :: phases(:)
@@ -133,7 +133,7 @@ contains
     associate (unused_method => self, unused_start => from, unused_end => to)
     end associate
     allocate(phases(0))
-  end function no_phases
+  end function default_phases
 
   !> Default of `steps_at_once`, for methods that compute one step at a time. Other methods return the number of steps that they
   !> compute side by side; a smaller number of steps then takes as long.

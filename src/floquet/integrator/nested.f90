@@ -21,7 +21,7 @@ module gestell_floquet_integrator_nested
   implicit none (type, external)
   private
 
-  public :: fall_over, left_by_embedded, nested_tableau
+  public :: phase_error_ratio, embedded_phase_error, nested_tableau
 
   !> Gauss tableau with reordered nodes, for the unknowns u with v = X u. The inherited components then hold transformed
   !> coefficients: `b` holds b X, `ba` holds b A X and, after fitting, `a` holds A X and `aa` holds A A X.
@@ -38,19 +38,19 @@ contains
 
   !> Ratio of the phase errors of Gauss' methods with s - 1 and with s stages, times z^2, for a motion whose phase advances by z
   !> radians in a step.
-  elemental real(dp) function fall_over(s)
+  elemental real(dp) function phase_error_ratio(s)
     integer, intent(in) :: s
 
-    fall_over = 4 * (4 * real(s, dp)**2 - 1)
-  end function fall_over
+    phase_error_ratio = 4 * (4 * real(s, dp)**2 - 1)
+  end function phase_error_ratio
 
   !> Phase error of an embedded method relative to Gauss' method of the same order; 1/2 with positions, else 1.
-  !> gestell_floquet_period_pair derives it.
-  pure real(dp) function left_by_embedded(positions) result(part)
+  !> gestell_floquet_period_embedded_error derives it.
+  pure real(dp) function embedded_phase_error(positions) result(part)
     logical, intent(in) :: positions
 
     part = merge(0.5_dp, 1.0_dp, positions)
-  end function left_by_embedded
+  end function embedded_phase_error
 
   !> Returns the nested tableau that corresponds to the Gauss tableau `rule`, which must have at least four stages.
   pure function nested_tableau(rule) result(nested)
@@ -68,9 +68,9 @@ contains
     ! For P_s-1, and for the part of P_s-2 in the equations without P_s-1, put the node with the largest value times b last.
     order = [(i, i = 1, s)]
     associate (high => p(:, s - 1), b => nested%weights, v => nested%values)
-      call put_last(rule%b * abs(high), order)
+      call move_last(rule%b * abs(high), order)
       next = p(:, s - 2) - p(order(s), s - 2) / high(order(s)) * high
-      call put_last(rule%b * abs(next), order(:s - 1))
+      call move_last(rule%b * abs(next), order(:s - 1))
 
       ! Element by element: sections with index lists would allocate memory.
       do i = 1, s
@@ -97,7 +97,7 @@ contains
       nested%sums(:s - 2, 1) = v(1, :s - 2) * b(s - 1) / b(:s - 2)
       nested%sums(:s - 1, 2) = v(2, :s - 1) * b(s) / b(:s - 1)
     end associate
-    call take_unknowns(nested%values, factors)
+    call transform_unknowns(nested%values, factors)
     nested%b = factors(1, :)
     nested%ba = factors(2, :)
   end function nested_tableau
@@ -111,12 +111,12 @@ contains
 
     call add_tail(self%high, self%next, self%weights, turn, self%a)
     slopes = self%a
-    call take_unknowns(self%values, self%a)
+    call transform_unknowns(self%values, self%a)
     self%aa = product_of(slopes, self%a)
   end subroutine fit_nested
 
   !> Replaces factors Z of the accelerations v at the nodes, shape (rows, s), by the factors Z X of the unknowns u.
-  pure subroutine take_unknowns(values, z)
+  pure subroutine transform_unknowns(values, z)
     real(dp), intent(in) :: values(:, :)
     real(dp), intent(inout) :: z(:, :)
     integer :: s, k
@@ -126,10 +126,10 @@ contains
       z(:, k) = z(:, k) + z(:, s - 1) * values(1, k) + z(:, s) * values(2, k)
     end do
     z(:, s - 1) = z(:, s - 1) + z(:, s) * values(2, s - 1)
-  end subroutine take_unknowns
+  end subroutine transform_unknowns
 
   !> Moves the index of the node with the largest weight to the end of `order`.
-  pure subroutine put_last(weights, order)
+  pure subroutine move_last(weights, order)
     real(dp), intent(in) :: weights(:)
     integer, intent(inout) :: order(:)
     integer :: place, last, i
@@ -143,6 +143,6 @@ contains
       order(i) = order(i + 1)
     end do
     order(size(order)) = last
-  end subroutine put_last
+  end subroutine move_last
 
 end module gestell_floquet_integrator_nested

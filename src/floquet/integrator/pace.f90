@@ -55,10 +55,10 @@ contains
     type(coefficients_type), intent(in) :: at
     real(dp), intent(out) :: square(:)
     real(dp), parameter :: least = 1.0e-6_dp
-    ! [M C E], later M^-1 C; first index as in `high_power`
-    real(dp) :: table(full(at%f), 3 * at%f)
+    ! [M C E], later M^-1 C; first index as in `sixteenth_power`
+    real(dp) :: table(padded_rows(at%f), 3 * at%f)
     real(dp), dimension(at%f) :: y, after, before
-    real(dp), dimension(full(at%f), at%f) :: a, power
+    real(dp), dimension(padded_rows(at%f), at%f) :: a, power
     real(dp), dimension(size(square)) :: of_mass, damping
     real(dp) :: both, p, q
     logical :: singular
@@ -85,8 +85,8 @@ contains
       a(:f, j) = table(rows, f + j)
     end do
     power = a
-    call high_power(power)
-    k = place_of_greatest(power)
+    call sixteenth_power(power)
+    k = position_of_largest(power)
     ! Column u and row y are tested for a complex conjugate pair of k.
     after = matmul(a(:f, :), power(:f, k))
     before = matmul(power(k, :), a(:f, :))
@@ -137,7 +137,7 @@ contains
   pure subroutine square_of(b, square)
     real(dp), intent(in) :: b(:, :, :)
     real(dp), intent(out) :: square(:)
-    real(dp) :: power(full(size(b, 2)), size(b, 2))
+    real(dp) :: power(padded_rows(size(b, 2)), size(b, 2))
     ! y P, P u and P P u
     real(dp), dimension(size(square), size(b, 2)) :: before, after, twice
     real(dp), dimension(size(square)) :: p, q
@@ -152,8 +152,8 @@ contains
     end do
     power = 0
     power(:n, :) = b(maxloc(square, dim=1), :, :)
-    call high_power(power)
-    k = place_of_greatest(power)
+    call sixteenth_power(power)
+    k = position_of_largest(power)
     before = 0
     after = 0
     do j = 1, n
@@ -174,7 +174,7 @@ contains
   end subroutine square_of
 
   !> Index of the diagonal element with the largest absolute value.
-  pure integer function place_of_greatest(a) result(place)
+  pure integer function position_of_largest(a) result(place)
     real(dp), intent(in) :: a(:, :)
     integer :: i
 
@@ -182,15 +182,15 @@ contains
     do i = 2, size(a, 2)
       if (abs(a(i, i)) > abs(a(place, place))) place = i
     end do
-  end function place_of_greatest
+  end function position_of_largest
 
   !> Number of rows rounded up to a multiple of `lanes`, so that loops can process `lanes` rows at a time. The additional rows are
   !> zero.
-  pure integer function full(rows)
+  pure integer function padded_rows(rows)
     integer, intent(in) :: rows
 
-    full = lanes * ((rows + lanes - 1) / lanes)
-  end function full
+    padded_rows = lanes * ((rows + lanes - 1) / lanes)
+  end function padded_rows
 
   !> Performs Gauss-Jordan elimination on [M X], which has `n` rows followed by rows of zeros. Afterwards row `rows(k)` of `table`
   !> contains row k of M^-1 X. Rows are not exchanged in memory, because the loops would have to wait for the exchange.
@@ -228,7 +228,7 @@ contains
   end subroutine eliminate
 
   !> Replaces A by A^16, scaled to a norm of 1.
-  pure subroutine high_power(a)
+  pure subroutine sixteenth_power(a)
     real(dp), contiguous, intent(inout) :: a(:, :)
     real(dp) :: square(size(a, 1), size(a, 2)), sums(lanes), norm
     integer :: squaring, i, j, k
@@ -255,6 +255,6 @@ contains
       end do
       a = square
     end do
-  end subroutine high_power
+  end subroutine sixteenth_power
 
 end module gestell_floquet_integrator_pace

@@ -1,8 +1,8 @@
 !> Samples the coefficients at the nodes of many collocation steps, arranges them for eight steps side by side, and estimates how
 !> they vary between the nodes.
 module gestell_floquet_integrator_step_coefficients
-  use gestell_math_lanes, only: block, lanes, padded
-  use gestell_floquet_integrator_method, only: unseen_type
+  use gestell_math_lanes, only: block, lanes, padded_to_block
+  use gestell_floquet_integrator_method, only: unresolved_type
   use gestell_floquet_integrator_nested, only: nested_type
   use gestell_floquet_integrator_tableau, only: tableau_type
   use gestell_system_periodic, only: periodic_system
@@ -11,10 +11,10 @@ module gestell_floquet_integrator_step_coefficients
   implicit none (type, external)
   private
 
-  public :: layout_of, estimate_unseen, sample_coefficients, scale_coefficients
+  public :: layout_of, estimate_unresolved, sample_coefficients, scale_coefficients
 
   !> Maximum number of rows (unknowns and states) of a step in lanes: ten stages of six degrees of freedom
-  integer, parameter, public :: most_rows = 72
+  integer, parameter, public :: max_rows = 72
 
   !> Coefficients at the nodes of all steps: M, B, C, shape (points, f, f), and g, shape (points, f). All points of one stage are
   !> adjacent: node i of eight successive steps fills the eight lanes. M and C are allocated only for systems with positions.
@@ -34,15 +34,15 @@ module gestell_floquet_integrator_step_coefficients
     !> Numbers of rows are multiples of `block`.
     integer(c_int) :: s = 0, f = 0, n = 0, rows = 0, columns = 0
     !> Row before the first unknown of each node, then the last row of the unknowns; shape (s + 1)
-    integer(c_int) :: place(most_rows + 1) = 0
+    integer(c_int) :: place(max_rows + 1) = 0
     !> `node`: node to which each column of unknowns belongs. `component`: number of the unknown at this node. Both 0 for padding;
     !> shape (n).
-    integer(c_int) :: node(most_rows) = 0, component(most_rows) = 0
+    integer(c_int) :: node(max_rows) = 0, component(max_rows) = 0
     !> True for a nested tableau
     logical(c_bool) :: nested = .false.
     !> For a nested tableau. `values`: factors by which the unknowns give the accelerations at the last two nodes. `sums`: multiples
     !> of the last two equations that are added to each equation.
-    real(dp) :: values(2, most_rows) = 0, sums(most_rows, 2) = 0
+    real(dp) :: values(2, max_rows) = 0, sums(max_rows, 2) = 0
   end type layout_type
 
 contains
@@ -86,18 +86,18 @@ contains
     end select
   end subroutine sample_coefficients
 
-  !> Adds estimates of the variations of coefficients and loads between the nodes to `unseen`.
+  !> Adds estimates of the variations of coefficients and loads between the nodes to `unresolved`.
   !>
   !> In a step the phase of the fastest motion advances by z = |h^2 C|^1/2 + |h B| radians. Changes of the coefficients of size |M|,
   !> |h B| and |h^2 C| shift its phase by z |M| + |h B| + |h^2 C| / z radians. If interpolation between the nodes misses a part e of
   !> a variation, quadrature misses only e^2. Masses are about 1 in these units, so a load times a time is a change of velocity.
-  pure subroutine estimate_unseen(nested, at, units, unseen)
+  pure subroutine estimate_unresolved(nested, at, units, unresolved)
     type(nested_type), intent(in) :: nested
     type(coefficients_type), intent(in) :: at
     !> Units of the last states, shape (f)
     real(dp), intent(in) :: units(:)
     !> Variations of coefficients and loads between the nodes; the variations of these steps are added to it
-    type(unseen_type), intent(inout) :: unseen
+    type(unresolved_type), intent(inout) :: unresolved
     ! For each step: part missed by interpolation, variation within the step, size
     real(dp), dimension(size(at%lengths), 3) :: of_m, of_b, of_c, of_g
     real(dp), dimension(size(at%lengths), 2) :: all
@@ -108,26 +108,27 @@ contains
     h = at%lengths
     of_m = 0
     of_c = 0
-    of_b = misses(nested, size(h), f**2, at%b)
-    if (at%positions > 0) of_m = misses(nested, size(h), f**2, at%m)
-    if (at%positions > 0) of_c = misses(nested, size(h), f**2, at%c)
+    of_b = interpolation_errors(nested, size(h), f**2, at%b)
+    if (at%positions > 0) of_m = interpolation_errors(nested, size(h), f**2, at%m)
+    if (at%positions > 0) of_c = interpolation_errors(nested, size(h), f**2, at%c)
     z = max(h * (sqrt(of_c(:, 3)) + of_b(:, 3)), tiny(z))
     do i = 1, 2
       all(:, i) = z * of_m(:, i) + h * of_b(:, i) + h**2 / z * of_c(:, i)
     end do
-    unseen%turns = unseen%turns + sum(z)
-    unseen%coefficients = unseen%coefficients + sum(all(:, 1)**2 / max(all(:, 1), all(:, 2), tiny(z)))
+    unresolved%turns = unresolved%turns + sum(z)
+    unresolved%coefficients = unresolved%coefficients + sum(all(:, 1)**2 / max(all(:, 1), all(:, 2), tiny(z)))
     if (.not. allocated(at%g)) return
-    of_g = misses(nested, size(h), f, at%g)
-    unseen%loads = unseen%loads + sum(h * of_g(:, 1)**2 / max(of_g(:, 1), of_g(:, 2), tiny(z)))
-    unseen%load = unseen%load + sum(h * of_g(:, 3))
-    unseen%missed = unseen%missed + sum(h * of_g(:, 1))
-    if (.not. allocated(unseen%kicks)) allocate(unseen%kicks(f), source=0.0_dp)
+    of_g = interpolation_errors(nested, size(h), f, at%g)
+    unresolved%loads = unresolved%loads + sum(h * of_g(:, 1)**2 / max(of_g(:, 1), of_g(:, 2), tiny(z)))
+    unresolved%load = unresolved%load + sum(h * of_g(:, 3))
+    unresolved%missed = unresolved%missed + sum(h * of_g(:, 1))
+    if (.not. allocated(unresolved%velocity_errors)) allocate(unresolved%velocity_errors(f), source=0.0_dp)
     do i = 1, f
-      of_g = misses(nested, size(h), 1, at%g(:, i))
-      unseen%kicks(i) = unseen%kicks(i) + units(i) * sum(h * of_g(:, 1)**2 / max(of_g(:, 1), of_g(:, 2), tiny(z)))
+      of_g = interpolation_errors(nested, size(h), 1, at%g(:, i))
+      unresolved%velocity_errors(i) = unresolved%velocity_errors(i) + units(i) * sum(h * of_g(:, 1)**2 / max(of_g(:, 1), of_g(:, &
+        & 2), tiny(z)))
     end do
-  end subroutine estimate_unseen
+  end subroutine estimate_unresolved
 
   !> Estimates for each step, shape (steps, 3), from `values` at the nodes, shape (steps, s, count):
   !> - (1) the part that interpolation misses: rms of the part along the Legendre polynomial P_s, extrapolated from the decay of the
@@ -137,21 +138,21 @@ contains
   !> - (3) the size of the values.
   !>
   !> The components are added up with quasi-random weights, so that they do not cancel each other.
-  pure function misses(nested, steps, count, values)
+  pure function interpolation_errors(nested, steps, count, values)
     type(nested_type), intent(in) :: nested
     integer, intent(in) :: steps, count
     real(dp), intent(in) :: values(steps, size(nested%c), count)
     real(dp), parameter :: golden = 0.6180339887498949_dp
-    real(dp) :: misses(steps, 3), together(steps, size(nested%c)), tail(steps, 4)
+    real(dp) :: interpolation_errors(steps, 3), together(steps, size(nested%c)), tail(steps, 4)
     integer :: s, i, k
 
     s = size(nested%c)
     together = 0
-    misses = 0
+    interpolation_errors = 0
     do k = 1, count
       together = together + (1 + modulo(golden * k, 1.0_dp)) * values(:, :, k)
-      misses(:, 2) = misses(:, 2) + abs(values(:, 1, k) - values(:, s, k))
-      misses(:, 3) = misses(:, 3) + max(abs(values(:, 1, k)), abs(values(:, s, k)))
+      interpolation_errors(:, 2) = interpolation_errors(:, 2) + abs(values(:, 1, k) - values(:, s, k))
+      interpolation_errors(:, 3) = interpolation_errors(:, 3) + max(abs(values(:, 1, k)), abs(values(:, s, k)))
     end do
     tail = 0
     do i = 1, s
@@ -164,8 +165,9 @@ contains
     end do
     tail(:, 4) = max(abs(tail(:, 3)), abs(tail(:, 4)))
     tail(:, 2) = max(abs(tail(:, 1)), abs(tail(:, 2)), tiny(tail))
-    misses(:, 1) = max(tail(:, 4) * sqrt(min(tail(:, 4) / tail(:, 2), 1.0_dp)) - 8 * epsilon(1.0_dp) * misses(:, 3), 0.0_dp)
-  end function misses
+    interpolation_errors(:, 1) = max(tail(:, 4) * sqrt(min(tail(:, 4) / tail(:, 2), 1.0_dp)) - 8 * epsilon(1.0_dp) &
+      & * interpolation_errors(:, 3), 0.0_dp)
+  end function interpolation_errors
 
   !> Determines the rows of unknowns and states for steps with this tableau. In a nested tableau, the unknowns of each of the last
   !> two nodes begin in a new block of `block` rows.
@@ -178,19 +180,19 @@ contains
     s = size(tableau%c)
     layout%s = s
     layout%f = at%f
-    layout%place(:s + 1) = [(at%f * (i - 1), i = 1, s), padded(s * at%f)]
+    layout%place(:s + 1) = [(at%f * (i - 1), i = 1, s), padded_to_block(s * at%f)]
     select type (tableau)
     class is (nested_type)
       layout%nested = .true.
       layout%values(:, :s) = tableau%values
       layout%sums(:s, :) = tableau%sums
-      layout%place(s - 1:s + 1) = padded((s - 2) * at%f) + [0, 1, 2] * padded(at%f)
+      layout%place(s - 1:s + 1) = padded_to_block((s - 2) * at%f) + [0, 1, 2] * padded_to_block(at%f)
     end select
     layout%n = layout%place(s + 1)
-    layout%rows = layout%n + padded(at%states)
+    layout%rows = layout%n + padded_to_block(at%states)
     ! A single column beyond a multiple of three is eliminated alone.
     i = at%states + merge(1, 0, allocated(at%g))
-    layout%columns = layout%n + merge(i, padded(i), modulo(i, block) == 1)
+    layout%columns = layout%n + merge(i, padded_to_block(i), modulo(i, block) == 1)
     do i = 1, s
       do k = 1, at%f
         layout%node(layout%place(i) + k) = i

@@ -32,7 +32,7 @@ module gestell_floquet_integrator_tableau
 
   !> Minimum number of stages for fitting. With fewer stages slow motions would lose too much accuracy, because a fitted method no
   !> longer integrates polynomials of degree s - 2 and s - 1 exactly.
-  integer, parameter :: fewest_to_fit = 6
+  integer, parameter :: min_to_fit = 6
 
 contains
 
@@ -67,7 +67,7 @@ contains
     class(tableau_type), intent(inout) :: self
     real(dp), intent(in) :: turn
 
-    if (size(self%c) >= fewest_to_fit) call add_tail(self%high, self%next, self%b, turn, self%a)
+    if (size(self%c) >= min_to_fit) call add_tail(self%high, self%next, self%b, turn, self%a)
     self%aa = product_of(self%a, self%a)
   end subroutine fit_tableau
 

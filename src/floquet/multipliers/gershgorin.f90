@@ -1,7 +1,7 @@
 !> Computes Gershgorin discs around the eigenvalues of eight small matrices at once. Where no disc touches another, the discs are
 !> those of gestell_floquet_multipliers, equation (64) of doc/theory.md.
 module gestell_floquet_multipliers_gershgorin
-  use gestell_math_batch_hessenberg, only: hessenberg_type, most_states
+  use gestell_math_batch_hessenberg, only: hessenberg_type, max_states
   use gestell_floquet_multipliers_hyman, only: try_eigenvalue
   use gestell_base_processor, only: has_versions
   use gestell_math_lanes, only: lanes
@@ -11,17 +11,17 @@ module gestell_floquet_multipliers_gershgorin
 
   public :: find_discs
 
-  !> Discs around the n eigenvalues of the matrix in each lane. Components have the shape (lanes, most_states) or (lanes).
+  !> Discs around the n eigenvalues of the matrix in each lane. Components have the shape (lanes, max_states) or (lanes).
   type, bind(C), public :: discs_type
     !> Radii of the discs, and condition numbers of the eigenvalues
-    real(dp) :: radius(lanes, most_states), condition(lanes, most_states)
+    real(dp) :: radius(lanes, max_states), condition(lanes, max_states)
     !> 1 if the discs are isolated. 0 if discs touch, or if the eigenvectors are too inaccurate to decide; the radius of each disc
     !> then takes no account of the other discs.
     real(dp) :: separate(lanes)
     !> 1 if Newton's step was applied. 0 if the approximations are too rough for Newton's step; the caller must first improve them.
     real(dp) :: sharp(lanes)
     !> `step_re`, `step_im`: Newton's steps, to be subtracted. `right`, `left`: residuals of the right and left unit eigenvectors.
-    real(dp), dimension(lanes, most_states) :: step_re, step_im, right, left
+    real(dp), dimension(lanes, max_states) :: step_re, step_im, right, left
   end type discs_type
 
   !> `small`: largest fraction of a disc that inaccurate eigenvectors may add. `nothing`: minimum of distances in denominators.
@@ -36,12 +36,12 @@ contains
     !$omp declare simd uniform(n, norm, pairs, perturbation, z_re, z_im, discs) linear(once) simdlen(2) notinbranch
     integer(c_int), value :: n, once
     real(dp), intent(in) :: norm(lanes), perturbation(lanes)
-    integer(c_int), intent(in) :: pairs(most_states)
-    real(dp), intent(inout) :: z_re(lanes, most_states), z_im(lanes, most_states)
+    integer(c_int), intent(in) :: pairs(max_states)
+    real(dp), intent(inout) :: z_re(lanes, max_states), z_im(lanes, max_states)
     type(discs_type), intent(inout) :: discs
-    real(dp), dimension(lanes, most_states) :: nearest, f, x
+    real(dp), dimension(lanes, max_states) :: nearest, f, x
     real(dp), dimension(lanes) :: worst, right, left, of_right, of_left, by_left, room, q
-    real(dp) :: square(lanes, most_states * (most_states - 1) / 2), distance, share, rounding, residual, added
+    real(dp) :: square(lanes, max_states * (max_states - 1) / 2), distance, share, rounding, residual, added
     integer :: i, k, lane, pair
 
     worst = 1
@@ -192,13 +192,13 @@ contains
     !> The matrices, in Hessenberg form
     type(hessenberg_type), intent(in) :: h
     !> True for each eigenvalue that is the conjugate of the preceding one; it gets a copy of the disc of the preceding eigenvalue
-    logical, intent(in) :: conjugate(most_states)
+    logical, intent(in) :: conjugate(max_states)
     !> Bound on the norm of the error of each matrix, roundoff included
     real(dp), intent(in) :: perturbation(lanes)
     !> Real and imaginary parts of the approximate eigenvalues; improved by Newton's step on return
-    real(dp), intent(inout) :: z_re(lanes, most_states), z_im(lanes, most_states)
+    real(dp), intent(inout) :: z_re(lanes, max_states), z_im(lanes, max_states)
     type(discs_type), intent(out) :: discs
-    integer(c_int) :: pairs(most_states)
+    integer(c_int) :: pairs(max_states)
     integer :: k
     procedure(radii_here), bind(C, name="_ZGVeN2uuuuuuul_lanes_gestell_radii") :: radii_512
     procedure(radii_here), bind(C, name="_ZGVdN2uuuuuuul_lanes_gestell_radii") :: radii_256

@@ -1,7 +1,7 @@
 !> Computes, for approximate eigenvalues of eight small matrices at once, Newton's step, the condition number and the residuals. The
 !> eigenvectors that these require come from Hyman's method.
 module gestell_floquet_multipliers_hyman
-  use gestell_math_batch_hessenberg, only: hessenberg_type, most_states
+  use gestell_math_batch_hessenberg, only: hessenberg_type, max_states
   use gestell_base_processor, only: has_versions
   use gestell_math_lanes, only: lanes
   use, intrinsic :: iso_c_binding, only: c_int, dp => c_double
@@ -22,7 +22,7 @@ contains
     real(dp), intent(in) :: z_re(lanes), z_im(lanes)
     real(dp), intent(inout) :: step_re(lanes), step_im(lanes), condition(lanes), right(lanes), left(lanes)
     integer(c_int), value :: once
-    real(dp) :: x_re(lanes, 0:most_states), x_im(lanes, 0:most_states), y_re(lanes, most_states + 1), y_im(lanes, most_states + 1)
+    real(dp) :: x_re(lanes, 0:max_states), x_im(lanes, 0:max_states), y_re(lanes, max_states + 1), y_im(lanes, max_states + 1)
     real(dp) :: s_re, s_im, m_re, m_im, x_norm, y_norm, share
     integer :: i, j, k, lane, n
 

@@ -1,6 +1,6 @@
 !> Computes the largest multipliers of eight small matrices at once, one matrix in each lane.
 module gestell_floquet_multipliers_lane_spectra
-  use gestell_math_batch_hessenberg, only: hessenberg_type, most_states, new_hessenberg
+  use gestell_math_batch_hessenberg, only: hessenberg_type, max_states, new_hessenberg
   use gestell_base_kinds, only: dp
   use gestell_base_processor, only: vector_length
   use gestell_math_lanes, only: lanes
@@ -13,37 +13,37 @@ module gestell_floquet_multipliers_lane_spectra
   public :: solve_lanes
 
   !> Results for eight matrices: the largest multiplier of each, its error bound, and whether the matrix is stable.
-  type, public :: found_type
+  type, public :: lane_spectra_type
     !> `sound`: 1 if the result is reliable, else 0. `radius`: max |rho|. `log_radius`: logarithm of `radius`. `bound`: bound on the
     !> error of the largest multiplier, relative to |rho|.
     real(dp), dimension(lanes) :: sound, radius, log_radius, bound
     !> `stable`: true if all multipliers are proved to be below 1 in modulus. `unstable`: true if one is proved to be above 1.
     logical, dimension(lanes) :: stable, unstable
-  end type found_type
+  end type lane_spectra_type
 
 contains
 
   !> Computes the largest multipliers of eight matrices at once, and on request their error bounds.
-  pure subroutine solve_lanes(a, n, perturbation, bounds, found)
+  pure subroutine solve_lanes(a, n, perturbation, bounds, results)
     !> The matrices, in the first `n` rows and columns; overwritten
-    real(dp), intent(inout) :: a(lanes, most_states, most_states)
+    real(dp), intent(inout) :: a(lanes, max_states, max_states)
     !> Number of rows of each matrix
     integer, intent(in) :: n
     !> Bound on the norms of the errors of the matrices
     real(dp), intent(in) :: perturbation
     !> True: compute error bounds that include `perturbation`
     logical, intent(in) :: bounds
-    type(found_type), intent(out) :: found
+    type(lane_spectra_type), intent(out) :: results
     type(hessenberg_type) :: h
     type(discs_type) :: discs
     real(dp), parameter :: too_much = 1.0e-10_dp
     real(dp), dimension(lanes) :: unit, converged, certain, relative, rounding, change, modulus, top
-    real(dp), dimension(lanes, most_states) :: z_re, z_im, w_re, w_im
-    logical :: conjugate(most_states)
+    real(dp), dimension(lanes, max_states) :: z_re, z_im, w_re, w_im
+    logical :: conjugate(max_states)
     integer :: length, k
 
     length = vector_length()
-    call set_units(a, n, unit, found%sound)
+    call set_units(a, n, unit, results%sound)
     call new_hessenberg(length, a, n, h)
     call guess_roots(length, h, z_re, z_im, conjugate, converged)
     ! Cap the perturbation at the unit, the size of the largest element: all discs touch there anyway.
@@ -61,33 +61,33 @@ contains
       w_im = z_im
       call find_discs(length, h, conjugate, change, w_re, w_im, discs)
     end if
-    found%radius = 0
-    found%bound = 0
-    found%stable = .true.
+    results%radius = 0
+    results%bound = 0
+    results%stable = .true.
     top = 1
-    found%unstable = .false.
+    results%unstable = .false.
     do k = 1, n
       if (conjugate(k)) cycle
       modulus = sqrt(w_re(:, k)**2 + w_im(:, k)**2)
-      found%stable = found%stable .and. (modulus + discs%radius(:, k)) * unit < 1
-      found%unstable = found%unstable .or. (modulus - discs%radius(:, k)) * unit > 1
-      found%bound = merge(discs%radius(:, k), found%bound, modulus > found%radius)
-      top = merge(discs%condition(:, k), top, modulus > found%radius)
-      found%radius = max(found%radius, modulus)
+      results%stable = results%stable .and. (modulus + discs%radius(:, k)) * unit < 1
+      results%unstable = results%unstable .or. (modulus - discs%radius(:, k)) * unit > 1
+      results%bound = merge(discs%radius(:, k), results%bound, modulus > results%radius)
+      top = merge(discs%condition(:, k), top, modulus > results%radius)
+      results%radius = max(results%radius, modulus)
     end do
     ! If no error bound is requested, roundoff must be small in itself or small against the error of the matrix.
     certain = discs%separate
-    if (.not. bounds) certain = merge(1.0_dp, 0.0_dp, found%bound <= max(too_much * found%radius, n * relative * top))
-    found%sound = found%sound * h%sound * converged * certain
-    found%bound = found%bound / max(found%radius, tiny(1.0_dp))
-    found%radius = found%radius * unit
-    found%log_radius = log(max(found%radius, tiny(1.0_dp)))
+    if (.not. bounds) certain = merge(1.0_dp, 0.0_dp, results%bound <= max(too_much * results%radius, n * relative * top))
+    results%sound = results%sound * h%sound * converged * certain
+    results%bound = results%bound / max(results%radius, tiny(1.0_dp))
+    results%radius = results%radius * unit
+    results%log_radius = log(max(results%radius, tiny(1.0_dp)))
   end subroutine solve_lanes
 
   !> Divides each matrix by a power of two, `unit`, so that all elements are below 1. A matrix gets `sound` = 0 and is replaced by a
   !> harmless one if it is not finite, too large or too small.
   pure subroutine set_units(a, n, unit, sound)
-    real(dp), intent(inout) :: a(lanes, most_states, most_states)
+    real(dp), intent(inout) :: a(lanes, max_states, max_states)
     integer, intent(in) :: n
     real(dp), intent(out) :: unit(lanes), sound(lanes)
     !> A matrix is accepted if its largest element lies between these limits.

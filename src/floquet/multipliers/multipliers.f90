@@ -12,7 +12,7 @@ module gestell_floquet_multipliers
   implicit none (type, external)
   private
 
-  public :: append, arrange, disc_bounds, lie_on_circle, multiplier, no_multipliers, pair_conjugates, prove_undamped, &
+  public :: append, arrange, disc_bounds, lie_on_circle, multiplier, empty_multipliers, pair_conjugates, prove_undamped, &
     & set_multipliers, solve_multipliers
 
   !> All multipliers of a system, sorted by descending modulus. Conjugate pairs are adjacent, positive imaginary part first. n is
@@ -99,7 +99,7 @@ contains
   !>
   !> The part of E of which only the norm is known contributes at most |E| / |y_k* x_k| to each f_kj. If discs touch, the
   !> eigenvalues may lie in any of them, so the bound extends over all connected discs; this includes close and defective
-  !> eigenvalues. An isolated disc is made smaller by `apart`.
+  !> eigenvalues. An isolated disc is made smaller by `separated_radius`.
   pure subroutine set_multipliers(rho, right, left, perturbation, multipliers, changes)
     !> `rho`: eigenvalues of Phi, shape (n). `right`, `left`: its right and left eigenvectors as unit columns, shape (n, n).
     complex(dp), intent(in) :: rho(:), right(:, :), left(:, :)
@@ -110,7 +110,7 @@ contains
     real(dp), intent(in), optional :: changes(:, :, :)
     !> Factor on `changes` when an isolated disc is made smaller, because the direction of `changes` is known only in leading order.
     real(dp), parameter :: of_direction = 2
-    real(dp), dimension(size(rho), size(rho)) :: f, doubted
+    real(dp), dimension(size(rho), size(rho)) :: f, perturbed_matrix
     complex(dp) :: along(size(rho), size(rho))
     real(dp), dimension(size(rho)) :: radius, rows, modulus
     integer :: n, k
@@ -140,11 +140,11 @@ contains
       end do
       f = sqrt(f)
     end if
-    doubted = (of_direction * f + perturbation) * spread(multipliers%condition, 2, n)
+    perturbed_matrix = (of_direction * f + perturbation) * spread(multipliers%condition, 2, n)
     f = (f + perturbation) * spread(multipliers%condition, 2, n)
-    rows = sum(doubted, dim=2)
+    rows = sum(perturbed_matrix, dim=2)
     radius = sum(f, dim=2)
-    radius = [(min(radius(k), apart(rho, doubted, rows, k)), k = 1, n)]
+    radius = [(min(radius(k), separated_radius(rho, perturbed_matrix, rows, k)), k = 1, n)]
     modulus = max(abs(rho), tiny(1.0_dp))
     radius = exp(min(log(max(radius, tiny(1.0_dp))) - log(modulus), most))
     multipliers%error = disc_bounds(multipliers%exponent, radius)
@@ -156,7 +156,7 @@ contains
   !> Wilkinson, The Algebraic Eigenvalue Problem, 1965, chapter 2). All other discs grow until one touches disc k. The coupling to
   !> other eigenvalues then has only an effect of second order. The result is huge if no alpha below 1 keeps the discs disjoint.
   !> `rows`: row sums of f.
-  pure real(dp) function apart(rho, f, rows, k) result(radius)
+  pure real(dp) function separated_radius(rho, f, rows, k) result(radius)
     complex(dp), intent(in) :: rho(:)
     real(dp), intent(in) :: f(:, :), rows(:)
     integer, intent(in) :: k
@@ -172,17 +172,17 @@ contains
       alpha = max(alpha, f(i, k) / room)
     end do
     radius = f(k, k) + alpha * (rows(k) - f(k, k))
-  end function apart
+  end function separated_radius
 
   !> Empty list of multipliers, to which `append` adds. If n > 0, the list can hold eigenvectors of n states.
-  pure function no_multipliers(n) result(multipliers)
+  pure function empty_multipliers(n) result(multipliers)
     integer, intent(in) :: n
     type(multipliers_type) :: multipliers
 
     allocate(multipliers%rho(0), multipliers%exponent(0))
     allocate(multipliers%log_abs(0), multipliers%arg(0), multipliers%error(0), multipliers%condition(0))
     if (n > 0) allocate(multipliers%vectors(n, 0))
-  end function no_multipliers
+  end function empty_multipliers
 
   !> Appends the multipliers `more` to `all`.
   pure subroutine append(all, more)
@@ -342,17 +342,17 @@ contains
       if (precedes .or. log_abs(one) < log_abs(other)) return
       precedes = abs(arg(one)) > abs(arg(other))
       if (precedes .or. abs(arg(one)) < abs(arg(other))) return
-      precedes = twins_before(one) < twins_before(other)
-      if (precedes .or. twins_before(one) > twins_before(other)) return
+      precedes = equal_values_before(one) < equal_values_before(other)
+      if (precedes .or. equal_values_before(one) > equal_values_before(other)) return
       precedes = arg(one) > arg(other)
     end function precedes
 
     !> Number of preceding values that are equal to value `k` or to its conjugate.
-    pure integer function twins_before(k)
+    pure integer function equal_values_before(k)
       integer, intent(in) :: k
 
-      twins_before = count(abs(log_abs(:k - 1) - log_abs(k)) <= 0 .and. abs(arg(:k - 1) - arg(k)) <= 0)
-    end function twins_before
+      equal_values_before = count(abs(log_abs(:k - 1) - log_abs(k)) <= 0 .and. abs(arg(:k - 1) - arg(k)) <= 0)
+    end function equal_values_before
 
   end function by_modulus
 

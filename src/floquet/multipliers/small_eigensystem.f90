@@ -6,7 +6,7 @@ module gestell_floquet_multipliers_small_eigensystem
   use gestell_base_processor, only: vector_length
   use gestell_floquet_multipliers_gershgorin, only: discs_type, find_discs
   use gestell_math_batch_characteristic_roots, only: guess_roots
-  use gestell_math_batch_hessenberg, only: hessenberg_type, most_states, of_one
+  use gestell_math_batch_hessenberg, only: hessenberg_type, max_states, of_one
   use gestell_math_lanes, only: lanes
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none (type, external)
@@ -16,7 +16,7 @@ module gestell_floquet_multipliers_small_eigensystem
 
   !> Householder reflections E - beta u u' that reduce a matrix to Hessenberg form. The first k elements of vector k are zero.
   type :: reflections_type
-    real(dp) :: u(most_states, most_states) = 0, beta(most_states) = 0
+    real(dp) :: u(max_states, max_states) = 0, beta(max_states) = 0
   end type reflections_type
 
 contains
@@ -34,22 +34,22 @@ contains
     !> Matrices whose size lies outside these limits are not solved here, but by LAPACK.
     real(dp), parameter :: least = 1.0e-100_dp, most = 1.0e100_dp
     !> Maximum number of states for which this method is faster than dgeev.
-    integer, parameter :: most_small = 8
+    integer, parameter :: max_small = 8
     !> The eigenvalues are accepted if discs for this many times the roundoff do not touch.
     real(dp), parameter :: many = 100
     type(reflections_type) :: reflections
     type(hessenberg_type) :: h
     type(discs_type) :: discs
-    real(dp) :: b(most_states, most_states), found(lanes), rounding(lanes), unit, greatest
-    real(dp), dimension(lanes, most_states) :: z_re, z_im
+    real(dp) :: b(max_states, max_states), found(lanes), rounding(lanes), unit, greatest
+    real(dp), dimension(lanes, max_states) :: z_re, z_im
     complex(dp), dimension(size(a, 1)) :: rho, r, s, weight
     complex(dp) :: share
     complex(dp), dimension(size(a, 1), size(a, 1)) :: x, y
-    logical :: conjugate(most_states)
+    logical :: conjugate(max_states)
     integer :: n, j, k
 
     n = size(a, 1)
-    if (n < 2 .or. n > most_small) return
+    if (n < 2 .or. n > max_small) return
     ! NaN propagates through the sum; the factor keeps it from overflowing.
     greatest = 0
     do k = 1, n
@@ -106,7 +106,7 @@ contains
   !> roundoff, because Hyman's method divides by them.
   pure subroutine reduce(n, a, reflections)
     integer, intent(in) :: n
-    real(dp), intent(inout) :: a(most_states, most_states)
+    real(dp), intent(inout) :: a(max_states, max_states)
     type(reflections_type), intent(out) :: reflections
     real(dp) :: length, rounding
     integer :: i, j, k
@@ -143,7 +143,7 @@ contains
   !> x_n = 1, and y (H - z) = -s e_n' with y_1 = 1.
   pure subroutine find_vectors(n, h, z, x, y, r, s)
     integer, intent(in) :: n
-    real(dp), intent(in) :: h(most_states, most_states)
+    real(dp), intent(in) :: h(max_states, max_states)
     complex(dp), intent(in) :: z
     complex(dp), intent(out) :: x(n), y(n), r, s
     integer :: i, k

@@ -1,18 +1,18 @@
 !> Computes the largest multipliers of very many small matrices, for stability charts.
 module gestell_floquet_multipliers_spectra
   use gestell_base_error, only: error_type
-  use gestell_math_batch_hessenberg, only: most_states
+  use gestell_math_batch_hessenberg, only: max_states
   use gestell_base_verdict, only: operator(==), stable, undamped, unstable
   use gestell_base_kinds, only: dp
   use gestell_math_lanes, only: lanes
   use gestell_math_lapack, only: eigensystem
-  use gestell_floquet_multipliers_lane_spectra, only: found_type, solve_lanes
+  use gestell_floquet_multipliers_lane_spectra, only: lane_spectra_type, solve_lanes
   use gestell_floquet_multipliers, only: multipliers_type, prove_undamped, set_multipliers
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_quiet_nan, ieee_value
   implicit none (type, external)
   private
 
-  public :: found_type, is_undamped, spectra_of_eight
+  public :: lane_spectra_type, is_undamped, spectra_of_eight
 
 contains
 
@@ -20,11 +20,11 @@ contains
   !> largest multiplier relative to |rho|, and the verdict, both as defined by gestell_floquet_multipliers. A matrix that is not
   !> finite gives NaN, the bound 1e300 and no verdict.
   !>
-  !> Matrices with more than `most_states` rows, and doubtful matrices, are solved one by one with LAPACK. A matrix is doubtful if
+  !> Matrices with more than `max_states` rows, and doubtful matrices, are solved one by one with LAPACK. A matrix is doubtful if
   !> its elements are extremely large or small, its eigenvalues do not converge, its discs touch or its eigenvectors are inaccurate.
   !> Without `bounds` it is also doubtful if roundoff exceeds both 1e-10 and the effect of `perturbation`. The results for a matrix
   !> do not depend on the other matrices.
-  subroutine spectra_of_eight(n, phi, filled, perturbation, bounds, found, alone)
+  subroutine spectra_of_eight(n, phi, filled, perturbation, bounds, results, alone)
     !> `n`: number of rows of each matrix. `filled`: number of lanes that hold a matrix to be solved.
     integer, intent(in) :: n, filled
     !> `phi`: the matrices, in units in which norms are meaningful. `perturbation`: bound on the norms of their errors, without the
@@ -32,46 +32,46 @@ contains
     real(dp), intent(in) :: phi(lanes, n, n), perturbation
     !> True: compute error bounds and verdicts
     logical, intent(in) :: bounds
-    type(found_type), intent(out) :: found
+    type(lane_spectra_type), intent(out) :: results
     !> Number of matrices that were solved one by one with LAPACK
     integer, intent(out) :: alone
-    real(dp) :: a(lanes, most_states, most_states)
+    real(dp) :: a(lanes, max_states, max_states)
     integer :: lane
 
     alone = 0
-    found%sound = 0
-    if (n <= most_states) then
+    results%sound = 0
+    if (n <= max_states) then
       a(:, :n, :n) = phi
-      call solve_lanes(a, n, perturbation, bounds, found)
+      call solve_lanes(a, n, perturbation, bounds, results)
     end if
     do lane = 1, filled
-      if (found%sound(lane) > 0) cycle
+      if (results%sound(lane) > 0) cycle
       alone = alone + 1
-      call solve_alone(phi(lane, :, :), perturbation, found, lane)
+      call solve_alone(phi(lane, :, :), perturbation, results, lane)
     end do
   end subroutine spectra_of_eight
 
   !> Solves the matrix of one lane with LAPACK.
-  subroutine solve_alone(phi, perturbation, found, lane)
+  subroutine solve_alone(phi, perturbation, results, lane)
     real(dp), intent(in) :: phi(:, :), perturbation
-    type(found_type), intent(inout) :: found
+    type(lane_spectra_type), intent(inout) :: results
     integer, intent(in) :: lane
     type(multipliers_type), allocatable :: multipliers
     integer :: k
 
-    found%radius(lane) = ieee_value(1.0_dp, ieee_quiet_nan)
-    found%log_radius(lane) = found%radius(lane)
-    found%bound(lane) = 1.0e300_dp
-    found%stable(lane) = .false.
-    found%unstable(lane) = .false.
+    results%radius(lane) = ieee_value(1.0_dp, ieee_quiet_nan)
+    results%log_radius(lane) = results%radius(lane)
+    results%bound(lane) = 1.0e300_dp
+    results%stable(lane) = .false.
+    results%unstable(lane) = .false.
     call find_multipliers(phi, perturbation, multipliers)
     if (.not. allocated(multipliers)) return
     k = maxloc(abs(multipliers%rho), dim=1)
-    found%radius(lane) = abs(multipliers%rho(k))
-    found%log_radius(lane) = multipliers%log_abs(k)
-    found%bound(lane) = multipliers%error(k)
-    found%stable(lane) = multipliers%judge() == stable
-    found%unstable(lane) = multipliers%judge() == unstable
+    results%radius(lane) = abs(multipliers%rho(k))
+    results%log_radius(lane) = multipliers%log_abs(k)
+    results%bound(lane) = multipliers%error(k)
+    results%stable(lane) = multipliers%judge() == stable
+    results%unstable(lane) = multipliers%judge() == unstable
   end subroutine solve_alone
 
   !> True if the verdict on a matrix of a conservative system (gestell_system_periodic) is 'undamped'.

@@ -51,14 +51,14 @@ contains
     lane = modulo(n, lanes) + 1
     forced = 0
     if (present(xp)) forced(lane) = 1
-    call lay_out(phi, motion(:, :, :, 0))
+    call copy_to_lanes(phi, motion(:, :, :, 0))
     if (present(xp)) motion(lane, :, groups, 0) = xp
 
     call apply_in_turn(n, columns, size(maps, 1), 1, steps, groups, maps, forced, greatest, motion, done)
     fits = done == steps
     if (.not. fits) return
 
-    call take_columns(motion(:, :, :, steps), phi)
+    call copy_from_lanes(motion(:, :, :, steps), phi)
     if (present(xp)) xp = motion(lane, :, groups, steps)
     if (present(xp_peak)) then
       do k = 1, steps
@@ -67,13 +67,13 @@ contains
     end if
     if (.not. present(transient)) return
     if (transient%middle >= 1 .and. transient%middle <= steps) then
-      call take_columns(motion(:, :, :, transient%middle), transient%halfway)
+      call copy_from_lanes(motion(:, :, :, transient%middle), transient%halfway)
     end if
     transient%middle = transient%middle - steps
     call find_greatest(n, scale, motion, k, norm)
     if (norm <= transient%peak_norm) return
     transient%peak_norm = norm
-    call take_columns(motion(:, :, :, k), transient%peak)
+    call copy_from_lanes(motion(:, :, :, k), transient%peak)
   end subroutine multiply_maps
 
   !> Applies the maps of `steps` steps, beginning with map number `first`, to `now`.
@@ -93,14 +93,14 @@ contains
     columns = size(now, 2)
     forced = 0
     if (columns > n) forced(modulo(n, lanes) + 1) = 1
-    call lay_out(now, motion(:, :, :, 0))
+    call copy_to_lanes(now, motion(:, :, :, 0))
     call apply_in_turn(n, columns, size(maps, 1), first, steps, size(motion, 3), maps, forced, greatest, motion, done)
-    call take_columns(motion(:, :, :, done), now)
+    call copy_from_lanes(motion(:, :, :, done), now)
     fits = done == steps
   end subroutine follow_maps
 
   !> Stores the columns in lanes. Lanes without a column are set to zero.
-  pure subroutine lay_out(columns, motion)
+  pure subroutine copy_to_lanes(columns, motion)
     real(dp), intent(in) :: columns(:, :)
     real(dp), contiguous, intent(out) :: motion(:, :, :)
     integer :: j
@@ -109,10 +109,10 @@ contains
     do j = 1, size(columns, 2)
       motion(modulo(j - 1, lanes) + 1, :, (j - 1) / lanes + 1) = columns(:, j)
     end do
-  end subroutine lay_out
+  end subroutine copy_to_lanes
 
   !> Copies the columns back from the lanes.
-  pure subroutine take_columns(motion, columns)
+  pure subroutine copy_from_lanes(motion, columns)
     real(dp), contiguous, intent(in) :: motion(:, :, :)
     real(dp), intent(inout) :: columns(:, :)
     integer :: j
@@ -120,7 +120,7 @@ contains
     do j = 1, size(columns, 2)
       columns(:, j) = motion(modulo(j - 1, lanes) + 1, :, (j - 1) / lanes + 1)
     end do
-  end subroutine take_columns
+  end subroutine copy_from_lanes
 
   !> Finds the step `greatest_of` after which the norm of D^-1 Phi D is largest, and this norm. x_p is not included.
   pure subroutine find_greatest(n, scale, motion, greatest_of, norm)

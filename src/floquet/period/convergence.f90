@@ -4,12 +4,13 @@ module gestell_floquet_period_convergence
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: text
-  use gestell_floquet_integrator_method, only: unseen_type
+  use gestell_floquet_integrator_method, only: unresolved_type
   use gestell_floquet_choice_methods, only: begun, pair_begun
   implicit none (type, external)
   private
 
-  public :: detect_rounding, left_by_pair, left_unseen, more_steps, next_steps, promised, remaining, too_many_steps
+  public :: detect_rounding, pair_errors, unresolved_errors, more_steps, next_steps, predicted_reduction, extrapolated_error, &
+    & too_many_steps
 
   !> Describes the first solution in which Phi(T) had converged to the tolerance.
   type, public :: begin_type
@@ -20,17 +21,17 @@ module gestell_floquet_period_convergence
   end type begin_type
 
   !> Maximum number of steps per period: more would take a minute.
-  integer, parameter, public :: most_steps = 2**19
+  integer, parameter, public :: max_steps = 2**19
   !> Safety factor: an error bound is this factor times the error estimate.
   real(dp), parameter, public :: safety = 4
 
 contains
 
-  !> Creates the error message that more than `most_steps` steps would be required.
+  !> Creates the error message that more than `max_steps` steps would be required.
   pure subroutine too_many_steps(error)
     type(error_type), allocatable, intent(out) :: error
 
-    call fatal_error(error, "more than " // text(most_steps) // " steps per turn would be required: the fastest " // &
+    call fatal_error(error, "more than " // text(max_steps) // " steps per turn would be required: the fastest " // &
       & "free vibration is too fast for the crank speed (increase the tolerance, or check stiffness, damping and mass)", &
       & failed_computation)
   end subroutine too_many_steps
@@ -46,7 +47,7 @@ contains
 
     factor = 2
     if (d12 < begun) then
-      error = d12 * promised(n1, n2, order)
+      error = d12 * predicted_reduction(n1, n2, order)
       factor = 1.1_dp * (2 * safety * error / allowed)**(1.0_dp / order)
       factor = min(max(factor, 1.25_dp), 16.0_dp)
     end if
@@ -77,22 +78,22 @@ contains
   !>
   !> x_p(T) may have a small change or rest by chance. Therefore its c and its part are at least as large as those of Phi(T), and
   !> its change counts as at least c next.
-  pure function left_by_pair(change, next, rest, missed) result(left)
-    !> Relative differences (see gestell_floquet_period_pair). `change`: between the method and the first embedded one. `next`:
-    !> between the first and the second embedded one. `rest`: part of `change` that the leading error term does not explain.
+  pure function pair_errors(change, next, rest, missed) result(estimated_error)
+    !> Relative differences (see gestell_floquet_period_embedded_error). `change`: between the method and the first embedded one.
+    !> `next`: between the first and the second embedded one. `rest`: part of `change` that the leading error term does not explain.
     !> `missed`: error in motions to which the method is not fitted, as a fraction of `change`.
     real(dp), intent(in) :: change(2), next(2), rest(2), missed
-    real(dp) :: left(2), contraction(2), whole(2), part
+    real(dp) :: estimated_error(2), contraction(2), whole(2), part
 
-    left = change
+    estimated_error = change
     if (next(1) >= pair_begun) return
     contraction = change / max(next, tiny(next))
     contraction(2) = maxval(contraction)
     whole = max(change, contraction * next)
     part = min(rest(1) / max(change(1), tiny(part)), 1.0_dp)
-    left = min(max(rest, part * whole) + whole / 50, whole) * min(max(2 * contraction, (1 + part) / 32), 1.0_dp) &
+    estimated_error = min(max(rest, part * whole) + whole / 50, whole) * min(max(2 * contraction, (1 + part) / 32), 1.0_dp) &
       & + whole * min(missed, 1.0_dp)
-  end function left_by_pair
+  end function pair_errors
 
   !> Estimates the relative errors of Phi(T), index 1, and x_p(T), index 2, that arise from variations of coefficients and loads
   !> between the nodes. Comparing the embedded methods does not reveal these errors, because they use the same nodes.
@@ -107,24 +108,26 @@ contains
   !>   where a small load moves the system most.
   !>
   !> With the safety factor each estimate is at least 1.5 times the error observed for random machines.
-  pure function left_unseen(unseen, scale, peak, angle, stages) result(left)
+  pure function unresolved_errors(unresolved, scale, peak, angle, stages) result(estimated_error)
     !> Variations of coefficients and loads between the nodes, summed over the steps
-    type(unseen_type), intent(in) :: unseen
+    type(unresolved_type), intent(in) :: unresolved
     !> `scale`: units of the states, shape (n). `peak`: largest norm of x_p / scale. `angle`: phase advance (radians) of the fastest
     !> motion in a step.
     real(dp), intent(in) :: scale(:), peak, angle
     !> Number of stages s
     integer, intent(in) :: stages
-    real(dp) :: left(2), loads, part
+    real(dp) :: estimated_error(2), loads, part
     integer :: k
 
-    left(1) = 24 * unseen%coefficients
+    estimated_error(1) = 24 * unresolved%coefficients
     part = min(product([(min(angle, 100.0_dp) / (4 * k - 2), k = 1, stages)]), 1.0_dp)
-    loads = max((2 + unseen%turns / 4) * unseen%loads, part * unseen%missed) / max(unseen%load, tiny(left))
-    if (allocated(unseen%kicks)) loads = max(loads, norm2(unseen%kicks / scale(size(scale) - size(unseen%kicks) + 1:)) &
+    loads = max((2 + unresolved%turns / 4) * unresolved%loads, part * unresolved%missed) / max(unresolved%load, &
+      & tiny(estimated_error))
+    if (allocated(unresolved%velocity_errors)) loads = max(loads, norm2(unresolved%velocity_errors / scale(size(scale) &
+      & - size(unresolved%velocity_errors) + 1:)) &
       & / max(2 * peak, tiny(peak)))
-    left(2) = left(1) + min(loads, 1.0_dp)
-  end function left_unseen
+    estimated_error(2) = estimated_error(1) + min(loads, 1.0_dp)
+  end function unresolved_errors
 
   !> Detects whether rounding limits the accuracy of x_p(T), as happens where forces cancel. Three conditions must hold: there are
   !> at least 4096 steps; Phi(T) had converged with a 64th of them; and since then the change of x_p(T) has fallen by a smaller
@@ -149,37 +152,39 @@ contains
   !> Estimated error of the finest of three solutions with n1 < n2 < n3 steps, in the units of `d12` and `d23`.
   !>
   !> The observed order p follows from (n1^-p - n2^-p) / (n2^-p - n3^-p) = d12 / d23; it is limited to the method's order. The error
-  !> is d23 c / (1 - c) with c = (n2 / n3)^p, times `unevenness`. Errors occasionally change sign, so a difference can be small by
-  !> chance. Therefore the estimate is at least the error that `d12` and the method's order predict.
-  elemental real(dp) function remaining(d12, d23, n1, n2, n3, order) result(left)
+  !> is d23 c / (1 - c) with c = (n2 / n3)^p, times `convergence_margin`. Errors occasionally change sign, so a difference can be
+  !> small by chance. Therefore the estimate is at least the error that `d12` and the method's order predict.
+  elemental real(dp) function extrapolated_error(d12, d23, n1, n2, n3, order) result(estimated_error)
     !> `d12`: difference between solutions 1 and 2. `d23`: difference between solutions 2 and 3.
     real(dp), intent(in) :: d12, d23
     !> Numbers of steps of the three solutions, and order of the method
     integer, intent(in) :: n1, n2, n3, order
     real(dp) :: contraction
 
-    contraction = (real(n2, dp) / n3)**measured_order(d12, d23, n1, n2, n3, order)
-    left = max(d23 * unevenness(order) * contraction / (1 - contraction), d12 * promised(n1, n3, order))
-  end function remaining
+    contraction = (real(n2, dp) / n3)**observed_order(d12, d23, n1, n2, n3, order)
+    estimated_error = max(d23 * convergence_margin(order) * contraction / (1 - contraction), d12 * predicted_reduction(n1, n3, &
+      & order))
+  end function extrapolated_error
 
-  !> Ratio of the error with `finer` steps to the error with `steps` steps, as the method's order predicts, times `unevenness`.
-  elemental real(dp) function promised(steps, finer, order)
+  !> Ratio of the error with `finer` steps to the error with `steps` steps, as the method's order predicts, times
+  !> `convergence_margin`.
+  elemental real(dp) function predicted_reduction(steps, finer, order)
     integer, intent(in) :: steps, finer, order
 
-    promised = unevenness(order) * (real(steps, dp) / finer)**order
-  end function promised
+    predicted_reduction = convergence_margin(order) * (real(steps, dp) / finer)**order
+  end function predicted_reduction
 
   !> Margin for the uneven convergence of methods of high order. Their error sometimes is as large as if the steps were a tenth
   !> longer. Up to order four the safety factor is margin enough.
-  elemental real(dp) function unevenness(order)
+  elemental real(dp) function convergence_margin(order)
     integer, intent(in) :: order
 
-    unevenness = max(1.0_dp, 1.1_dp**(order - 4))
-  end function unevenness
+    convergence_margin = max(1.0_dp, 1.1_dp**(order - 4))
+  end function convergence_margin
 
   !> Observed order p of convergence, which satisfies (n1^-p - n2^-p) / (n2^-p - n3^-p) = d12 / d23. It is found by bisection
   !> between 1/2 and the method's order.
-  elemental real(dp) function measured_order(d12, d23, n1, n2, n3, order) result(p)
+  elemental real(dp) function observed_order(d12, d23, n1, n2, n3, order) result(p)
     real(dp), intent(in) :: d12, d23
     integer, intent(in) :: n1, n2, n3, order
     real(dp) :: low, high
@@ -195,6 +200,6 @@ contains
         high = p
       end if
     end do
-  end function measured_order
+  end function observed_order
 
 end module gestell_floquet_period_convergence

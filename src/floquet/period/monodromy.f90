@@ -5,15 +5,15 @@ module gestell_floquet_period_monodromy
   use gestell_math_lapack, only: factorise, solve_factored
   use gestell_math_matrix, only: balanced, unit_matrix
   use gestell_base_text, only: text
-  use gestell_floquet_period_convergence, only: begin_type, detect_rounding, left_by_pair, left_unseen, more_steps, &
-    & most_steps, next_steps, promised, remaining, safety, too_many_steps
-  use gestell_floquet_period_pair, only: compare_pair, extrapolate, pair_type
-  use gestell_floquet_period_level, only: distance, level_type, roundoff, solve_level
+  use gestell_floquet_period_convergence, only: begin_type, detect_rounding, pair_errors, unresolved_errors, more_steps, &
+    & max_steps, next_steps, predicted_reduction, extrapolated_error, safety, too_many_steps
+  use gestell_floquet_period_embedded_error, only: compare_pair, extrapolate, pair_type
+  use gestell_floquet_period_trial, only: distance, level_type, roundoff, solve_level
   use gestell_floquet_period_period_map, only: period_map_type
   use gestell_floquet_integrator_method, only: method_type
   use gestell_floquet_choice_cheapest, only: cheapest_method
   use gestell_floquet_choice_methods, only: new_method
-  use gestell_floquet_choice_prediction, only: first_steps, whole_steps
+  use gestell_floquet_choice_prediction, only: first_steps, rounded_steps
   use gestell_floquet_period_liouville, only: defect_of
   use gestell_floquet_choice_survey, only: survey_system, survey_type
   use gestell_system_periodic, only: periodic_system
@@ -74,7 +74,7 @@ module gestell_floquet_period_monodromy
   end type monodromy_type
 
   !> Maximum number of steps that a user may request
-  integer, parameter :: most_given = 2**20
+  integer, parameter :: max_given = 2**20
 
 contains
 
@@ -88,8 +88,8 @@ contains
   !>     error of Phi_3 = u max(d23 c / (1 - c), d12 (N1 / N3)^order),   c = (N2 / N3)^p.
   !>
   !> p is the observed order, and u the margin for uneven convergence of methods of high order. Methods with embedded methods are
-  !> compared with these instead (gestell_floquet_period_pair). If the user gives `steps`, the result is compared with solutions
-  !> with `steps` / 2 and 2 `steps` steps; see `monodromy%known`.
+  !> compared with these instead (gestell_floquet_period_embedded_error). If the user gives `steps`, the result is compared with
+  !> solutions with `steps` / 2 and 2 `steps` steps; see `monodromy%known`.
   !>
   !> Errors: invalid system (`check`) or accuracy, unknown method, singular equations, overflow, tolerance out of reach.
   subroutine solve_monodromy(system, accuracy, forced, monodromy, error, surveyed)
@@ -129,8 +129,8 @@ contains
 
     if (.not. (accuracy%tolerance > 0 .and. accuracy%tolerance < 1)) then
       call fatal_error(error, "the tolerance must be greater than 0 and less than 1", invalid_input)
-    else if (accuracy%steps < 0 .or. accuracy%steps > most_given) then
-      call fatal_error(error, "the number of steps must lie between 0 and " // text(most_given), invalid_input)
+    else if (accuracy%steps < 0 .or. accuracy%steps > max_given) then
+      call fatal_error(error, "the number of steps must lie between 0 and " // text(max_given), invalid_input)
     end if
   end subroutine check_accuracy
 
@@ -168,26 +168,26 @@ contains
     real(dp), intent(in) :: phase_advance
     type(monodromy_type), intent(inout) :: monodromy
     type(error_type), allocatable, intent(out) :: error
-    real(dp), parameter :: small = 1.0e-6_dp, hundredth = 0.01_dp, whole = 1, nothing_known = 1 / epsilon(1.0_dp)
-    logical :: lost(2)
+    real(dp), parameter :: small = 1.0e-6_dp, hundredth = 0.01_dp, whole = 1, unknown_change = 1 / epsilon(1.0_dp)
+    logical :: unknown_error(2)
     type(level_type) :: coarser, level, finer
     real(dp) :: before(2), change(2)
 
-    call try(system, max(1, steps / 2), forced, monodromy, coarser, error)
-    if (.not. allocated(error)) call try(system, steps, forced, monodromy, level, error)
-    if (.not. allocated(error)) call try(system, 2 * steps, forced, monodromy, finer, error)
+    call solve_trial(system, max(1, steps / 2), forced, monodromy, coarser, error)
+    if (.not. allocated(error)) call solve_trial(system, steps, forced, monodromy, level, error)
+    if (.not. allocated(error)) call solve_trial(system, 2 * steps, forced, monodromy, finer, error)
     if (allocated(error)) return
     ! The differences are relative to `level`, which becomes the result: the finer solution can be larger.
     before = distance(coarser, level, monodromy%scale)
     change = distance(finer, level, monodromy%scale)
-    lost = (change > small .and. 2 * change > before) .or. .not. safety * change < whole &
+    unknown_error = (change > small .and. 2 * change > before) .or. .not. safety * change < whole &
       & .or. (change > hundredth .and. phase_advance > real(monodromy%method%order, dp) * steps)
-    monodromy%known = .not. lost(1)
-    monodromy%xp_known = .not. lost(2)
-    where (lost) change = nothing_known
-    if (.not. any(lost)) call estimate_changes(monodromy, level, finer, [safety, safety], coarser, &
-      & spread(safety * promised(coarser%steps, level%steps, monodromy%method%order), 1, 2))
-    call accept(system, level, safety * change, phase_advance, monodromy)
+    monodromy%known = .not. unknown_error(1)
+    monodromy%xp_known = .not. unknown_error(2)
+    where (unknown_error) change = unknown_change
+    if (.not. any(unknown_error)) call estimate_changes(monodromy, level, finer, [safety, safety], coarser, &
+      & spread(safety * predicted_reduction(coarser%steps, level%steps, monodromy%method%order), 1, 2))
+    call store_result(system, level, safety * change, phase_advance, monodromy)
   end subroutine with_given_steps
 
   !> Computes a solution by a method with embedded methods. Increases the number of steps until the error reaches the tolerance or
@@ -203,37 +203,37 @@ contains
     type(period_map_type) :: lower(2)
     type(begin_type) :: begin
     type(pair_type) :: pair
-    real(dp) :: left(2), unseen(2), floor, steps, angle
+    real(dp) :: left(2), unresolved(2), floor, steps, angle
     logical :: rounding
 
     steps = first_steps(monodromy%method, system, survey, accuracy%tolerance)
     do
-      if (.not. steps <= most_steps) then
+      if (.not. steps <= max_steps) then
         call too_many_steps(error)
         return
       end if
-      call try(system, nint(steps), forced, monodromy, level, error, lower)
+      call solve_trial(system, nint(steps), forced, monodromy, level, error, lower)
       if (allocated(error)) return
       angle = survey%fastest / level%steps
-      call compare_pair(level, lower, monodromy%scale, angle, level%unseen%fitted / max(level%unseen%steps, 1), &
+      call compare_pair(level, lower, monodromy%scale, angle, level%unresolved%fitted / max(level%unresolved%steps, 1), &
         & has_positions(system), pair)
-      left = left_by_pair(pair%change, pair%next, pair%rest, pair%missed)
-      unseen = left_unseen(level%unseen, monodromy%scale, level%xp_peak, angle, level%stages)
+      left = pair_errors(pair%change, pair%next, pair%rest, pair%missed)
+      unresolved = unresolved_errors(level%unresolved, monodromy%scale, level%xp_peak, angle, level%stages)
       floor = roundoff(system, level, survey%phase_advance)
-      if (all(safety * (left + unseen) + floor <= accuracy%tolerance &
-        & .or. max(pair%change, unseen) <= floor + [0.0_dp, system%load_rounding])) exit
-      call detect_rounding(max(pair%change, unseen), level%steps, max(accuracy%tolerance, floor), begin, rounding)
+      if (all(safety * (left + unresolved) + floor <= accuracy%tolerance &
+        & .or. max(pair%change, unresolved) <= floor + [0.0_dp, system%load_rounding])) exit
+      call detect_rounding(max(pair%change, unresolved), level%steps, max(accuracy%tolerance, floor), begin, rounding)
       if (rounding) then
         left = max(left, pair%change)
         exit
       end if
-      steps = whole_steps(monodromy%method, system, more_steps(level%steps, maxval(left + unseen), monodromy%method%order, &
+      steps = rounded_steps(monodromy%method, system, more_steps(level%steps, maxval(left + unresolved), monodromy%method%order, &
         & max(accuracy%tolerance, floor)))
     end do
     call extrapolate(lower, pair%q)
     call estimate_changes(monodromy, level, lower(2), safety * left / max(pair%rest, pair%change / 50, tiny(left)), &
       & lower(1), safety * left / max(pair%change, tiny(left)))
-    call accept(system, level, safety * left, survey%phase_advance, monodromy, safety * unseen)
+    call store_result(system, level, safety * left, survey%phase_advance, monodromy, safety * unresolved)
   end subroutine by_pair
 
   !> Computes a solution by a method without embedded methods. Compares three numbers of steps, and increases them until the error
@@ -252,27 +252,27 @@ contains
 
     ! A method of order p begins to converge where the phase of the fastest motion advances by about p / 3 radians in a step. The
     ! middle solution has this step.
-    if (3 * phase_advance / monodromy%method%order > most_steps) then
+    if (3 * phase_advance / monodromy%method%order > max_steps) then
       call too_many_steps(error)
       return
     end if
     steps = max(system%least_steps, ceiling(1.5_dp * phase_advance / monodromy%method%order))
-    call try(system, steps, forced, monodromy, coarse, error)
-    if (.not. allocated(error)) call try(system, 2 * steps, forced, monodromy, middle, error)
+    call solve_trial(system, steps, forced, monodromy, coarse, error)
+    if (.not. allocated(error)) call solve_trial(system, 2 * steps, forced, monodromy, middle, error)
     if (allocated(error)) return
     d12 = distance(coarse, middle, monodromy%scale)
 
     do
       floor = roundoff(system, middle, phase_advance)
       steps = next_steps(coarse%steps, middle%steps, maxval(d12), monodromy%method%order, max(tolerance, floor))
-      if (steps > most_steps) then
+      if (steps > max_steps) then
         call too_many_steps(error)
         return
       end if
-      call try(system, steps, forced, monodromy, fine, error)
+      call solve_trial(system, steps, forced, monodromy, fine, error)
       if (allocated(error)) return
       d23 = distance(middle, fine, monodromy%scale)
-      left = remaining(d12, d23, coarse%steps, middle%steps, fine%steps, monodromy%method%order)
+      left = extrapolated_error(d12, d23, coarse%steps, middle%steps, fine%steps, monodromy%method%order)
       if (all(safety * left + floor <= tolerance .or. d23 <= floor + [0.0_dp, system%load_rounding])) exit
       call detect_rounding(d23, fine%steps, max(tolerance, floor), begin, rounding)
       if (rounding) then
@@ -285,8 +285,8 @@ contains
     end do
     call estimate_changes(monodromy, fine, middle, &
       & spread(safety * maxval([0.0_dp, pack(left, d23 > 0) / pack(d23, d23 > 0)]), 1, 2), &
-      & coarse, spread(safety * promised(coarse%steps, fine%steps, monodromy%method%order), 1, 2))
-    call accept(system, fine, safety * left, phase_advance, monodromy)
+      & coarse, spread(safety * predicted_reduction(coarse%steps, fine%steps, monodromy%method%order), 1, 2))
+    call store_result(system, fine, safety * left, phase_advance, monodromy)
   end subroutine with_tolerance
 
   !> Stores two estimates of the errors of Phi(T) and x_p(T) at `level`, element by element: the differences between two other
@@ -307,7 +307,7 @@ contains
   end subroutine estimate_changes
 
   !> Calls `solve_level` and adds up the evaluations of the coefficients.
-  subroutine try(system, steps, forced, monodromy, level, error, lower)
+  subroutine solve_trial(system, steps, forced, monodromy, level, error, lower)
     class(periodic_system), intent(in) :: system
     integer, intent(in) :: steps
     logical, intent(in) :: forced
@@ -319,27 +319,27 @@ contains
     call solve_level(system, monodromy%method, monodromy%scale, steps, forced, level, error, lower)
     monodromy%broken = allocated(error)
     if (.not. allocated(error)) monodromy%evaluations = monodromy%evaluations + level%steps * monodromy%method%stages
-  end subroutine try
+  end subroutine solve_trial
 
-  !> Stores `level` as the result. `errors`: relative integration errors of Phi(T) and x_p(T). `unseen`: additional relative errors
-  !> due to variations between the nodes.
-  subroutine accept(system, level, errors, phase_advance, monodromy, unseen)
+  !> Stores `level` as the result. `errors`: relative integration errors of Phi(T) and x_p(T). `unresolved`: additional relative
+  !> errors due to variations between the nodes.
+  subroutine store_result(system, level, errors, phase_advance, monodromy, unresolved)
     class(periodic_system), intent(in) :: system
     type(level_type), intent(inout) :: level
     real(dp), intent(in) :: errors(2), phase_advance
     type(monodromy_type), intent(inout) :: monodromy
-    real(dp), intent(in), optional :: unseen(2)
+    real(dp), intent(in), optional :: unresolved(2)
 
     ! Squares below tiny vanish in a norm, so the absolute error of Phi(T) is at least sqrt(tiny).
     monodromy%roundoff = roundoff(system, level, phase_advance) * level%norm + sqrt(tiny(1.0_dp))
-    if (present(unseen)) monodromy%roundoff = monodromy%roundoff + unseen(1) * level%norm
+    if (present(unresolved)) monodromy%roundoff = monodromy%roundoff + unresolved(1) * level%norm
     monodromy%norm = level%norm
     monodromy%error = errors(1) * level%norm + monodromy%roundoff
     monodromy%xp_roundoff = (roundoff(system, level, phase_advance) + system%load_rounding) * level%xp_peak
     if (allocated(level%xp)) then
       if (any(abs(level%xp) > 0)) monodromy%xp_roundoff = monodromy%xp_roundoff + sqrt(tiny(1.0_dp))
     end if
-    if (present(unseen)) monodromy%xp_roundoff = monodromy%xp_roundoff + unseen(2) * level%xp_peak
+    if (present(unresolved)) monodromy%xp_roundoff = monodromy%xp_roundoff + unresolved(2) * level%xp_peak
     monodromy%xp_error = errors(2) * level%xp_peak + monodromy%xp_roundoff
     monodromy%steps = level%steps
     monodromy%phase_advance = phase_advance
@@ -347,7 +347,7 @@ contains
     call move_alloc(level%nodes, monodromy%nodes)
     call move_alloc(level%phi, monodromy%phi)
     call move_alloc(level%xp, monodromy%xp)
-  end subroutine accept
+  end subroutine store_result
 
   !> Computes ln |det Phi(T)| minus the integral of tr P for a solved system. By Liouville's theorem it is zero. Error: P is not
   !> finite at some phase.
@@ -361,20 +361,20 @@ contains
   end subroutine liouville_defect
 
   !> True if the error of Phi(T) is too large for its smallest multipliers, so that factors of Phi(T) are required
-  !> (gestell_floquet_factors): |Phi| |Phi^-1| or the transient growth reaches `most_spread`.
+  !> (gestell_floquet_factors): |Phi| |Phi^-1| or the transient growth reaches `max_spread`.
   !>
   !> The determinant gives a cheap first test. For |Phi| = 1 the smallest singular value is at least |det Phi| (n - 1)^((n - 1) /
   !> 2), because the product of the other singular values is largest if they are equal.
   logical function loses_modes(self)
     class(monodromy_type), intent(in) :: self
-    real(dp), parameter :: most_spread = 1.0e4_dp
+    real(dp), parameter :: max_spread = 1.0e4_dp
     real(dp), dimension(size(self%scale), size(self%scale)) :: lu, inverted
     type(error_type), allocatable :: singular
     real(dp) :: least
     integer :: pivots(size(self%scale)), n, i
 
     loses_modes = .true.
-    if (self%transient_growth >= most_spread) return
+    if (self%transient_growth >= max_spread) return
     ! Squares below tiny vanish in a norm.
     if (self%norm < sqrt(tiny(1.0_dp)) / epsilon(1.0_dp)) return
     n = size(self%scale)
@@ -382,11 +382,11 @@ contains
     call factorise(lu, pivots, singular)
     if (allocated(singular)) return
     least = (n - 1) / 2.0_dp * log(max(real(n - 1, dp), 1.0_dp)) + sum([(log(abs(lu(i, i))), i = 1, n)])
-    loses_modes = .not. log(real(n, dp)) / 2 - log(most_spread) < least
+    loses_modes = .not. log(real(n, dp)) / 2 - log(max_spread) < least
     if (.not. loses_modes) return
     inverted = unit_matrix(n)
     call solve_factored(lu, pivots, inverted)
-    loses_modes = norm2(inverted) >= most_spread
+    loses_modes = norm2(inverted) >= max_spread
   end function loses_modes
 
 end module gestell_floquet_period_monodromy

@@ -7,7 +7,7 @@ module gestell_floquet_period_period_map
   use gestell_math_matrix, only: balanced, unit_matrix
   use gestell_base_text, only: text
   use gestell_floquet_integrator_mesh, only: refined
-  use gestell_floquet_integrator_method, only: method_type, unseen_type
+  use gestell_floquet_integrator_method, only: method_type, unresolved_type
   use gestell_floquet_period_composition, only: follow_maps, multiply_maps, transient_type
   use gestell_system_periodic, only: periodic_system
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
@@ -65,7 +65,7 @@ contains
 
   !> Computes Phi(T) = A_m ... A_1, equation (17) of the paper, from the maps of the steps between `nodes`. Errors: invalid nodes or
   !> shapes; a step fails; overflow.
-  subroutine period_map(system, method, nodes, scale, phi, error, xp, xp_peak, transient_growth, lower, unseen)
+  subroutine period_map(system, method, nodes, scale, phi, error, xp, xp_peak, transient_growth, lower, unresolved)
     class(periodic_system), intent(in) :: system
     class(method_type), intent(in) :: method
     !> `nodes`: ends of the steps, as phases. `scale`: units of the states, shape (n).
@@ -80,7 +80,7 @@ contains
     !> Maps of the period by the two embedded methods, shape (2)
     type(period_map_type), intent(out), optional :: lower(:)
     !> Variations of coefficients and loads between the nodes, summed over the steps
-    type(unseen_type), intent(out), optional :: unseen
+    type(unresolved_type), intent(out), optional :: unresolved
     real(dp), allocatable :: maps(:, :, :), low(:, :, :, :)
     ! An unallocated variable counts as an absent argument.
     type(transient_type), allocatable :: transient
@@ -113,7 +113,7 @@ contains
       last = end_of_block(first, size(nodes) - 1)
       associate (from => nodes(first:last), to => nodes(first + 1:last + 1), steps => last - first + 1)
         if (present(lower)) then
-          call method%pair(system, from, to, maps, error, low, unseen)
+          call method%pair(system, from, to, maps, error, low, unresolved)
         else
           call method%maps(system, from, to, maps, error)
         end if
@@ -158,7 +158,7 @@ contains
   !> far above 1 where nearly coincident modes decay, as at critical damping. It is set to 1 where Phi(t) is nearly singular.
   real(dp) function growth_halfway(phi, halfway) result(growth)
     real(dp), intent(in) :: phi(:, :), halfway(:, :)
-    real(dp), parameter :: most_spread = 1.0e12_dp
+    real(dp), parameter :: max_spread = 1.0e12_dp
     real(dp), allocatable :: back(:, :)
     type(error_type), allocatable :: singular
     real(dp) :: norm
@@ -168,7 +168,7 @@ contains
     if (.not. norm > tiny(norm)) return
     call inverse(halfway / norm, back, singular)
     if (allocated(singular)) return
-    if (.not. norm2(back) < most_spread) return
+    if (.not. norm2(back) < max_spread) return
     growth = max(1.0_dp, norm2(matmul(phi, back)) / (sqrt(real(size(phi, 1), dp)) * max(norm2(phi), tiny(1.0_dp))))
   end function growth_halfway
 

@@ -44,13 +44,13 @@ module gestell_floquet_period_quick_motion
 
   !> Largest phase advance (radians per period) of the fastest vibration for this method. Beyond it, reduction to slowly varying
   !> modes is faster.
-  real(dp), parameter :: most_turns = 700
+  real(dp), parameter :: max_turns = 700
   !> `usual_ratio`: ratio of successive harmonics that is assumed until they are known. `reserve`: factor by which the amplification
   !> may grow without loss of accuracy. `slack`: factor by which the estimated error may exceed the allowed one before a motion is
   !> solved again.
   real(dp), parameter :: usual_ratio = 0.5_dp, reserve = 1.5_dp, slack = 100
-  !> `most_between`: maximum number of steps between two phases. `most_trials`: maximum number of solutions.
-  integer, parameter :: most_between = 8, most_trials = 4
+  !> `max_between`: maximum number of steps between two phases. `max_trials`: maximum number of solutions.
+  integer, parameter :: max_between = 8, max_trials = 4
 
 contains
 
@@ -65,7 +65,7 @@ contains
     !> harmonics are then used; or it is empty.
     type(quick_motion_type), intent(inout) :: motion
     !> False if this method is unsuitable or fails. It is unsuitable if the coefficients jump, if the phase advance of the fastest
-    !> vibration exceeds `most_turns`, or if a multiplier is so near 1 that rounding exceeds the allowed error.
+    !> vibration exceeds `max_turns`, or if a multiplier is so near 1 that rounding exceeds the allowed error.
     logical, intent(out) :: fits
     class(method_type), allocatable :: method
     type(survey_type) :: survey
@@ -83,10 +83,10 @@ contains
       motion%scale = survey%scale
       motion%phase_advance = survey%phase_advance
     end if
-    if (motion%phase_advance > most_turns) return
+    if (motion%phase_advance > max_turns) return
     n = system%states
     if (.not. allocated(motion%spectrum)) motion%spectrum = [(usual_ratio**k, k = 0, phases / 2)]
-    do trial = 1, most_trials
+    do trial = 1, max_trials
       call choose_steps(system, phases, motion, of_motion / (reserve * motion%amplification), method, between)
       if (between == 0) return
       call motions(system, method, [(real(k, dp) / (between * phases), k = 0, between * phases)], 1, maps, error)
@@ -165,26 +165,26 @@ contains
     class(method_type), allocatable, intent(out) :: method
     integer, intent(out) :: between
     type(gauss_method) :: candidate
-    real(dp) :: work, least_work
+    real(dp) :: work, min_work
     integer :: stages, steps, fewest
 
     between = 0
-    least_work = huge(least_work)
+    min_work = huge(min_work)
     fewest = 1
-    do while (fewest * phases < system%least_steps .and. fewest <= most_between)
+    do while (fewest * phases < system%least_steps .and. fewest <= max_between)
       fewest = 2 * fewest
     end do
     do stages = 2, 10
       candidate = gauss(stages)
       steps = fewest
-      do while (steps <= most_between)
+      do while (steps <= max_between)
         if (error_of(system, motion, candidate, steps * phases) <= tolerance) exit
         steps = 2 * steps
       end do
-      if (steps > most_between) cycle
+      if (steps > max_between) cycle
       work = candidate%work(system%states, .true.) * steps
-      if (work < least_work) then
-        least_work = work
+      if (work < min_work) then
+        min_work = work
         method = candidate
         between = steps
       end if

@@ -27,7 +27,7 @@ module gestell_floquet_period_turn_errors
   implicit none (type, external)
   private
 
-  public :: close_turn, compare, relative_rounding, rounding_errors, take_differences
+  public :: solve_corrections, compare, relative_rounding, rounding_errors, compute_differences
 
   !> Errors of n quantities over the period. At each phase the error is a factor between -1 and 1 times the differences at this
   !> phase, plus rounding.
@@ -149,7 +149,7 @@ contains
 
   !> Computes the corrections `z` at the starts of K segments, and the part `due` to z_1. z_1 solves (E - Phi) z_1 = defect of the
   !> whole period. Error: E - Phi is singular.
-  subroutine close_turn(turn, comparison, scale, z, due, inverted, error)
+  subroutine solve_corrections(turn, comparison, scale, z, due, inverted, error)
     !> `turn`: comparison over the whole period as a single segment. `comparison`: comparison over the K segments.
     type(comparison_type), intent(in) :: turn, comparison
     !> Units of the states, shape (n)
@@ -169,10 +169,10 @@ contains
       z(:, k + 1) = matmul(comparison%map(:, :, k), z(:, k)) + comparison%defect(:, k)
       due(:, k + 1) = matmul(comparison%map(:, :, k), due(:, k))
     end do
-  end subroutine close_turn
+  end subroutine solve_corrections
 
   !> Computes the errors over the period: the differences, times the safety factor, and the effect of rounding.
-  pure subroutine take_differences(comparison, scale, z, due, at_starts, own, errors)
+  pure subroutine compute_differences(comparison, scale, z, due, at_starts, own, errors)
     !> Comparison over the K segments
     type(comparison_type), intent(in) :: comparison
     !> `scale`: units of the states, shape (n). `z`, `due`: corrections at the starts of the segments, and their part caused by z_1,
@@ -194,7 +194,7 @@ contains
           & (at_starts(:, segment) + own(segment)) * scale))
       end associate
     end do
-  end subroutine take_differences
+  end subroutine compute_differences
 
   !> Rounding error over a period, relative to the motion. It has three parts: the roundings in every step, which all have the same
   !> sign for nearly constant coefficients; the phase error of the fastest motion; and the rounding of the model.

@@ -5,7 +5,7 @@ module gestell_floquet_reduction_continued_modes
   use gestell_base_kinds, only: dp
   use gestell_math_lapack, only: eigensystem, inverse
   use gestell_floquet_reduction_conjugates, only: real_columns
-  use gestell_floquet_reduction_modes, only: columns_of, find_clash, first_basis, modes_type, orthonormal, unite
+  use gestell_floquet_reduction_modes, only: columns_of, find_clash, first_basis, modes_type, orthonormal, merge_groups
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none (type, external)
   private
@@ -14,7 +14,7 @@ module gestell_floquet_reduction_continued_modes
 
   !> Maximum norm of the matrix that aligns a basis with the basis at phase 0. A larger norm means that the directions differ too
   !> much.
-  real(dp), parameter :: most_turned = 1.0e3_dp
+  real(dp), parameter :: max_turned = 1.0e3_dp
 
 contains
 
@@ -55,7 +55,7 @@ contains
         if (allocated(error)) return
         if (clash(1) == clash(2)) exit
       end if
-      call unite(modes, clash)
+      call merge_groups(modes, clash)
     end do
     if (all(modes%group == 0)) then
       call fatal_error(error, "the free vibrations are too slow compared with the crank", failed_computation)
@@ -104,7 +104,7 @@ contains
         basis = orthonormal(vectors(:, own, j))
         call inverse(matmul(dual(columns, :), basis), within, error)
         if (.not. allocated(error)) then
-          if (norm2(abs(within)) < most_turned) then
+          if (norm2(abs(within)) < max_turned) then
             bases(:, columns, j) = matmul(basis, within)
             cycle
           end if

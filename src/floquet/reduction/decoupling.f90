@@ -20,7 +20,7 @@ module gestell_floquet_reduction_decoupling
   end type motion_type
 
   !> Maximum number of iterations.
-  integer, parameter, public :: most_rounds = 60
+  integer, parameter, public :: max_rounds = 60
 
 contains
 
@@ -60,24 +60,24 @@ contains
     real(dp), intent(inout) :: left
     type(error_type), allocatable, intent(out) :: error
     type(error_type), allocatable :: failure
-    real(dp), dimension(size(s, 1), size(s, 2), size(s, 3)) :: tried, z
-    type(motion_type) :: found
+    real(dp), dimension(size(s, 1), size(s, 2), size(s, 3)) :: trial, z
+    type(motion_type) :: trial_motion
     real(dp) :: before, coupled
     integer :: round
 
-    do round = 1, most_rounds
+    do round = 1, max_rounds
       if (left <= enough) return
       call separation(motion%d, modes, z, error)
       if (allocated(error)) return
-      call multiply(s, z, tried)
-      tried = tried + s
-      call normalise(modes, tried, failure)
-      if (.not. allocated(failure)) call examine(a, modes, tried, found, coupled, failure)
+      call multiply(s, z, trial)
+      trial = trial + s
+      call normalise(modes, trial, failure)
+      if (.not. allocated(failure)) call examine(a, modes, trial, trial_motion, coupled, failure)
       if (allocated(failure)) return
       if (coupled >= left) return
-      s = tried
-      call move_alloc(found%d, motion%d)
-      call move_alloc(found%inverted, motion%inverted)
+      s = trial
+      call move_alloc(trial_motion%d, motion%d)
+      call move_alloc(trial_motion%inverted, motion%inverted)
       before = left
       left = coupled
       if (left >= 0.5_dp * before) return

@@ -3,7 +3,7 @@ module gestell_floquet_reduction_fast_response
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
   use gestell_floquet_reduction_conjugates, only: add_coordinate, coordinate, divide, entry
-  use gestell_floquet_reduction_decoupling, only: most_rounds, motion_type
+  use gestell_floquet_reduction_decoupling, only: max_rounds, motion_type
   use gestell_floquet_reduction_equations, only: equations_type, means
   use gestell_floquet_reduction_modes, only: columns_of, modes_type
   use gestell_floquet_reduction_phasewise, only: multiply, times
@@ -44,7 +44,7 @@ contains
     z = 0
     best = 0
     left = huge(left)
-    do round = 1, most_rounds
+    do round = 1, max_rounds
       call multiply(motion%d, z, tried)
       call times(derivative, z, slope)
       tried = tried + load - slope

@@ -4,7 +4,7 @@ module gestell_floquet_reduction_modes
   implicit none (type, external)
   private
 
-  public :: columns_of, find_clash, first_basis, orthonormal, unite
+  public :: columns_of, find_clash, first_basis, orthonormal, merge_groups
 
   !> Groups of n modes.
   type, public :: modes_type
@@ -47,7 +47,7 @@ contains
   end subroutine find_clash
 
   !> Unites the two groups in `clash`, and the two groups of their conjugates.
-  pure subroutine unite(modes, clash)
+  pure subroutine merge_groups(modes, clash)
     type(modes_type), intent(inout) :: modes
     integer, intent(in) :: clash(2)
     integer :: mirrored(2), k
@@ -60,7 +60,7 @@ contains
     ! The first union may have renamed one of the conjugate groups.
     where (mirrored == maxval(clash)) mirrored = minval(clash)
     where (modes%group == maxval(mirrored)) modes%group = minval(mirrored)
-  end subroutine unite
+  end subroutine merge_groups
 
   !> Bases of the groups at phase 0. They consist of eigenvectors. Only a group that is its own conjugate gets an orthonormal basis
   !> of the real and imaginary parts of its eigenvectors.

@@ -25,7 +25,7 @@ module gestell_floquet_reduction
   use gestell_floquet_reduction_phasewise, only: along_phases, multiply
   use gestell_floquet_reduction_residuals, only: measure, measure_forcing, residuals_type
   use gestell_floquet_reduction_resolution, only: phases_needed
-  use gestell_floquet_reduction_separation, only: least_distance
+  use gestell_floquet_reduction_separation, only: min_distance
   use gestell_floquet_reduction_trigonometric, only: equidistant, interpolation
   use gestell_system_periodic, only: periodic_system
   implicit none (type, external)
@@ -68,16 +68,16 @@ module gestell_floquet_reduction
     real(dp) :: distance = 0
   end type decoupled_type
 
-  !> The number of phases lies between `fewest` and `most`. Predicted numbers are used up to `most_foretold`; above it the number is
+  !> The number of phases lies between `fewest` and `most`. Predicted numbers are used up to `max_predicted`; above it the number is
   !> doubled.
-  integer, parameter :: fewest = 32, most_foretold = 128, most = 1024
+  integer, parameter :: fewest = 32, max_predicted = 128, most = 1024
   !> Roundoff of a residual, relative to its terms, in units of epsilon |S| |S^-1|.
   real(dp), parameter :: rounding = 32
   !> The reduction aims at a tolerance of at most this value, even if the user's tolerance is larger: the extra accuracy costs
   !> little.
-  real(dp), parameter :: least_aim = 1.0e-9_dp
+  real(dp), parameter :: loosest_tolerance = 1.0e-9_dp
   !> Maximum roundoff of a residual: beyond it no digit of the phase of a multiplier is correct.
-  real(dp), parameter :: most_residual = 0.1_dp
+  real(dp), parameter :: max_residual = 0.1_dp
 
 contains
 
@@ -104,7 +104,7 @@ contains
     do while (2 * n <= system%least_steps)
       n = 2 * n
     end do
-    aim = min(tolerance, least_aim)
+    aim = min(tolerance, loosest_tolerance)
     evaluations = 0
     before = huge(before)
     do while (n <= most)
@@ -112,7 +112,7 @@ contains
       if (allocated(error)) return
       evaluations = evaluations + n
       phase_advance = maxval(abs(nodes%a))
-      if (least_residual(reduction) * phase_advance > most_residual) then
+      if (min_residual(reduction) * phase_advance > max_residual) then
         call fatal_error(error, "the free vibrations oscillate so often within the period that rounding destroys their phase", &
           & failed_computation)
         return
@@ -120,7 +120,7 @@ contains
       ! Require groups at least pi N apart. The changes that N phases resolve are slower than the relative vibration of such groups.
       call decouple_groups(nodes, pi * n, 0.1_dp * aim, decoupled, error)
       if (allocated(error)) return
-      needed = phases_for(decoupled, phase_advance, max(aim, least_residual(reduction) * phase_advance))
+      needed = phases_for(decoupled, phase_advance, max(aim, min_residual(reduction) * phase_advance))
       if (needed == n) then
         call balance(decoupled%modes, decoupled%s, decoupled%motion)
         if (forced) then
@@ -141,10 +141,10 @@ contains
       evaluations = evaluations + n
       call assemble(nodes, middle, decoupled, forced, reduction, error)
       if (allocated(error)) return
-      if (reduction%residual <= max(tolerance, least_residual(reduction) * phase_advance) &
-        & .and. reduction%forcing_residual <= max(tolerance, least_residual(reduction)) * reduction%effort &
+      if (reduction%residual <= max(tolerance, min_residual(reduction) * phase_advance) &
+        & .and. reduction%forcing_residual <= max(tolerance, min_residual(reduction)) * reduction%effort &
         & .and. reduction%slow_residual <= max(tolerance * reduction%slow_effort, &
-        & least_residual(reduction) * reduction%effort)) then
+        & min_residual(reduction) * reduction%effort)) then
         reduction%evaluations = evaluations
         return
       end if
@@ -164,8 +164,8 @@ contains
 
     phases = size(decoupled%s, 1)
     if (.not. decoupled%settled) return
-    associate (needed => max(phases_needed(decoupled%motion%d, allowed, most_foretold), &
-      & phases_needed(decoupled%s, allowed / phase_advance, most_foretold)))
+    associate (needed => max(phases_needed(decoupled%motion%d, allowed, max_predicted), &
+      & phases_needed(decoupled%s, allowed / phase_advance, max_predicted)))
       if (pi * needed <= decoupled%distance) phases = needed
     end associate
   end function phases_for
@@ -184,17 +184,17 @@ contains
     phases = size(p, 1)
     if (.not. decoupled%settled) return
     p(:, :, 1) = decoupled%p
-    associate (needed => phases_needed(p, max(more_digits * allowed, rounding * epsilon(1.0_dp)) * maxval(abs(p)), most_foretold))
+    associate (needed => phases_needed(p, max(more_digits * allowed, rounding * epsilon(1.0_dp)) * maxval(abs(p)), max_predicted))
       if (2 * pi * needed <= decoupled%distance) phases = needed
     end associate
   end function phases_for_response
 
   !> Smallest residual that roundoff permits, relative to the terms that add up to the residual.
-  pure real(dp) function least_residual(reduction)
+  pure real(dp) function min_residual(reduction)
     type(reduction_type), intent(in) :: reduction
 
-    least_residual = rounding * epsilon(1.0_dp) * reduction%condition
-  end function least_residual
+    min_residual = rounding * epsilon(1.0_dp) * reduction%condition
+  end function min_residual
 
   !> Decouples groups of modes whose eigenvalues stay at least `gap` apart.
   !>
@@ -216,7 +216,7 @@ contains
     call decouple_from_modes(nodes, enough, decoupled, error)
     decoupled%settled = .not. allocated(error)
     if (decoupled%settled) decoupled%settled = decoupled%left <= little * gap
-    if (decoupled%settled) decoupled%distance = least_distance(decoupled%motion%d, decoupled%modes)
+    if (decoupled%settled) decoupled%distance = min_distance(decoupled%motion%d, decoupled%modes)
     decoupled%settled = decoupled%settled .and. decoupled%distance >= gap
     if (decoupled%settled) return
     call follow_modes(nodes%a, gap, decoupled%modes, error)

@@ -73,7 +73,7 @@ contains
     real(dp), intent(in) :: size_a
     type(residuals_type), intent(inout) :: residuals
     real(dp), dimension(size(p, 1), size(p, 1)) :: operator
-    real(dp), dimension(size(p, 1), size(p, 2)) :: middle, slope, rate, found, slow
+    real(dp), dimension(size(p, 1), size(p, 2)) :: middle, slope, rate, fast_rate, slow
     real(dp), dimension(size(p, 1)) :: unlike
     integer :: k
 
@@ -84,15 +84,15 @@ contains
     call times(operator, g, slow)
     call multiply(a, middle, rate)
     rate = rate + f - slope
-    call multiply(between%inverted, rate, found)
+    call multiply(between%inverted, rate, fast_rate)
     unlike = 0
     do k = 1, size(g, 2)
       if (modes%group(k) /= 0) cycle
-      unlike = max(unlike, abs(found(:, k) - slow(:, k)))
+      unlike = max(unlike, abs(fast_rate(:, k) - slow(:, k)))
       residuals%slow_effort = max(residuals%slow_effort, maxval(abs(slow(:, k))))
     end do
     residuals%slow_residual = mean(unlike)
-    unlike = fast_sizes(g, modes) + max(unlike, fast_sizes(found, modes))
+    unlike = fast_sizes(g, modes) + max(unlike, fast_sizes(fast_rate, modes))
     residuals%forcing_residual = mean(unlike)
     residuals%forcing_peak = maxval(unlike)
     call multiply(start, middle, rate)

@@ -8,7 +8,7 @@ module gestell_floquet_reduction_separation
   implicit none (type, external)
   private
 
-  public :: least_distance, separation
+  public :: min_distance, separation
 
 contains
 
@@ -100,7 +100,7 @@ contains
 
   !> Lower bound on the minimum distance over all phases between two groups, or between a fast group and zero. Each group is
   !> represented by a disc around the mean of its eigenvalues that contains all of them.
-  pure real(dp) function least_distance(d, modes)
+  pure real(dp) function min_distance(d, modes)
     real(dp), contiguous, intent(in) :: d(:, :, :)
     type(modes_type), intent(in) :: modes
     real(dp), dimension(size(d, 1), 0:size(modes%group)) :: centre_re, centre_im, radius
@@ -132,15 +132,15 @@ contains
       end do
     end do
     radius = sqrt(radius)
-    least_distance = huge(least_distance)
+    min_distance = huge(min_distance)
     do g = 1, size(modes%group)
       if (.not. any(modes%group == g)) cycle
       do h = 0, g - 1
         if (h > 0 .and. .not. any(modes%group == h)) cycle
         re = sqrt((centre_re(:, g) - centre_re(:, h))**2 + (centre_im(:, g) - centre_im(:, h))**2) - radius(:, g) - radius(:, h)
-        least_distance = min(least_distance, minval(re))
+        min_distance = min(min_distance, minval(re))
       end do
     end do
-  end function least_distance
+  end function min_distance
 
 end module gestell_floquet_reduction_separation

@@ -34,11 +34,11 @@ module gestell_floquet_solution_constant
     !> Error that explains why no periodic motion exists; unallocated if it exists.
     type(error_type), allocatable :: resonance
   contains
-    procedure :: multipliers => take_multipliers
-    procedure :: start => take_start
-    procedure :: follow => take_motion
-    procedure :: errors => take_errors
-    procedure :: liouville_defect => take_liouville_defect
+    procedure :: multipliers => part_multipliers
+    procedure :: start => part_start
+    procedure :: follow => part_motion
+    procedure :: errors => part_errors
+    procedure :: liouville_defect => part_liouville_defect
   end type constant_type
 
 contains
@@ -107,7 +107,7 @@ contains
 
   !> Implements `multipliers` of part_solution_type. An error d of lambda multiplies rho by exp(d T). So |d| T bounds the errors of
   !> ln |rho| and of the argument, even if |rho| is very small.
-  subroutine take_multipliers(self, vectors, multipliers, error)
+  subroutine part_multipliers(self, vectors, multipliers, error)
     class(constant_type), intent(in) :: self
     logical, intent(in) :: vectors
     type(multipliers_type), intent(out) :: multipliers
@@ -127,7 +127,7 @@ contains
       if (vectors) m%vectors = self%vectors * spread(self%scale, 2, size(turn))
     end associate
     call arrange(multipliers)
-  end subroutine take_multipliers
+  end subroutine part_multipliers
 
   !> ln(exp(x) - 1) for x > 0, without loss of digits for small x and without overflow.
   elemental real(dp) function log_growth(x)
@@ -141,7 +141,7 @@ contains
   end function log_growth
 
   !> Implements `start` of part_solution_type. The error bounds in `solution` are valid at all times of the period.
-  subroutine take_start(self, solution, error)
+  subroutine part_start(self, solution, error)
     class(constant_type), intent(in) :: self
     type(periodic_solution_type), intent(out) :: solution
     type(error_type), allocatable, intent(out) :: error
@@ -155,10 +155,10 @@ contains
     solution%x0 = start(:, 1)
     solution%error = self%spectrum%error
     solution%condition = self%spectrum%condition
-  end subroutine take_start
+  end subroutine part_start
 
   !> Implements `follow` of part_solution_type.
-  subroutine take_motion(self, system, x0, phases, x, error)
+  subroutine part_motion(self, system, x0, phases, x, error)
     class(constant_type), intent(in) :: self
     class(periodic_system), intent(in) :: system
     real(dp), intent(in) :: x0(:), phases(:)
@@ -168,10 +168,10 @@ contains
     associate (unused_system => system, unused_start => x0)
     end associate
     call self%spectrum%motion(phases, x)
-  end subroutine take_motion
+  end subroutine part_motion
 
   !> Implements `errors` of part_solution_type. The error bounds of the harmonics are valid at all times.
-  subroutine take_errors(self, system, phases, x, errors, error, disturbance)
+  subroutine part_errors(self, system, phases, x, errors, error, disturbance)
     class(constant_type), intent(in) :: self
     class(periodic_system), intent(in) :: system
     real(dp), intent(in) :: phases(:), x(:, :)
@@ -183,10 +183,10 @@ contains
     end associate
     allocate(errors%differences(size(x, 1), 2 * size(phases)), source=0.0_dp)
     allocate(errors%rounding, source=self%spectrum%error)
-  end subroutine take_errors
+  end subroutine part_errors
 
   !> Implements `liouville_defect` of part_solution_type.
-  subroutine take_liouville_defect(self, system, defect, error)
+  subroutine part_liouville_defect(self, system, defect, error)
     class(constant_type), intent(in) :: self
     class(periodic_system), intent(in) :: system
     real(dp), intent(out) :: defect
@@ -195,6 +195,6 @@ contains
     associate (unused_system => system, no_error => allocated(error))
     end associate
     defect = self%trace_defect
-  end subroutine take_liouville_defect
+  end subroutine part_liouville_defect
 
 end module gestell_floquet_solution_constant

@@ -11,7 +11,7 @@ module gestell_floquet_solution_factored
   use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_floquet_choice_survey, only: survey_type
   use gestell_floquet_period_periodic_solution, only: periodic_solution_type, raise_resonance
-  use gestell_floquet_period_turn_errors, only: compare, comparison_type, relative_rounding, take_differences, turn_errors_type
+  use gestell_floquet_period_turn_errors, only: compare, comparison_type, relative_rounding, compute_differences, turn_errors_type
   use gestell_system_periodic, only: periodic_system
   implicit none (type, external)
   private
@@ -30,11 +30,11 @@ module gestell_floquet_solution_factored
     !> resonance.
     real(dp), allocatable :: starts(:, :)
   contains
-    procedure :: multipliers => take_multipliers
-    procedure :: start => take_start
-    procedure :: follow => take_motion
-    procedure :: errors => take_errors
-    procedure :: liouville_defect => take_liouville_defect
+    procedure :: multipliers => part_multipliers
+    procedure :: start => part_start
+    procedure :: follow => part_motion
+    procedure :: errors => part_errors
+    procedure :: liouville_defect => part_liouville_defect
   end type factored_type
 
 contains
@@ -73,7 +73,7 @@ contains
   end subroutine solve_factored
 
   !> Implements `multipliers` of part_solution_type.
-  subroutine take_multipliers(self, vectors, multipliers, error)
+  subroutine part_multipliers(self, vectors, multipliers, error)
     class(factored_type), intent(in) :: self
     logical, intent(in) :: vectors
     type(multipliers_type), intent(out) :: multipliers
@@ -90,7 +90,7 @@ contains
     call pair_conjugates(multipliers)
     multipliers%exponent = multipliers%exponent / self%factors%period
     call arrange(multipliers)
-  end subroutine take_multipliers
+  end subroutine part_multipliers
 
   !> Fails if the spectrum could not be computed, or if a multiplier equals 1 within its error (resonance).
   subroutine check_starts(self, error)
@@ -105,7 +105,7 @@ contains
   end subroutine check_starts
 
   !> Implements `start` of part_solution_type.
-  subroutine take_start(self, solution, error)
+  subroutine part_start(self, solution, error)
     class(factored_type), intent(in) :: self
     type(periodic_solution_type), intent(out) :: solution
     type(error_type), allocatable, intent(out) :: error
@@ -128,10 +128,10 @@ contains
     end associate
     solution%error = at_starts(:, 1) * self%scale
     solution%condition = maxval(self%spectrum%condition / self%spectrum%distance)
-  end subroutine take_start
+  end subroutine part_start
 
   !> Implements `follow` of part_solution_type. Each segment is integrated from its own start, so that growing modes remain small.
-  subroutine take_motion(self, system, x0, phases, x, error)
+  subroutine part_motion(self, system, x0, phases, x, error)
     class(factored_type), intent(in) :: self
     class(periodic_system), intent(in) :: system
     real(dp), intent(in) :: x0(:), phases(:)
@@ -162,10 +162,10 @@ contains
         begin = finish
       end do
     end associate
-  end subroutine take_motion
+  end subroutine part_motion
 
   !> Implements `errors` of part_solution_type.
-  subroutine take_errors(self, system, phases, x, errors, error, disturbance)
+  subroutine part_errors(self, system, phases, x, errors, error, disturbance)
     class(factored_type), intent(in) :: self
     class(periodic_system), intent(in) :: system
     real(dp), intent(in) :: phases(:), x(:, :)
@@ -192,17 +192,17 @@ contains
     if (present(disturbance)) own = own + disturbance / minval(self%scale) / count
     call accumulate(self%factors, self%spectrum, own, at_starts)
     ! Pass z twice: the motion starts anew in each segment.
-    call take_differences(comparison, self%scale, z, z, at_starts, own, errors)
-  end subroutine take_errors
+    call compute_differences(comparison, self%scale, z, z, at_starts, own, errors)
+  end subroutine part_errors
 
   !> Implements `liouville_defect` of part_solution_type.
-  subroutine take_liouville_defect(self, system, defect, error)
+  subroutine part_liouville_defect(self, system, defect, error)
     class(factored_type), intent(in) :: self
     class(periodic_system), intent(in) :: system
     real(dp), intent(out) :: defect
     type(error_type), allocatable, intent(out) :: error
 
     call defect_of(system, self%factors%steps, self%factors%a, defect, error)
-  end subroutine take_liouville_defect
+  end subroutine part_liouville_defect
 
 end module gestell_floquet_solution_factored

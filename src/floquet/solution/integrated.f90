@@ -8,8 +8,8 @@ module gestell_floquet_solution_integrated
   use gestell_floquet_choice_survey, only: survey_type
   use gestell_floquet_period_period_map, only: trajectory
   use gestell_floquet_period_periodic_solution, only: periodic_solution_type, raise_resonance, solve_periodic
-  use gestell_floquet_period_turn_errors, only: close_turn, compare, comparison_type, relative_rounding, rounding_errors, &
-    & take_differences, turn_errors_type
+  use gestell_floquet_period_turn_errors, only: solve_corrections, compare, comparison_type, relative_rounding, rounding_errors, &
+    & compute_differences, turn_errors_type
   use gestell_system_periodic, only: periodic_system
   implicit none (type, external)
   private
@@ -21,11 +21,11 @@ module gestell_floquet_solution_integrated
     !> Monodromy matrix and forced motion over the period
     type(monodromy_type) :: monodromy
   contains
-    procedure :: multipliers => take_multipliers
-    procedure :: start => take_start
-    procedure :: follow => take_motion
-    procedure :: errors => take_errors
-    procedure :: liouville_defect => take_liouville_defect
+    procedure :: multipliers => part_multipliers
+    procedure :: start => part_start
+    procedure :: follow => part_motion
+    procedure :: errors => part_errors
+    procedure :: liouville_defect => part_liouville_defect
   end type integrated_type
 
 contains
@@ -54,26 +54,26 @@ contains
   end subroutine integrate
 
   !> Implements `multipliers` of part_solution_type.
-  subroutine take_multipliers(self, vectors, multipliers, error)
+  subroutine part_multipliers(self, vectors, multipliers, error)
     class(integrated_type), intent(in) :: self
     logical, intent(in) :: vectors
     type(multipliers_type), intent(out) :: multipliers
     type(error_type), allocatable, intent(out) :: error
 
     call solve_multipliers(self%monodromy, vectors, multipliers, error)
-  end subroutine take_multipliers
+  end subroutine part_multipliers
 
   !> Implements `start` of part_solution_type.
-  subroutine take_start(self, solution, error)
+  subroutine part_start(self, solution, error)
     class(integrated_type), intent(in) :: self
     type(periodic_solution_type), intent(out) :: solution
     type(error_type), allocatable, intent(out) :: error
 
     call solve_periodic(self%monodromy, solution, error)
-  end subroutine take_start
+  end subroutine part_start
 
   !> Implements `follow` of part_solution_type.
-  subroutine take_motion(self, system, x0, phases, x, error)
+  subroutine part_motion(self, system, x0, phases, x, error)
     class(integrated_type), intent(in) :: self
     class(periodic_system), intent(in) :: system
     real(dp), intent(in) :: x0(:), phases(:)
@@ -81,17 +81,17 @@ contains
     type(error_type), allocatable, intent(out) :: error
 
     call trajectory(system, self%monodromy%method, self%monodromy%nodes, x0, phases, x, error)
-  end subroutine take_motion
+  end subroutine part_motion
 
   !> Implements `errors` of part_solution_type, by (67) of doc/theory.md. Errors: resonance within rounding; overflow.
-  subroutine take_errors(self, system, phases, x, errors, error, disturbance)
+  subroutine part_errors(self, system, phases, x, errors, error, disturbance)
     class(integrated_type), intent(in) :: self
     class(periodic_system), intent(in) :: system
     real(dp), intent(in) :: phases(:), x(:, :)
     type(turn_errors_type), intent(out) :: errors
     type(error_type), allocatable, intent(out) :: error
     real(dp), intent(in), optional :: disturbance
-    integer, parameter :: most_segments = 8
+    integer, parameter :: max_segments = 8
     real(dp), parameter :: ends(2) = [0.0_dp, 1.0_dp]
     type(comparison_type) :: comparison, turn
     real(dp), allocatable :: z(:, :), due(:, :), inverted(:, :), own(:)
@@ -99,7 +99,7 @@ contains
     real(dp) :: rounding, lost
     integer :: count, k
 
-    count = min(most_segments, size(phases) - 1)
+    count = min(max_segments, size(phases) - 1)
     allocate(first, source=[(1 + (k * (size(phases) - 1)) / count, k = 0, count)])
     associate (monodromy => self%monodromy)
       call compare(system, monodromy%method, monodromy%nodes, monodromy%scale, phases(first), x(:, first(:count)), phases, x, &
@@ -108,7 +108,7 @@ contains
       call compare(system, monodromy%method, monodromy%nodes, monodromy%scale, ends, x(:, :1), ends, x(:, [1, 1]), turn, error)
       if (allocated(error)) return
       allocate(z(size(x, 1), count), due(size(x, 1), count))
-      call close_turn(turn, comparison, monodromy%scale, z, due, inverted, error)
+      call solve_corrections(turn, comparison, monodromy%scale, z, due, inverted, error)
       if (allocated(error)) return
       rounding = relative_rounding(system, comparison%steps, monodromy%phase_advance)
       lost = norm2(inverted) * rounding * monodromy%norm
@@ -118,19 +118,19 @@ contains
       end if
       own = (rounding + system%load_rounding) / (1 - lost) * comparison%size / count
       if (present(disturbance)) own = own + disturbance / minval(monodromy%scale) / count
-      call take_differences(comparison, monodromy%scale, z, due, rounding_errors(comparison, monodromy%scale, inverted, own), &
+      call compute_differences(comparison, monodromy%scale, z, due, rounding_errors(comparison, monodromy%scale, inverted, own), &
         & own, errors)
     end associate
-  end subroutine take_errors
+  end subroutine part_errors
 
   !> Implements `liouville_defect` of part_solution_type.
-  subroutine take_liouville_defect(self, system, defect, error)
+  subroutine part_liouville_defect(self, system, defect, error)
     class(integrated_type), intent(in) :: self
     class(periodic_system), intent(in) :: system
     real(dp), intent(out) :: defect
     type(error_type), allocatable, intent(out) :: error
 
     call self%monodromy%liouville_defect(system, defect, error)
-  end subroutine take_liouville_defect
+  end subroutine part_liouville_defect
 
 end module gestell_floquet_solution_integrated

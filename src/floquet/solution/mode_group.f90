@@ -16,7 +16,7 @@ module gestell_floquet_solution_mode_group
   implicit none (type, external)
   private
 
-  public :: blocks, group_amplification, group_multipliers, least_size, mirror, solve_group, take_rates
+  public :: blocks, group_amplification, group_multipliers, min_size, mirror, solve_group, bound_rates
 
   !> Group of m modes. In a period their motion is multiplied by the matrix exp(shift) Phi.
   type, public :: group_type
@@ -197,32 +197,32 @@ contains
   end subroutine group_amplification
 
   !> Lower bound on |D y| / |y| for all y and phases; `d` has the shape (m, m, phases).
-  real(dp) function least_size(d)
+  real(dp) function min_size(d)
     complex(dp), intent(in) :: d(:, :, :)
     complex(dp), allocatable :: inverted(:, :)
     type(error_type), allocatable :: error
     integer :: k
 
     if (size(d, 1) == 1) then
-      least_size = minval(abs(d))
+      min_size = minval(abs(d))
       return
     end if
-    least_size = huge(least_size)
+    min_size = huge(min_size)
     do k = 1, size(d, 3)
       call inverse(d(:, :, k), inverted, error)
       if (allocated(error)) then
-        least_size = 0
+        min_size = 0
       else
-        least_size = min(least_size, 1 / norm2(abs(inverted)))
+        min_size = min(min_size, 1 / norm2(abs(inverted)))
       end if
     end do
-  end function least_size
+  end function min_size
 
   !> Computes bounds on the growth and decay of a group's motion during the period.
   !>
   !> The motion is followed forward or backward in time, whichever gives the smaller growth. The bounds are valid in the group's own
   !> coordinates, or in coordinates whose basis is the eigenvectors of the group's mean D.
-  subroutine take_rates(d, growth, rate, condition)
+  subroutine bound_rates(d, growth, rate, condition)
     !> Generator D of the group at all phases, shape (m, m, phases)
     complex(dp), intent(in) :: d(:, :, :)
     !> `growth`: logarithm of the maximum size of the motion relative to its size at the ends of the period. `rate`: lower bound,
@@ -251,9 +251,9 @@ contains
       growth = other_growth + log(both)
       rate = other_rate
     end associate
-  end subroutine take_rates
+  end subroutine bound_rates
 
-  !> Computes `growth` and `rate` of `take_rates` in the coordinates of `d`. The rate of change of ln |y| lies between the extreme
+  !> Computes `growth` and `rate` of `bound_rates` in the coordinates of `d`. The rate of change of ln |y| lies between the extreme
   !> eigenvalues of the Hermitian part of D, which Gershgorin's discs bound. A motion that decays on the whole is followed forward,
   !> a motion that grows is followed backward.
   pure subroutine rates_of(d, growth, rate)

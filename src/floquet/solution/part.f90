@@ -25,7 +25,7 @@ module gestell_floquet_solution_part
   real(dp), parameter :: large_advance = 700
   !> If the periodic motion from a reduction is too inaccurate, the system is integrated instead, provided that the phase advance of
   !> the fastest vibration within the period is at most this angle (rad). Integration then takes about 0.1 s.
-  real(dp), parameter :: most_affordable = 1.0e5_dp
+  real(dp), parameter :: max_affordable = 1.0e5_dp
   !> Relative accuracy of the periodic motion that a reduction must reach: `few_digits` where integration would be expensive,
   !> `many_digits` where it is cheap.
   real(dp), parameter :: few_digits = 1.0e-4_dp, many_digits = 1.0e-5_dp
@@ -47,12 +47,12 @@ contains
     logical, intent(in) :: forced
     class(part_solution_type), allocatable, intent(out) :: solution
     type(error_type), allocatable, intent(out) :: error
-    type(error_type), allocatable :: unfit, why
+    type(error_type), allocatable :: refusal, why
     type(constant_type), allocatable :: constant
     type(integrated_type), allocatable :: integrated
     type(reduced_type), allocatable :: reduced
     type(factored_type), allocatable :: factored
-    type(accuracy_type) :: order
+    type(accuracy_type) :: settings
     type(survey_type) :: survey
     logical :: lost
 
@@ -64,47 +64,47 @@ contains
       return
     end select
 
-    order = accuracy
-    if (.not. allocated(order%method)) order%method = "auto"
+    settings = accuracy
+    if (.not. allocated(settings%method)) settings%method = "auto"
     call survey_system(system, survey, error, forced)
     if (allocated(error)) return
-    if (order%method == "reduced" .or. (order%method == "auto" .and. order%steps == 0 &
+    if (settings%method == "reduced" .or. (settings%method == "auto" .and. settings%steps == 0 &
       & .and. survey%phase_advance > large_advance)) then
-      call try_reduction(system, order, forced, survey, reduced, why)
+      call try_reduction(system, settings, forced, survey, reduced, why)
       if (allocated(reduced)) then
-        if (forced .and. order%method /= "reduced" .and. survey%phase_advance <= most_affordable) then
-          if (.not. tells_motion(reduced, max(few_digits, order%tolerance))) then
-            call map_period(system, order, forced, survey, solution)
+        if (forced .and. settings%method /= "reduced" .and. survey%phase_advance <= max_affordable) then
+          if (.not. bounds_motion(reduced, max(few_digits, settings%tolerance))) then
+            call map_period(system, settings, forced, survey, solution)
           end if
         end if
         if (.not. allocated(solution)) call move_alloc(reduced, solution)
         return
       end if
-      if (order%method == "reduced") then
+      if (settings%method == "reduced") then
         call fatal_error(error, "method 'reduced' does not apply: " // why%message, failed_computation)
         return
       end if
     end if
 
     allocate(integrated)
-    call integrate(system, order, forced, integrated, error, survey)
+    call integrate(system, settings, forced, integrated, error, survey)
     lost = .not. allocated(error)
     if (lost) lost = integrated%monodromy%loses_modes()
     if (integrated%monodromy%broken) lost = .true.
-    if (order%steps == 0 .and. lost) then
+    if (settings%steps == 0 .and. lost) then
       ! Some modes are lost in rounding, or numbers overflow.
-      if (order%method == "auto" .and. survey%phase_advance <= large_advance) then
-        call try_reduction(system, order, forced, survey, reduced, unfit)
+      if (settings%method == "auto" .and. survey%phase_advance <= large_advance) then
+        call try_reduction(system, settings, forced, survey, reduced, refusal)
         if (allocated(reduced) .and. forced) then
-          if (.not. tells_motion(reduced, max(many_digits, order%tolerance))) deallocate(reduced)
+          if (.not. bounds_motion(reduced, max(many_digits, settings%tolerance))) deallocate(reduced)
         end if
       end if
       if (allocated(reduced)) then
         call move_alloc(reduced, solution)
       else
         allocate(factored)
-        call solve_factored(system, order, forced, factored, unfit, survey)
-        if (.not. allocated(unfit)) call move_alloc(factored, solution)
+        call solve_factored(system, settings, forced, factored, refusal, survey)
+        if (.not. allocated(refusal)) call move_alloc(factored, solution)
       end if
     end if
     if (allocated(solution)) then
@@ -118,9 +118,9 @@ contains
 
   !> Solves the system by its map over the period, or by the factors of this map if it loses modes. If both fail, `solution` is
   !> unallocated.
-  subroutine map_period(system, order, forced, survey, solution)
+  subroutine map_period(system, settings, forced, survey, solution)
     class(periodic_system), intent(in) :: system
-    type(accuracy_type), intent(in) :: order
+    type(accuracy_type), intent(in) :: settings
     logical, intent(in) :: forced
     type(survey_type), intent(in) :: survey
     class(part_solution_type), allocatable, intent(out) :: solution
@@ -129,48 +129,48 @@ contains
     type(error_type), allocatable :: error
 
     allocate(integrated, factored)
-    call integrate(system, order, forced, integrated, error, survey)
+    call integrate(system, settings, forced, integrated, error, survey)
     if (.not. allocated(error)) then
       if (.not. integrated%monodromy%loses_modes()) then
         call move_alloc(integrated, solution)
         return
       end if
     end if
-    call solve_factored(system, order, forced, factored, error, survey)
+    call solve_factored(system, settings, forced, factored, error, survey)
     if (.not. allocated(error)) call move_alloc(factored, solution)
   end subroutine map_period
 
   !> True if the bound on the error of the periodic motion is at most `part` times the size of the motion. If the rates of decay of
   !> a group of modes vary over the period, this bound may exceed the motion by orders of magnitude; factors then give a better
   !> bound.
-  logical function tells_motion(reduced, part)
+  logical function bounds_motion(reduced, part)
     type(reduced_type), intent(in) :: reduced
     real(dp), intent(in) :: part
     type(periodic_solution_type) :: motion
     type(error_type), allocatable :: error
 
-    tells_motion = .false.
+    bounds_motion = .false.
     call reduced%start(motion, error)
     if (allocated(error)) return
-    tells_motion = norm2(motion%error / reduced%scale) <= part * max(maxval(abs(reduced%reduction%response)), &
+    bounds_motion = norm2(motion%error / reduced%scale) <= part * max(maxval(abs(reduced%reduction%response)), &
       & maxval(abs(motion%x0 / reduced%scale)))
-  end function tells_motion
+  end function bounds_motion
 
-  !> Solves the system by reduction. If reduction does not apply, `unfit` holds the reason.
-  subroutine try_reduction(system, accuracy, forced, survey, reduced, unfit)
+  !> Solves the system by reduction. If reduction does not apply, `refusal` holds the reason.
+  subroutine try_reduction(system, accuracy, forced, survey, reduced, refusal)
     class(periodic_system), intent(in) :: system
     type(accuracy_type), intent(in) :: accuracy
     logical, intent(in) :: forced
     type(survey_type), intent(in) :: survey
     type(reduced_type), allocatable, intent(out) :: reduced
-    type(error_type), allocatable, intent(out) :: unfit
+    type(error_type), allocatable, intent(out) :: refusal
     type(reduction_type) :: reduction
 
-    call reduce(system, survey%scale, forced, accuracy%tolerance, reduction, unfit)
-    if (allocated(unfit)) return
+    call reduce(system, survey%scale, forced, accuracy%tolerance, reduction, refusal)
+    if (allocated(refusal)) return
     allocate(reduced)
-    call solve_reduced(system, reduction, survey%scale, accuracy_type(tolerance=accuracy%tolerance), reduced, unfit)
-    if (allocated(unfit)) deallocate(reduced)
+    call solve_reduced(system, reduction, survey%scale, accuracy_type(tolerance=accuracy%tolerance), reduced, refusal)
+    if (allocated(refusal)) deallocate(reduced)
   end subroutine try_reduction
 
 end module gestell_floquet_solution_part

@@ -34,37 +34,37 @@ module gestell_floquet_solution_part_solution
     !> Methods, costs and errors
     type(evidence_type) :: evidence
   contains
-    procedure(take_multipliers), deferred :: multipliers
-    procedure(take_start), deferred :: start
-    procedure(take_motion), deferred :: follow
-    procedure(take_errors), deferred :: errors
-    procedure(take_liouville_defect), deferred :: liouville_defect
+    procedure(part_multipliers), deferred :: multipliers
+    procedure(part_start), deferred :: start
+    procedure(part_motion), deferred :: follow
+    procedure(part_errors), deferred :: errors
+    procedure(part_liouville_defect), deferred :: liouville_defect
   end type part_solution_type
 
   abstract interface
     !> Computes all multipliers, and the eigenvectors if `vectors` is true. Fails if LAPACK finds no eigenvalues.
-    subroutine take_multipliers(self, vectors, multipliers, error)
+    subroutine part_multipliers(self, vectors, multipliers, error)
       import :: error_type, multipliers_type, part_solution_type
       implicit none (type, external)
       class(part_solution_type), intent(in) :: self
       logical, intent(in) :: vectors
       type(multipliers_type), intent(out) :: multipliers
       type(error_type), allocatable, intent(out) :: error
-    end subroutine take_multipliers
+    end subroutine part_multipliers
 
     !> Computes the state x(0) of the periodic motion; the system must have been solved with forcing. Fails if a multiplier equals 1
     !> within its error (resonance).
-    subroutine take_start(self, solution, error)
+    subroutine part_start(self, solution, error)
       import :: error_type, part_solution_type, periodic_solution_type
       implicit none (type, external)
       class(part_solution_type), intent(in) :: self
       type(periodic_solution_type), intent(out) :: solution
       type(error_type), allocatable, intent(out) :: error
-    end subroutine take_start
+    end subroutine part_start
 
     !> Computes at `phases` (ascending, in [0, 1]) the periodic motion that starts from `x0`, shape (n). `x` has the shape (n,
     !> phases). Fails on overflow.
-    subroutine take_motion(self, system, x0, phases, x, error)
+    subroutine part_motion(self, system, x0, phases, x, error)
       import :: dp, error_type, part_solution_type, periodic_system
       implicit none (type, external)
       class(part_solution_type), intent(in) :: self
@@ -72,12 +72,12 @@ module gestell_floquet_solution_part_solution
       real(dp), intent(in) :: x0(:), phases(:)
       real(dp), intent(out) :: x(:, :)
       type(error_type), allocatable, intent(out) :: error
-    end subroutine take_motion
+    end subroutine part_motion
 
     !> Computes the errors of the motion `x`, shape (n, phases), that `follow` has computed at `phases`. The first phase is 0, the
     !> last 1. `disturbance` bounds the integral of the error of the load over the period. Errors: overflow; resonance within the
     !> errors.
-    subroutine take_errors(self, system, phases, x, errors, error, disturbance)
+    subroutine part_errors(self, system, phases, x, errors, error, disturbance)
       import :: dp, error_type, part_solution_type, periodic_system, turn_errors_type
       implicit none (type, external)
       class(part_solution_type), intent(in) :: self
@@ -86,18 +86,18 @@ module gestell_floquet_solution_part_solution
       type(turn_errors_type), intent(out) :: errors
       type(error_type), allocatable, intent(out) :: error
       real(dp), intent(in), optional :: disturbance
-    end subroutine take_errors
+    end subroutine part_errors
 
     !> Computes the sum of ln |rho| minus the integral of tr P. By Liouville's theorem it is zero. Errors: the coefficients are not
     !> finite; LAPACK finds no eigenvalues.
-    subroutine take_liouville_defect(self, system, defect, error)
+    subroutine part_liouville_defect(self, system, defect, error)
       import :: dp, error_type, part_solution_type, periodic_system
       implicit none (type, external)
       class(part_solution_type), intent(in) :: self
       class(periodic_system), intent(in) :: system
       real(dp), intent(out) :: defect
       type(error_type), allocatable, intent(out) :: error
-    end subroutine take_liouville_defect
+    end subroutine part_liouville_defect
   end interface
 
 contains

@@ -5,11 +5,11 @@ module gestell_floquet_solution_reduced
   use gestell_math_lapack, only: inverse
   use gestell_floquet_reduction_conjugates, only: complex_columns
   use gestell_floquet_period_convergence, only: safety
-  use gestell_floquet_solution_mode_group, only: blocks, group_amplification, group_multipliers, group_type, least_size, mirror, &
-    & solve_group, take_rates
+  use gestell_floquet_solution_mode_group, only: blocks, group_amplification, group_multipliers, group_type, min_size, mirror, &
+    & solve_group, bound_rates
   use gestell_floquet_reduction_modes, only: columns_of
   use gestell_floquet_period_monodromy, only: accuracy_type
-  use gestell_floquet_multipliers, only: append, arrange, disc_bounds, multipliers_type, no_multipliers, pair_conjugates
+  use gestell_floquet_multipliers, only: append, arrange, disc_bounds, multipliers_type, empty_multipliers, pair_conjugates
   use gestell_floquet_solution_part_solution, only: part_solution_type
   use gestell_floquet_period_periodic_solution, only: periodic_solution_type
   use gestell_floquet_reduction, only: reduction_type
@@ -32,11 +32,11 @@ module gestell_floquet_solution_reduced
     !> Period T (s)
     real(dp) :: period = 0
   contains
-    procedure :: multipliers => take_multipliers
-    procedure :: start => take_start
-    procedure :: follow => take_motion
-    procedure :: errors => take_errors
-    procedure :: liouville_defect => take_liouville_defect
+    procedure :: multipliers => part_multipliers
+    procedure :: start => part_start
+    procedure :: follow => part_motion
+    procedure :: errors => part_errors
+    procedure :: liouville_defect => part_liouville_defect
   end type reduced_type
 
 contains
@@ -79,7 +79,7 @@ contains
   end subroutine solve_reduced
 
   !> Implements `multipliers` of part_solution_type. The error bounds include the remaining coupling between groups.
-  subroutine take_multipliers(self, vectors, multipliers, error)
+  subroutine part_multipliers(self, vectors, multipliers, error)
     class(reduced_type), intent(in) :: self
     logical, intent(in) :: vectors
     type(multipliers_type), intent(out) :: multipliers
@@ -88,7 +88,7 @@ contains
     integer :: g, n
 
     n = size(self%scale)
-    multipliers = no_multipliers(merge(n, 0, vectors))
+    multipliers = empty_multipliers(merge(n, 0, vectors))
     do g = 1, size(self%groups)
       associate (group => self%groups(g), start => complex_columns(self%reduction%basis(1, :, :), &
         & self%reduction%modes%conjugate))
@@ -106,11 +106,11 @@ contains
     multipliers%error = disc_bounds(multipliers%exponent, max(multipliers%error, self%reduction%residual))
     multipliers%exponent = multipliers%exponent / self%period
     call arrange(multipliers)
-  end subroutine take_multipliers
+  end subroutine part_multipliers
 
   !> Implements `start` of part_solution_type. The start is the sum of the slow group's start and of the response p of the fast
   !> groups.
-  subroutine take_start(self, solution, error)
+  subroutine part_start(self, solution, error)
     class(reduced_type), intent(in) :: self
     type(periodic_solution_type), intent(out) :: solution
     type(error_type), allocatable, intent(out) :: error
@@ -137,7 +137,7 @@ contains
       solution%error = matmul(abs(complex_columns(r%basis(1, :, :), r%modes%conjugate)), within) * self%scale &
         & + rounding_of(self)
     end associate
-  end subroutine take_start
+  end subroutine part_start
 
   !> Bound on the rounding error of p, in the units of the states; shape (n).
   pure function rounding_of(reduced) result(rounding)
@@ -174,8 +174,8 @@ contains
         associate (group => reduced%groups(g))
           call group_amplification(group, amplification, error)
           if (allocated(error)) return
-          slowest = least_size(blocks(r%generator, r, group))
-          call take_rates(blocks(r%generator, r, group), growth, rate, skew)
+          slowest = min_size(blocks(r%generator, r, group))
+          call bound_rates(blocks(r%generator, r, group), growth, rate, skew)
           resonant = log(min(max(disturbance, tiny(1.0_dp)) / max(r%effort, tiny(1.0_dp)), 1.0_dp)) &
             & * max(slowest / (pi * r%angles) - 1, 0.0_dp)
           bound = disturbance / max(slowest - pi * r%angles, 1.0_dp) + amplification * disturbance * exp(growth + resonant)
@@ -189,7 +189,7 @@ contains
   end subroutine fast_errors
 
   !> Implements `follow` of part_solution_type.
-  subroutine take_motion(self, system, x0, phases, x, error)
+  subroutine part_motion(self, system, x0, phases, x, error)
     class(reduced_type), intent(in) :: self
     class(periodic_system), intent(in) :: system
     real(dp), intent(in) :: x0(:), phases(:)
@@ -210,10 +210,10 @@ contains
       end do
     end if
     x = x * spread(self%scale, 2, size(phases))
-  end subroutine take_motion
+  end subroutine part_motion
 
   !> Implements `errors` of part_solution_type.
-  subroutine take_errors(self, system, phases, x, errors, error, disturbance)
+  subroutine part_errors(self, system, phases, x, errors, error, disturbance)
     class(reduced_type), intent(in) :: self
     class(periodic_system), intent(in) :: system
     real(dp), intent(in) :: phases(:), x(:, :)
@@ -252,10 +252,10 @@ contains
       end do
       errors%rounding = errors%rounding * self%scale + rounding_of(self)
     end associate
-  end subroutine take_errors
+  end subroutine part_errors
 
   !> Implements `liouville_defect` of part_solution_type.
-  subroutine take_liouville_defect(self, system, defect, error)
+  subroutine part_liouville_defect(self, system, defect, error)
     class(reduced_type), intent(in) :: self
     class(periodic_system), intent(in) :: system
     real(dp), intent(out) :: defect
@@ -267,7 +267,7 @@ contains
     defect = 0
     call self%multipliers(.false., multipliers, error)
     if (.not. allocated(error)) defect = sum(multipliers%log_abs) - self%reduction%trace
-  end subroutine take_liouville_defect
+  end subroutine part_liouville_defect
 
   !> Computes the slow group's motion `y`, shape (m, phases), from the initial state `x0` of the whole system.
   subroutine follow_slow(reduced, x0, phases, y, error)

@@ -5,21 +5,21 @@ module gestell_floquet_solution
   use gestell_base_kinds, only: dp, pi
   use gestell_floquet_period_monodromy, only: accuracy_type, check_accuracy
   use gestell_floquet_period_period_map, only: check_phases
-  use gestell_floquet_multipliers, only: append, arrange, multipliers_type, no_multipliers, prove_undamped
+  use gestell_floquet_multipliers, only: append, arrange, multipliers_type, empty_multipliers, prove_undamped
   use gestell_floquet_multipliers, only: multipliers_of_monodromy => solve_multipliers
   use gestell_floquet_solution_part, only: solve_part
   use gestell_floquet_solution_part_solution, only: evidence_type, part_solution_type
   use gestell_floquet_period_periodic_solution, only: follow_monodromy => follow, periodic_solution_type
   use gestell_floquet_period_periodic_solution, only: periodic_of_monodromy => solve_periodic
   use gestell_floquet_period_turn_errors, only: turn_errors_type
-  use gestell_system_part, only: find_parts, part_of
+  use gestell_system_subsystem, only: find_subsystems, extract_subsystem
   use gestell_system_periodic, only: periodic_system
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none (type, external)
   private
 
   public :: checkpoints, evidence, evidence_type, follow, liouville_defect, solve_floquet, solve_multipliers, solve_periodic, &
-    & take_errors
+    & bound_motion_errors
 
   !> Computes all multipliers of a monodromy matrix or of a Floquet solution.
   interface solve_multipliers
@@ -79,7 +79,7 @@ contains
 
     call system%check(error)
     if (.not. allocated(error)) call check_accuracy(accuracy, error)
-    if (.not. allocated(error)) call find_parts(system, numbers, error)
+    if (.not. allocated(error)) call find_subsystems(system, numbers, error)
     if (allocated(error)) return
     floquet%period = system%period
     floquet%forced = forced
@@ -95,7 +95,7 @@ contains
     do k = 1, size(floquet%parts)
       associate (part => floquet%parts(k))
         chosen = pack([(i, i = 1, size(numbers))], numbers == k)
-        call part_of(system, chosen, part%system, part%states)
+        call extract_subsystem(system, chosen, part%system, part%states)
         part%conserves = system%conserves(chosen)
         call solve_part(part%system, accuracy, forced, part%solution, error)
         if (allocated(error)) return
@@ -167,7 +167,7 @@ contains
       if (floquet%parts(1)%conserves .and. .not. allocated(error)) call prove_undamped(multipliers)
       return
     end if
-    multipliers = no_multipliers(merge(size(floquet%scale), 0, vectors))
+    multipliers = empty_multipliers(merge(size(floquet%scale), 0, vectors))
     do k = 1, size(floquet%parts)
       associate (part => floquet%parts(k))
         call part%solution%multipliers(vectors, own, error)
@@ -265,7 +265,7 @@ contains
   end function checkpoints
 
   !> Computes the errors of a motion that `follow` has computed. Errors: overflow; resonance within the errors.
-  subroutine take_errors(system, floquet, phases, x, errors, error)
+  subroutine bound_motion_errors(system, floquet, phases, x, errors, error)
     class(periodic_system), intent(in) :: system
     type(floquet_type), intent(in) :: floquet
     !> `phases`: phases t / T, which include 0 and 1. `x`: states at the phases, shape (n, phases).
@@ -294,6 +294,6 @@ contains
     end do
     if (.not. all(ieee_is_finite(errors%bounds()))) call fatal_error(error, "the error bounds of the periodic " &
       & // "vibration overflow double precision", failed_computation)
-  end subroutine take_errors
+  end subroutine bound_motion_errors
 
 end module gestell_floquet_solution

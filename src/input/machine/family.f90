@@ -78,7 +78,7 @@ contains
     family%relative = .not. present(start)
     allocate(family%locations(8))
     call joint_forms(family%forms)
-    moves = any([(about(schema, lower(paths(k)(:scan(paths(k) // ".", "(.") - 1))) == mechanism_group, k = 1, size(paths))])
+    moves = any([(subject(schema, lower(paths(k)(:scan(paths(k) // ".", "(.") - 1))) == mechanism_group, k = 1, size(paths))])
     if (.not. moves) then
       call read_mechanism(doc, units, family%mechanism, error, family%forms)
       if (allocated(error)) return
@@ -102,15 +102,15 @@ contains
   end subroutine new_document_family
 
   !> What a group describes: `option_group`, `frame_group` or `mechanism_group`.
-  pure integer function about(schema, group)
+  pure integer function subject(schema, group)
     type(schema_type), intent(in) :: schema
     character(len=*), intent(in) :: group
     integer :: i
 
-    about = option_group
+    subject = option_group
     i = find_group_rule(schema, group)
-    if (i > 0) about = schema%groups(i)%about
-  end function about
+    if (i > 0) subject = schema%groups(i)%subject
+  end function subject
 
   !> Selects the groups from which a member is read. They always include &mechanism and &repeat, because a frame in space depends on
   !> the position of its mechanisms.
@@ -121,18 +121,18 @@ contains
     type(document_type), intent(out) :: selected
     integer :: i, n
     character(len=9), parameter :: places(2) = [character(len=9) :: "mechanism", "repeat"]
-    logical :: wanted(size(doc%groups))
+    logical :: is_selected(size(doc%groups))
 
     do i = 1, size(doc%groups)
-      wanted(i) = about(schema, doc%groups(i)%name) /= option_group .and. &
-        & (mechanism .or. any(places == doc%groups(i)%name) .or. about(schema, doc%groups(i)%name) /= mechanism_group)
+      is_selected(i) = subject(schema, doc%groups(i)%name) /= option_group .and. &
+        & (mechanism .or. any(places == doc%groups(i)%name) .or. subject(schema, doc%groups(i)%name) /= mechanism_group)
     end do
     selected%file = doc%file
     selected%normalised = doc%normalised
-    allocate(selected%groups(count(wanted)))
+    allocate(selected%groups(count(is_selected)))
     n = 0
     do i = 1, size(doc%groups)
-      if (.not. wanted(i)) cycle
+      if (.not. is_selected(i)) cycle
       n = n + 1
       selected%groups(n) = doc%groups(i)
     end do

@@ -7,18 +7,18 @@ module gestell_input_machine_frame
   use gestell_base_text, only: text
   use gestell_base_words, only: word_length
   use gestell_input_namelist_document, only: document_type, find_entry, group_type, groups_named, has, indices_named, &
-    & the_group
+    & group_named
   use gestell_input_schema, only: variant_type
-  use gestell_input_schema_read, only: count_values, read, read_place
+  use gestell_input_schema_read, only: count_values, read, read_axis_values
   use gestell_input_machine_loads, only: foundation_keys, gravity_keys, read_foundation, read_gravity
   use gestell_input_machine_mechanisms, only: read_planes
-  use gestell_input_machine_mechanism, only: name_line
-  use gestell_input_namelist_message, only: in_group, input_error, label
+  use gestell_input_machine_mechanism, only: prepend_location
+  use gestell_input_namelist_message, only: locate_in_group, input_error, label
   use gestell_input_schema_units, only: units_type
   use gestell_model_frame, only: frame_type, dof_names, new_frame
   use gestell_model_mechanism_held, only: held_subject, holders
   use gestell_model_mechanism, only: mechanism_type
-  use gestell_model_frame_in_space, only: planes_of, put_in_space
+  use gestell_model_frame_in_space, only: split_into_planes, put_in_space
   use gestell_model_linkage, only: linkage_type
   use gestell_model_space_drive, only: drive_type
   use gestell_model_space_masses, only: plane_type
@@ -29,7 +29,7 @@ module gestell_input_machine_frame
   implicit none (type, external)
   private
 
-  public :: foundation_keys, gravity_keys, read_drive_and_frame, read_frame, values_out_of_the_plane
+  public :: foundation_keys, gravity_keys, read_drive_and_frame, read_frame, note_on_ignored_values
 
   type(key_type), parameter, public :: drive_keys(*) = [ &
     & key_type("drive", "speed_rpm", real_key, "crank speed; positive: counter-clockwise, negative: clockwise", required=.true., &
@@ -122,11 +122,11 @@ contains
     frame%flywheel_inertia = data%flywheel_inertia
     if (.not. allocated(error)) return
     if (allocated(error%subject)) then
-      if (error%subject == gravity_subject) call in_group(the_group(doc, "gravity"), error)
-      if (error%subject == held_subject) call in_group(the_group(doc, "drive"), error)
-      call name_line(doc, error)
+      if (error%subject == gravity_subject) call locate_in_group(group_named(doc, "gravity"), error)
+      if (error%subject == held_subject) call locate_in_group(group_named(doc, "drive"), error)
+      call prepend_location(doc, error)
     else
-      call in_group(the_group(doc, "frame"), error)
+      call locate_in_group(group_named(doc, "frame"), error)
     end if
   end subroutine read_frame
 
@@ -147,16 +147,16 @@ contains
     if (allocated(error)) return
     drive%held_by = data%held_by
     drive%flywheel_inertia = data%flywheel_inertia
-    if (drive%even_in_space() .and. .not. norm2(drive%axis) > 0) then
-      call input_error(the_group(doc, "drive"), "held_by", "requires, in space, a mechanism with ratio=1, whose " &
+    if (drive%uniform_in_space() .and. .not. norm2(drive%axis) > 0) then
+      call input_error(group_named(doc, "drive"), "held_by", "requires, in space, a mechanism with ratio=1, whose " &
         & // "crankshaft is the drive's shaft", error)
       return
     end if
     select type (mechanism)
     type is (linkage_type)
-      call planes_of(mechanism, data%origin, origins, axes, planes)
+      call split_into_planes(mechanism, data%origin, origins, axes, planes)
     class default
-      call input_error(the_group(doc, "mass_functions"), "", "cannot describe a machine in space: use &joint and &link", error)
+      call input_error(group_named(doc, "mass_functions"), "", "cannot describe a machine in space: use &joint and &link", error)
       return
     end select
     call new_frame(frame, mechanism, data%mass, data%inertia(3, 3), data%origin(:2), (data%stiffness(:3, :3)), &
@@ -177,17 +177,17 @@ contains
     type(group_type) :: group
     logical :: in_space
 
-    call read_drive(the_group(doc, "drive"), units, data, error)
+    call read_drive(group_named(doc, "drive"), units, data, error)
     if (allocated(error)) return
-    group = the_group(doc, "frame")
+    group = group_named(doc, "frame")
     call read(group, frame_keys, "mass", data%mass, error, units)
     call read_dof(group, data%free, error)
     if (allocated(error)) return
     in_space = any(data%free > 3)
-    call read_foundation(the_group(doc, "foundation"), units, in_space, data%stiffness, data%damping, error)
+    call read_foundation(group_named(doc, "foundation"), units, in_space, data%stiffness, data%damping, error)
     if (.not. allocated(error)) call read_gravity(groups_named(doc, "gravity"), units, in_space, data%gravity, error)
     if (.not. allocated(error)) call read_inertia(group, units, any(data%free > 4), data%inertia, error)
-    call read_place(group, frame_keys, "origin", units, data%origin, error)
+    call read_axis_values(group, frame_keys, "origin", units, data%origin, error)
     if (.not. allocated(error)) call read_supports(doc, units, in_space, data%supports, error)
     if (.not. allocated(error) .and. .not. in_space) call refuse_tilted(doc, error)
   end subroutine read_drive_and_frame
@@ -214,11 +214,11 @@ contains
   end subroutine read_drive
 
   !> Reads the inertia tensor. Fails if a moment is not positive. Also fails if only one value is given although the frame can
-  !> rotate about xi or eta (`turning`).
-  subroutine read_inertia(group, units, turning, inertia, error)
+  !> rotate about xi or eta (`can_tilt`).
+  subroutine read_inertia(group, units, can_tilt, inertia, error)
     type(group_type), intent(in) :: group
     type(units_type), intent(in) :: units
-    logical, intent(in) :: turning
+    logical, intent(in) :: can_tilt
     real(dp), intent(out) :: inertia(3, 3)
     type(error_type), allocatable, intent(out) :: error
     real(dp) :: j(6)
@@ -237,7 +237,7 @@ contains
     end do
     if (all(n /= [1, 3, 6])) then
       call input_error(group, "inertia", "must have 1, 3 or 6 values, but has " // text(n), error)
-    else if (n == 1 .and. turning) then
+    else if (n == 1 .and. can_tilt) then
       call input_error(group, "inertia", "must have 3 or 6 values, because the frame can rotate about xi or eta", error)
     else if (n == 1) then
       inertia(3, 3) = j(1)
@@ -270,14 +270,14 @@ contains
 
   !> Returns a note if a nonzero value along zeta has no effect: without the key `dof` of &frame, the frame moves in its plane.
   !> Otherwise empty.
-  function values_out_of_the_plane(doc) result(line)
+  function note_on_ignored_values(doc) result(line)
     type(document_type), intent(in) :: doc
     character(len=:), allocatable :: line
     character(len=9), parameter :: keys(3) = [character(len=9) :: "position", "origin", "stiffness"]
     integer :: i, k
 
     line = ""
-    if (count_values(the_group(doc, "frame"), "dof") > 0) return
+    if (count_values(group_named(doc, "frame"), "dof") > 0) return
     do i = 1, size(doc%groups)
       associate (group => doc%groups(i))
         if (all(group%name /= [character(len=9) :: "support", "frame", "mechanism", "repeat"])) cycle
@@ -290,7 +290,7 @@ contains
         end do
       end associate
     end do
-  end function values_out_of_the_plane
+  end function note_on_ignored_values
 
   !> Reads the supports. Their axes can be tilted out of the plane only if the frame moves `in_space`.
   subroutine read_supports(doc, units, in_space, supports, error)
@@ -308,9 +308,9 @@ contains
     allocate(supports(size(at)))
     do i = 1, size(at)
       associate (group => doc%groups(at(i)))
-        call read_place(group, support_keys, "position", units, position, error)
-        call read_place(group, support_keys, "stiffness", units, stiffness, error)
-        call read_place(group, support_keys, "damping", units, damping, error)
+        call read_axis_values(group, support_keys, "position", units, position, error)
+        call read_axis_values(group, support_keys, "stiffness", units, stiffness, error)
+        call read_axis_values(group, support_keys, "damping", units, damping, error)
         angles = 0
         n = max(1, count_values(group, "angle"))
         call read(group, support_keys, "angle", angles(:n), error, units)

@@ -7,7 +7,7 @@ module gestell_input_machine_groups
   use gestell_input_machine_mechanism, only: link_keys, mass_function_keys
   use gestell_input_machine_mechanisms, only: mechanism_keys, repeat_keys
   use gestell_input_machine_quantities, only: probe_keys
-  use gestell_input_namelist_document, only: document_type, the_group
+  use gestell_input_namelist_document, only: document_type, group_named
   use gestell_input_schema, only: frame_group, group_rule, mechanism_group, schema_type
   use gestell_input_schema_read, only: read
   use gestell_input_schema_units, only: find_unit, quantity_names, unit_names, units_type
@@ -17,21 +17,21 @@ module gestell_input_machine_groups
   public :: machine_schema, read_units
 
   type(group_rule), parameter :: groups(*) = [ &
-    & group_rule("drive", "speed of the crank, and what keeps it constant", required=.true., about=frame_group), &
+    & group_rule("drive", "speed of the crank, and what keeps it constant", required=.true., subject=frame_group), &
     & group_rule("units", "units of the numbers in all groups except `&mass_functions`; results are in SI units"), &
     & group_rule("mechanism", "one of several mechanisms on the frame: its position and gear ratio", repeatable=.true., &
-    &   about=mechanism_group), &
-    & group_rule("repeat", "a copy of a mechanism, with all its joints and links", repeatable=.true., about=mechanism_group), &
+    &   subject=mechanism_group), &
+    & group_rule("repeat", "a copy of a mechanism, with all its joints and links", repeatable=.true., subject=mechanism_group), &
     & group_rule("joint", "a joint of the mechanism: fixed pivot, crank pin, slider, ...", repeatable=.true., &
-    &   about=mechanism_group), &
-    & group_rule("link", "a rigid body attached to joints of the mechanism", repeatable=.true., about=mechanism_group), &
+    &   subject=mechanism_group), &
+    & group_rule("link", "a rigid body attached to joints of the mechanism", repeatable=.true., subject=mechanism_group), &
     & group_rule("mass_functions", "instead of joints and links: sums over the moving masses, in SI units", &
-    &   about=mechanism_group), &
+    &   subject=mechanism_group), &
     & group_rule("frame", "the elastically mounted frame: mass, inertia, degrees of freedom", required=.true., &
-    &   about=frame_group), &
-    & group_rule("support", "a mount: springs and dampers between frame and ground", repeatable=.true., about=frame_group), &
-    & group_rule("foundation", "stiffness and damping about F, in addition to the supports", about=frame_group), &
-    & group_rule("gravity", "gives weight to the frame and to all moving masses", about=frame_group), &
+    &   subject=frame_group), &
+    & group_rule("support", "a mount: springs and dampers between frame and ground", repeatable=.true., subject=frame_group), &
+    & group_rule("foundation", "stiffness and damping about F, in addition to the supports", subject=frame_group), &
+    & group_rule("gravity", "gives weight to the frame and to all moving masses", subject=frame_group), &
     & group_rule("probe", "a point of the frame whose vibration is reported", repeatable=.true.)]
 
   !> Values to which each quantity's unit applies, for help and manual.
@@ -79,7 +79,7 @@ contains
     integer :: i
 
     do i = 1, quantities
-      call read(the_group(doc, "units"), unit_keys(), trim(quantity_names(i)), name, error)
+      call read(group_named(doc, "units"), unit_keys(), trim(quantity_names(i)), name, error)
       if (allocated(error)) return
       units%of(i) = find_unit(i, name)
     end do

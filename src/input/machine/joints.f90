@@ -8,7 +8,7 @@ module gestell_input_machine_joints
   use gestell_base_words, only: word_length
   use gestell_input_namelist_document, only: group_names, group_type, has, name_of
   use gestell_input_machine_mechanisms, only: membership_key
-  use gestell_input_namelist_message, only: in_group, input_error
+  use gestell_input_namelist_message, only: locate_in_group, input_error
   use gestell_input_namelist_suggest, only: listed, suggestion
   use gestell_input_schema, only: variant_type
   use gestell_input_schema_read, only: count_values, read
@@ -21,7 +21,7 @@ module gestell_input_machine_joints
   implicit none (type, external)
   private
 
-  public :: check_known, joint_keys, joint_variants, read_joint, type_of_joint
+  public :: check_joint_references, joint_keys, joint_variants, read_joint, type_of_joint
 
   type(key_type), parameter :: common_keys(*) = [ &
     & key_type("joint", "name", text_key, "name by which other groups refer to the joint", required=.true.), &
@@ -151,7 +151,7 @@ contains
     else
       call joint%move(placement)
       call linkage%add_joint(name_of(joints(i)), joint, error)
-      if (allocated(error)) call in_group(joints(i), error)
+      if (allocated(error)) call locate_in_group(joints(i), error)
     end if
   end subroutine read_joint
 
@@ -186,7 +186,7 @@ contains
         call input_error(joints(i), name, "must name " // trim(merge("1 joint ", "2 joints", key(1)%most == 1)), error)
         return
       end if
-      call check_known(joints(i), name, words, joints, names, i - 1, error)
+      call check_joint_references(joints(i), name, words, joints, names, i - 1, error)
       if (allocated(error)) return
       if (any([(words(n) == words(:n - 1), n = 1, size(words))])) then
         call input_error(joints(i), name, "must name 2 different joints", error)
@@ -220,36 +220,37 @@ contains
   end subroutine check_keys
 
   !> Fails if a group refers to a joint that is unknown or listed too late.
-  subroutine check_known(group, key, wanted, joints, names, known, error)
+  subroutine check_joint_references(group, key, references, joints, names, allowed_count, error)
     !> `group`: the group that refers to joints; `joints`: all joints of the input
     type(group_type), intent(in) :: group, joints(:)
-    !> `key`: key of the group that refers to the joints; `wanted`: names of these joints
-    character(len=*), intent(in) :: key, wanted(:)
+    !> `key`: key of the group that refers to the joints; `references`: names of these joints
+    character(len=*), intent(in) :: key, references(:)
     !> Names of all joints
     type(dictionary_type), intent(in) :: names
-    !> Only the first `known` joints may be referred to
-    integer, intent(in) :: known
+    !> Only the first `allowed_count` joints may be referred to
+    integer, intent(in) :: allowed_count
     type(error_type), allocatable, intent(out) :: error
     integer :: i, number
 
-    do i = 1, size(wanted)
-      number = names%position(wanted(i))
+    do i = 1, size(references)
+      number = names%position(references(i))
       if (number == 0) then
-        call input_error(group, key, "there is no joint '" // trim(wanted(i)) // "'" // &
-          & suggestion(trim(wanted(i)), group_names(joints(:known))), error)
-      else if (number == known + 1) then
+        call input_error(group, key, "there is no joint '" // trim(references(i)) // "'" // &
+          & suggestion(trim(references(i)), group_names(joints(:allowed_count))), error)
+      else if (number == allowed_count + 1) then
         call input_error(group, key, "a joint cannot refer to itself", error)
-      else if (number > known .and. builds_on(joints, number, known + 1)) then
-        call input_error(group, key, "joint '" // trim(wanted(i)) // "' in line " // text(joints(number)%line) // " refers to '" &
+      else if (number > allowed_count .and. builds_on(joints, number, allowed_count + 1)) then
+        call input_error(group, key, "joint '" // trim(references(i)) // "' in line " // text(joints(number)%line) &
+          & // " refers to '" &
           & // name_of(group) // "' in turn: joints that can only be located together (Assur groups of class III) are not " &
           & // "supported", error)
-      else if (number > known) then
-        call input_error(group, key, "joint '" // trim(wanted(i)) // "' comes later, in line " // text(joints(number)%line) &
+      else if (number > allowed_count) then
+        call input_error(group, key, "joint '" // trim(references(i)) // "' comes later, in line " // text(joints(number)%line) &
           & // ": list it before this joint", error)
       end if
       if (allocated(error)) return
     end do
-  end subroutine check_known
+  end subroutine check_joint_references
 
   !> True if joint `i` refers to joint `target`, directly or through other joints; false if one of them does not exist.
   pure logical function builds_on(joints, i, target)

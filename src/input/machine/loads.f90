@@ -43,7 +43,7 @@ contains
     integer :: i, k, row, column
 
     damping = 0
-    if (.not. in_space) call refuse_beyond_plane(group, error)
+    if (.not. in_space) call refuse_space_elements(group, error)
     call read(group, foundation_keys, "stiffness", stiffness, error)
     if (allocated(error)) return
     do k = 2, 6
@@ -58,7 +58,7 @@ contains
       end do
     end do
     call read(group, foundation_keys, "stiffness", stiffness, error, units)
-    if (negative_somewhere(stiffness)) then
+    if (has_negative_eigenvalue(stiffness)) then
       call input_error(group, "stiffness", "must be positive semidefinite: in some direction this matrix pushes the frame " // &
         & "away instead of back", error)
       return
@@ -71,7 +71,7 @@ contains
   end subroutine read_foundation
 
   !> Fails if the group contains an element for zeta, rot_xi or rot_eta, which only a frame in space has.
-  subroutine refuse_beyond_plane(group, error)
+  subroutine refuse_space_elements(group, error)
     type(group_type), intent(in) :: group
     type(error_type), allocatable, intent(out) :: error
     character(len=9), parameter :: names(2) = [character(len=9) :: "stiffness", "damping"]
@@ -87,18 +87,18 @@ contains
         return
       end do
     end do
-  end subroutine refuse_beyond_plane
+  end subroutine refuse_space_elements
 
   !> True if a symmetric matrix has a negative eigenvalue beyond rounding. Scales the matrix to a unit diagonal and eliminates with
   !> the largest diagonal element as pivot: a negative pivot reveals a negative eigenvalue.
-  pure logical function negative_somewhere(c)
+  pure logical function has_negative_eigenvalue(c)
     real(dp), intent(in) :: c(6, 6)
     real(dp), parameter :: rounding = 1.0e-12_dp
     real(dp) :: a(6, 6), unit(6)
     integer :: i, k, at, row(6)
 
-    negative_somewhere = any([(c(i, i) < 0, i = 1, 6)])
-    if (negative_somewhere) return
+    has_negative_eigenvalue = any([(c(i, i) < 0, i = 1, 6)])
+    if (has_negative_eigenvalue) return
     unit = sqrt([(c(i, i), i = 1, 6)])
     where (.not. unit > 0) unit = 1
     a = c / (spread(unit, 2, 6) * spread(unit, 1, 6))
@@ -106,8 +106,8 @@ contains
     do k = 1, 6
       at = k - 1 + maxloc([(a(row(i), row(i)), i = k, 6)], dim=1)
       row([k, at]) = row([at, k])
-      negative_somewhere = any([(a(row(i), row(i)) < -rounding, i = k, 6)])
-      if (negative_somewhere) return
+      has_negative_eigenvalue = any([(a(row(i), row(i)) < -rounding, i = k, 6)])
+      if (has_negative_eigenvalue) return
       if (.not. a(row(k), row(k)) > rounding) exit
       do i = k + 1, 6
         a(row(i), row(k + 1:)) = a(row(i), row(k + 1:)) - a(row(i), row(k)) / a(row(k), row(k)) * a(row(k), row(k + 1:))
@@ -115,9 +115,9 @@ contains
     end do
     ! if the remaining diagonal is zero, the other remaining elements must be zero too
     do i = k, 6
-      negative_somewhere = negative_somewhere .or. any(abs(a(row(i), row(k:))) > sqrt(rounding))
+      has_negative_eigenvalue = has_negative_eigenvalue .or. any(abs(a(row(i), row(k:))) > sqrt(rounding))
     end do
-  end function negative_somewhere
+  end function has_negative_eigenvalue
 
   !> Reads gravity, which is zero if the group is missing. Fails if its direction is a vector although the frame moves in its plane,
   !> or if this vector is zero or has only 2 values.

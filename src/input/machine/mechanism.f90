@@ -5,24 +5,24 @@ module gestell_input_machine_mechanism
   use gestell_base_key, only: key_type, nonnegative, of_inertia, of_length, of_mass, real_key, text_key
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: text
-  use gestell_input_namelist_document, only: count_groups, document_type, group_type, has, indices_named, name_of, the_group
+  use gestell_input_namelist_document, only: count_groups, document_type, group_type, has, indices_named, name_of, group_named
   use gestell_input_schema_read, only: count_values, read
-  use gestell_input_machine_joints, only: check_known, read_joint, type_of_joint
+  use gestell_input_machine_joints, only: check_joint_references, read_joint, type_of_joint
   use gestell_input_machine_copies, only: members_type
-  use gestell_input_machine_mechanisms, only: claim_name, membership_key, read_parts
-  use gestell_input_namelist_message, only: in_group, input_error, location
+  use gestell_input_machine_mechanisms, only: claim_name, membership_key, read_members
+  use gestell_input_namelist_message, only: locate_in_group, input_error, location
   use gestell_input_schema_units, only: units_type
   use gestell_model_mechanism_harmonic_mechanism, only: harmonic_mechanism_type, new_harmonic_mechanism
   use gestell_model_joints_joint, only: form_type
   use gestell_model_joints_types_registry, only: joint_forms
   use gestell_model_joints_placement, only: placement_type
   use gestell_model_linkage, only: linkage_type
-  use gestell_model_linkage_gearing, only: gear, most_crank_turns, most_turns
+  use gestell_model_linkage_gearing, only: gear, max_crank_turns, max_turns
   use gestell_model_mechanism, only: mechanism_type
   implicit none (type, external)
   private
 
-  public :: name_line, read_mechanism
+  public :: prepend_location, read_mechanism
 
   type(key_type), parameter, public :: link_keys(*) = [ &
     & key_type("link", "name", text_key, "name of the link in messages, reports and paths", required=.true.), &
@@ -40,24 +40,24 @@ module gestell_input_machine_mechanism
     & membership_key(2)]
 
   !> Maximum number of coefficients of a mass function: the mean, then cosine and sine coefficients up to order 500.
-  integer, parameter :: most_harmonics = 1001
+  integer, parameter :: max_harmonics = 1001
 
   type(key_type), parameter, public :: mass_function_keys(*) = [ &
     & key_type("mass_functions", "mass", real_key, "total mass of the moving parts", symbol="kg", range=nonnegative), &
     & key_type("mass_functions", "inertia", real_key, "sum of the moments of inertia of the moving parts, each about its own " // &
     &   "centre of mass", symbol="kg m^2", range=nonnegative), &
     & key_type("mass_functions", "a1", real_key, "sum of m x over the moving parts, x from O: its mean, then its factors of " // &
-    &   "cos, sin, cos 2, sin 2, ... of the crank angle", 1, 1, most_harmonics, symbol="kg m", default=0.0_dp), &
-    & key_type("mass_functions", "a2", real_key, "sum of m y over the moving parts, a series as for `a1`", 1, 1, most_harmonics, &
+    &   "cos, sin, cos 2, sin 2, ... of the crank angle", 1, 1, max_harmonics, symbol="kg m", default=0.0_dp), &
+    & key_type("mass_functions", "a2", real_key, "sum of m y over the moving parts, a series as for `a1`", 1, 1, max_harmonics, &
     &   symbol="kg m", default=0.0_dp), &
     & key_type("mass_functions", "a3", real_key, "sum of m (x^2 + y^2) over the moving parts, a series as for `a1`", 1, 1, &
-    &   most_harmonics, symbol="kg m^2", default=0.0_dp), &
+    &   max_harmonics, symbol="kg m^2", default=0.0_dp), &
     & key_type("mass_functions", "moment", real_key, "angular momentum divided by the crank speed, a series as for `a1`: sum " // &
     &   "of m (x y' - y x') + J phi', with the angle phi of each part and ' for the derivative by the crank angle", 1, 1, &
-    &   most_harmonics, symbol="kg m^2", default=0.0_dp), &
+    &   max_harmonics, symbol="kg m^2", default=0.0_dp), &
     & key_type("mass_functions", "energy", real_key, "twice the kinetic energy divided by the squared crank speed, a series " // &
     &   "as for `a1`: sum of m (x'^2 + y'^2) + J phi'^2; required by the task `power` and unless `held_by='motor'`", 1, 1, &
-    &   most_harmonics, symbol="kg m^2", otherwise="none")]
+    &   max_harmonics, symbol="kg m^2", otherwise="none")]
 
 contains
 
@@ -101,26 +101,26 @@ contains
     character(len=9), parameter :: linkage_groups(4) = [character(len=9) :: "joint", "link", "mechanism", "repeat"]
     integer :: i
 
-    group = the_group(doc, "mass_functions")
+    group = group_named(doc, "mass_functions")
     if (sum([(count_groups(doc, trim(linkage_groups(i))), i = 1, size(linkage_groups))]) > 0) then
       call input_error(group, "", "cannot be combined with &joint, &link, &mechanism or &repeat", error)
       return
     end if
     call read(group, mass_function_keys, "mass", mass, error)
     call read(group, mass_function_keys, "inertia", inertia, error)
-    call get_harmonics(group, "a1", a1, error)
-    call get_harmonics(group, "a2", a2, error)
-    call get_harmonics(group, "a3", a3, error)
-    call get_harmonics(group, "moment", moment, error)
-    if (has(group, "energy")) call get_harmonics(group, "energy", energy, error)
+    call read_harmonic_series(group, "a1", a1, error)
+    call read_harmonic_series(group, "a2", a2, error)
+    call read_harmonic_series(group, "a3", a3, error)
+    call read_harmonic_series(group, "moment", moment, error)
+    if (has(group, "energy")) call read_harmonic_series(group, "energy", energy, error)
     if (allocated(error)) return
     call new_harmonic_mechanism(harmonic, mass, inertia, a1, a2, a3, moment, error, energy)
-    if (allocated(error)) call in_group(group, error)
+    if (allocated(error)) call locate_in_group(group, error)
   end subroutine read_harmonics
 
   !> Reads the coefficients of one mass function: the mean, then pairs of cosine and sine coefficients. Returns zero if the key is
   !> missing or `error` is already allocated.
-  subroutine get_harmonics(group, key, values, error)
+  subroutine read_harmonic_series(group, key, values, error)
     type(group_type), intent(in) :: group
     character(len=*), intent(in) :: key
     real(dp), allocatable, intent(out) :: values(:)
@@ -131,10 +131,10 @@ contains
     if (allocated(error)) return
     if (modulo(size(values), 2) == 0) call input_error(group, key, &
       & "must have an odd number of values: the mean, then pairs of cosine and sine", error)
-  end subroutine get_harmonics
+  end subroutine read_harmonic_series
 
   !> Reads all mechanisms of a checked document as one linkage. Fails if keys do not fit a joint's type or a value is out of range.
-  !> Also fails if a joint is unknown or listed too late, or a name is used twice. Further errors as in `read_parts`.
+  !> Also fails if a joint is unknown or listed too late, or a name is used twice. Further errors as in `read_members`.
   subroutine read_linkage(doc, units, forms, linkage, error)
     type(document_type), intent(in) :: doc
     type(units_type), intent(in) :: units
@@ -146,7 +146,7 @@ contains
     type(dictionary_type) :: names, link_names
     integer :: i
 
-    call read_parts(doc, units, joints, links, placements, error)
+    call read_members(doc, units, joints, links, placements, error)
     if (allocated(error)) return
     if (size(joints%groups) == 0) then
       call fatal_error(error, doc%file // ": the mechanism is missing: groups &joint and &link (or &mass_functions) are " // &
@@ -171,11 +171,11 @@ contains
     end do
     call gear(linkage%joints, linkage%turns, linkage%crank_turns, i)
     if (i > 0) then
-      if (linkage%turns > most_turns) then
+      if (linkage%turns > max_turns) then
         call input_error(group_of_ratio(doc, joints, i), "ratio", "the mechanism repeats only after " // text(linkage%turns) &
-          & // " turns of the drive; at most " // text(most_turns) // " are allowed", error)
+          & // " turns of the drive; at most " // text(max_turns) // " are allowed", error)
       else
-        call input_error(group_of_ratio(doc, joints, i), "ratio", "the crank turns more than " // text(most_crank_turns) &
+        call input_error(group_of_ratio(doc, joints, i), "ratio", "the crank turns more than " // text(max_crank_turns) &
           & // " times before the mechanism repeats, which is not allowed", error)
       end if
       return
@@ -239,10 +239,10 @@ contains
     integer :: n
 
     call read(group, link_keys, "from", from, error)
-    if (.not. allocated(error)) call check_known(group, "from", [from], joints, names, size(joints), error)
+    if (.not. allocated(error)) call check_joint_references(group, "from", [from], joints, names, size(joints), error)
     call read(group, link_keys, "to", to, error)
     if (allocated(error)) return
-    if (has(group, "to")) call check_known(group, "to", [to], joints, names, size(joints), error)
+    if (has(group, "to")) call check_joint_references(group, "to", [to], joints, names, size(joints), error)
     if (.not. allocated(error) .and. to == from) call input_error(group, "to", "must differ from the joint in 'from'", error)
     call read(group, link_keys, "mass", mass, error, units)
     n = min(3, max(1, count_values(group, "inertia")))
@@ -254,7 +254,7 @@ contains
     if (n == 1) inertia = [0.0_dp, inertia(1), inertia(1)]
     if (.not. has(group, "to")) center = placement%vector(center)
     call linkage%link(name_of(group), from, to, mass, inertia(3), center, error)
-    if (allocated(error)) call in_group(group, error)
+    if (allocated(error)) call locate_in_group(group, error)
     if (allocated(error)) return
     associate (link => linkage%links(size(linkage%links)))
       link%z = placement%z + z
@@ -267,7 +267,7 @@ contains
   end subroutine read_link
 
   !> Puts the file and line of the faulty joint or link in front of the message of `error`.
-  subroutine name_line(doc, error)
+  subroutine prepend_location(doc, error)
     type(document_type), intent(in) :: doc
     type(error_type), allocatable, intent(inout) :: error
     integer :: begin, i
@@ -283,6 +283,6 @@ contains
         return
       end associate
     end do
-  end subroutine name_line
+  end subroutine prepend_location
 
 end module gestell_input_machine_mechanism

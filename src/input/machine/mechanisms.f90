@@ -10,7 +10,7 @@ module gestell_input_machine_mechanisms
   use gestell_input_namelist_document, only: document_type, group_names, group_type, groups_named, has, name_of
   use gestell_input_namelist_message, only: input_error
   use gestell_input_namelist_suggest, only: suggestion
-  use gestell_input_schema_read, only: count_values, read, read_place
+  use gestell_input_schema_read, only: count_values, read, read_axis_values
   use gestell_input_schema_units, only: units_type
   use gestell_math_rational, only: to_rational
   use gestell_model_joints_placement, only: placement_type
@@ -18,7 +18,7 @@ module gestell_input_machine_mechanisms
   implicit none (type, external)
   private
 
-  public :: claim_name, read_parts, read_planes
+  public :: claim_name, read_members, read_planes
 
   !> Meanings of keys that &mechanism and &repeat share.
   character(len=*), parameter :: of_origin = "origin of the mechanism's x-y system, from O (`&frame origin`) along xi, " // &
@@ -59,7 +59,7 @@ module gestell_input_machine_mechanisms
   type(key_type), parameter :: from_key = key_type("link", "from", text_key, "")
 
   !> A mechanism or a copy of one
-  type :: part_type
+  type :: placed_mechanism_type
     !> Its name
     character(len=word_length) :: name = ""
     !> Number of the mechanism from which it was copied; its own number if it is no copy
@@ -71,13 +71,13 @@ module gestell_input_machine_mechanisms
     real(dp) :: origin(3) = 0, axis(3) = [0.0_dp, 0.0_dp, 1.0_dp], x_axis(3) = 0
     !> True if the mechanism has its own plane, tilted relative to that of the frame
     logical :: tilted = .false.
-  end type part_type
+  end type placed_mechanism_type
 
 contains
 
   !> Reads joints and links of a checked document, including those of copies. Fails if a mechanism is unknown or has no joints, a
   !> name is used twice, or a link is assigned to another mechanism than its joint `from`.
-  subroutine read_parts(doc, units, joints, links, placements, error)
+  subroutine read_members(doc, units, joints, links, placements, error)
     type(document_type), intent(in) :: doc
     !> Units of the input
     type(units_type), intent(in) :: units
@@ -87,13 +87,13 @@ contains
     type(placement_type), allocatable, intent(out) :: placements(:)
     type(error_type), allocatable, intent(out) :: error
     type(group_type), allocatable :: mechanisms(:), copies(:)
-    type(part_type), allocatable :: parts(:)
+    type(placed_mechanism_type), allocatable :: parts(:)
     type(members_type) :: originals
     integer :: i
 
-    call read_all_parts(doc, units, mechanisms, copies, parts, error)
+    call read_placed_mechanisms(doc, units, mechanisms, copies, parts, error)
     if (allocated(error)) return
-    call take_joints(groups_named(doc, "joint"), mechanisms, joints, error)
+    call assign_joints(groups_named(doc, "joint"), mechanisms, joints, error)
     if (allocated(error)) return
     do i = 1, size(mechanisms)
       if (any(joints%mechanism == i)) cycle
@@ -101,18 +101,18 @@ contains
       return
     end do
     allocate(links%groups, source=groups_named(doc, "link"))
-    call take_links(joints, links)
+    call assign_links(joints, links)
     originals = joints
     call add_copies(links, (parts%name), (parts%original), originals, copies, error)
     if (.not. allocated(error)) call add_copies(joints, (parts%name), (parts%original), originals, copies, error)
     if (allocated(error)) return
-    call take_links(joints, links)
+    call assign_links(joints, links)
     call check_links(links, (parts%name), error)
     if (allocated(error)) return
     placements = parts%placement
-  end subroutine read_parts
+  end subroutine read_members
 
-  !> Reads the tilted planes of mechanisms. Errors as in `read_parts`.
+  !> Reads the tilted planes of mechanisms. Errors as in `read_members`.
   subroutine read_planes(doc, units, origins, axes, shaft, error)
     type(document_type), intent(in) :: doc
     !> Units of the input
@@ -124,11 +124,11 @@ contains
     real(dp), intent(out) :: shaft(3)
     type(error_type), allocatable, intent(out) :: error
     type(group_type), allocatable :: mechanisms(:), copies(:)
-    type(part_type), allocatable :: parts(:)
+    type(placed_mechanism_type), allocatable :: parts(:)
     integer :: i, k
 
     shaft = 0
-    call read_all_parts(doc, units, mechanisms, copies, parts, error)
+    call read_placed_mechanisms(doc, units, mechanisms, copies, parts, error)
     if (allocated(error)) return
     allocate(origins(3, count(parts%tilted)), axes(3, 3, count(parts%tilted)))
     do i = size(parts), 1, -1
@@ -141,11 +141,11 @@ contains
 
   !> Reads all mechanisms and copies. Fails if a name is missing or used twice, the original of a copy does not exist, or an axis is
   !> the zero vector.
-  subroutine read_all_parts(doc, units, mechanisms, copies, parts, error)
+  subroutine read_placed_mechanisms(doc, units, mechanisms, copies, parts, error)
     type(document_type), intent(in) :: doc
     type(units_type), intent(in) :: units
     type(group_type), allocatable, intent(out) :: mechanisms(:), copies(:)
-    type(part_type), allocatable, intent(out) :: parts(:)
+    type(placed_mechanism_type), allocatable, intent(out) :: parts(:)
     type(error_type), allocatable, intent(out) :: error
     type(dictionary_type) :: names
     integer :: i, n, planes
@@ -182,7 +182,7 @@ contains
         end if
       end associate
     end do
-  end subroutine read_all_parts
+  end subroutine read_placed_mechanisms
 
   !> Unit vectors along x, y and the normal of a plane. x is the projection of `x_axis` on the plane. If `x_axis` is zero, the
   !> shortest rotation that turns zeta into the normal turns xi into x.
@@ -225,12 +225,12 @@ contains
     type(group_type), intent(in) :: group
     type(key_type), intent(in) :: keys(:)
     type(units_type), intent(in) :: units
-    type(part_type), intent(inout) :: part
+    type(placed_mechanism_type), intent(inout) :: part
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: upright(3) = [0.0_dp, 0.0_dp, 1.0_dp]
     real(dp) :: axes(3, 3)
 
-    if (has(group, "origin")) call read_place(group, keys, "origin", units, part%origin, error)
+    if (has(group, "origin")) call read_axis_values(group, keys, "origin", units, part%origin, error)
     if (has(group, "axis")) call read(group, keys, "axis", part%axis, error)
     if (has(group, "x_axis")) call read(group, keys, "x_axis", part%x_axis, error)
     if (allocated(error)) return
@@ -273,8 +273,8 @@ contains
   subroutine read_copy(group, units, before, copy, error)
     type(group_type), intent(in) :: group
     type(units_type), intent(in) :: units
-    type(part_type), intent(in) :: before(:)
-    type(part_type), intent(out) :: copy
+    type(placed_mechanism_type), intent(in) :: before(:)
+    type(placed_mechanism_type), intent(out) :: copy
     type(error_type), allocatable, intent(out) :: error
     character(len=:), allocatable :: of
     integer :: i
@@ -295,7 +295,7 @@ contains
   end subroutine read_copy
 
   !> Assigns the joints of the document to their mechanisms.
-  subroutine take_joints(groups, mechanisms, joints, error)
+  subroutine assign_joints(groups, mechanisms, joints, error)
     type(group_type), intent(in) :: groups(:), mechanisms(:)
     type(members_type), intent(out) :: joints
     type(error_type), allocatable, intent(out) :: error
@@ -325,10 +325,10 @@ contains
         return
       end if
     end do
-  end subroutine take_joints
+  end subroutine assign_joints
 
   !> Assigns each link to the mechanism of its joint `from`. A link without a known joint gets the number 0.
-  subroutine take_links(joints, links)
+  subroutine assign_links(joints, links)
     type(members_type), intent(in) :: joints
     type(members_type), intent(inout) :: links
     type(dictionary_type) :: names
@@ -344,7 +344,7 @@ contains
       k = names%position(from)
       if (k > 0) links%mechanism(i) = joints%mechanism(k)
     end do
-  end subroutine take_links
+  end subroutine assign_links
 
   !> Fails if the key `mechanism` of a link differs from the mechanism of its joint `from`. Unknown joints are reported later, by
   !> `read_link`.

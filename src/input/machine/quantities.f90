@@ -5,8 +5,8 @@ module gestell_input_machine_quantities
   use gestell_base_key, only: key_type, nonnegative, of_length, positive, real_key, text_key
   use gestell_base_kinds, only: dp
   use gestell_base_words, only: character_count, longest_name, word_length
-  use gestell_input_namelist_document, only: document_type, group_type, groups_named, has, name_of, the_group
-  use gestell_input_schema_read, only: read, read_place
+  use gestell_input_namelist_document, only: document_type, group_type, groups_named, has, name_of, group_named
+  use gestell_input_schema_read, only: read, read_axis_values
   use gestell_input_namelist_message, only: input_error
   use gestell_input_schema_units, only: units_type
   use gestell_model_frame, only: frame_type, dof_names
@@ -16,7 +16,7 @@ module gestell_input_machine_quantities
   implicit none (type, external)
   private
 
-  public :: kind_of_measure, read_measures, read_probes, read_quantities
+  public :: read_measure, read_measures, read_probes, read_quantities
 
   type(key_type), parameter, public :: probe_keys(*) = [ &
     & key_type("probe", "name", text_key, "name of the point in reports and files: 1 to 64 characters, no parentheses", &
@@ -58,7 +58,7 @@ contains
           return
         end if
         call names%add(probe%name)
-        call read_place(group, probe_keys, "position", units, place, error)
+        call read_axis_values(group, probe_keys, "position", units, place, error)
         probe%position = place(:2)
         probe%z = place(3)
         if (has(group, "limit_mm_s")) then
@@ -89,11 +89,11 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(error_type), allocatable :: reason
     type(group_type) :: group
-    type(dictionary_type) :: seen
+    type(dictionary_type) :: names_so_far
     character(len=word_length), allocatable :: names(:)
     integer :: i, n
 
-    group = the_group(doc, trim(keys(1)%group))
+    group = group_named(doc, trim(keys(1)%group))
     if (has(group, "quantities")) then
       call read(group, keys, "quantities", names, error)
       if (allocated(error)) return
@@ -114,11 +114,11 @@ contains
       call find_quantity(frame, probes, trim(adjustl(names(i))), quantities(i), reason)
       if (allocated(reason)) then
         call input_error(group, "quantities", reason%message, error)
-      else if (seen%position(names(i)) > 0) then
+      else if (names_so_far%position(names(i)) > 0) then
         call input_error(group, "quantities", "names '" // trim(names(i)) // "' twice", error)
       end if
       if (allocated(error)) return
-      call seen%add(names(i))
+      call names_so_far%add(names(i))
     end do
   end subroutine read_quantities
 
@@ -158,7 +158,7 @@ contains
   end subroutine read_measures
 
   !> Reads the key `name`, whose value names a measure. Fails if this measure does not exist.
-  subroutine kind_of_measure(group, keys, name, kind, error)
+  subroutine read_measure(group, keys, name, kind, error)
     type(group_type), intent(in) :: group
     !> Records of the group's keys
     type(key_type), intent(in) :: keys(:)
@@ -172,6 +172,6 @@ contains
     kind = peak_measure
     call read(group, keys, name, word, error)
     if (.not. allocated(error)) kind = maxloc(merge(1, 0, measure_names == word), dim=1)
-  end subroutine kind_of_measure
+  end subroutine read_measure
 
 end module gestell_input_machine_quantities

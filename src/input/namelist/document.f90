@@ -6,7 +6,7 @@ module gestell_input_namelist_document
   private
 
   public :: value_type, entry_type, group_type, document_type
-  public :: the_group, count_groups, groups_named, indices_named, group_names, name_of, has, find_entry
+  public :: group_named, count_groups, groups_named, indices_named, group_names, name_of, has, find_entry
 
   !> A value as typed
   type :: value_type
@@ -66,7 +66,7 @@ module gestell_input_namelist_document
 contains
 
   !> Returns the group of this name, or an empty group if the file has none. Use it for groups that may occur only once.
-  pure function the_group(doc, name) result(group)
+  pure function group_named(doc, name) result(group)
     type(document_type), intent(in) :: doc
     character(len=*), intent(in) :: name
     type(group_type) :: group
@@ -81,7 +81,7 @@ contains
     group%name = name
     group%file = doc%file
     allocate(group%entries(0))
-  end function the_group
+  end function group_named
 
   !> Number of groups of this name. It does not call `groups_named`, because gfortran 12 does not free function results within an
   !> expression.

@@ -8,14 +8,14 @@ module gestell_input_namelist_edit
   implicit none (type, external)
   private
 
-  public :: set_entry, spelled
+  public :: set_entry, entry_text
 
   character, parameter :: newline = new_line("a")
 
 contains
 
   !> Writes a key and its values as in an input file: "key=values", or "key(i)=value" for each given element if others are missing.
-  pure function spelled(entry) result(words)
+  pure function entry_text(entry) result(words)
     type(entry_type), intent(in) :: entry
     character(len=:), allocatable :: words, value
     logical :: whole
@@ -27,7 +27,7 @@ contains
     do i = 1, size(entry%values)
       if (.not. allocated(entry%values(i)%text)) cycle
       value = entry%values(i)%text
-      if (entry%values(i)%quoted) value = "'" // doubled(value) // "'"
+      if (entry%values(i)%quoted) value = "'" // with_doubled_quotes(value) // "'"
       if (whole) then
         if (i > 1) words = words // ","
       else if (entry%rank == 2) then
@@ -39,10 +39,10 @@ contains
       words = words // value
     end do
     words = words(3:)
-  end function spelled
+  end function entry_text
 
   !> Doubles the quotes in a text, so that the text can be put in quotes.
-  pure function doubled(text) result(words)
+  pure function with_doubled_quotes(text) result(words)
     character(len=*), intent(in) :: text
     character(len=:), allocatable :: words
     integer :: i
@@ -52,7 +52,7 @@ contains
       words = words // text(i:i)
       if (text(i:i) == "'") words = words // "'"
     end do
-  end function doubled
+  end function with_doubled_quotes
 
   !> Replaces a key's values in one group of the text, or adds the key at the group's end.
   pure subroutine set_entry(text, group, entry, remark)
@@ -74,10 +74,10 @@ contains
     end do
     if (size(first) > 0) then
       at = first(1)
-      text = text(:at - 1) // spelled(entry) // text(last(1) + 1:)
+      text = text(:at - 1) // entry_text(entry) // text(last(1) + 1:)
     else
       at = ending
-      text = trim(text(:at - 1)) // " " // spelled(entry) // " " // text(at:)
+      text = trim(text(:at - 1)) // " " // entry_text(entry) // " " // text(at:)
     end if
     i = index(text(at:), newline)
     if (i == 0) i = len(text) - at + 2
@@ -97,13 +97,13 @@ contains
     type(scanner_type) :: scanner
     type(token_type) :: token
     integer :: number, start, behind, value_end
-    logical :: inside, wanted
+    logical :: inside, is_this_key
 
     allocate(first(0), last(0))
     scanner%text = text
     number = 0
     inside = .false.
-    wanted = .false.
+    is_this_key = .false.
     value_end = 0
     ending = len(text) + 1
     do
@@ -120,7 +120,7 @@ contains
       end if
       if (.not. inside) cycle
       if (token%kind == mark .and. token%text == "/") then
-        if (wanted) last = [last, value_end]
+        if (is_this_key) last = [last, value_end]
         ending = start
         if (number == group) return
         inside = .false.
@@ -130,9 +130,9 @@ contains
       if (token%kind == bare) then
         call skip_blanks(scanner)
         if (scan(next_character(scanner), "=(") > 0) then
-          if (wanted) last = [last, value_end]
-          wanted = lower(token%text) == key
-          if (wanted) first = [first, start]
+          if (is_this_key) last = [last, value_end]
+          is_this_key = lower(token%text) == key
+          if (is_this_key) first = [first, start]
         end if
       end if
       if (token%kind /= mark .or. token%text /= ",") value_end = behind

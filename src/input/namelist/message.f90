@@ -8,7 +8,7 @@ module gestell_input_namelist_message
   implicit none (type, external)
   private
 
-  public :: in_group, input_error, refuse_entry, location, label, typed
+  public :: locate_in_group, input_error, refuse_entry, location, label, typed
 
 contains
 
@@ -36,7 +36,7 @@ contains
 
   !> Puts file, line and group in front of an error's message, unless it already begins with the file or an option. If the message
   !> begins with the group's name, this name is not repeated.
-  subroutine in_group(group, error)
+  subroutine locate_in_group(group, error)
     type(group_type), intent(in) :: group
     type(error_type), allocatable, intent(inout) :: error
     character(len=:), allocatable :: own
@@ -46,7 +46,7 @@ contains
     own = label(group) // ": "
     if (index("&" // error%message, own) == 1) error%message = error%message(len(own):)
     error%message = location(group%file, group%line) // own // error%message
-  end subroutine in_group
+  end subroutine locate_in_group
 
   !> Reports an error in the value of `entry`, in the format of `input_error`.
   pure subroutine refuse_entry(group, entry, message, error, element)
@@ -58,7 +58,7 @@ contains
     !> Index of the element at fault; absent: all values
     integer, intent(in), optional :: element
 
-    associate (value => entry%values(telling_value(entry, element)))
+    associate (value => entry%values(value_with_line(entry, element)))
       if (allocated(value%origin)) then
         call fatal_error(error, value%origin // ": " // message, invalid_input)
       else
@@ -69,7 +69,7 @@ contains
   end subroutine refuse_entry
 
   !> Index of the value whose line appears in the message: `element` if present, otherwise the first given value.
-  pure integer function telling_value(entry, element) result(i)
+  pure integer function value_with_line(entry, element) result(i)
     type(entry_type), intent(in) :: entry
     integer, intent(in), optional :: element
 
@@ -82,7 +82,7 @@ contains
     do i = 1, size(entry%values) - 1
       if (allocated(entry%values(i)%text)) return
     end do
-  end function telling_value
+  end function value_with_line
 
   !> All given values as typed, "key = values", or only one element, "key(2) = value".
   pure function typed(entry, element) result(words)

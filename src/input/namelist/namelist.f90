@@ -1,7 +1,7 @@
 !> Reads namelist files into groups, keys and values, and records the line of each.
 module gestell_input_namelist
   use gestell_base_error, only: error_type, fatal_error, invalid_input
-  use gestell_base_files, only: close_file, is_there, last_reason, open_to_read, read_some
+  use gestell_base_files, only: close_file, file_exists, system_message, open_to_read, read_chunk
   use gestell_base_paths, only: full_path
   use gestell_base_text, only: text
   use gestell_input_namelist_document, only: document_type, group_type, entry_type
@@ -16,7 +16,7 @@ module gestell_input_namelist
   public :: read_document, parse_document
 
   !> Maximum size of a file (bytes); larger files are refused.
-  integer, parameter :: largest = 100000000
+  integer, parameter :: max_bytes = 100000000
   !> The three bytes that some editors put in front of UTF-8 text.
   character(len=*), parameter :: byte_order_mark = char(239) // char(187) // char(191)
 
@@ -48,28 +48,28 @@ contains
 
     handle = -1
     inquire(file=file // "/.", exist=is_folder)
-    if (.not. is_there(file)) then
+    if (.not. file_exists(file)) then
       call fatal_error(error, file // ": there is no such file", invalid_input)
     else if (is_folder) then
       call fatal_error(error, file // ": is a directory, not a file", invalid_input)
     else
       call open_to_read(file, handle)
-      if (handle < 0) call fatal_error(error, file // ": cannot be read: " // last_reason(), invalid_input)
+      if (handle < 0) call fatal_error(error, file // ": cannot be read: " // system_message(), invalid_input)
     end if
     if (allocated(error)) return
     allocate(character(len=len(piece)) :: buffer)
     length = 0
     do
-      call read_some(handle, piece, n)
-      if (n <= 0 .or. length + n >= largest) exit
+      call read_chunk(handle, piece, n)
+      if (n <= 0 .or. length + n >= max_bytes) exit
       if (length + n > len(buffer)) buffer = buffer // repeat(" ", len(buffer) + n)
       buffer(length + 1:length + n) = piece(:n)
       length = length + n
     end do
     if (n < 0) then
-      call fatal_error(error, file // ": cannot be read: " // last_reason(), invalid_input)
+      call fatal_error(error, file // ": cannot be read: " // system_message(), invalid_input)
     else if (n > 0) then
-      call fatal_error(error, file // ": is larger than " // text(largest / 1000000) // " MB", invalid_input)
+      call fatal_error(error, file // ": is larger than " // text(max_bytes / 1000000) // " MB", invalid_input)
     end if
     call close_file(handle, closed)
     content = buffer(:length)
@@ -86,7 +86,7 @@ contains
     integer :: n
 
     doc%file = file
-    call refuse_rubbish(text, file, error)
+    call check_characters(text, file, error)
     if (allocated(error)) return
     scanner%text = text
     if (index(text, byte_order_mark) == 1) scanner%position = 4
@@ -212,7 +212,7 @@ contains
   end subroutine refuse_end
 
   !> Fails on an empty text, and on control characters other than tabs and line ends.
-  pure subroutine refuse_rubbish(content, file, error)
+  pure subroutine check_characters(content, file, error)
     character(len=*), intent(in) :: content, file
     type(error_type), allocatable, intent(out) :: error
     integer :: i, line, code
@@ -237,6 +237,6 @@ contains
         return
       end select
     end do
-  end subroutine refuse_rubbish
+  end subroutine check_characters
 
 end module gestell_input_namelist

@@ -24,7 +24,7 @@ contains
 
     value = 0
     reason = not_a_number(text)
-    digits = lower(unsigned(text))
+    digits = lower(without_sign(text))
     split = scan(digits, "ed")
     exponent = 0
     if (split > 0) then
@@ -63,7 +63,7 @@ contains
     value = 0
     call read_real(text, whole, reason)
     if (reason /= "") return
-    if (.not. is_digits(unsigned(text))) then
+    if (.not. is_digits(without_sign(text))) then
       reason = "must be a whole number, written without a point or exponent"
     else if (abs(whole) > huge(value)) then
       reason = "is too large"
@@ -80,14 +80,14 @@ contains
   end function is_digits
 
   !> A text without its leading sign.
-  pure function unsigned(text) result(rest)
+  pure function without_sign(text) result(rest)
     character(len=*), intent(in) :: text
     character(len=:), allocatable :: rest
 
     rest = text
     if (len(text) == 0) return
     if (text(1:1) == "+" .or. text(1:1) == "-") rest = text(2:)
-  end function unsigned
+  end function without_sign
 
   !> Reads the digits of an exponent; `ok` is false if the text is not an integer.
   pure subroutine read_exponent(text, exponent, ok)
@@ -101,7 +101,7 @@ contains
     integer :: i
 
     exponent = 0
-    digits = unsigned(text)
+    digits = without_sign(text)
     ok = is_digits(digits)
     if (.not. ok) return
     do i = 1, len(digits)
@@ -116,7 +116,7 @@ contains
     character(len=:), allocatable :: reason
     character(len=:), allocatable :: word
 
-    word = lower(unsigned(text))
+    word = lower(without_sign(text))
     if (word == "inf" .or. word == "infinity" .or. word == "nan" .or. index(word, "nan(") == 1) then
       reason = "must be finite"
     else

@@ -53,9 +53,9 @@ contains
       token%text = c
       scanner%position = scanner%position + 1
     else if (index(quotes, c) > 0) then
-      call take_quoted(scanner, token)
+      call read_quoted(scanner, token)
     else
-      call take_word(scanner, token)
+      call read_word(scanner, token)
     end if
   end subroutine next_token
 
@@ -89,7 +89,7 @@ contains
   end subroutine skip_blanks
 
   !> Reads a text in quotes, which must end on the same line. A doubled quote represents one quote.
-  pure subroutine take_quoted(scanner, token)
+  pure subroutine read_quoted(scanner, token)
     type(scanner_type), intent(inout) :: scanner
     type(token_type), intent(inout) :: token
     character(len=1) :: quote
@@ -112,11 +112,11 @@ contains
       end if
       last = last + 1
     end do
-    token%text = undoubled(scanner%text(start:last-1), quote)
-  end subroutine take_quoted
+    token%text = with_single_quotes(scanner%text(start:last-1), quote)
+  end subroutine read_quoted
 
   !> Replaces each doubled quote in a text by a single one.
-  pure function undoubled(text, quote) result(single)
+  pure function with_single_quotes(text, quote) result(single)
     character(len=*), intent(in) :: text
     character(len=1), intent(in) :: quote
     character(len=:), allocatable :: single
@@ -131,10 +131,10 @@ contains
       i = i + merge(2, 1, text(i:i) == quote)
     end do
     single = single(:n)
-  end function undoubled
+  end function with_single_quotes
 
   !> Reads a word up to the next blank, quote or mark; nan(...) is one word.
-  pure subroutine take_word(scanner, token)
+  pure subroutine read_word(scanner, token)
     type(scanner_type), intent(inout) :: scanner
     type(token_type), intent(inout) :: token
     integer :: start, n
@@ -154,6 +154,6 @@ contains
       token%text = rest(:n)
     end associate
     scanner%position = start + n
-  end subroutine take_word
+  end subroutine read_word
 
 end module gestell_input_namelist_scanner

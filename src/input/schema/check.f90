@@ -68,11 +68,11 @@ contains
     type(schema_type), intent(in) :: schema
     type(error_type), allocatable, intent(out) :: error
     integer, intent(in), optional :: before(:)
-    integer :: found(size(schema%groups)), first(size(schema%groups))
+    integer :: occurrences(size(schema%groups)), first(size(schema%groups))
     integer :: i, rule
 
-    found = 0
-    if (present(before)) found = before
+    occurrences = 0
+    if (present(before)) occurrences = before
     first = 0
     do i = 1, size(doc%groups)
       associate (group => doc%groups(i))
@@ -81,19 +81,19 @@ contains
           call fatal_error(error, location(doc%file, group%line) // unknown_group(group%name, schema), invalid_input)
           return
         end if
-        found(rule) = found(rule) + 1
+        occurrences(rule) = occurrences(rule) + 1
         if (first(rule) == 0) first(rule) = i
-        if (found(rule) > 1 .and. .not. schema%groups(rule)%repeatable) then
+        if (occurrences(rule) > 1 .and. .not. schema%groups(rule)%repeatable) then
           if (first(rule) == i) call input_error(group, "", "may occur only once, and was already added", error)
           if (first(rule) /= i) call input_error(group, "", "may occur only once (first in line " &
             // text(doc%groups(first(rule))%line) // ")", error)
           return
         end if
-        group%number = found(rule)
+        group%number = occurrences(rule)
       end associate
     end do
-    do rule = 1, size(found)
-      if (found(rule) == 1 .and. first(rule) > 0) doc%groups(first(rule))%number = 0
+    do rule = 1, size(occurrences)
+      if (occurrences(rule) == 1 .and. first(rule) > 0) doc%groups(first(rule))%number = 0
     end do
   end subroutine number_groups
 

@@ -8,13 +8,13 @@ module gestell_input_schema_fingerprint
   implicit none (type, external)
   private
 
-  public :: content_of
+  public :: content_hash
 
 contains
 
   !> Hash of a checked document's groups, keys and values, including values of --set. It does not depend on the order of keys, on
   !> the order of groups with different names, or on the notation of numbers.
-  pure integer(int64) function content_of(doc, schema) result(hash)
+  pure integer(int64) function content_hash(doc, schema) result(hash)
     type(document_type), intent(in) :: doc
     type(schema_type), intent(in) :: schema
     integer :: i, k
@@ -27,7 +27,7 @@ contains
         call mix_group(hash, doc%groups(i), schema)
       end do
     end do
-  end function content_of
+  end function content_hash
 
   pure subroutine mix_group(hash, group, schema)
     integer(int64), intent(inout) :: hash

@@ -17,9 +17,9 @@ module gestell_input_schema_help
 
   character, parameter :: newline = new_line("a")
   !> Width of the terminal in columns.
-  integer, parameter :: widest = 80
+  integer, parameter :: terminal_width = 80
   !> Column at which explanations begin.
-  integer, parameter :: usual_column = 18
+  integer, parameter :: text_column = 18
 
 contains
 
@@ -44,7 +44,8 @@ contains
     if (word == "groups") then
       text = "Groups of an input file. --help GROUP lists the keys of a group." // newline // newline
       do i = 1, size(schema%groups)
-        text = text // entry("&" // trim(schema%groups(i)%name), trim(schema%groups(i)%meaning) // " (" // times(schema, i) // ")")
+        text = text // entry("&" // trim(schema%groups(i)%name), trim(schema%groups(i)%meaning) // " (" &
+          & // occurrence_words(schema, i) // ")")
       end do
     else if (word == "tables") then
       text = key_tables(schema)
@@ -55,21 +56,21 @@ contains
       else
         i = find_key_rule(schema, trim(schema%groups(group)%name), word(dot + 1:scan(word(dot:) // "(", "(") + dot - 2))
         if (i == 0) message = unknown_key(word(dot + 1:), schema, trim(schema%groups(group)%name))
-        if (i > 0) text = one_key(schema, i)
+        if (i > 0) text = key_help(schema, i)
       end if
     else if (group > 0) then
-      text = one_group(schema, group)
+      text = group_help(schema, group)
     else
       do i = 1, size(schema%keys)
-        if (schema%keys(i)%name == word) text = text // one_key(schema, i)
+        if (schema%keys(i)%name == word) text = text // key_help(schema, i)
       end do
-      if (text == "") message = "no group or key has this name" // near(schema, word)
+      if (text == "") message = "no group or key has this name" // topic_hint(schema, word)
     end if
     if (message /= "") call fatal_error(error, "--help " // shown(topic) // ": " // message, wrong_usage)
   end subroutine help_on
 
   !> Suggests a group or key for an unknown word.
-  pure function near(schema, word) result(hint)
+  pure function topic_hint(schema, word) result(hint)
     type(schema_type), intent(in) :: schema
     character(len=*), intent(in) :: word
     character(len=:), allocatable :: hint
@@ -89,10 +90,10 @@ contains
     else
       hint = "; the groups are " // listed((schema%groups%name), "", "")
     end if
-  end function near
+  end function topic_hint
 
   !> Says in words how often a group may occur in a file.
-  pure function times(schema, group) result(words)
+  pure function occurrence_words(schema, group) result(words)
     type(schema_type), intent(in) :: schema
     integer, intent(in) :: group
     character(len=:), allocatable :: words
@@ -100,28 +101,29 @@ contains
     words = "optional"
     if (schema%groups(group)%required) words = "required"
     if (schema%groups(group)%repeatable) words = "may repeat"
-  end function times
+  end function occurrence_words
 
   !> Help on a group: its meaning, keys and variants.
-  pure function one_group(schema, group) result(text)
+  pure function group_help(schema, group) result(text)
     type(schema_type), intent(in) :: schema
     integer, intent(in) :: group
     character(len=:), allocatable :: text
     integer :: i
 
     associate (rule => schema%groups(group))
-      text = paragraph("&" // trim(rule%name) // ": " // trim(rule%meaning) // " (" // times(schema, group) // ")", 0) // newline
+      text = paragraph("&" // trim(rule%name) // ": " // trim(rule%meaning) // " (" // occurrence_words(schema, group) // ")", 0) &
+        & // newline
       do i = 1, size(schema%keys)
         if (schema%keys(i)%group /= rule%name) cycle
         text = text // entry(trim(schema%keys(i)%name), trim(schema%keys(i)%meaning)) &
-          & // paragraph(values_of(schema%keys(i)) // "; " // default_clause(schema%keys(i)), usual_column)
+          & // paragraph(values_of(schema%keys(i)) // "; " // default_clause(schema%keys(i)), text_column)
       end do
       do i = 1, size(schema%keys)
         if (schema%keys(i)%group == rule%name) text = text // described_words(schema, schema%keys(i), trim(schema%keys(i)%name) &
           & // "=")
       end do
     end associate
-  end function one_group
+  end function group_help
 
   !> Describes each allowed word of a key in an entry of its own; empty if the schema does not describe the words.
   pure function described_words(schema, key, before) result(text)
@@ -138,13 +140,13 @@ contains
         if (variant%group /= key%group .or. variant%key /= key%name) cycle
         if (text == "" .or. variant%keys /= "") text = text // newline
         text = text // entry(before // "'" // trim(variant%name) // "'", trim(variant%meaning))
-        if (variant%keys /= "") text = text // paragraph("keys: " // trim(variant%keys), usual_column)
+        if (variant%keys /= "") text = text // paragraph("keys: " // trim(variant%keys), text_column)
       end associate
     end do
   end function described_words
 
   !> Help on a key: its meaning, values, default, use in sweeps, and the meaning of its words.
-  pure function one_key(schema, i) result(text)
+  pure function key_help(schema, i) result(text)
     type(schema_type), intent(in) :: schema
     integer, intent(in) :: i
     character(len=:), allocatable :: text
@@ -152,7 +154,7 @@ contains
     associate (key => schema%keys(i))
       text = paragraph(trim(key%group) // "." // trim(key%name) // ": " // trim(key%meaning), 0) &
         & // entry("values", values_of(key)) // entry("default", missing(key))
-      if (schema%groups(find_group_rule(schema, key%group))%about == option_group) then
+      if (schema%groups(find_group_rule(schema, key%group))%subject == option_group) then
         text = text // entry("sweep", "no: options cannot vary in &sweep")
       else if (key%kind /= real_key) then
         text = text // entry("sweep", "no: only real numbers can vary in &sweep")
@@ -161,7 +163,7 @@ contains
       end if
       text = text // described_words(schema, key, "")
     end associate
-  end function one_key
+  end function key_help
 
   !> A name and its explanation. The explanation begins in `column`.
   pure function entry(name, words, column) result(text)
@@ -170,7 +172,7 @@ contains
     character(len=:), allocatable :: text
     integer :: indent
 
-    indent = usual_column
+    indent = text_column
     if (present(column)) indent = column
     text = paragraph(words, indent)
     if (len_trim(name) <= indent - 3) then
@@ -196,7 +198,7 @@ contains
       do i = first, last
         if (words(i:i) /= "`") word = word // words(i:i)
       end do
-      if (column > indent .and. column + 1 + len(word) > widest) then
+      if (column > indent .and. column + 1 + len(word) > terminal_width) then
         text = text // newline // repeat(" ", indent)
         column = indent
       else if (column > indent) then
@@ -239,7 +241,7 @@ contains
       words = decimal(key%least) // trim(merge(" or", " to", key%most == key%least + 1)) // " " // decimal(key%most) // " " &
         & // noun // "s"
     end if
-    unit = unit_symbol(key, 0, usual_units, in_turn=.true.)
+    unit = unit_symbol(key, 0, usual_units, as_list=.true.)
     if (unit /= "") words = words // ", " // unit
     words = words // range_of(key)
   end function values_of

@@ -30,7 +30,7 @@ module gestell_input_schema_locate
   type :: path_type
     character(len=:), allocatable :: group
     !> Name or number in parentheses after the group
-    character(len=:), allocatable :: which
+    character(len=:), allocatable :: selector
     character(len=:), allocatable :: key
     integer, allocatable :: subscript(:)
   end type path_type
@@ -86,7 +86,7 @@ contains
     reason = ""
     chosen = pack([(i, i = 1, size(doc%groups))], [(doc%groups(i)%name == path%group, i = 1, size(doc%groups))])
     if (.not. repeatable) then
-      if (allocated(path%which)) reason = "there is only one &" // path%group // ": write " // path%group &
+      if (allocated(path%selector)) reason = "there is only one &" // path%group // ": write " // path%group &
         // "." // path%key
       return
     end if
@@ -94,31 +94,31 @@ contains
       reason = "the input has no &" // path%group
       return
     end if
-    if (.not. allocated(path%which)) return
+    if (.not. allocated(path%selector)) return
 
     do i = 1, size(chosen)
-      if (.not. has(doc%groups(chosen(i)), "name") .or. path%which == "") cycle
-      if (name_of(doc%groups(chosen(i))) == path%which) then
+      if (.not. has(doc%groups(chosen(i)), "name") .or. path%selector == "") cycle
+      if (name_of(doc%groups(chosen(i))) == path%selector) then
         chosen = chosen(i:i)
         return
       end if
     end do
-    if (is_digits(path%which)) then
-      call read_integer(path%which, number, reason)
+    if (is_digits(path%selector)) then
+      call read_integer(path%selector, number, reason)
       if (reason == "" .and. number >= 1 .and. number <= size(chosen)) then
         chosen = chosen(number:number)
         return
       end if
     end if
-    if (has(doc%groups(chosen(1)), "name") .and. .not. is_digits(path%which)) then
+    if (has(doc%groups(chosen(1)), "name") .and. .not. is_digits(path%selector)) then
       allocate(names(size(chosen)))
       do i = 1, size(chosen)
         names(i) = name_of(doc%groups(chosen(i)))
       end do
-      reason = "unknown " // path%group // " '" // shown(path%which) // "'" &
-        // suggestion(path%which, names)
+      reason = "unknown " // path%group // " '" // shown(path%selector) // "'" &
+        // suggestion(path%selector, names)
     else
-      reason = "there is no &" // path%group // " " // shown(path%which) // ": the groups are numbered from 1 to " &
+      reason = "there is no &" // path%group // " " // shown(path%selector) // ": the groups are numbered from 1 to " &
         // text(size(chosen))
     end if
   end subroutine choose_groups
@@ -140,7 +140,7 @@ contains
     if (rest(1:1) == "(") then
       i = index(rest, ").")
       if (i == 0) return
-      path%which = without_quotes(trim(adjustl(rest(2:i-1))))
+      path%selector = without_quotes(trim(adjustl(rest(2:i-1))))
       rest = rest(i+1:)
     end if
     rest = rest(2:)

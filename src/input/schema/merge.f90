@@ -4,7 +4,7 @@ module gestell_input_schema_merge
   use gestell_base_kinds, only: dp
   use gestell_input_namelist_document, only: group_type, entry_type, value_type
   use gestell_input_namelist_message, only: refuse_entry, label, location
-  use gestell_input_schema_rule, only: check_values, element_of, values_words, subscript_words, extent_words, slip_hint, &
+  use gestell_input_schema_rule, only: check_values, element_of, values_words, subscript_words, extent_words, typing_hint, &
     unknown_key
   use gestell_base_key, only: key_type
   use gestell_base_text, only: text
@@ -77,7 +77,7 @@ contains
     else if (element == 0) then
       call refuse_entry(group, entry, "has no such element: " // extent_words(rule), error)
     else if (size(entry%values) > 1 .or. entry%values(1)%count > 1) then
-      call refuse_entry(group, entry, "takes 1 value" // slip_hint(entry, rule), error)
+      call refuse_entry(group, entry, "takes 1 value" // typing_hint(entry, rule), error)
     else
       if (.not. allocated(merged%key)) call start(entry, rule, rule%most, merged)
       if (size(merged%values) < element) then
@@ -108,9 +108,9 @@ contains
     total = sum(real(entry%values%count, dp))
     if (rule%shorter > 0 .and. all(nint(min(total, 1.0e6_dp)) /= [rule%shorter, rule%most])) then
       call refuse_entry(group, entry, "takes " // text(rule%shorter) // " or " // text(rule%most) // " values, has " &
-        // text(nint(min(total, 1.0e6_dp))) // slip_hint(entry, rule), error)
+        // text(nint(min(total, 1.0e6_dp))) // typing_hint(entry, rule), error)
     else if (total > rule%most) then
-      call refuse_entry(group, entry, values_words(rule, total) // slip_hint(entry, rule), error)
+      call refuse_entry(group, entry, values_words(rule, total) // typing_hint(entry, rule), error)
     else if (total < rule%least .and. rule%shorter == 0) then
       call refuse_entry(group, entry, values_words(rule, total), error)
     end if
@@ -122,23 +122,23 @@ contains
       value%count = 1
       do k = 1, entry%values(i)%count
         n = n + 1
-        merged%values(place_of(n, nint(total), rule)) = value
+        merged%values(stored_position(n, nint(total), rule)) = value
       end do
     end do
   end subroutine expand
 
   !> Position at which element `n` of a list is stored. Only in the short form of a matrix, with `total` values, does it differ from
   !> `n`.
-  pure integer function place_of(n, total, rule)
+  pure integer function stored_position(n, total, rule)
     integer, intent(in) :: n, total
     type(key_type), intent(in) :: rule
     integer :: rows
 
-    place_of = n
+    stored_position = n
     if (rule%rank < 2 .or. total /= rule%shorter) return
     rows = nint(sqrt(real(total, dp)))
-    place_of = 1 + mod(n - 1, rows) + rule%rows * ((n - 1) / rows)
-  end function place_of
+    stored_position = 1 + mod(n - 1, rows) + rule%rows * ((n - 1) / rows)
+  end function stored_position
 
   !> Creates a merged entry without values.
   pure subroutine start(entry, rule, n, merged)

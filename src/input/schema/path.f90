@@ -102,8 +102,8 @@ contains
     type(group_type) :: group
     type(group_type), allocatable :: groups(:)
     type(key_type) :: rule
-    type(entry_type) :: given, entry
-    integer :: i, room
+    type(entry_type) :: typed_entry, entry
+    integer :: i, largest_element
 
     call normalise(doc, schema, error)
     if (allocated(error)) return
@@ -118,16 +118,17 @@ contains
       rule%least = 1
       rule%most = 1
     end if
-    call split(text, rule, target%key, origin, given, error)
+    call split(text, rule, target%key, origin, typed_entry, error)
     if (allocated(error)) return
-    call expand(group, given, rule, entry, error)
+    call expand(group, typed_entry, rule, entry, error)
     if (allocated(error)) return
     call check_values(group, rule, entry, error)
     if (allocated(error)) return
     ! change nothing unless all groups can be changed
-    room = minval([(room_in(doc%groups(target%groups(i)), schema%keys(target%rule)), i = 1, size(target%groups))])
-    if (size(target%groups) == 0) room = room_in(group, schema%keys(target%rule))
-    if (target%element > room) then
+    largest_element = minval([(largest_element_of(doc%groups(target%groups(i)), schema%keys(target%rule)), i = 1, &
+      & size(target%groups))])
+    if (size(target%groups) == 0) largest_element = largest_element_of(group, schema%keys(target%rule))
+    if (target%element > largest_element) then
       call fatal_error(error, entry%values(1)%origin // ": the element before it is missing", invalid_input)
       return
     end if
@@ -139,27 +140,27 @@ contains
       target%groups = [size(doc%groups)]
     end if
     do i = 1, size(target%groups)
-      call put(doc%groups(target%groups(i)), entry, schema%keys(target%rule), target%element, size(given%values) == 1)
+      call store_entry(doc%groups(target%groups(i)), entry, schema%keys(target%rule), target%element, size(typed_entry%values) == 1)
     end do
   end subroutine assign
 
   !> Largest index of an element that may be set. It is one more than the number of existing elements, but at least the number of
   !> elements that the key always has.
-  pure integer function room_in(group, rule)
+  pure integer function largest_element_of(group, rule)
     type(group_type), intent(in) :: group
     type(key_type), intent(in) :: rule
     integer :: i
 
-    room_in = rule%most
+    largest_element_of = rule%most
     if (rule%least == rule%most) return
     i = find_entry(group, trim(rule%name))
-    room_in = rule%least
-    if (i > 0) room_in = max(room_in, 1 + size(group%entries(i)%values))
-  end function room_in
+    largest_element_of = rule%least
+    if (i > 0) largest_element_of = max(largest_element_of, 1 + size(group%entries(i)%values))
+  end function largest_element_of
 
   !> Stores an entry in a group. If `element` > 0, only its first value is stored, as this element. If one value was typed (`one`)
   !> for a key whose components are `alike`, all components that exist or must exist get this value.
-  pure subroutine put(group, entry, rule, element, one)
+  pure subroutine store_entry(group, entry, rule, element, one)
     type(group_type), intent(inout) :: group
     type(entry_type), intent(in) :: entry
     type(key_type), intent(in) :: rule
@@ -196,7 +197,7 @@ contains
       group%entries(i) = longer
     end if
     group%entries(i)%values(element) = entry%values(1)
-  end subroutine put
+  end subroutine store_entry
 
   !> Splits a text at commas into values. A key that takes a single text gets the whole text, commas included.
   pure subroutine split(text, rule, key, origin, entry, error)

@@ -12,7 +12,7 @@ module gestell_input_schema_read
   implicit none (type, external)
   private
 
-  public :: read, read_place, count_values
+  public :: read, read_axis_values, count_values
 
   !> call read(group, keys, name, value, error, units, default): reads a key whose record is in `keys`. With `units`, numbers are
   !> converted to SI; without, they stay as typed. A missing key, or a missing element of a vector or matrix, gets `default`, or
@@ -73,7 +73,7 @@ contains
       if (present(default)) missing = default
       i = find_entry(group, name)
       n = 0
-      if (i > 0) n = last_given(group%entries(i))
+      if (i > 0) n = last_present(group%entries(i))
       if (n > size(value)) then
         call input_error(group, name, "takes " // text(size(value)) &
           // trim(merge(" value ", " values", size(value) == 1)) // ", has " // text(n), error)
@@ -102,7 +102,7 @@ contains
 
   !> Reads a position in space (m), or another quantity with one value for each of three axes. If only two values are given, the
   !> third one is 0. Does nothing if `error` is already allocated.
-  pure subroutine read_place(group, keys, name, units, value, error)
+  pure subroutine read_axis_values(group, keys, name, units, value, error)
     type(group_type), intent(in) :: group
     !> Records of the group's keys
     type(key_type), intent(in) :: keys(:)
@@ -116,7 +116,7 @@ contains
     n = min(3, max(keys(find_key(keys, name))%least, count_values(group, name)))
     value = 0
     call read_vector(group, keys, name, value(:n), error, units)
-  end subroutine read_place
+  end subroutine read_axis_values
 
   pure subroutine read_matrix(group, keys, name, value, error, units)
     type(group_type), intent(in) :: group
@@ -139,13 +139,13 @@ contains
   end subroutine read_matrix
 
   !> Index of the last element that has a value; 0 if there is none.
-  pure integer function last_given(entry) result(n)
+  pure integer function last_present(entry) result(n)
     type(entry_type), intent(in) :: entry
 
     do n = size(entry%values), 1, -1
       if (allocated(entry%values(n)%text)) return
     end do
-  end function last_given
+  end function last_present
 
   pure subroutine read_integer(group, keys, name, value, error)
     type(group_type), intent(in) :: group

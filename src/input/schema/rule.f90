@@ -14,7 +14,7 @@ module gestell_input_schema_rule
   implicit none (type, external)
   private
 
-  public :: check_values, element_of, values_words, subscript_words, extent_words, slip_hint, unknown_key
+  public :: check_values, element_of, values_words, subscript_words, extent_words, typing_hint, unknown_key
 
   !> Keys whose values are names.
   character(len=*), parameter :: names(*) = [character(len=5) :: "name", "pivot", "from", "to"]
@@ -137,7 +137,7 @@ contains
   end function has_typeset_quotes
 
   !> Returns a hint if a decimal comma may have split a number into two values, or if a text begins with a curly quote.
-  pure function slip_hint(entry, rule) result(hint)
+  pure function typing_hint(entry, rule) result(hint)
     type(entry_type), intent(in) :: entry
     type(key_type), intent(in) :: rule
     character(len=:), allocatable :: hint
@@ -160,7 +160,7 @@ contains
         return
       end associate
     end do
-  end function slip_hint
+  end function typing_hint
 
   !> Message for a key that the schema does not contain.
   pure function unknown_key(key, schema, group) result(message)

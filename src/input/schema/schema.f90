@@ -19,7 +19,7 @@ module gestell_input_schema
     !> `required`: the file must contain the group; `repeatable`: it may occur several times
     logical :: required = .false., repeatable = .false.
     !> option_group, frame_group or mechanism_group
-    integer :: about = option_group
+    integer :: subject = option_group
   end type group_rule
 
   !> Describes one allowed word of a key, such as a joint's type.

@@ -36,13 +36,13 @@ module gestell_input_schema_units
     & "stiffness", "force", "moment", "damping", "rotary_damping", "angle"]
 
   !> True for each degree of freedom of a frame that is a rotation.
-  logical, parameter :: turns(6) = [.false., .false., .true., .false., .true., .true.]
+  logical, parameter :: is_rotation(6) = [.false., .false., .true., .false., .true., .true.]
   !> Indices of the implied do loops in the constants below; not used elsewhere.
   integer :: i, j
   !> Quantity of each element of a stiffness matrix, column by column.
-  integer, parameter :: stiffness_matrix(36) = [((of_stiffness + count([turns(i), turns(j)]), i = 1, 6), j = 1, 6)]
+  integer, parameter :: stiffness_matrix(36) = [((of_stiffness + count([is_rotation(i), is_rotation(j)]), i = 1, 6), j = 1, 6)]
   !> Quantity of each element on the diagonal of a damping matrix.
-  integer, parameter :: damping_diagonal(6) = [(merge(of_rotary_damping, of_damping, turns(i)), i = 1, 6)]
+  integer, parameter :: damping_diagonal(6) = [(merge(of_rotary_damping, of_damping, is_rotation(i)), i = 1, 6)]
 
   !> All units. 1 kp = 9.80665 N.
   type(unit_type), parameter :: table(*) = [ &
@@ -128,12 +128,12 @@ contains
   end function quantity_of
 
   !> Symbol of the unit of an element; empty if it has none. If `element` is 0, it is the unit of all elements of the key. If their
-  !> units differ, it is empty, or with `in_turn` a list of the units.
-  pure function unit_symbol(key, element, units, in_turn) result(symbol)
+  !> units differ, it is empty, or with `as_list` a list of the units.
+  pure function unit_symbol(key, element, units, as_list) result(symbol)
     type(key_type), intent(in) :: key
     integer, intent(in) :: element
     type(units_type), intent(in) :: units
-    logical, intent(in), optional :: in_turn
+    logical, intent(in), optional :: as_list
     character(len=:), allocatable :: symbol
     integer :: quantity
 
@@ -141,7 +141,7 @@ contains
     quantity = key%unit
     if (element > 0) quantity = quantity_of(key, element)
     if (quantity >= 1 .and. quantity <= quantities) symbol = trim(units%of(quantity)%name)
-    if (quantity <= quantities .or. .not. present(in_turn)) return
+    if (quantity <= quantities .or. .not. present(as_list)) return
     symbol = trim(units%of(of_stiffness)%name) // ", " // trim(units%of(of_force)%name) // ", " // trim(units%of(of_moment)%name)
     if (quantity == of_damping_diagonal) symbol = trim(units%of(of_damping)%name) // ", " // trim(units%of(of_damping)%name) &
       & // ", " // trim(units%of(of_rotary_damping)%name)

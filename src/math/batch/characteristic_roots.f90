@@ -1,6 +1,6 @@
 !> Computes the eigenvalues of eight small matrices side by side, as the roots of their characteristic polynomials.
 module gestell_math_batch_characteristic_roots
-  use gestell_math_batch_hessenberg, only: characteristic_polynomial, evaluate, hessenberg_type, most_states
+  use gestell_math_batch_hessenberg, only: characteristic_polynomial, evaluate, hessenberg_type, max_states
   use gestell_base_kinds, only: pi
   use gestell_base_processor, only: has_versions
   use gestell_math_lanes, only: lanes
@@ -12,7 +12,7 @@ module gestell_math_batch_characteristic_roots
   public :: find_roots, guess_roots
 
   !> Maximum number of iterations
-  integer, parameter :: most_iterations = 40
+  integer, parameter :: max_iterations = 40
   !> The iteration ends when a step is small relative to the norm of the matrix (`last_step`) and to the distance from other roots
   !> (`last_part`). Convergence is cubic: the remaining error is about the first bound times the square of the second one, below
   !> roundoff.
@@ -21,8 +21,8 @@ module gestell_math_batch_characteristic_roots
   integer :: i, m
   !> Cosines of the starting angles of m pairs of roots, as column m. The angles are not symmetric, because the iteration would
   !> preserve a symmetry.
-  real(dp), parameter :: begin_at(most_states / 2, most_states / 2) = &
-    & reshape([((cos(pi * (i - 0.6_dp) / m), i = 1, most_states / 2), m = 1, most_states / 2)], [most_states / 2, most_states / 2])
+  real(dp), parameter :: begin_at(max_states / 2, max_states / 2) = &
+    & reshape([((cos(pi * (i - 0.6_dp) / m), i = 1, max_states / 2), m = 1, max_states / 2)], [max_states / 2, max_states / 2])
 
 contains
 
@@ -35,10 +35,10 @@ contains
     type(hessenberg_type), intent(in) :: h
     !> `z_re`, `z_im`: real and imaginary parts. `found`: 1 in lanes where the factors have converged, 0 in lanes with points on a
     !> circle.
-    real(dp), intent(out) :: z_re(lanes, most_states), z_im(lanes, most_states), found(lanes)
+    real(dp), intent(out) :: z_re(lanes, max_states), z_im(lanes, max_states), found(lanes)
     !> True for each root that is the conjugate of the preceding root in all lanes, shape (n); the iteration preserves this property
-    logical, intent(out) :: conjugate(most_states)
-    real(dp) :: c(lanes, 0:most_states), s(lanes, most_states), q(lanes, most_states)
+    logical, intent(out) :: conjugate(max_states)
+    real(dp) :: c(lanes, 0:max_states), s(lanes, max_states), q(lanes, max_states)
     real(dp), dimension(lanes) :: mean, radius, middle, square
     integer :: n, k
 
@@ -83,7 +83,7 @@ contains
     !$omp& notinbranch
     integer(c_int), value :: n, k, once
     real(dp), intent(in) :: p_re(lanes), p_im(lanes), d_re(lanes), d_im(lanes), converged(lanes)
-    real(dp), intent(inout) :: z_re(lanes, 2 * most_states), z_im(lanes, 2 * most_states), greatest(lanes), near(lanes)
+    real(dp), intent(inout) :: z_re(lanes, 2 * max_states), z_im(lanes, 2 * max_states), greatest(lanes), near(lanes)
     real(dp) :: moving(lanes), q_re, q_im, e_re, e_im, a, b, c, n_re, n_im, w_re, w_im
     integer :: lane, j
 
@@ -139,12 +139,12 @@ contains
     integer, intent(in) :: length
     type(hessenberg_type), intent(in) :: h
     !> True for each root that is the conjugate of the preceding root in all lanes, shape (n)
-    logical, intent(in) :: conjugate(most_states)
+    logical, intent(in) :: conjugate(max_states)
     !> `z_re`, `z_im`: real and imaginary parts. `converged`: on input 1 in lanes to be skipped; on output 1 in lanes that have
     !> converged, else 0.
-    real(dp), intent(inout) :: z_re(lanes, most_states), z_im(lanes, most_states), converged(lanes)
+    real(dp), intent(inout) :: z_re(lanes, max_states), z_im(lanes, max_states), converged(lanes)
     !> The n roots, stored twice in succession, so that a loop over the other roots needs no test
-    real(dp), dimension(lanes, 2 * most_states) :: w_re, w_im
+    real(dp), dimension(lanes, 2 * max_states) :: w_re, w_im
     real(dp), dimension(lanes) :: greatest, near, p_re, p_im, d_re, d_im
     procedure(step_here), bind(C, name="_ZGVeN2uuuuuuuuuuul_lanes_gestell_aberth") :: step_512
     procedure(step_here), bind(C, name="_ZGVdN2uuuuuuuuuuul_lanes_gestell_aberth") :: step_256
@@ -153,7 +153,7 @@ contains
     do k = 1, h%n
       call set(h%n, k, z_re(:, k), z_im(:, k), w_re, w_im)
     end do
-    do iteration = 1, most_iterations
+    do iteration = 1, max_iterations
       if (all(converged > 0)) exit
       greatest = 0
       near = 0
@@ -173,15 +173,15 @@ contains
       end do
       converged = merge(1.0_dp, converged, greatest <= (last_step * h%norm)**2 .and. near <= 0)
     end do
-    z_re = w_re(:, :most_states)
-    z_im = w_im(:, :most_states)
+    z_re = w_re(:, :max_states)
+    z_im = w_im(:, :max_states)
   end subroutine find_roots
 
   !> Stores root `k` of n in both copies.
   pure subroutine set(n, k, re, im, z_re, z_im)
     integer, intent(in) :: n, k
     real(dp), intent(in) :: re(lanes), im(lanes)
-    real(dp), intent(inout) :: z_re(lanes, 2 * most_states), z_im(lanes, 2 * most_states)
+    real(dp), intent(inout) :: z_re(lanes, 2 * max_states), z_im(lanes, 2 * max_states)
 
     z_re(:, k) = re
     z_im(:, k) = im

@@ -14,18 +14,18 @@ module gestell_math_batch_hessenberg
   public :: characteristic_polynomial, evaluate, new_hessenberg, of_one
 
   !> Maximum number of rows
-  integer, parameter, public :: most_states = 12
+  integer, parameter, public :: max_states = 12
 
   !> Minimum product of the subdiagonal elements: with a smaller product, overflow is possible
-  real(dp), parameter :: least_product = 1.0e-100_dp
+  real(dp), parameter :: min_product = 1.0e-100_dp
 
   !> Hessenberg matrices with n rows. The first index of every array is the lane.
   type, bind(C), public :: hessenberg_type
     integer(c_int) :: n = 0
-    !> Each row divided by its subdiagonal element (row 1 by 1), with reversed sign; shape (lanes, most_states, most_states)
-    real(dp) :: g(lanes, most_states, most_states)
-    !> Reciprocals of the subdiagonal elements h(i, i-1), 1 for i = 1; shape (lanes, most_states)
-    real(dp) :: v(lanes, most_states)
+    !> Each row divided by its subdiagonal element (row 1 by 1), with reversed sign; shape (lanes, max_states, max_states)
+    real(dp) :: g(lanes, max_states, max_states)
+    !> Reciprocals of the subdiagonal elements h(i, i-1), 1 for i = 1; shape (lanes, max_states)
+    real(dp) :: v(lanes, max_states)
     !> `norm`: Frobenius norm. `trace`: trace. `product`: product of the absolute values of the subdiagonal elements.
     real(dp) :: norm(lanes), trace(lanes), product(lanes)
     !> Normally 1. 0 where `product` is so small that overflow is possible; the subdiagonal elements are then replaced by 1
@@ -37,11 +37,11 @@ contains
   !> Applies from both sides the reflection E - beta u u' that makes all but one element below the diagonal of column `k` zero.
   pure subroutine reflect_here(a, n, k, once) bind(C, name="lanes_gestell_reflect")
     !$omp declare simd uniform(a, n, k) linear(once) simdlen(2) notinbranch
-    real(dp), intent(inout) :: a(lanes, most_states, most_states)
+    real(dp), intent(inout) :: a(lanes, max_states, max_states)
     integer(c_int), value :: n, k, once
     !> A column below the diagonal that is shorter than this needs no reflection.
     real(dp), parameter :: nothing = 1.0e-100_dp
-    real(dp) :: u(lanes, most_states), beta(lanes), share(lanes), length, sum
+    real(dp) :: u(lanes, max_states), beta(lanes), share(lanes), length, sum
     integer :: i, j, lane
 
     do i = k + 1, n
@@ -103,11 +103,11 @@ contains
     end do
   end subroutine reflect_here
 
-  !> Reduces the matrices `a`, shape (lanes, most_states, most_states), to Hessenberg form by Householder reflections. The matrices
+  !> Reduces the matrices `a`, shape (lanes, max_states, max_states), to Hessenberg form by Householder reflections. The matrices
   !> have `n` rows; their elements should be below about 1. Subdiagonal elements smaller than roundoff are increased to roundoff.
   !> `a` is overwritten. `length`: number of double precision numbers in a vector register (gestell_base_processor).
   pure subroutine new_hessenberg(length, a, n, h)
-    real(dp), intent(inout) :: a(lanes, most_states, most_states)
+    real(dp), intent(inout) :: a(lanes, max_states, max_states)
     integer, intent(in) :: length, n
     type(hessenberg_type), intent(out) :: h
     procedure(reflect_here), bind(C, name="_ZGVeN2uuul_lanes_gestell_reflect") :: reflect_512
@@ -142,15 +142,15 @@ contains
         call reflect_here(a, n, k, 1)
       end if
     end do
-    call take(a, h)
+    call store(a, h)
   end subroutine new_hessenberg
 
   !> Stores a single Hessenberg matrix `a` in all lanes. It has `n` rows; its elements should be below about 1.
   pure subroutine of_one(n, a, h)
     integer, intent(in) :: n
-    real(dp), intent(in) :: a(most_states, most_states)
+    real(dp), intent(in) :: a(max_states, max_states)
     type(hessenberg_type), intent(out) :: h
-    real(dp) :: eight(lanes, most_states, most_states)
+    real(dp) :: eight(lanes, max_states, max_states)
     integer :: i, j
 
     h%n = n
@@ -164,13 +164,13 @@ contains
       end do
     end do
     h%norm = sqrt(h%norm)
-    call take(eight, h)
+    call store(eight, h)
   end subroutine of_one
 
   !> Stores the elements of the matrices `a` in `h`, whose norm and trace must already be set. Subdiagonal elements smaller than
   !> roundoff are increased to roundoff.
-  pure subroutine take(a, h)
-    real(dp), intent(inout) :: a(lanes, most_states, most_states)
+  pure subroutine store(a, h)
+    real(dp), intent(inout) :: a(lanes, max_states, max_states)
     type(hessenberg_type), intent(inout) :: h
     integer :: i, j, n, lane
 
@@ -180,10 +180,10 @@ contains
       a(:, i, i - 1) = sign(max(abs(a(:, i, i - 1)), epsilon(1.0_dp) * h%norm), a(:, i, i - 1))
       h%product = h%product * abs(a(:, i, i - 1))
     end do
-    h%sound = merge(1.0_dp, 0.0_dp, h%product > least_product)
+    h%sound = merge(1.0_dp, 0.0_dp, h%product > min_product)
     h%v(:, 1) = 1
     do i = 2, n
-      h%v(:, i) = 1 / merge(a(:, i, i - 1), 1.0_dp, h%product > least_product)
+      h%v(:, i) = 1 / merge(a(:, i, i - 1), 1.0_dp, h%product > min_product)
     end do
     do j = 1, n
       do i = 1, j
@@ -193,7 +193,7 @@ contains
         end do
       end do
     end do
-  end subroutine take
+  end subroutine store
 
   !> Computes the coefficients c_0 ... c_(n-1) of the characteristic polynomial, shape (lanes, 0:n-1):
   !>
@@ -204,7 +204,7 @@ contains
     type(hessenberg_type), intent(in) :: h
     real(dp), intent(in) :: mean(lanes)
     real(dp), intent(out) :: c(lanes, 0:h%n - 1)
-    real(dp) :: x(lanes, -1:most_states, 0:most_states), m(lanes)
+    real(dp) :: x(lanes, -1:max_states, 0:max_states), m(lanes)
     integer :: lane, n, i, j, k
 
     n = h%n
@@ -241,7 +241,7 @@ contains
     real(dp), intent(in) :: z_re(lanes), z_im(lanes)
     real(dp), intent(inout) :: p_re(lanes), p_im(lanes), d_re(lanes), d_im(lanes)
     integer(c_int), value :: once
-    real(dp) :: x_re(lanes, 0:most_states), x_im(lanes, 0:most_states), y_re(lanes, 0:most_states), y_im(lanes, 0:most_states)
+    real(dp) :: x_re(lanes, 0:max_states), x_im(lanes, 0:max_states), y_re(lanes, 0:max_states), y_im(lanes, 0:max_states)
     real(dp) :: m_re, m_im, s_re, s_im, t_re, t_im
     integer :: lane, n, i, j
 

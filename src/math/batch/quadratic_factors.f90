@@ -13,11 +13,11 @@ module gestell_math_batch_quadratic_factors
   public :: find_factors
 
   !> Maximum number of iterations: if roots are real, the iteration may move erratically.
-  integer, parameter :: most_iterations = 30
+  integer, parameter :: max_iterations = 30
   !> The iteration ends when a step, relative to the mean radius of the roots, is at most this. Convergence is quadratic.
   real(dp), parameter :: last_step = 1.0e-6_dp
   !> Minimum absolute value of the divisor in a step
-  real(dp), parameter :: least_divisor = 1.0e-100_dp
+  real(dp), parameter :: min_divisor = 1.0e-100_dp
 
 contains
 
@@ -42,7 +42,7 @@ contains
       return
     end if
     converged = 0
-    do iteration = 1, most_iterations
+    do iteration = 1, max_iterations
       greatest = 0
       do k = 1, m
         call improve(m, k, c, bound, converged, s, q, greatest)
@@ -117,7 +117,7 @@ contains
       end do
       share = g0 + g1 * s(lane, k)
       next = g0 * share + g1**2 * q(lane, k)
-      next = (1 - converged(lane)) / sign(max(abs(next), least_divisor), next)
+      next = (1 - converged(lane)) / sign(max(abs(next), min_divisor), next)
       ds = (p0(lane) * g1 - p1(lane) * g0) * next
       dq = (p0(lane) * share + p1(lane) * g1 * q(lane, k)) * next
       greatest(lane) = max(greatest(lane), dq**2 + ds**2 * abs(q(lane, k)))

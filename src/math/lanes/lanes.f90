@@ -20,21 +20,22 @@ module gestell_math_lanes
   private
 
   !> `block`: rows of a block; `width`: maximum number of columns in a panel; `lanes`: number of matrices side by side
-  public :: block, columns_at_once, columns_of_panel, eliminate, lanes, padded, reduce, schur_complement, vector_border, width
+  public :: block, columns_at_once, columns_of_panel, eliminate, lanes, padded_to_block, reduce, schur_complement, vector_border, &
+    & width
   !> Largest multiplier for which elimination without exchanges loses no significant digits. For comparison, threshold pivoting in
   !> sparse elimination allows 10 to 100 (I. S. Duff, A. M. Erisman, J. K. Reid, Direct Methods for Sparse Matrices, section 5).
   real(dp), parameter, public :: safe_multiplier = 16
   !> Minimum absolute value of a pivot: a smaller pivot counts as zero.
-  real(dp), parameter :: least_pivot = 1.0e-8_dp
+  real(dp), parameter :: min_pivot = 1.0e-8_dp
 
 contains
 
   !> n rounded up to a multiple of `block`.
-  pure integer function padded(n)
+  pure integer function padded_to_block(n)
     integer, intent(in) :: n
 
-    padded = block * ((n + block - 1) / block)
-  end function padded
+    padded_to_block = block * ((n + block - 1) / block)
+  end function padded_to_block
 
   !> Best number of columns of a panel: six if the processor has 32 vector registers, which can hold eighteen sums; otherwise three.
   pure integer function columns_at_once()
@@ -214,17 +215,17 @@ contains
     !GCC$ ivdep
     do lane = 1, lanes
       p1 = w(lane, 1, 1)
-      w(lane, 1, 1) = 1 / merge(p1, 1.0_dp, abs(p1) > least_pivot)
+      w(lane, 1, 1) = 1 / merge(p1, 1.0_dp, abs(p1) > min_pivot)
       u12 = w(lane, 2, 1)
       u13 = w(lane, 3, 1)
       l21 = w(lane, 1, 2) * w(lane, 1, 1)
       l31 = w(lane, 1, 3) * w(lane, 1, 1)
       p2 = w(lane, 2, 2) - l21 * u12
-      w(lane, 2, 2) = 1 / merge(p2, 1.0_dp, abs(p2) > least_pivot)
+      w(lane, 2, 2) = 1 / merge(p2, 1.0_dp, abs(p2) > min_pivot)
       u23 = w(lane, 3, 2) - l21 * u13
       l32 = (w(lane, 2, 3) - l31 * u12) * w(lane, 2, 2)
       p3 = w(lane, 3, 3) - l31 * u13 - l32 * u23
-      w(lane, 3, 3) = 1 / merge(p3, 1.0_dp, abs(p3) > least_pivot)
+      w(lane, 3, 3) = 1 / merge(p3, 1.0_dp, abs(p3) > min_pivot)
       w(lane, 3, 2) = u23
       l(lane, 2, 1) = l21
       l(lane, 3, 1) = l31
@@ -232,7 +233,7 @@ contains
       multiplier(lane) = max(multiplier(lane), abs(l21), abs(l31), abs(l32))
       ! Pivots are tested one by one: min over several numbers would lose a NaN.
       multiplier(lane) = merge(multiplier(lane), huge(1.0_dp), &
-        & abs(p1) > least_pivot .and. abs(p2) > least_pivot .and. abs(p3) > least_pivot)
+        & abs(p1) > min_pivot .and. abs(p2) > min_pivot .and. abs(p3) > min_pivot)
     end do
   end subroutine factorise_block
 

@@ -6,10 +6,10 @@ module gestell_math_lanes_peaks
   implicit none (type, external)
   private
 
-  public :: greatest_values
+  public :: largest_values
 
   !> Maximum number of Newton steps
-  integer, parameter :: most_steps = 60
+  integer, parameter :: max_steps = 60
 
 contains
 
@@ -17,7 +17,7 @@ contains
   !> half a spacing of the maximum, |f| is smaller than the maximum by at most spacing^2 max |f''| / 8. `samples` has the shape
   !> (lanes, n). The columns of `harmonics` are the coefficients of cos(k theta), k = 1 ... (n - 1) / 2, then those of sin(k theta);
   !> further columns are ignored.
-  pure subroutine greatest_values(samples, harmonics, greatest)
+  pure subroutine largest_values(samples, harmonics, greatest)
     real(dp), contiguous, intent(in) :: samples(:, :), harmonics(:, :)
     real(dp), intent(out) :: greatest(lanes)
     real(dp) :: size_at(lanes, 0:size(samples, 2) + 1)
@@ -48,7 +48,7 @@ contains
       if (.not. any(at <= n)) exit
       call refine(n, mean, harmonics, at, greatest)
     end do
-  end subroutine greatest_values
+  end subroutine largest_values
 
   !> Finds, in every lane, the next sample after sample `at` that is at least `least` and at least as large as its neighbours. If
   !> there is none, `at` becomes n + 1.
@@ -93,7 +93,7 @@ contains
     rising = theta
     falling = theta + sign(2 * pi / n, f * f_d)
     moving = at <= n
-    do step = 1, most_steps
+    do step = 1, max_steps
       moving = moving .and. f_d**2 > epsilon(1.0_dp) * abs(f * f_dd)
       if (.not. any(moving)) exit
       do lane = 1, lanes

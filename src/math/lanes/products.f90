@@ -7,16 +7,16 @@ module gestell_math_lanes_products
   implicit none (type, external)
   private
 
-  public :: combine, in_fours, multiply
+  public :: combine, padded_to_four, multiply
 
 contains
 
   !> n rounded up to a multiple of four.
-  pure integer function in_fours(n)
+  pure integer function padded_to_four(n)
     integer, intent(in) :: n
 
-    in_fours = 4 * ((n + 3) / 4)
-  end function in_fours
+    padded_to_four = 4 * ((n + 3) / 4)
+  end function padded_to_four
 
   !> Computes values(lane, j) = sum over k = 1 ... n of factors(lane, k) terms(k, j) for j = 1 ... numbers. `numbers` must be a
   !> multiple of four.

@@ -5,7 +5,7 @@ module gestell_math_lanes_waves
   use gestell_base_kinds, only: dp, pi
   use gestell_math_cosine_sine, only: cosine_sine
   use gestell_math_lanes, only: lanes
-  use gestell_math_lanes_products, only: combine, in_fours
+  use gestell_math_lanes_products, only: combine, padded_to_four
   implicit none (type, external)
   private
 
@@ -97,7 +97,7 @@ contains
     real(dp), contiguous, intent(in) :: a(:, :, :)
     real(dp), intent(in) :: b(:, :)
     real(dp) :: c(size(b, 1), size(b, 2))
-    real(dp) :: terms(size(b, 1), in_fours(size(b, 2))), rows(lanes, in_fours(size(b, 2)))
+    real(dp) :: terms(size(b, 1), padded_to_four(size(b, 2))), rows(lanes, padded_to_four(size(b, 2)))
     integer :: columns, group, j
 
     columns = size(b, 2)

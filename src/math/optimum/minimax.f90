@@ -23,7 +23,7 @@ module gestell_math_optimum_minimax
   use gestell_base_kinds, only: dp
   use gestell_math_matrix, only: unit_matrix
   use gestell_math_optimum_quadratic_program, only: solve_quadratic_program
-  use gestell_math_optimum_scaled, only: branches_type, greatest_by_group, minimax_problem, point_type, scaled_type, &
+  use gestell_math_optimum_scaled, only: branches_type, largest_by_group, minimax_problem, point_type, scaled_type, &
     & sums_by_group
   implicit none (type, external)
   private
@@ -108,8 +108,8 @@ contains
     type(point_type) :: here, there, best
     type(optimum_type) :: now
     real(dp), allocatable :: d(:), lambda(:)
-    real(dp) :: descent, relief, lower, rounding
-    integer :: iteration, idle
+    real(dp) :: descent, violation_decrease, lower, rounding
+    integer :: iteration, idle_steps
 
     call search%begin(problem, start, here, error)
     if (allocated(error)) return
@@ -117,26 +117,27 @@ contains
     call guess(search, here)
     best = here
     search%past = reshape(here%greatest, [size(here%greatest), 1])
-    idle = 0
+    idle_steps = 0
     do iteration = 0, 100 + 10 * size(start)
-      call find_step(search, here, d, lambda, descent, relief)
-      call judge(problem, search, here, lambda, tolerance, now)
+      call find_step(search, here, d, lambda, descent, violation_decrease)
+      call assess_point(problem, search, here, lambda, tolerance, now)
       now%iterations = iteration
-      now%converged = now%stationarity <= tolerance .and. relief <= tolerance
+      now%converged = now%stationarity <= tolerance .and. violation_decrease <= tolerance
       lower = phi(search, best%greatest) - phi(search, here%greatest)
-      rounding = noise_of(phi(search, best%greatest))
-      idle = idle + 1
-      if (lower > max(rounding, problem%worth * abs(phi(search, best%greatest))) .and. norm2(here%s - best%s) > standstill) idle = 0
-      if (now%stationarity < 0.5_dp * optimum%stationarity .and. .not. problem%worth > 0) idle = 0
+      rounding = rounding_of(phi(search, best%greatest))
+      idle_steps = idle_steps + 1
+      if (lower > max(rounding, problem%worth * abs(phi(search, best%greatest))) .and. norm2(here%s &
+        & - best%s) > standstill) idle_steps = 0
+      if (now%stationarity < 0.5_dp * optimum%stationarity .and. .not. problem%worth > 0) idle_steps = 0
       if (now%converged .or. lower > rounding .or. (lower >= -rounding .and. now%stationarity < optimum%stationarity)) then
         optimum = now
         best = here
       end if
-      if (now%converged .or. idle > problem%patience) exit
-      call walk(problem, search, here, d, descent, there, error)
+      if (now%converged .or. idle_steps > problem%patience) exit
+      call line_search(problem, search, here, d, descent, there, error)
       if (allocated(error)) return
       if (there%known) then
-        call learn(search, here, there, lambda)
+        call update_hessian(search, here, there, lambda)
         here = there
         search%past = reshape([here%greatest, search%past], [size(best%greatest), min(3, size(search%past, 2) + 1)])
       else if (search%learned) then
@@ -168,11 +169,11 @@ contains
   end function phi
 
   !> Possible rounding error of Phi when Phi has the value `merit`.
-  pure real(dp) function noise_of(merit)
+  pure real(dp) function rounding_of(merit)
     real(dp), intent(in) :: merit
 
-    noise_of = noise * max(floor_of_size, abs(merit))
-  end function noise_of
+    rounding_of = noise * max(floor_of_size, abs(merit))
+  end function rounding_of
 
   !> Initialises B so that the step of the steepest objective does not leave the box.
   subroutine guess(search, here)
@@ -187,13 +188,13 @@ contains
   end subroutine guess
 
   !> Computes the next step by the quadratic program, and adjusts the weights of the constraints.
-  subroutine find_step(search, here, d, lambda, descent, relief)
+  subroutine find_step(search, here, d, lambda, descent, violation_decrease)
     type(search_type), intent(inout) :: search
     type(point_type), intent(in) :: here
     !> `d`: step, shape (parameters). `lambda`: multipliers of the branches, shape (branches).
     real(dp), allocatable, intent(out) :: d(:), lambda(:)
-    !> `descent`: change of Phi with linearised branches, < 0. `relief`: decrease of the violation.
-    real(dp), intent(out) :: descent, relief
+    !> `descent`: change of Phi with linearised branches, < 0. `violation_decrease`: decrease of the violation.
+    real(dp), intent(out) :: descent, violation_decrease
     type(error_type), allocatable :: error
     real(dp), allocatable :: slope(:, :), multiplier(:), value(:), prices(:)
     integer, allocatable :: group(:)
@@ -238,7 +239,7 @@ contains
     d(search%free) = step
     lambda = multiplier(:branches)
     descent = dot_product(search%weight, counted(search, model()) - counted(search, here%greatest))
-    relief = before - violation()
+    violation_decrease = before - violation()
 
   contains
 
@@ -257,7 +258,7 @@ contains
     function model() result(greatest)
       real(dp) :: greatest(size(search%unit))
 
-      greatest = greatest_by_group(here%value + matmul(step, slope(:, :branches)), here%group, size(greatest))
+      greatest = largest_by_group(here%value + matmul(step, slope(:, :branches)), here%group, size(greatest))
     end function model
 
     real(dp) function violation()
@@ -271,7 +272,7 @@ contains
 
   !> Searches from `here` along `d` for a point where Phi is small enough, and computes gradients at this point, `there`. If the
   !> search fails, `there%known` is false.
-  subroutine walk(problem, search, here, d, descent, there, error)
+  subroutine line_search(problem, search, here, d, descent, there, error)
     class(minimax_problem), intent(inout) :: problem
     type(search_type), intent(inout) :: search
     type(point_type), intent(in) :: here
@@ -284,13 +285,13 @@ contains
     reference = phi(search, here%greatest)
     if (-descent < 0.01_dp * abs(reference)) reference = maxval([(phi(search, search%past(:, k)), k = 1, size(search%past, 2))])
     length = 1
-    do while (length > shortest .and. descent < noise_of(reference))
-      call search%look(problem, here%s + length * d, search%full, there, error)
+    do while (length > shortest .and. descent < rounding_of(reference))
+      call search%evaluate_point(problem, here%s + length * d, search%full, there, error)
       if (allocated(error)) return
       if (there%known) then
         associate (found => phi(search, there%greatest))
-          if (found <= reference + 1.0e-4_dp * length * descent + noise_of(reference)) then
-            if (.not. search%full) call search%look(problem, here%s + length * d, .true., there, error)
+          if (found <= reference + 1.0e-4_dp * length * descent + rounding_of(reference)) then
+            if (.not. search%full) call search%evaluate_point(problem, here%s + length * d, .true., there, error)
             search%full = length >= 1
             return
           end if
@@ -304,11 +305,11 @@ contains
       search%full = .false.
     end do
     there%known = .false.
-  end subroutine walk
+  end subroutine line_search
 
   !> Updates B by damped BFGS with the change of the gradient of L over the step from `here` to `there`. The new curvature of B
   !> along the step is at least a fifth of the previous one.
-  subroutine learn(search, here, there, lambda)
+  subroutine update_hessian(search, here, there, lambda)
     type(search_type), intent(inout) :: search
     type(point_type), intent(in) :: here, there
     real(dp), intent(in) :: lambda(:)
@@ -337,7 +338,7 @@ contains
     change = theta * change + (1 - theta) * bs
     search%hessian = search%hessian - spread(bs / sbs, 2, n) * spread(bs, 1, n) &
       & + spread(change / dot_product(step, change), 2, n) * spread(change, 1, n)
-  end subroutine learn
+  end subroutine update_hessian
 
   !> Index of the branch at `there` that continues branch `b` of `here`. Of all branches of the group, its gradient differs least,
   !> and the mean of the two gradients best predicts the change of its value.
@@ -361,7 +362,7 @@ contains
   end function same_branch
 
   !> Computes the properties of a point from the multipliers of its branches: prices, residual of the optimality conditions, gap.
-  subroutine judge(problem, search, here, lambda, tolerance, now)
+  subroutine assess_point(problem, search, here, lambda, tolerance, now)
     class(minimax_problem), intent(in) :: problem
     type(search_type), intent(in) :: search
     type(point_type), intent(in) :: here
@@ -397,6 +398,6 @@ contains
       now%gap = (objective - dot_product(lambda, here%value) + sum(max(s * sloping, -(1 - s) * sloping))) &
         & / max(floor_of_size, abs(objective))
     end associate
-  end subroutine judge
+  end subroutine assess_point
 
 end module gestell_math_optimum_minimax

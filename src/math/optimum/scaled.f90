@@ -7,7 +7,7 @@ module gestell_math_optimum_scaled
   implicit none (type, external)
   private
 
-  public :: greatest_by_group, sums_by_group
+  public :: largest_by_group, sums_by_group
 
   !> Functions of a problem at a point. Each function, called a branch, belongs to a group; the value of a group is the maximum of
   !> its branches.
@@ -73,7 +73,7 @@ module gestell_math_optimum_scaled
     integer :: evaluations = 0, gradients = 0
   contains
     procedure :: begin
-    procedure :: look
+    procedure :: evaluate_point
     procedure :: place
   end type scaled_type
 
@@ -103,7 +103,8 @@ contains
     self%free = pack([(i, i = 1, size(start))], self%span > 0)
     where (.not. self%span > 0) self%span = 1
     allocate(self%unit(problem%objectives + problem%constraints), source=1.0_dp)
-    call self%look(problem, (min(max(start, problem%lower), problem%upper) - problem%lower) / self%span, .true., here, error)
+    call self%evaluate_point(problem, (min(max(start, problem%lower), problem%upper) - problem%lower) / self%span, .true., here, &
+      & error)
     if (allocated(error)) return
     if (.not. here%known) then
       call fatal_error(error, "the objectives cannot be computed at the start", failed_computation)
@@ -126,7 +127,7 @@ contains
   end subroutine begin
 
   !> Evaluates the branches at the point `s`; everything is in scaled units.
-  subroutine look(self, problem, s, gradients, there, error)
+  subroutine evaluate_point(self, problem, s, gradients, there, error)
     class(scaled_type), intent(inout) :: self
     class(minimax_problem), intent(inout) :: problem
     !> Point in scaled units; components outside [0, 1] are moved to the nearest bound
@@ -151,13 +152,13 @@ contains
     if (.not. there%known) return
     there%group = at%group
     there%value = at%value / self%unit(at%group)
-    there%greatest = greatest_by_group(there%value, at%group, size(self%unit))
+    there%greatest = largest_by_group(there%value, at%group, size(self%unit))
     if (gradients) there%slope = at%slope * spread(self%span, 2, size(at%value)) &
       & / spread(self%unit(at%group), 1, size(s))
-  end subroutine look
+  end subroutine evaluate_point
 
   !> Maximum of `number` over the branches of each group, shape (groups).
-  pure function greatest_by_group(number, group, groups) result(greatest)
+  pure function largest_by_group(number, group, groups) result(greatest)
     real(dp), intent(in) :: number(:)
     integer, intent(in) :: group(:), groups
     real(dp) :: greatest(groups)
@@ -167,7 +168,7 @@ contains
     do b = 1, size(number)
       greatest(group(b)) = max(greatest(group(b)), number(b))
     end do
-  end function greatest_by_group
+  end function largest_by_group
 
   !> Sum of `number` over the branches of each group, shape (groups).
   pure function sums_by_group(number, group, groups) result(sums)

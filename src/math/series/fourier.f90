@@ -2,11 +2,11 @@
 module gestell_math_series_fourier
   use gestell_math_dft, only: dft
   use gestell_base_kinds, only: dp, pi
-  use gestell_math_lanes_products, only: in_fours
+  use gestell_math_lanes_products, only: padded_to_four
   implicit none (type, external)
   private
 
-  public :: find_tops, fourier_series, greatest, greatest_between, transform_matrix
+  public :: find_candidates, fourier_series, greatest, largest_between, transform_matrix
 
   !> Fourier series f(theta) = mean + sum_k amplitude(k) cos(k theta + phase(k)); theta runs from 0 to 2 pi over the period
   type, public :: fourier_type
@@ -17,7 +17,7 @@ module gestell_math_series_fourier
   contains
     procedure :: value => series_value
     procedure :: rms
-    procedure :: greatest_term
+    procedure :: largest_term
     procedure :: tail
     procedure :: beyond
     procedure :: peak
@@ -60,7 +60,7 @@ contains
     integer :: orders, k, i
 
     orders = (n - 1) / 2
-    allocate(matrix(n, in_fours(2 * orders)), source=0.0_dp)
+    allocate(matrix(n, padded_to_four(2 * orders)), source=0.0_dp)
     do k = 1, orders
       ! Remove whole turns from the angles: they would lose digits.
       matrix(:, k) = [(cos(2 * pi * mod(k * i, n) / n), i = 0, n - 1)] * 2 / n
@@ -74,7 +74,7 @@ contains
     real(dp), dimension((size(samples) - 1) / 2) :: cosine, sine
 
     call transform(samples, cosine, sine)
-    greatest = greatest_between(samples, cosine, sine)
+    greatest = largest_between(samples, cosine, sine)
   end function greatest
 
   !> Value of f at theta with its first and second derivative, shape (3).
@@ -113,17 +113,17 @@ contains
   pure real(dp) function rms(self)
     class(fourier_type), intent(in) :: self
 
-    rms = self%greatest_term()
+    rms = self%largest_term()
     ! Relative to the largest term: squares of small numbers underflow.
     if (rms > 0) rms = rms * sqrt((self%mean / rms)**2 + sum((self%amplitude / rms)**2) / 2)
   end function rms
 
   !> Largest absolute value among the mean and all amplitudes.
-  pure real(dp) function greatest_term(self)
+  pure real(dp) function largest_term(self)
     class(fourier_type), intent(in) :: self
 
-    greatest_term = max(abs(self%mean), maxval(self%amplitude))
-  end function greatest_term
+    largest_term = max(abs(self%mean), maxval(self%amplitude))
+  end function largest_term
 
   !> Largest amplitude in the upper third of the orders, relative to the largest amplitude of all orders. It is small if the samples
   !> resolve the function.
@@ -133,7 +133,7 @@ contains
     integer :: n
 
     n = size(self%amplitude)
-    greatest = self%greatest_term()
+    greatest = self%largest_term()
     tail = 0
     if (greatest > 0) tail = maxval(self%amplitude(n - n / 3 + 1:)) / greatest
   end function tail
@@ -156,13 +156,13 @@ contains
     class(fourier_type), intent(in) :: self
     real(dp), intent(in) :: samples(:)
 
-    peak = greatest_between(samples, self%amplitude * cos(self%phase), -self%amplitude * sin(self%phase))
+    peak = largest_between(samples, self%amplitude * cos(self%phase), -self%amplitude * sin(self%phase))
   end function peak
 
   !> Maximum of |f| over all theta, by solving f' = 0 near every sample close to which the maximum can lie. The highest orders are
   !> omitted if their amplitudes are below the rounding of the samples, epsilon / sqrt(samples) of the largest sample: multiplied by
   !> k^2 they would create many candidates.
-  pure real(dp) function greatest_between(samples, cosine, sine) result(peak)
+  pure real(dp) function largest_between(samples, cosine, sine) result(peak)
     real(dp), intent(in) :: samples(:), cosine(:), sine(:)
     real(dp), parameter :: noise = 4 * epsilon(1.0_dp)
     real(dp), allocatable :: places(:)
@@ -178,11 +178,11 @@ contains
     loss = (2 * pi / n)**2 / 8 * sum([(real(k, dp)**2 * hypot(cosine(k), sine(k)), k = 1, orders)])
     peak = highest
     if (loss <= epsilon(loss) * highest) return
-    call find_tops(samples, mean, cosine(:orders), sine(:orders), loss, places, step)
+    call find_candidates(samples, mean, cosine(:orders), sine(:orders), loss, places, step)
     do i = 1, size(places)
-      peak = max(peak, refined(mean, cosine(:orders), sine(:orders), places(i), step))
+      peak = max(peak, refine_maximum(mean, cosine(:orders), sine(:orders), places(i), step))
     end do
-  end function greatest_between
+  end function largest_between
 
   !> Finds the points close to which the maximum of |f| may lie. Within half a spacing of the maximum, |f| is smaller than the
   !> maximum by at most `loss`, spacing^2 max |f''| / 8.
@@ -190,7 +190,7 @@ contains
   !> If all samples are nearly equal, such as those of a constant with rounding, all of them are candidates. If there are more than
   !> a few candidates, it is cheaper to evaluate f at a fraction of the spacing: the loss falls with the square of the spacing,
   !> which rules out most candidates.
-  pure subroutine find_tops(samples, mean, cosine, sine, loss, places, step)
+  pure subroutine find_candidates(samples, mean, cosine, sine, loss, places, step)
     !> `samples`: samples of f. `mean`: mean of f. `cosine`, `sine`: coefficients of cos(k theta) and sin(k theta). `loss`: maximum
     !> loss at the spacing of the samples.
     real(dp), intent(in) :: samples(:), mean, cosine(:), sine(:), loss
@@ -217,17 +217,17 @@ contains
       c(:size(cosine) + 1) = [cmplx(mean, 0, dp), cmplx(cosine, sine, dp)]
       f = abs(real(dft(c)))
     end do
-  end subroutine find_tops
+  end subroutine find_candidates
 
   !> Maximum of |f| near `start`, where |f| is at least as large as one `step` away on both sides. Newton's iteration for f' = 0 is
   !> kept between a point from which |f| rises towards the maximum and a point beyond the maximum.
-  pure real(dp) function refined(mean, cosine, sine, start, step)
+  pure real(dp) function refine_maximum(mean, cosine, sine, start, step)
     real(dp), intent(in) :: mean, cosine(:), sine(:), start, step
     real(dp) :: theta, rising, falling, f(3)
     integer :: iteration
 
     f = value(mean, cosine, sine, start)
-    refined = abs(f(1))
+    refine_maximum = abs(f(1))
     rising = start
     falling = start + sign(step, f(1) * f(2))
     theta = start
@@ -238,7 +238,7 @@ contains
       theta = theta - f(2) / merge(f(3), 1.0_dp, abs(f(3)) > 0)
       if (.not. (theta - rising) * (theta - falling) < 0) theta = (rising + falling) / 2
       f = value(mean, cosine, sine, theta)
-      refined = max(refined, abs(f(1)))
+      refine_maximum = max(refine_maximum, abs(f(1)))
       ! Does |f| rise here towards the point beyond the maximum?
       if (f(1) * f(2) * (falling - rising) > 0) then
         rising = theta
@@ -247,6 +247,6 @@ contains
       end if
       if (.not. abs(falling - rising) > epsilon(step) * abs(theta)) return
     end do
-  end function refined
+  end function refine_maximum
 
 end module gestell_math_series_fourier

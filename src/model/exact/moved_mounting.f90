@@ -82,13 +82,13 @@ contains
     f_spin = 0
     g_spin = 0
     rest = 0
-    call hold(springs, cmplx(q(:, 1), q(:, 2), dp), less_one(turn), f, g)
-    call hold(springs, rest, i * turn, f_turn, g_turn)
+    call add_head_forces(springs, cmplx(q(:, 1), q(:, 2), dp), less_one(turn), f, g)
+    call add_head_forces(springs, rest, i * turn, f_turn, g_turn)
     call subtract_plane(springs, turn, c)
     if (dampers%act) then
-      call hold(dampers, cmplx(v(:, 1), v(:, 2), dp), i * v(:, 3) * turn, f, g)
-      call hold(dampers, rest, -v(:, 3) * turn, f_turn, g_turn)
-      call hold(dampers, rest, i * turn, f_spin, g_spin)
+      call add_head_forces(dampers, cmplx(v(:, 1), v(:, 2), dp), i * v(:, 3) * turn, f, g)
+      call add_head_forces(dampers, rest, -v(:, 3) * turn, f_turn, g_turn)
+      call add_head_forces(dampers, rest, i * turn, f_spin, g_spin)
       call subtract_plane(dampers, turn, b)
       b(:, 1, 3) = b(:, 1, 3) - real(f_spin)
       b(:, 2, 3) = b(:, 2, 3) - aimag(f_spin)
@@ -160,14 +160,14 @@ contains
   end subroutine add_pair
 
   !> Adds the sum of the forces F_j to f and the sum of conj(p_j) F_j to g, for heads that move by u + w p_j.
-  pure subroutine hold(sums, u, w, f, g)
+  pure subroutine add_head_forces(sums, u, w, f, g)
     type(sums_type), intent(in) :: sums
     complex(dp), intent(in) :: u(:), w(:)
     complex(dp), intent(inout) :: f(:), g(:)
 
     f = f - (sums%mean * u + sums%difference * conjg(u) + sums%mean_p * w + sums%difference_p * conjg(w))
     g = g - (conjg(sums%mean_p) * u + sums%difference_p * conjg(u) + sums%mean_pp * w + sums%difference_pp * conjg(w))
-  end subroutine hold
+  end subroutine add_head_forces
 
   !> Forces of the supports on the ground along axes in space (N), and their moment about the rest position of F (N m), shape
   !> (points, 3). Static forces are excluded. The moment is the sum of (p + d) x (K d + B v), or of p x (E f - G) for axes that turn
@@ -256,7 +256,7 @@ contains
     do j = 1, 2
       f = 0
       g = 0
-      call hold(sums, along(j:j), none, f, g)
+      call add_head_forces(sums, along(j:j), none, f, g)
       k(:, 1, j) = k(:, 1, j) - real(f(1))
       k(:, 2, j) = k(:, 2, j) - aimag(f(1))
       k(:, 3, j) = k(:, 3, j) - cross(turn, g(1))

@@ -3,7 +3,7 @@
 module gestell_model_exact_moving_masses
   use gestell_base_kinds, only: dp
   use gestell_model_frame, only: frame_type
-  use gestell_model_mechanism_held, only: part_of_turn, tabulate_felt
+  use gestell_model_mechanism_held, only: part_of_turn, tabulate_effective
   use gestell_model_mechanism, only: a1_d, a1_dd, a1_v, a2_d, a2_dd, a2_v, a3_d, a3_dd, a3_v, table_columns
   implicit none (type, external)
   private
@@ -33,19 +33,19 @@ contains
     real(dp), contiguous, intent(in) :: angles(:)
     type(masses_type), intent(out) :: at
     complex(dp), parameter :: i = (0.0_dp, 1.0_dp)
-    real(dp) :: felt(size(angles), table_columns), load(size(angles), 3), slope(size(angles))
+    real(dp) :: effective(size(angles), table_columns), load(size(angles), 3), slope(size(angles))
     real(dp) :: part
 
-    call tabulate_felt(frame%mechanism, frame%origin, frame%even_in_space(), angles, felt, load, slope)
+    call tabulate_effective(frame%mechanism, frame%origin, frame%uniform_in_space(), angles, effective, load, slope)
     associate (omega => frame%speed, xi0 => frame%origin(1), eta0 => frame%origin(2), m_g => frame%mechanism%mass)
       at%s_tt = omega**2 * cmplx(load(:, 1), load(:, 2), dp)
       at%moment = omega**2 * (xi0 * load(:, 2) - eta0 * load(:, 1) + load(:, 3))
-      at%s_1 = frame%mechanism%mass * cmplx(xi0, eta0, dp) + cmplx(felt(:, a1_v), felt(:, a2_v), dp)
-      at%s_1_t = omega * cmplx(felt(:, a1_d), felt(:, a2_d), dp)
-      at%s_1_tt = omega**2 * cmplx(felt(:, a1_dd), felt(:, a2_dd), dp)
+      at%s_1 = frame%mechanism%mass * cmplx(xi0, eta0, dp) + cmplx(effective(:, a1_v), effective(:, a2_v), dp)
+      at%s_1_t = omega * cmplx(effective(:, a1_d), effective(:, a2_d), dp)
+      at%s_1_tt = omega**2 * cmplx(effective(:, a1_dd), effective(:, a2_dd), dp)
       at%inertia = frame%inertia + frame%mechanism%inertia + m_g * (xi0**2 + eta0**2) + turned(a1_v, a2_v, a3_v)
       at%inertia_t = omega * turned(a1_d, a2_d, a3_d)
-      if (frame%even_in_space()) then
+      if (frame%uniform_in_space()) then
         part = part_of_turn(frame%mechanism, .true.)
         at%s_2 = at%s_1 + i * part * at%s_1_t / omega
         at%s_2_t = at%s_1_t + i * part * at%s_1_tt / omega
@@ -68,12 +68,12 @@ contains
   contains
 
     !> The part of the moment of inertia about F that varies with the crank angle, a3 + 2 xi_0 a1 + 2 eta_0 a2, or one of its
-    !> derivatives. The arguments are the columns of `felt` with a1, a2, a3 or their derivatives.
+    !> derivatives. The arguments are the columns of `effective` with a1, a2, a3 or their derivatives.
     pure function turned(a1, a2, a3)
       integer, intent(in) :: a1, a2, a3
       real(dp) :: turned(size(angles))
 
-      turned = felt(:, a3) + 2 * frame%origin(1) * felt(:, a1) + 2 * frame%origin(2) * felt(:, a2)
+      turned = effective(:, a3) + 2 * frame%origin(1) * effective(:, a1) + 2 * frame%origin(2) * effective(:, a2)
     end function turned
 
   end subroutine find_masses

@@ -59,11 +59,11 @@ module gestell_model_exact_varied_frame
     !> Factor on the excitation: 1 for the machine itself, 0 at the start of a path from rest.
     real(dp) :: excitation = 1
     !> Only for a frame in space with a flywheel: the angle chi by which the drive lags (rad); see gestell_model_space_drive.
-    type(series_type) :: spun
+    type(series_type) :: flywheel_series
     !> Mean over the turn of the frame's rate of rotation about the shaft, w n (rad/s). Only for a frame in space with a flywheel.
     real(dp) :: drift = 0
   contains
-    procedure :: move_to, lag, sample_second_order, coupled, ground_forces
+    procedure :: linearise_about, lag, sample_second_order, coupled, ground_forces
     procedure :: rotations, potential, dissipation
   end type varied_frame_type
 
@@ -79,12 +79,12 @@ contains
 
     varied%frame_type = frame
     varied%about_rest = .false.
-    call varied%move_to(motion)
+    call varied%linearise_about(motion)
   end function varied_frame
 
   !> Linearises the frame about another motion. With a flywheel, also computes the mean torque of its motor, which must replace the
   !> power that the dampers dissipate over the turn.
-  pure subroutine move_to(self, motion)
+  pure subroutine linearise_about(self, motion)
     class(varied_frame_type), intent(inout) :: self
     type(series_type), intent(in) :: motion
     real(dp), allocatable :: q(:, :), v(:, :), a(:, :)
@@ -108,7 +108,7 @@ contains
       rate = v(k, :) * (2 * pi / self%period)
       self%motor_torque = self%motor_torque + self%dissipation(displacement, rate) / (points * self%speed * self%mechanism%turns)
     end do
-  end subroutine move_to
+  end subroutine linearise_about
 
   !> Computes, for a frame in space with a flywheel, the lag chi of the drive and the mean torque of the motor. The rate of chi is
   !> the frame's rate of rotation about the shaft, minus its mean over the turn.
@@ -130,18 +130,19 @@ contains
       self%motor_torque = self%motor_torque + mounting_power(self, q(k, in_frame), v(k, in_frame)) &
         & / (points * self%speed * self%mechanism%turns)
     end do
-    self%spun = series_through(rate)
-    self%drift = self%spun%cosine(0, 1)
+    self%flywheel_series = series_through(rate)
+    self%drift = self%flywheel_series%cosine(0, 1)
     ! the mean of chi is that of n theta
-    self%spun%cosine(0, 1) = dot_product(self%space%drive%axis, self%motion%cosine(0, in_frame(4:)))
-    do k = 1, ubound(self%spun%cosine, 1)
-      associate (c => self%spun%cosine(k, 1), s => self%spun%sine(k, 1), frequency => 2 * pi * k / self%period)
+    self%flywheel_series%cosine(0, 1) = dot_product(self%space%drive%axis, self%motion%cosine(0, in_frame(4:)))
+    do k = 1, ubound(self%flywheel_series%cosine, 1)
+      associate (c => self%flywheel_series%cosine(k, 1), s => self%flywheel_series%sine(k, 1), frequency => 2 * pi &
+        & * k / self%period)
         cosine = -s / frequency
         s = c / frequency
         c = cosine
       end associate
     end do
-    call self%spun%tabulate()
+    call self%flywheel_series%tabulate()
   end subroutine spin_flywheel
 
   !> Argument `lag` of `follow_frame` at phases of the turn, shape (phases, 3). Columns: angle chi by which the drive lags (rad),
@@ -154,7 +155,7 @@ contains
 
     lag = 0
     if (self%held_by /= "flywheel") return
-    call self%spun%values(phases, chi, chi_d, chi_dd)
+    call self%flywheel_series%values(phases, chi, chi_d, chi_dd)
     lag(:, 1) = chi(:, 1)
     lag(:, 2) = self%drift
     lag(:, 3) = self%motor_torque
@@ -223,10 +224,10 @@ contains
     complex(dp), intent(in) :: turn(:)
     real(dp), intent(out) :: r(:, :), m(:, :, :), b(:, :, :), c(:, :, :)
     type(masses_type) :: at
-    complex(dp), dimension(size(phases)) :: spun, varied, moving
+    complex(dp), dimension(size(phases)) :: flywheel_series, varied, moving
     real(dp) :: mass
 
-    call find_masses(frame, frame%crank_angles(phases) - part_of_turn(frame%mechanism, frame%even_in_space()) * q(:, 3), at)
+    call find_masses(frame, frame%crank_angles(phases) - part_of_turn(frame%mechanism, frame%uniform_in_space()) * q(:, 3), at)
     mass = frame%mass + frame%mechanism%mass
     moving = i * turn * at%s_1
     m = 0
@@ -239,19 +240,19 @@ contains
     m(:, 3, 1:2) = m(:, 1:2, 3)
     m(:, 3, 3) = at%inertia
     associate (w => v(:, 3), w_d => a(:, 3))
-      spun = turn * (at%s_tt + 2 * i * w * at%s_1_t - w**2 * at%s_2) + moving * w_d
-      r(:, 1) = mass * a(:, 1) + real(spun)
-      r(:, 2) = mass * a(:, 2) + aimag(spun)
+      flywheel_series = turn * (at%s_tt + 2 * i * w * at%s_1_t - w**2 * at%s_2) + moving * w_d
+      r(:, 1) = mass * a(:, 1) + real(flywheel_series)
+      r(:, 2) = mass * a(:, 2) + aimag(flywheel_series)
       r(:, 3) = at%moment + at%inertia * w_d + at%inertia_t * w + at%inertia_psi * w**2 / 2 + real(moving) * a(:, 1) &
         & + aimag(moving) * a(:, 2) + frame%motor_torque
-      spun = turn * (2 * i * at%s_1_t - 2 * w * at%s_2)
+      flywheel_series = turn * (2 * i * at%s_1_t - 2 * w * at%s_2)
       varied = turn * (i * at%s_1_tt - 2 * w * at%s_2_t - i * w**2 * at%s_3 - w_d * at%s_2)
       b(:, 3, 3) = at%inertia_t + at%inertia_psi * w
       c(:, 3, 3) = at%inertia_psi * w_d + at%inertia_tpsi * w + at%inertia_psipsi * w**2 / 2 + at%moment_psi &
         & - real(turn * at%s_2) * a(:, 1) - aimag(turn * at%s_2) * a(:, 2)
     end associate
-    b(:, 1, 3) = real(spun)
-    b(:, 2, 3) = aimag(spun)
+    b(:, 1, 3) = real(flywheel_series)
+    b(:, 2, 3) = aimag(flywheel_series)
     c(:, 1, 3) = real(varied)
     c(:, 2, 3) = aimag(varied)
     if (frame%weights%act) then

@@ -11,7 +11,7 @@ module gestell_model_frame_data
   public :: check_frame_data, check_free, check_turning
 
   !> Smallest accepted angle scale (rad): mechanisms whose motion changes noticeably within a smaller crank angle are refused.
-  real(dp), parameter :: least_angle_scale = 1.0e-4_dp
+  real(dp), parameter :: min_angle_scale = 1.0e-4_dp
 
 contains
 
@@ -51,7 +51,7 @@ contains
     if (.not. (ieee_is_finite(mechanism%mass) .and. ieee_is_finite(mechanism%inertia) .and. mechanism%mass >= 0 &
       & .and. mechanism%inertia >= 0)) then
       call fatal_error(error, "the mechanism's mass and inertia must be finite and not negative", invalid_input)
-    else if (.not. mechanism%angle_scale >= least_angle_scale) then
+    else if (.not. mechanism%angle_scale >= min_angle_scale) then
       call fatal_error(error, "the mechanism comes so close to a dead point that its motion changes within " &
         & // concise(mechanism%angle_scale * mechanism%turns * 180 / pi, 2) // " deg of the crank angle: results would " &
         & // "be unreliable", impossible_mechanism)

@@ -2,7 +2,7 @@
 module gestell_model_frame_equations
   use gestell_base_kinds, only: dp, pi
   use gestell_model_mechanism, only: a1_d, a1_dd, a1_v, a2_d, a2_dd, a2_v, a3_d, a3_v, mechanism_type, table_columns
-  use gestell_model_mechanism_held, only: tabulate_felt
+  use gestell_model_mechanism_held, only: tabulate_effective
   implicit none (type, external)
   private
 
@@ -76,7 +76,7 @@ contains
     integer, intent(in) :: free(:)
     !> `speed`: of the crank (rad/s); `origin`: of the mechanism, seen from F (m)
     real(dp), intent(in) :: speed, origin(2)
-    !> Two forces and the moment of the load, divided by -Omega^2, from `tabulate_felt`, shape (angles, 3)
+    !> Two forces and the moment of the load, divided by -Omega^2, from `tabulate_effective`, shape (angles, 3)
     real(dp), contiguous, intent(in) :: load(:, :)
     real(dp), contiguous, intent(inout) :: h(:, :)
     integer :: i
@@ -100,20 +100,20 @@ contains
   !> How strongly the terms of the load cancel (dimensionless): the largest sum of their absolute values, divided by the largest
   !> load, minus 1; 0 means that nothing cancels. The maxima are over the degrees of freedom `free`. To compare them, forces are
   !> divided by the square root of the machine's mass, moments by that of its moment of inertia.
-  real(dp) function cancellation(mechanism, free, origin, mass, inertia, even_in_space)
+  real(dp) function cancellation(mechanism, free, origin, mass, inertia, uniform_in_space)
     class(mechanism_type), intent(in) :: mechanism
     integer, intent(in) :: free(:)
     !> `origin`: of the mechanism, seen from F (m); `mass` (kg) and `inertia` (kg m^2): of the frame
     real(dp), intent(in) :: origin(2), mass, inertia
     !> True if the crank turns uniformly in space, false if relative to the frame
-    logical, intent(in) :: even_in_space
+    logical, intent(in) :: uniform_in_space
     integer, parameter :: angles = 16
-    real(dp) :: felt(angles, table_columns), load(angles, 3), h(angles, size(free)), terms(3), weights(3), greatest
+    real(dp) :: effective(angles, table_columns), load(angles, 3), h(angles, size(free)), terms(3), weights(3), greatest
     integer :: i
 
     cancellation = 0
     if (.not. any(mechanism%terms > 0)) return
-    call tabulate_felt(mechanism, origin, even_in_space, [(2 * pi * i / angles, i = 1, angles)], felt, load)
+    call tabulate_effective(mechanism, origin, uniform_in_space, [(2 * pi * i / angles, i = 1, angles)], effective, load)
     call set_load(free, 1.0_dp, origin, load, h)
     terms = mechanism%terms(:3)
     terms(3) = abs(origin(1)) * terms(2) + abs(origin(2)) * terms(1) + terms(3)

@@ -3,7 +3,7 @@
 module gestell_model_frame
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp, pi
-  use gestell_model_mechanism_held, only: check_held, part_of_turn, tabulate_felt
+  use gestell_model_mechanism_held, only: check_held, part_of_turn, tabulate_effective
   use gestell_model_frame_data, only: check_frame_data, check_free, check_turning
   use gestell_model_frame_equations, only: cancellation, mass_matrix, set_load, set_matrices
   use gestell_model_mechanism, only: a1_d, a1_v, a2_d, a2_v, mechanism_type, table_columns
@@ -19,7 +19,7 @@ module gestell_model_frame
   implicit none (type, external)
   private
 
-  public :: connections, new_frame, weigh_frame
+  public :: connections, new_frame, add_gravity
 
   !> Names of the frame's degrees of freedom, in the order of the matrices: displacements of its centre of mass F, and rotations. A
   !> frame in the plane has the first three, a frame in space all six.
@@ -47,9 +47,9 @@ module gestell_model_frame
     procedure :: matrices
     procedure :: load
     procedure :: sample_second_order, sample_at_rest
-    procedure :: crank_angles, even_in_space
+    procedure :: crank_angles, uniform_in_space
     procedure :: remember
-    procedure :: weigh => weigh_frame
+    procedure :: weigh => add_gravity
     procedure :: coupled
     procedure :: check
     procedure :: averaged
@@ -65,7 +65,7 @@ contains
 
   !> Makes a frame on its mounting, with its own copy of the mechanism, whose motion is checked over the whole turn. With `gravity`
   !> all masses have weight, and q = 0 is the rest position of the machine under its weights. Fails if a number is not finite or out
-  !> of range, if the mechanism cannot turn, or if `weigh_frame` or `check_held` fails.
+  !> of range, if the mechanism cannot turn, or if `add_gravity` or `check_held` fails.
   subroutine new_frame(frame, mechanism, mass, inertia, origin, stiffness, damping, speed, error, free, supports, gravity, held_by)
     type(frame_type), intent(out) :: frame
     class(mechanism_type), intent(in) :: mechanism
@@ -118,31 +118,31 @@ contains
     ! there.
     frame%rounding = epsilon(1.0_dp) / frame%mechanism%angle_scale**2
     frame%load_rounding = min(1.0_dp, share * frame%rounding * cancellation(frame%mechanism, frame%free, origin, mass, inertia, &
-      & frame%even_in_space()))
+      & frame%uniform_in_space()))
     frame%least_steps = max(8, ceiling(2 * pi / frame%mechanism%angle_scale))
     if (present(gravity)) call frame%weigh([gravity, 0.0_dp], error)
   end subroutine new_frame
 
   !> Gives weight to all masses of a frame and sets the static forces of its supports, which carry the weights. Fails if no spring
   !> carries the weights along some free degree of freedom, or if the weights overflow.
-  subroutine weigh_frame(frame, gravity, error)
+  subroutine add_gravity(frame, gravity, error)
     class(frame_type), intent(inout) :: frame
     !> Acceleration of gravity along xi, eta, zeta (m/s^2); the last is 0 in the plane
     real(dp), intent(in) :: gravity(3)
     type(error_type), allocatable, intent(out) :: error
-    complex(dp) :: swung
+    complex(dp) :: unbalance
     real(dp) :: mean(3), mass, greatest
 
     if (allocated(frame%space)) then
       call frame%space%average(mean, mass, greatest)
     else
-      call average_masses(frame%mechanism, swung, greatest)
+      call average_masses(frame%mechanism, unbalance, greatest)
       mass = frame%mechanism%mass
-      mean = [mass * frame%origin + [real(swung), aimag(swung)], 0.0_dp]
+      mean = [mass * frame%origin + [real(unbalance), aimag(unbalance)], 0.0_dp]
       greatest = mass * norm2(frame%origin) + greatest
     end if
     call new_weights(frame%weights, gravity, frame%mass + mass, mean, greatest, frame%stiffness, frame%supports, frame%free, error)
-  end subroutine weigh_frame
+  end subroutine add_gravity
 
   !> Checks that the frame is a valid second-order system. Fails if it was not made by `new_frame`, or if its period does not match
   !> its speed.
@@ -221,35 +221,35 @@ contains
     integer, intent(in) :: free(:)
     real(dp), contiguous, intent(out) :: m(:, :, :), b(:, :, :), c(:, :, :)
     real(dp), contiguous, intent(out), optional :: h(:, :)
-    real(dp) :: felt(size(angles), table_columns), load(size(angles), 3), slope(size(angles)), part
-    complex(dp) :: swung(size(angles)), rest
+    real(dp) :: effective(size(angles), table_columns), load(size(angles), 3), slope(size(angles)), part
+    complex(dp) :: unbalance(size(angles)), rest
     complex(dp), parameter :: i = (0.0_dp, 1.0_dp)
     integer :: psi
 
-    call tabulate_felt(self%mechanism, self%origin, self%even_in_space(), angles, felt, load, slope)
+    call tabulate_effective(self%mechanism, self%origin, self%uniform_in_space(), angles, effective, load, slope)
     call set_matrices(free, mass_matrix(self%mass, self%inertia, self%origin, self%mechanism), &
-      & self%damping, self%rest_stiffness(), self%speed, self%origin, felt, m, b, c)
+      & self%damping, self%rest_stiffness(), self%speed, self%origin, effective, m, b, c)
     psi = findloc(free, 3, dim=1)
-    if (self%even_in_space() .and. psi > 0) c(:, psi, psi) = c(:, psi, psi) - self%speed**2 * slope
+    if (self%uniform_in_space() .and. psi > 0) c(:, psi, psi) = c(:, psi, psi) - self%speed**2 * slope
     if (present(h)) call set_load(free, self%speed, self%origin, load, h)
     if (.not. self%weights%act .or. psi == 0) return
     ! If the crank angle lags by p psi, the first moment of the masses is S + i p S'. Its derivative with respect to psi
     ! involves S + 2 i p S' - p^2 S''.
     associate (g => self%weights%gravity_in_plane(), mean => self%weights%mean)
-      part = part_of_turn(self%mechanism, self%even_in_space())
+      part = part_of_turn(self%mechanism, self%uniform_in_space())
       rest = self%mechanism%mass * cmplx(self%origin(1), self%origin(2), dp) - cmplx(mean(1), mean(2), dp)
-      swung = cmplx(felt(:, a1_v), felt(:, a2_v), dp) + rest
-      c(:, psi, psi) = c(:, psi, psi) + real(conjg(swung + i * part * cmplx(felt(:, a1_d), felt(:, a2_d), dp)) * g)
-      if (present(h)) h(:, psi) = h(:, psi) + aimag(conjg(swung) * g)
+      unbalance = cmplx(effective(:, a1_v), effective(:, a2_v), dp) + rest
+      c(:, psi, psi) = c(:, psi, psi) + real(conjg(unbalance + i * part * cmplx(effective(:, a1_d), effective(:, a2_d), dp)) * g)
+      if (present(h)) h(:, psi) = h(:, psi) + aimag(conjg(unbalance) * g)
     end associate
   end subroutine sample_in_plane
 
   !> True if the crank turns uniformly in space, false if it turns uniformly relative to the frame.
-  pure logical function even_in_space(self)
+  pure logical function uniform_in_space(self)
     class(frame_type), intent(in) :: self
 
-    even_in_space = self%held_by /= "motor"
-  end function even_in_space
+    uniform_in_space = self%held_by /= "motor"
+  end function uniform_in_space
 
   !> Crank angles (rad) at phases of the period.
   pure function crank_angles(self, phases) result(angles)
@@ -272,10 +272,10 @@ contains
     if (allocated(self%space) .or. .not. allocated(self%mechanism)) return
     select type (mechanism => self%mechanism)
     type is (tabulated_type)
-      call mechanism%remember(self%crank_angles(phases), self%even_in_space())
+      call mechanism%remember(self%crank_angles(phases), self%uniform_in_space())
     class default
       call new_tabulated(tabulated, mechanism)
-      call tabulated%remember(self%crank_angles(phases), self%even_in_space())
+      call tabulated%remember(self%crank_angles(phases), self%uniform_in_space())
       allocate(plain, source=tabulated)
     end select
     if (allocated(plain)) call move_alloc(plain, self%mechanism)
@@ -408,7 +408,7 @@ contains
       if (any(is_rotation(free))) conserves = conserves &
         & .and. .not. any([(self%supports(i)%damping > 0, i = 1, size(self%supports))])
       if (allocated(self%space)) conserves = conserves &
-        & .and. .not. (self%even_in_space() .or. self%about_rest .and. count(is_rotation(free)) > 1)
+        & .and. .not. (self%uniform_in_space() .or. self%about_rest .and. count(is_rotation(free)) > 1)
     end associate
   end function conserves
 

@@ -13,7 +13,7 @@ module gestell_model_frame_in_space
   implicit none (type, external)
   private
 
-  public :: planes_of, put_in_space
+  public :: split_into_planes, put_in_space
 
 contains
 
@@ -44,7 +44,7 @@ contains
     if (allocated(error)) return
     if (.not. all(ieee_is_finite(inertia))) then
       call fatal_error(error, "the frame's inertia must be finite", invalid_input)
-    else if (negative(inertia)) then
+    else if (not_a_rigid_body(inertia)) then
       call fatal_error(error, "no rigid body has this inertia: a principal moment of inertia is negative, or greater than the " &
         & // "sum of the other two", invalid_input)
     end if
@@ -85,7 +85,7 @@ contains
 
   !> Splits a linkage by planes: the plane of the frame, number 0, and the other planes given. Each part gets all joints, but only
   !> the links that move in its plane. Planes without links are omitted.
-  subroutine planes_of(linkage, origin, origins, axes, planes)
+  subroutine split_into_planes(linkage, origin, origins, axes, planes)
     type(linkage_type), intent(in) :: linkage
     !> `origin`: of plane 0 seen from F (m). `origins`: of the other planes seen from `origin` (m), shape (3, planes). `axes`: the
     !> axes of these planes as columns, shape (3, 3, planes)
@@ -108,11 +108,11 @@ contains
       planes(n)%origin = origin + origins(:, k)
       planes(n)%axes = axes(:, :, k)
     end do
-  end subroutine planes_of
+  end subroutine split_into_planes
 
   !> True if no rigid body has this inertia tensor: a principal moment is negative or exceeds the sum of the other two. A relative
   !> tolerance of 1e-9 allows for rounding.
-  logical function negative(inertia)
+  logical function not_a_rigid_body(inertia)
     real(dp), intent(in) :: inertia(3, 3)
     real(dp), parameter :: rounding = 1.0e-9_dp
     real(dp) :: unit(3, 3)
@@ -121,9 +121,9 @@ contains
 
     unit = reshape([1, 0, 0, 0, 1, 0, 0, 0, 1], [3, 3])
     call symmetric_pencil(inertia, unit, principal, error)
-    negative = allocated(error)
-    if (.not. negative) negative = principal(1) < -rounding * principal(3) &
+    not_a_rigid_body = allocated(error)
+    if (.not. not_a_rigid_body) not_a_rigid_body = principal(1) < -rounding * principal(3) &
       & .or. principal(3) > (1 + rounding) * (principal(1) + principal(2))
-  end function negative
+  end function not_a_rigid_body
 
 end module gestell_model_frame_in_space

@@ -6,7 +6,7 @@ module gestell_model_frame_shaking
   use gestell_model_frame, only: frame_type
   use gestell_model_frame_equations, only: set_load
   use gestell_model_mechanism, only: table_columns
-  use gestell_model_mechanism_held, only: part_of_turn, tabulate_felt
+  use gestell_model_mechanism_held, only: part_of_turn, tabulate_effective
   use gestell_model_mounting, only: in_space, is_rotation
   use gestell_math_rotation, only: cross
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
@@ -39,14 +39,15 @@ contains
     class(frame_type), intent(in) :: frame
     real(dp), contiguous, intent(in) :: phases(:)
     real(dp), allocatable, intent(out) :: loads(:, :)
-    real(dp) :: felt(size(phases), table_columns), forces(size(phases), 3)
+    real(dp) :: effective(size(phases), table_columns), forces(size(phases), 3)
 
     allocate(loads(size(phases), frame%dofs()))
     if (allocated(frame%space)) then
       call frame%space%shake(frame%speed, frame%crank_angles(phases), loads)
       loads = loads(:, in_space)
     else
-      call tabulate_felt(frame%mechanism, frame%origin, frame%even_in_space(), frame%crank_angles(phases), felt, forces)
+      call tabulate_effective(frame%mechanism, frame%origin, frame%uniform_in_space(), frame%crank_angles(phases), effective, &
+        & forces)
       call set_load([1, 2, 3], frame%speed, frame%origin, forces, loads)
     end if
   end subroutine shaking_loads
@@ -59,7 +60,7 @@ contains
     real(dp) :: sums(2), even
     integer :: i
 
-    even = part_of_turn(frame%mechanism, frame%even_in_space())
+    even = part_of_turn(frame%mechanism, frame%uniform_in_space())
     if (allocated(frame%space)) then
       sums = frame%space%terms()
       sums(2) = sums(2) + even * sum([(frame%space%planes(i)%linkage%terms(4), i = 1, size(frame%space%planes))]) / 2
@@ -74,9 +75,9 @@ contains
 
   !> Computes harmonics, maxima and rotating vectors of the shaking forces of a frame in space. Moments are about the origin O of
   !> the mechanisms instead of F.
-  subroutine shaking_in_space(frame, found)
+  subroutine shaking_in_space(frame, computed)
     class(frame_type), intent(in) :: frame
-    type(space_shaking_type), intent(out) :: found
+    type(space_shaking_type), intent(out) :: computed
     integer, parameter :: most = 8192
     !> Rounding error of a sample, relative to the sum of the absolute values of its terms.
     real(dp), parameter :: rounding = 1.0e-12_dp
@@ -85,7 +86,7 @@ contains
     integer :: i, n
 
     terms = frame%space%terms()
-    found%noise = rounding * frame%speed**2 * [spread(terms(1), 1, 3), spread(terms(2), 1, 3)]
+    computed%noise = rounding * frame%speed**2 * [spread(terms(1), 1, 3), spread(terms(2), 1, 3)]
     n = max(128, min(most, 4 * frame%least_steps))
     do
       if (allocated(h)) deallocate(h)
@@ -95,19 +96,19 @@ contains
         h(i, 4:) = h(i, 4:) - cross(frame%space%origin, (h(i, :3)))
       end do
       do i = 1, 6
-        found%series(i) = fourier_series(h(:, i))
+        computed%series(i) = fourier_series(h(:, i))
       end do
-      if (n >= most .or. all([(found%series(i)%tail() < 1.0e-9_dp .or. found%series(i)%greatest_term() <= found%noise(i), &
+      if (n >= most .or. all([(computed%series(i)%tail() < 1.0e-9_dp .or. computed%series(i)%largest_term() <= computed%noise(i), &
         & i = 1, 6)])) exit
       n = 2 * n
     end do
-    found%rms = [(found%series(i)%rms(), i = 1, 6)]
-    if (.not. all(ieee_is_finite(found%rms))) return
-    found%peak = [(found%series(i)%peak(h(:, i)), i = 1, 6)]
-    found%shaft = frame%space%planes(1)%axes(:, 3)
+    computed%rms = [(computed%series(i)%rms(), i = 1, 6)]
+    if (.not. all(ieee_is_finite(computed%rms))) return
+    computed%peak = [(computed%series(i)%peak(h(:, i)), i = 1, 6)]
+    computed%shaft = frame%space%planes(1)%axes(:, 3)
     associate (x => frame%space%planes(1)%axes(:, 1), y => frame%space%planes(1)%axes(:, 2))
-      found%force = turning_vectors(found%series(:3), size(found%series(1)%amplitude), x, sign(1.0_dp, frame%speed) * y)
-      found%couple = turning_vectors(found%series(4:), size(found%series(1)%amplitude), x, sign(1.0_dp, frame%speed) * y)
+      computed%force = turning_vectors(computed%series(:3), size(computed%series(1)%amplitude), x, sign(1.0_dp, frame%speed) * y)
+      computed%couple = turning_vectors(computed%series(4:), size(computed%series(1)%amplitude), x, sign(1.0_dp, frame%speed) * y)
     end associate
   end subroutine shaking_in_space
 

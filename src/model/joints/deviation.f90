@@ -124,12 +124,12 @@ contains
     dd = [ball() - sine * turning - cosine * omega * omega, cosine * turning - sine * omega * omega]
     deviation%a = dd(1)%radius * (arm(1) * u + arm(2) * left(u))
     deviation%b = dd(2)%radius * (arm(1) * left(u) - arm(2) * u)
-    deviation = total(deviation, deviations(1))
+    deviation = minkowski_sum(deviation, deviations(1))
   end subroutine of_body
 
   !> A rectangle that contains all sums of a vector of `one` and a vector of `two`. One of its sides is parallel to the longest side
   !> of the two parallelograms.
-  pure type(deviation_type) function total(one, two)
+  pure type(deviation_type) function minkowski_sum(one, two)
     class(deviation_type), intent(in) :: one, two
     real(dp) :: sides(2, 4), directions(2, 2)
     integer :: k
@@ -139,8 +139,8 @@ contains
     if (.not. norm2(sides(:, k)) > 0) return
     directions(:, 1) = sides(:, k) / norm2(sides(:, k))
     directions(:, 2) = left(directions(:, 1))
-    total = parallelogram(directions, [(one%along(directions(:, k)) + two%along(directions(:, k)), k = 1, 2)])
-  end function total
+    minkowski_sum = parallelogram(directions, [(one%along(directions(:, k)) + two%along(directions(:, k)), k = 1, 2)])
+  end function minkowski_sum
 
   !> The vector v rotated by 90 degrees to the left.
   pure function left(v)

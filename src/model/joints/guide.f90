@@ -4,13 +4,13 @@ module gestell_model_joints_guide
   use gestell_base_key, only: key_type, of_angle, of_length, real_key, text_key
   use gestell_base_kinds, only: dp
   use gestell_model_joints_data, only: check_coordinates, check_finite, joint_data_type
-  use gestell_model_joints_path, only: batch, carried, carry, cross, direction, find_direction, keep, path_type, point_type, &
+  use gestell_model_joints_path, only: batch, carried, carry, cross, direction, find_direction, set_fixed, path_type, point_type, &
     & slack, turn, turning_scale
   use gestell_model_joints_placement, only: placement_type
   implicit none (type, external)
   private
 
-  public :: crossing, meet, parallel
+  public :: crossing, intersect_lines, parallel
 
   !> A guide: the line through `point` (m) at `angle` (rad) to the x-axis. If two joints P and Q carry it, `carriers` are their
   !> indices; `point` and `angle` then refer to axes with origin P whose first axis points to Q.
@@ -127,8 +127,8 @@ contains
     type(path_type) :: e
 
     if (all(self%carriers == 0)) then
-      call keep(self%point, origin)
-      call keep([cos(self%angle), sin(self%angle)], along)
+      call set_fixed(self%point, origin)
+      call set_fixed([cos(self%angle), sin(self%angle)], along)
       return
     end if
     call find_direction(points(self%carriers(1)), points(self%carriers(2)), e)
@@ -174,7 +174,7 @@ contains
   !>
   !>     r' = g' + s u' + s' u,                 (r' - h') x w + (r - h) x w' = 0,
   !>     r'' = g'' + s u'' + 2 s' u' + s'' u,   (r'' - h'') x w + 2 (r' - h') x w' + (r - h) x w'' = 0.
-  pure subroutine meet(g, u, h, w, here)
+  pure subroutine intersect_lines(g, u, h, w, here)
     !> A point (`g`, `h`) and the unit direction (`u`, `w`) of each line
     type(path_type), intent(in) :: g, u, h, w
     type(path_type), intent(out) :: here
@@ -202,7 +202,7 @@ contains
       here%ax(k) = ax + s2 * u%x(k)
       here%ay(k) = ay + s2 * u%y(k)
     end do
-  end subroutine meet
+  end subroutine intersect_lines
 
   !> True if two lines at this angle (rad) to each other are parallel: its sine is below 1e-9.
   pure logical function parallel(angle)

@@ -11,7 +11,7 @@ module gestell_model_joints_joint
   implicit none (type, external)
   private
 
-  public :: greatest_change, point_type, reach_body, slack
+  public :: largest_change, point_type, reach_body, slack
 
   !> Intervals are so short that the sine of a transmission angle never falls below this fraction of its value in the middle. The
   !> minimum of the sines in the middles is then nearly the minimum over the turn.
@@ -133,13 +133,13 @@ contains
   !> Bound on the change of a length (m) within `half_width` (rad) of the crank angle: the smaller of two bounds. The first uses the
   !> maximum speed. The second uses the speed in the middle and a bound on the second derivative. It is much smaller near a dead
   !> point, where the length has an extremum.
-  pure real(dp) function greatest_change(speed, speed_in_middle, second_derivative, half_width) result(change)
+  pure real(dp) function largest_change(speed, speed_in_middle, second_derivative, half_width) result(change)
     !> `speed`: maximum rate of the length (m per rad); `speed_in_middle`: its rate in the middle of the interval;
     !> `second_derivative`: bound on it (m per rad^2); `half_width`: of the interval (rad)
     real(dp), intent(in) :: speed, speed_in_middle, second_derivative, half_width
 
     change = slack * half_width * min(speed, abs(speed_in_middle) + second_derivative * half_width / 2)
-  end function greatest_change
+  end function largest_change
 
   !> Bounds on the motion of a point at distance `arm` (m) from end number `base` of a body that carries two joints, its `ends`. The
   !> body's angular velocity omega is at most the sum of the ends' speeds divided by their distance d, which must not vanish. With

@@ -7,7 +7,7 @@ module gestell_model_joints_path
   implicit none (type, external)
   private
 
-  public :: carried, carry, cross, direction, dot, find_direction, keep, take_batch, turn, turning_scale
+  public :: carried, carry, cross, direction, dot, find_direction, set_fixed, copy_batch, turn, turning_scale
 
   !> A point (m) in the mechanism's x-y plane, with its derivatives with respect to the crank angle.
   type, public :: point_type
@@ -86,7 +86,7 @@ contains
   end function cross
 
   !> Copies a batch of angles to `some`, from number `first` to number `last`. A batch that is not full repeats its last angle.
-  pure subroutine take_batch(angles, first, last, some)
+  pure subroutine copy_batch(angles, first, last, some)
     real(dp), contiguous, intent(in) :: angles(:)
     integer, intent(in) :: first
     integer, intent(out) :: last
@@ -95,10 +95,10 @@ contains
     last = min(first + batch - 1, size(angles))
     some(:last - first + 1) = angles(first:last)
     some(last - first + 2:) = angles(last)
-  end subroutine take_batch
+  end subroutine copy_batch
 
   !> Sets the path of a point, or of a direction, that does not move.
-  pure subroutine keep(position, here)
+  pure subroutine set_fixed(position, here)
     real(dp), intent(in) :: position(2)
     type(path_type), intent(out) :: here
 
@@ -108,7 +108,7 @@ contains
     here%vy = 0
     here%ax = 0
     here%ay = 0
-  end subroutine keep
+  end subroutine set_fixed
 
   !> Computes the unit vector u along e = to - from, d = |e|, with derivatives. It rotates at the rate w:
   !>

@@ -21,10 +21,10 @@ module gestell_model_linkage_assembly
   !> root of the interval (rad).
   real(dp), parameter :: narrowest = 1.0e-9_dp
   !> Maximum number of intervals over the turn.
-  integer, parameter :: most_intervals = 1000000
+  integer, parameter :: max_intervals = 1000000
   !> For messages about a joint that cannot turn. `samples`: crank angles that are tried, one every 4 deg. `halvings`: bisections
-  !> for each end of a range in which the joint can be assembled. `most_listed`: maximum number of these ranges that are listed.
-  integer, parameter :: samples = 90, halvings = 24, most_listed = 3
+  !> for each end of a range in which the joint can be assembled. `max_listed`: maximum number of these ranges that are listed.
+  integer, parameter :: samples = 90, halvings = 24, max_listed = 3
 
 contains
 
@@ -54,11 +54,11 @@ contains
       width = min(2 * width, 2 * pi - angle)
       do
         intervals = intervals + 1
-        call secure(joints, links, angle + width / 2, width / 2, local, bad_joint, bad_link)
+        call prove_interval(joints, links, angle + width / 2, width / 2, local, bad_joint, bad_link)
         if (bad_joint == 0 .and. bad_link == 0) exit
         width = width / 2
-        if (intervals >= most_intervals .or. width < narrowest) then
-          call report(joints, links, angle, of_drive, bad_joint, bad_link, intervals >= most_intervals, error)
+        if (intervals >= max_intervals .or. width < narrowest) then
+          call report(joints, links, angle, of_drive, bad_joint, bad_link, intervals >= max_intervals, error)
           return
         end if
       end do
@@ -69,7 +69,7 @@ contains
 
   !> Tries to prove, for crank angles within `half_width` of `middle` (rad), that every joint can be assembled and that the two
   !> joints of each link stay apart. Returns the index of the first joint or link for which the proof fails, or 0.
-  subroutine secure(joints, links, middle, half_width, angle_scale, bad_joint, bad_link)
+  subroutine prove_interval(joints, links, middle, half_width, angle_scale, bad_joint, bad_link)
     type(named_joint_type), intent(in) :: joints(:)
     type(link_type), intent(in) :: links(:)
     real(dp), intent(in) :: middle, half_width
@@ -110,16 +110,16 @@ contains
         angle_scale = min(angle_scale, turning_scale(at(link%from), at(link%to)))
       end associate
     end do
-  end subroutine secure
+  end subroutine prove_interval
 
-  !> Makes the error about a joint or a link at a crank angle. If all permitted intervals are `spent`, the message says that nothing
-  !> is proved.
-  subroutine report(joints, links, angle, turns, bad_joint, bad_link, spent, error)
+  !> Makes the error about a joint or a link at a crank angle. If all permitted intervals are `intervals_used_up`, the message says
+  !> that nothing is proved.
+  subroutine report(joints, links, angle, turns, bad_joint, bad_link, intervals_used_up, error)
     type(named_joint_type), intent(in) :: joints(:)
     type(link_type), intent(in) :: links(:)
     real(dp), intent(in) :: angle
     integer, intent(in) :: turns, bad_joint, bad_link
-    logical, intent(in) :: spent
+    logical, intent(in) :: intervals_used_up
     type(error_type), allocatable, intent(out) :: error
     type(point_type) :: at(size(joints))
     character(len=:), allocatable :: there, subject, reason, closure
@@ -131,8 +131,8 @@ contains
     else
       subject = "link '" // links(bad_link)%name // "'"
     end if
-    if (spent) then
-      reason = ": " // text(most_intervals) // " intervals of the turn do not prove that it can be assembled at" // there &
+    if (intervals_used_up) then
+      reason = ": " // text(max_intervals) // " intervals of the turn do not prove that it can be assembled at" // there &
         & // ": it comes too close to a dead point, or the chain of joints is too long"
     else if (bad_joint == 0) then
       reason = ": its two joints coincide at" // there
@@ -156,7 +156,7 @@ contains
     real(dp), parameter :: step = 2 * pi / samples, aside = 0.37_dp
     logical :: closes(0:samples)
     real(dp) :: from, to
-    integer :: first, k, found
+    integer :: first, k, range_count
 
     ! Samples avoid round angles, where dead points often lie.
     closes = [(assembled(joints, bad, (k + aside) * step), k = 0, samples)]
@@ -172,16 +172,16 @@ contains
     words = "; it can be assembled"
     ! Goes through one turn, from an angle at which the joint cannot be assembled.
     first = findloc(closes, .false., dim=1) - 1
-    found = 0
+    range_count = 0
     do k = first + 1, first + samples
       if (closes(modulo(k, samples)) .and. .not. closes(modulo(k - 1, samples))) then
         from = end_of(k - 1, k)
       else if (closes(modulo(k - 1, samples)) .and. .not. closes(modulo(k, samples))) then
         to = end_of(k, k - 1)
-        found = found + 1
-        if (found > 1 .and. found <= most_listed) words = words // ","
-        if (found <= most_listed) words = words // " from " // fixed(degrees(from), 2) // " to " // fixed(degrees(to), 2)
-        if (found == most_listed + 1) words = words // ", ..."
+        range_count = range_count + 1
+        if (range_count > 1 .and. range_count <= max_listed) words = words // ","
+        if (range_count <= max_listed) words = words // " from " // fixed(degrees(from), 2) // " to " // fixed(degrees(to), 2)
+        if (range_count == max_listed + 1) words = words // ", ..."
       end if
     end do
     words = words // " deg"

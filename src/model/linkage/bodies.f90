@@ -3,7 +3,7 @@ module gestell_model_linkage_bodies
   use gestell_base_processor, only: has_versions, vector_length
   use gestell_math_jet, only: jet, operator(*), operator(+), operator(-)
   use gestell_model_joints_joint, only: point_type
-  use gestell_model_joints_path, only: batch, carried, direction, find_direction, keep, path_type
+  use gestell_model_joints_path, only: batch, carried, direction, find_direction, set_fixed, path_type
   use gestell_model_mechanism, only: a1_d, a1_dd, a1_v, a2_d, a2_dd, a2_v, a3_d, a3_dd, a3_v, a4_v, drive_columns, &
     & a1_ddd, a2_ddd, energy_d, energy_dd, energy_v, mass_functions_type, spin_dd, spin_v, table_columns
   use, intrinsic :: iso_c_binding, only: c_int, dp => c_double
@@ -190,7 +190,7 @@ contains
     magnitudes = 0
     do i = 1, size(links)
       if (links(i)%to == 0) then
-        call keep([1.0_dp, 0.0_dp], u)
+        call set_fixed([1.0_dp, 0.0_dp], u)
       else
         call find_direction(at(links(i)%from), at(links(i)%to), u)
       end if

@@ -47,7 +47,7 @@ contains
     real(dp) :: lengths(size(angles)), travel, e(2)
     integer :: i, k
 
-    call find_parts(linkage, diagram)
+    call find_subsystems(linkage, diagram)
     allocate(diagram%joints(2, size(linkage%joints), size(angles)), diagram%centers(2, size(linkage%links), size(angles)))
     do k = 1, size(angles)
       call linkage%points(angles(k), at)
@@ -81,7 +81,7 @@ contains
 
   !> Finds the bars of joints and links, and the sliders. A joint that adds no link is a point of an existing body; the bars to it
   !> belong to this body. The joint is fixed to the frame if all joints from which it is built are fixed.
-  subroutine find_parts(linkage, diagram)
+  subroutine find_subsystems(linkage, diagram)
     class(linkage_type), intent(in) :: linkage
     type(diagram_type), intent(inout) :: diagram
     type(form_type) :: form
@@ -115,7 +115,7 @@ contains
         diagram%sliders = [diagram%sliders, slider_type(i, form%guides(k))]
       end do
     end do
-  end subroutine find_parts
+  end subroutine find_subsystems
 
   !> Adds a bar unless the diagram has it already or both its joints are fixed to the frame.
   subroutine add_bar(diagram, joints, link)

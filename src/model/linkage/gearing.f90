@@ -8,8 +8,8 @@ module gestell_model_linkage_gearing
 
   public :: gear
 
-  !> Maximum numbers of turns in a period: `most_turns` of the drive, `most_crank_turns` of a crank.
-  integer, parameter, public :: most_turns = 64, most_crank_turns = 4096
+  !> Maximum numbers of turns in a period: `max_turns` of the drive, `max_crank_turns` of a crank.
+  integer, parameter, public :: max_turns = 64, max_crank_turns = 4096
 
 contains
 
@@ -29,12 +29,12 @@ contains
       type is (crank_joint)
         turns = common_multiple(turns, crank%denominator)
       end select
-      if (turns > most_turns) return
+      if (turns > max_turns) return
     end do
     do joint = 1, size(joints)
       select type (crank => joints(joint)%joint)
       type is (crank_joint)
-        if (abs(crank%ratio) > most_crank_turns / (turns / crank%denominator)) return
+        if (abs(crank%ratio) > max_crank_turns / (turns / crank%denominator)) return
       end select
     end do
     joint = 0

@@ -8,7 +8,7 @@ module gestell_model_linkage
   use gestell_model_joints_data, only: check_finite
   use gestell_model_joints_guide, only: guide_type
   use gestell_model_joints_joint, only: joint_type, named_joint_type, point_type
-  use gestell_model_joints_path, only: batch, path_type, take_batch
+  use gestell_model_joints_path, only: batch, path_type, copy_batch
   use gestell_model_joints_types_crank, only: crank_joint
   use gestell_model_joints_types_ground, only: ground_joint
   use gestell_model_joints_types_prp, only: prp_joint
@@ -381,7 +381,7 @@ contains
 
     allocate(at(size(self%joints)))
     do first = 1, size(angles), batch
-      call take_batch(angles, first, last, some)
+      call copy_batch(angles, first, last, some)
       do i = 1, size(at)
         call self%joints(i)%joint%trace(some, at(:i - 1), at(i))
       end do

@@ -5,7 +5,7 @@ module gestell_model_mechanism_harmonic_mechanism
   use gestell_math_jet, only: jet, operator(*), operator(+)
   use gestell_base_kinds, only: dp, pi
   use gestell_base_text, only: fixed
-  use gestell_model_joints_path, only: batch, take_batch
+  use gestell_model_joints_path, only: batch, copy_batch
   use gestell_model_mechanism, only: a1_d, a1_dd, a1_ddd, a1_v, a2_d, a2_dd, a2_ddd, a2_v, a3_d, a3_dd, a3_v, a4_v, energy_d, &
     & energy_dd, energy_v, mass_functions_type, mechanism_type, spin_dd, spin_v, table_columns
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
@@ -119,7 +119,7 @@ contains
 
     orders = maxval([size(self%a1), size(self%a2), size(self%a3), size(self%moment)]) / 2
     do first = 1, size(angles), batch
-      call take_batch(angles, first, last, some)
+      call copy_batch(angles, first, last, some)
       sums = 0
       sums(:, a1_v) = self%a1(1)
       sums(:, a2_v) = self%a2(1)

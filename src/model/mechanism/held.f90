@@ -24,7 +24,7 @@ module gestell_model_mechanism_held
   implicit none (type, external)
   private
 
-  public :: check_held, part_of_turn, tabulate_felt
+  public :: check_held, part_of_turn, tabulate_effective
 
   character(len=8), parameter, public :: holders(3) = [character(len=8) :: "motor", "flywheel", "outside"]
   !> Subject of the error messages of `check_held`.
@@ -40,7 +40,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: angles = 64
     real(dp), parameter :: rounding = 1.0e-6_dp
-    real(dp), dimension(angles, table_columns) :: masses, felt
+    real(dp), dimension(angles, table_columns) :: masses, effective
     real(dp) :: drive(1, drive_columns)
     logical :: known
     integer :: k
@@ -56,24 +56,25 @@ contains
         return
       end if
       call mechanism%tabulate([(2 * pi * k / angles, k = 1, angles)], masses)
-      call tabulate_felt(mechanism, [0.0_dp, 0.0_dp], .true., [(2 * pi * k / angles, k = 1, angles)], felt)
-      if (any(mechanism%mass * (mechanism%inertia + felt(:, a3_v)) < (1 - rounding) * (felt(:, a1_v)**2 + felt(:, a2_v)**2) &
+      call tabulate_effective(mechanism, [0.0_dp, 0.0_dp], .true., [(2 * pi * k / angles, k = 1, angles)], effective)
+      if (any(mechanism%mass * (mechanism%inertia + effective(:, a3_v)) < (1 - rounding) * (effective(:, a1_v)**2 + effective(:, &
+        & a2_v)**2) &
         & - rounding * mechanism%mass * (mechanism%inertia + masses(:, a3_v)))) call fatal_error(error, &
         & "no mechanism can have this energy together with these a1, a2, a3 and moment", invalid_input, held_subject)
     end if
   end subroutine check_held
 
   !> Tabulates the effective mass functions and the load.
-  subroutine tabulate_felt(mechanism, origin, even_in_space, angles, felt, load, slope)
+  subroutine tabulate_effective(mechanism, origin, uniform_in_space, angles, effective, load, slope)
     class(mechanism_type), intent(in) :: mechanism
     !> Origin of the mechanism seen from F (m)
     real(dp), intent(in) :: origin(2)
     !> True if the crank turns uniformly in space, false if relative to the frame
-    logical, intent(in) :: even_in_space
+    logical, intent(in) :: uniform_in_space
     !> Crank angles (rad)
     real(dp), contiguous, intent(in) :: angles(:)
     !> Effective mass functions, shape (angles, table_columns); column a4 is 0 if the crank turns uniformly in space
-    real(dp), contiguous, intent(out) :: felt(:, :)
+    real(dp), contiguous, intent(out) :: effective(:, :)
     !> `load`: two forces and the moment about the crank's pivot, divided by -Omega^2, shape (angles, 3). `slope`: derivative with
     !> respect to psi of the load's moment about F, divided by +Omega^2, shape (angles)
     real(dp), contiguous, intent(out), optional :: load(:, :), slope(:)
@@ -81,50 +82,50 @@ contains
     real(dp) :: part
     logical :: known
 
-    if (.not. even_in_space) then
-      call mechanism%tabulate(angles, felt)
-      if (present(load)) load = felt(:, [a1_dd, a2_dd, a4_v])
+    if (.not. uniform_in_space) then
+      call mechanism%tabulate(angles, effective)
+      if (present(load)) load = effective(:, [a1_dd, a2_dd, a4_v])
       if (present(slope)) slope = 0
       return
     end if
     allocate(masses(size(angles), table_columns), drive(size(angles), drive_columns))
     call mechanism%tabulate(angles, masses)
     call mechanism%tabulate_drive(angles, drive, known)
-    part = part_of_turn(mechanism, even_in_space)
-    felt(:, a1_v) = total(masses(:, a1_v), -part * masses(:, a2_d))
-    felt(:, a1_d) = total(masses(:, a1_d), -part * masses(:, a2_dd))
-    felt(:, a1_dd) = total(masses(:, a1_dd), -part * drive(:, a2_ddd))
-    felt(:, a2_v) = total(masses(:, a2_v), part * masses(:, a1_d))
-    felt(:, a2_d) = total(masses(:, a2_d), part * masses(:, a1_dd))
-    felt(:, a2_dd) = total(masses(:, a2_dd), part * drive(:, a1_ddd))
-    felt(:, a3_v) = masses(:, a3_v) - 2 * part * drive(:, spin_v) + part**2 * drive(:, energy_v)
-    felt(:, a3_d) = masses(:, a3_d) - 2 * part * masses(:, a4_v) + part**2 * drive(:, energy_d)
-    felt(:, a3_dd) = masses(:, a3_dd) - 2 * part * drive(:, spin_dd) + part**2 * drive(:, energy_dd)
-    felt(:, a4_v) = 0
+    part = part_of_turn(mechanism, uniform_in_space)
+    effective(:, a1_v) = sum_or_zero(masses(:, a1_v), -part * masses(:, a2_d))
+    effective(:, a1_d) = sum_or_zero(masses(:, a1_d), -part * masses(:, a2_dd))
+    effective(:, a1_dd) = sum_or_zero(masses(:, a1_dd), -part * drive(:, a2_ddd))
+    effective(:, a2_v) = sum_or_zero(masses(:, a2_v), part * masses(:, a1_d))
+    effective(:, a2_d) = sum_or_zero(masses(:, a2_d), part * masses(:, a1_dd))
+    effective(:, a2_dd) = sum_or_zero(masses(:, a2_dd), part * drive(:, a1_ddd))
+    effective(:, a3_v) = masses(:, a3_v) - 2 * part * drive(:, spin_v) + part**2 * drive(:, energy_v)
+    effective(:, a3_d) = masses(:, a3_d) - 2 * part * masses(:, a4_v) + part**2 * drive(:, energy_d)
+    effective(:, a3_dd) = masses(:, a3_dd) - 2 * part * drive(:, spin_dd) + part**2 * drive(:, energy_dd)
+    effective(:, a4_v) = 0
     if (present(load)) then
       load = masses(:, [a1_dd, a2_dd, a4_v])
       load(:, 3) = load(:, 3) - part * drive(:, energy_d) / 2
     end if
     if (present(slope)) slope = part * (drive(:, spin_dd) - part * drive(:, energy_dd) / 2 + origin(1) * drive(:, a2_ddd) &
       & - origin(2) * drive(:, a1_ddd))
-  end subroutine tabulate_felt
+  end subroutine tabulate_effective
 
   !> Fraction p of psi by which the crank angle lags behind uniform rotation; 0 if the crank turns uniformly relative to the frame.
-  pure real(dp) function part_of_turn(mechanism, even_in_space) result(part)
+  pure real(dp) function part_of_turn(mechanism, uniform_in_space) result(part)
     class(mechanism_type), intent(in) :: mechanism
-    logical, intent(in) :: even_in_space
+    logical, intent(in) :: uniform_in_space
 
     part = 0
-    if (even_in_space) part = 1.0_dp / mechanism%turns
+    if (uniform_in_space) part = 1.0_dp / mechanism%turns
   end function part_of_turn
 
   !> Sum a + b, or zero if only rounding is left. Otherwise an unbalance that turns uniformly in space would leave masses that seem
   !> to turn with the frame.
-  elemental real(dp) function total(a, b)
+  elemental real(dp) function sum_or_zero(a, b)
     real(dp), intent(in) :: a, b
 
-    total = a + b
-    if (abs(total) <= 8 * epsilon(1.0_dp) * (abs(a) + abs(b))) total = 0
-  end function total
+    sum_or_zero = a + b
+    if (abs(sum_or_zero) <= 8 * epsilon(1.0_dp) * (abs(a) + abs(b))) sum_or_zero = 0
+  end function sum_or_zero
 
 end module gestell_model_mechanism_held

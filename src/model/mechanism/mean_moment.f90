@@ -15,7 +15,7 @@ contains
     class(mechanism_type), intent(in) :: mechanism
     complex(dp), intent(out) :: mean
     real(dp), intent(out) :: greatest
-    integer, parameter :: most_points = 2**18
+    integer, parameter :: max_points = 2**18
     real(dp), allocatable :: table(:, :), angles(:)
     complex(dp) :: before
     real(dp) :: shift, change, last
@@ -39,7 +39,7 @@ contains
         points = 2 * points
         last = change
         change = abs(mean - before)
-        if (max(change, last) <= 8 * epsilon(1.0_dp) * greatest .or. points > most_points) exit
+        if (max(change, last) <= 8 * epsilon(1.0_dp) * greatest .or. points > max_points) exit
       end if
       shift = 0.5_dp
     end do

@@ -44,10 +44,10 @@ module gestell_model_mechanism
   contains
     procedure(mass_functions_at), deferred :: mass_functions
     procedure :: tabulate => tabulate_one_by_one
-    procedure :: tabulate_drive => drive_is_unknown
-    procedure :: prepare => nothing_to_prepare
-    procedure :: check => nothing_to_check
-    procedure :: link_offset => no_link_offset
+    procedure :: tabulate_drive => default_tabulate_drive
+    procedure :: prepare => default_prepare
+    procedure :: check => default_check
+    procedure :: link_offset => default_link_offset
     procedure :: harmonics
   end type mechanism_type
 
@@ -84,7 +84,7 @@ contains
 
   !> Default of `tabulate_drive`: the drive's functions H and K are unknown, and `known` is false. Overriding versions tabulate them
   !> at crank angles (rad), shape (angles, drive_columns).
-  subroutine drive_is_unknown(self, angles, table, known)
+  subroutine default_tabulate_drive(self, angles, table, known)
     class(mechanism_type), intent(in) :: self
     real(dp), intent(in) :: angles(:)
     real(dp), intent(out) :: table(:, :)
@@ -94,38 +94,38 @@ contains
     end associate
     table = 0
     known = .false.
-  end subroutine drive_is_unknown
+  end subroutine default_tabulate_drive
 
   !> Default of `prepare`, which does nothing. A frame calls `prepare` once, for its own copy of the mechanism. Overriding versions
   !> fail if the mechanism cannot turn.
-  subroutine nothing_to_prepare(self, error)
+  subroutine default_prepare(self, error)
     class(mechanism_type), intent(inout) :: self
     type(error_type), allocatable, intent(out) :: error
 
     associate (unused_mechanism => self, unused_error => error)
     end associate
-  end subroutine nothing_to_prepare
+  end subroutine default_prepare
 
   !> Default of `check`, which never fails. Overriding versions fail if the mechanism is not ready to compute its mass functions.
-  subroutine nothing_to_check(self, error)
+  subroutine default_check(self, error)
     class(mechanism_type), intent(in) :: self
     type(error_type), allocatable, intent(out) :: error
 
     associate (unused => self)
     end associate
     if (allocated(error)) deallocate(error)
-  end subroutine nothing_to_check
+  end subroutine default_check
 
   !> Default of `link_offset`: -1, because a general mechanism has no links. For a linkage: distance (m) of a link's centre of mass
   !> from the link's first joint, negative if there is no such link.
-  pure real(dp) function no_link_offset(self, name) result(offset)
+  pure real(dp) function default_link_offset(self, name) result(offset)
     class(mechanism_type), intent(in) :: self
     character(len=*), intent(in) :: name
 
     associate (unused_mechanism => self, unused_name => name)
     end associate
     offset = -1
-  end function no_link_offset
+  end function default_link_offset
 
   !> Numbers of the harmonics of the period that the shafts excite: their frequencies are multiples of the drive speed or of a
   !> crank's speed, up to `highest` times the drive speed.

@@ -28,13 +28,13 @@ contains
   !> O. The moment is -Omega^2 a4, or -Omega^2 (a4 - K'/2) if the drive's torque does not act on the frame. Fails if the mechanism
   !> has not been made, or if the speed is not finite. (Lowen, Berkof, Survey of investigations into the balancing of linkages, J.
   !> Mechanisms 3, 1968, 221-231.)
-  subroutine shaking(mechanism, speed, found, error, even_in_space)
+  subroutine shaking(mechanism, speed, computed, error, uniform_in_space)
     class(mechanism_type), intent(in) :: mechanism
     real(dp), intent(in) :: speed
-    type(shaking_type), intent(out) :: found
+    type(shaking_type), intent(out) :: computed
     type(error_type), allocatable, intent(out) :: error
     !> True if the crank turns uniformly in space; default: relative to the frame
-    logical, intent(in), optional :: even_in_space
+    logical, intent(in), optional :: uniform_in_space
     integer, parameter :: most = 8192
     real(dp), allocatable :: samples(:, :)
     real(dp) :: drive(1, drive_columns)
@@ -52,7 +52,7 @@ contains
       return
     end if
     corrected = .false.
-    if (present(even_in_space)) corrected = even_in_space
+    if (present(uniform_in_space)) corrected = uniform_in_space
     ! With fewer samples than the angle scale requires, a high order could be mistaken for a low one.
     n = max(128, ceiling(min(real(most, dp), 8 * pi / mechanism%angle_scale)))
     do
@@ -65,26 +65,26 @@ contains
         samples(k, :) = -speed**2 * [a%a1%dd, a%a2%dd, a%a4 - part_of_turn(mechanism, corrected) * drive(1, energy_d) / 2]
       end do
       do k = 1, 3
-        found%series(k) = fourier_series(samples(:, k))
+        computed%series(k) = fourier_series(samples(:, k))
       end do
       ! terms that cancel to less than this are rounding, which no number of samples resolves
-      if (all([(found%series(k)%tail() < 1.0e-9_dp .or. found%series(k)%greatest_term() <= 1.0e-12_dp * speed**2 &
+      if (all([(computed%series(k)%tail() < 1.0e-9_dp .or. computed%series(k)%largest_term() <= 1.0e-12_dp * speed**2 &
         & * mechanism%terms(k), k = 1, 3)]) .or. n >= most) exit
       n = 2 * n
     end do
-    found%rms(:3) = [(found%series(k)%rms(), k = 1, 3)]
-    found%rms(4) = hypot(found%rms(1), found%rms(2))
-    if (.not. all(ieee_is_finite(found%rms))) return
-    found%peak(:3) = [(found%series(k)%peak(samples(:, k)), k = 1, 3)]
+    computed%rms(:3) = [(computed%series(k)%rms(), k = 1, 3)]
+    computed%rms(4) = hypot(computed%rms(1), computed%rms(2))
+    if (.not. all(ieee_is_finite(computed%rms))) return
+    computed%peak(:3) = [(computed%series(k)%peak(samples(:, k)), k = 1, 3)]
     ! the square of a vector's length is a trigonometric polynomial too
-    bound = hypot(found%peak(1), found%peak(2))
-    if (bound > 0) found%peak(4) = bound * sqrt(greatest((samples(:, 1) / bound)**2 + (samples(:, 2) / bound)**2))
+    bound = hypot(computed%peak(1), computed%peak(2))
+    if (bound > 0) computed%peak(4) = bound * sqrt(greatest((samples(:, 1) / bound)**2 + (samples(:, 2) / bound)**2))
     if (.not. abs(speed) > 0) return
     ! With Re C_x e^(i phi) and Re C_y e^(i phi) along x and y the vector is F+ e^(i phi) + F- e^(-i phi),
     ! F+ = (C_x + i C_y) / 2, F- = conjg(C_x - i C_y) / 2.
     associate (first => mechanism%turns)
-      c = [(found%series(k)%amplitude(first) * exp(i * found%series(k)%phase(first)), k = 1, 2)]
-      found%unbalance = [c(1) + i * c(2), conjg(c(1) - i * c(2))] / 2 / (first * speed)**2
+      c = [(computed%series(k)%amplitude(first) * exp(i * computed%series(k)%phase(first)), k = 1, 2)]
+      computed%unbalance = [c(1) + i * c(2), conjg(c(1) - i * c(2))] / 2 / (first * speed)**2
     end associate
   end subroutine shaking
 

@@ -24,7 +24,7 @@ module gestell_model_mechanism_tabulated
     type(table_type), allocatable :: tables(:)
   contains
     procedure :: remember
-    procedure :: know_drive
+    procedure :: set_drive_functions
     procedure :: mass_functions
     procedure :: tabulate
     procedure :: tabulate_drive
@@ -73,12 +73,12 @@ contains
   end subroutine remember
 
   !> Stores the drive's functions H and K, computed elsewhere, for the angles of the last table; shape (angles, drive_columns).
-  pure subroutine know_drive(self, drive)
+  pure subroutine set_drive_functions(self, drive)
     class(tabulated_type), intent(inout) :: self
     real(dp), intent(in) :: drive(:, :)
 
     self%tables(size(self%tables))%drive = drive
-  end subroutine know_drive
+  end subroutine set_drive_functions
 
   subroutine mass_functions(self, crank_angle, a)
     class(tabulated_type), intent(in) :: self

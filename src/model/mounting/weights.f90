@@ -77,7 +77,7 @@ contains
       & "moment of the weight about zeta", "weight along zeta", "moment of the weight about xi", "moment of the weight about eta"]
     integer, parameter :: turns(3) = in_frame(4:)
     real(dp) :: load(6), sizes(6), moved(size(free))
-    integer :: j, left
+    integer :: j, unsupported
 
     do j = 1, size(supports)
       supports(j)%static = 0
@@ -90,9 +90,9 @@ contains
     load = [weights%weight, cross(mean, gravity)]
     sizes(:3) = mass * norm2(gravity)
     sizes(4:) = greatest * norm2(gravity)
-    call solve_semidefinite(stiffness(free, free), load(in_space(free)), sizes(in_space(free)), moved, left)
-    if (left > 0) then
-      call fatal_error(error, "no spring carries the " // trim(names(free(left))) // ": add a spring in this " &
+    call solve_semidefinite(stiffness(free, free), load(in_space(free)), sizes(in_space(free)), moved, unsupported)
+    if (unsupported > 0) then
+      call fatal_error(error, "no spring carries the " // trim(names(free(unsupported))) // ": add a spring in this " &
         & // "direction, or a guide", impossible_mechanism, gravity_subject)
       return
     end if

@@ -76,7 +76,7 @@ contains
       return
     end if
     allocate(masses(size(phases), table_columns), drive(size(phases), drive_columns))
-    even = part_of_turn(frame%mechanism, frame%even_in_space())
+    even = part_of_turn(frame%mechanism, frame%uniform_in_space())
     power = 0
     if (present(torque_error)) torque_error = 0
     call frame%mechanism%tabulate(frame%crank_angles(phases), masses)
@@ -87,7 +87,7 @@ contains
       if (frame%weights%act) power(rigid_torque, k) = power(rigid_torque, k) &
         & + frame%weights%torque((1.0_dp, 0.0_dp), cmplx(masses(k, a1_d), masses(k, a2_d), dp))
     end do
-    if (frame%even_in_space()) then
+    if (frame%uniform_in_space()) then
       call frame%mechanism%tabulate(frame%crank_angles(phases) - even * motion(3, :), masses)
       call frame%mechanism%tabulate_drive(frame%crank_angles(phases) - even * motion(3, :), drive, known)
     end if

@@ -47,21 +47,21 @@ contains
     type(moving_type) :: rigid
     real(dp) :: angles(size(phases)), lag(size(phases), 3), q(6, 0:2), v(3), falling(3), by_gain(6), by_rate(6), by_place(6)
     type(masses_type) :: at
-    logical :: told
+    logical :: has_errors
     integer :: k
 
     angles = frame%crank_angles(phases)
-    told = .false.
+    has_errors = .false.
     select type (frame)
     class is (varied_frame_type)
-      told = .true.
+      has_errors = .true.
       lag = frame%lag(phases)
     end select
     if (present(torque_error)) torque_error = 0
     do k = 1, size(phases)
       q = reshape([motion(in_frame, k), motion(6 + in_frame, k), motion(12 + in_frame, k)], [6, 3])
       falling = q(:3, 2) - frame%weights%gravity
-      if (told) then
+      if (has_errors) then
         call follow_frame(frame%space%drive, frame%speed, falling, q(4:, :), driven%moved, driven%turn, lag(k, :))
       else
         call follow_frame(frame%space%drive, frame%speed, falling, q(4:, :), driven%moved, driven%turn)

@@ -35,7 +35,7 @@ module gestell_model_space_drive
     !> Number of turns of the drive in one turn of the mechanisms' angle.
     integer :: turns = 1
   contains
-    procedure :: even_in_space
+    procedure :: uniform_in_space
   end type drive_type
 
   !> The motion of a frame in space and of its drive at one phase.
@@ -66,11 +66,11 @@ module gestell_model_space_drive
 contains
 
   !> True if the drive turns uniformly in space, false if relative to the frame.
-  elemental logical function even_in_space(self)
+  elemental logical function uniform_in_space(self)
     class(drive_type), intent(in) :: self
 
-    even_in_space = self%held_by /= "motor"
-  end function even_in_space
+    uniform_in_space = self%held_by /= "motor"
+  end function uniform_in_space
 
   !> Computes the motion of a frame, and the angle by which the drive lags behind uniform rotation relative to the frame.
   pure subroutine follow_frame(drive, speed, u_dd, theta, moved, turn, lag)
@@ -109,7 +109,7 @@ contains
     real(dp), intent(in), optional :: lag(:)
     real(dp) :: e(3, 0:2), d(0:2), half, b(3, 0:2)
 
-    if (.not. drive%even_in_space()) return
+    if (.not. drive%uniform_in_space()) return
     associate (n => drive%axis, w => moved%w, w_d => moved%w_d)
       e(:, 0) = matmul(n, moved%rotation)
       e(:, 1) = cross(e(:, 0), w)

@@ -9,7 +9,7 @@
 !> (gestell_model_linkage).
 module gestell_model_space_masses
   use gestell_base_kinds, only: dp
-  use gestell_model_joints_path, only: batch, find_direction, keep, path_type, take_batch
+  use gestell_model_joints_path, only: batch, find_direction, set_fixed, path_type, copy_batch
   use gestell_model_linkage, only: linkage_type
   use gestell_model_linkage_bodies, only: link_type
   implicit none (type, external)
@@ -68,7 +68,7 @@ contains
         masses%mass = masses%mass + sum(plane%linkage%links%mass)
         allocate(at(size(plane%linkage%joints)))
         do first = 1, size(angles), batch
-          call take_batch(angles, first, last, some)
+          call copy_batch(angles, first, last, some)
           do k = 1, size(at)
             call plane%linkage%joints(k)%joint%trace(some, at(:k - 1), at(k))
           end do
@@ -94,8 +94,8 @@ contains
     integer :: k
 
     ! directions that place the centre of mass and the axes of the tensor
-    call keep([1.0_dp, 0.0_dp], place)
-    call keep(link%axis, u)
+    call set_fixed([1.0_dp, 0.0_dp], place)
+    call set_fixed(link%axis, u)
     if (link%to > 0) then
       call find_direction(at(link%from), at(link%to), u)
       place = u

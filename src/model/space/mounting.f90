@@ -36,23 +36,23 @@ contains
       if (support%turning) then
         e = d + matmul(d, turn)
         e_d = v + matmul(v, turn) - cross(w, e - p)
-        force = held(support, e, e_d)
+        force = mount_force(support, e, e_d)
         force = force + matmul(turn, force + support%static)
       else
         e_d = cross(w, p)
-        force = held(support, d, v + e_d + matmul(turn, e_d))
+        force = mount_force(support, d, v + e_d + matmul(turn, e_d))
       end if
     end associate
   end function support_force
 
   !> Force K d + B d' (N).
-  pure function held(support, d, d_d) result(force)
+  pure function mount_force(support, d, d_d) result(force)
     type(support_type), intent(in) :: support
     real(dp), intent(in) :: d(3), d_d(3)
     real(dp) :: force(3)
 
     force = matmul(support%axes, support%stiffness * matmul(d, support%axes) + support%damping * matmul(d_d, support%axes))
-  end function held
+  end function mount_force
 
   !> Subtracts the forces of the supports, and their moments about F, from the left sides r, shape (6). Their derivatives with
   !> respect to u' and dalpha' are subtracted from b, those with respect to u and dalpha from c, shapes (6, 6). Here dalpha is a

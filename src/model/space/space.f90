@@ -190,7 +190,7 @@ contains
       end do
       if (frame%weights%act) call frame%weights%add_load(place(4:), masses%s(:, :, 0), h)
     end if
-    if (self%drive%even_in_space()) call add_drive_at_rest(self, frame, angles, at, m, b, c, h)
+    if (self%drive%uniform_in_space()) call add_drive_at_rest(self, frame, angles, at, m, b, c, h)
   end subroutine sample_at_rest
 
   !> Adds the effect of a drive that turns uniformly in space to M, B, C and h.
@@ -214,10 +214,10 @@ contains
       all_c = 0
       all_b(4:, 4:) = -cross_matrix(driven%moved%spin)
       call add_drive(driven%turn, driven%moving, driven%moved, r, all_m, all_b, all_c)
-      m(k, :, :) = total(m(k, :, :), all_m(at, at))
-      b(k, :, :) = total(b(k, :, :), all_b(at, at))
-      c(k, :, :) = total(c(k, :, :), all_c(at, at))
-      if (present(h)) h(k, :) = total(h(k, :), -r(at))
+      m(k, :, :) = sum_or_zero(m(k, :, :), all_m(at, at))
+      b(k, :, :) = sum_or_zero(b(k, :, :), all_b(at, at))
+      c(k, :, :) = sum_or_zero(c(k, :, :), all_c(at, at))
+      if (present(h)) h(k, :) = sum_or_zero(h(k, :), -r(at))
     end do
   end subroutine add_drive_at_rest
 
@@ -236,22 +236,22 @@ contains
     call self%masses_at(0.0_dp, speed, angles, masses)
     loads(:, :3) = -masses%s(:, :, 2)
     loads(:, 4:) = -masses%h(:, :, 1)
-    if (.not. self%drive%even_in_space()) return
+    if (.not. self%drive%uniform_in_space()) return
     call follow_frame(self%drive, speed, upright(:, 0), upright, driven%moved, driven%turn)
     do k = 1, size(angles)
       call find_moving(self%planes, angles(k), driven%moving)
       call find_torque(driven%turn, driven%moving, driven%moved, torque, by_gain, by_rate, by_place)
-      loads(k, 4:) = total(loads(k, 4:), torque * driven%turn%b)
+      loads(k, 4:) = sum_or_zero(loads(k, 4:), torque * driven%turn%b)
     end do
   end subroutine shake
 
   !> Sum a + b, or zero if only rounding errors are left.
-  elemental real(dp) function total(a, b)
+  elemental real(dp) function sum_or_zero(a, b)
     real(dp), intent(in) :: a, b
 
-    total = a + b
-    if (abs(total) <= 8 * epsilon(1.0_dp) * (abs(a) + abs(b))) total = 0
-  end function total
+    sum_or_zero = a + b
+    if (abs(sum_or_zero) <= 8 * epsilon(1.0_dp) * (abs(a) + abs(b))) sum_or_zero = 0
+  end function sum_or_zero
 
   !> Sums of the absolute terms of the mechanisms' forces (kg m) and moments (kg m^2) at unit speed. They bound the rounding errors
   !> where the terms cancel.

@@ -30,9 +30,9 @@ module gestell_model_space_torque_roll
 contains
 
   !> Computes the torque-roll axis from the mean mass matrix for (u, theta) and the unit vector `shaft`.
-  pure subroutine find_torque_roll(mass, shaft, found)
+  pure subroutine find_torque_roll(mass, shaft, roll_axis)
     real(dp), intent(in) :: mass(6, 6), shaft(3)
-    type(torque_roll_type), intent(out) :: found
+    type(torque_roll_type), intent(out) :: roll_axis
     real(dp) :: j(3, 3), adjugate(3, 3), c(3)
     integer :: i
 
@@ -46,14 +46,14 @@ contains
     adjugate(1, :) = cross(j(:, 2), j(:, 3))
     adjugate(2, :) = cross(j(:, 3), j(:, 1))
     adjugate(3, :) = cross(j(:, 1), j(:, 2))
-    found%axis = matmul(adjugate, shaft)
-    found%known = norm2(found%axis) > 0 .and. norm2(found%axis) <= huge(1.0_dp)
-    if (.not. found%known) return
-    found%axis = found%axis / norm2(found%axis)
-    found%center = c
-    found%angle = atan2(norm2(cross(found%axis, shaft)), dot_product(found%axis, shaft))
-    found%motion(4:) = found%axis
-    found%motion(:3) = cross(c, found%axis)
+    roll_axis%axis = matmul(adjugate, shaft)
+    roll_axis%known = norm2(roll_axis%axis) > 0 .and. norm2(roll_axis%axis) <= huge(1.0_dp)
+    if (.not. roll_axis%known) return
+    roll_axis%axis = roll_axis%axis / norm2(roll_axis%axis)
+    roll_axis%center = c
+    roll_axis%angle = atan2(norm2(cross(roll_axis%axis, shaft)), dot_product(roll_axis%axis, shaft))
+    roll_axis%motion(4:) = roll_axis%axis
+    roll_axis%motion(:3) = cross(c, roll_axis%axis)
   end subroutine find_torque_roll
 
 end module gestell_model_space_torque_roll

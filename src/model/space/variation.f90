@@ -43,7 +43,7 @@ contains
     real(dp) :: motion(6, 0:2), all_r(6), all_m(6, 6), all_b(6, 6), all_c(6, 6)
     integer :: k
 
-    if (space%drive%even_in_space()) then
+    if (space%drive%uniform_in_space()) then
       allocate(driven(size(angles)))
       call follow_motion(frame, space, angles, v, a, q, lag, masses, driven)
     else

@@ -1,7 +1,7 @@
 !> Makes and removes the folder for the result files.
 module gestell_output_file_folder
   use gestell_base_error, only: error_type, fatal_error, wrong_usage
-  use gestell_base_files, only: is_there, last_reason, make_directory, remove_folder
+  use gestell_base_files, only: file_exists, system_message, make_directory, remove_folder
   use gestell_base_paths, only: is_link
   implicit none (type, external)
   private
@@ -17,24 +17,24 @@ contains
     type(error_type), allocatable, intent(out) :: error
     integer, intent(out), optional :: made
     character(len=:), allocatable :: reason
-    logical :: new, there
+    logical :: new, exists
     integer :: i, first
 
     first = 0
     reason = ""
     do i = 1, len(folder)
       if (.not. ends_a_name(folder, i)) cycle
-      call make_directory(folder(:i), new, there)
+      call make_directory(folder(:i), new, exists)
       if (new .and. first == 0) first = i
-      if (.not. there) reason = last_reason()
+      if (.not. exists) reason = system_message()
     end do
     if (present(made)) made = first
-    if (is_there(folder // "/.")) return
-    if (reason == "") reason = last_reason()
+    if (file_exists(folder // "/.")) return
+    if (reason == "") reason = system_message()
     call remove_made(folder, first)
     call fatal_error(error, "the folder '" // folder // "' for the results cannot be created: " // reason // "; choose another " &
       & // "with --output", wrong_usage)
-    error%unwritten = .true.
+    error%write_failed = .true.
   end subroutine make_folder
 
   !> Removes the folders that `make_folder` made, as long as they are empty.
@@ -53,18 +53,18 @@ contains
   !> exist without the file `mark`: every run creates `mark` before any other file.
   logical function is_foreign(folder, files, mark)
     character(len=*), intent(in) :: folder, files(:), mark
-    logical :: there
+    logical :: exists
     integer :: i
 
     is_foreign = is_link(folder)
     if (.not. is_foreign) is_foreign = is_link(folder // "/" // mark)
-    there = .false.
+    exists = .false.
     do i = 1, size(files)
       if (.not. is_foreign) is_foreign = is_link(folder // "/" // trim(files(i)))
-      if (.not. there) there = is_there(folder // "/" // trim(files(i)))
+      if (.not. exists) exists = file_exists(folder // "/" // trim(files(i)))
     end do
     ! the mark is tested last, because another process may be about to begin
-    if (there .and. .not. is_foreign) is_foreign = .not. is_there(folder // "/" // mark)
+    if (exists .and. .not. is_foreign) is_foreign = .not. file_exists(folder // "/" // mark)
   end function is_foreign
 
   !> True if the i-th character of a path is the last one of a folder's name.

@@ -2,7 +2,7 @@
 !> finally one rename replaces the old file. If anything fails, the new file is removed and the old one stays unchanged.
 module gestell_output_file_output
   use gestell_base_error, only: error_type, failed_computation, fatal_error
-  use gestell_base_files, only: close_file, create_file, last_reason, remove_file, rename_file, write_whole
+  use gestell_base_files, only: close_file, create_file, system_message, remove_file, rename_file, write_bytes
   use, intrinsic :: iso_c_binding, only: c_int
   implicit none (type, external)
   private
@@ -10,7 +10,7 @@ module gestell_output_file_output
   public :: open_output, open_standard_output, write_file
 
   !> Added to the name of a file while the file is written
-  character(len=*), parameter, public :: growing = ".new"
+  character(len=*), parameter, public :: temporary_ending = ".new"
 
   !> A file that is being written.
   type, public :: output_type
@@ -54,8 +54,8 @@ contains
     output%name = name
     output%reason = ""
     allocate(character(len=piece) :: output%pending)
-    call create_file(name // growing, output%handle)
-    if (output%handle < 0) output%reason = last_reason()
+    call create_file(name // temporary_ending, output%handle)
+    if (output%handle < 0) output%reason = system_message()
   end subroutine open_output
 
   !> Opens standard output in place of a file.
@@ -76,7 +76,7 @@ contains
 
     if (self%used + len(bytes) > piece) call flush_pending(self)
     if (len(bytes) > piece) then
-      call give(self, bytes)
+      call flush_bytes(self, bytes)
     else
       self%pending(self%used + 1:self%used + len(bytes)) = bytes
       self%used = self%used + len(bytes)
@@ -87,20 +87,20 @@ contains
   subroutine flush_pending(output)
     type(output_type), intent(inout) :: output
 
-    call give(output, output%pending(:output%used))
+    call flush_bytes(output, output%pending(:output%used))
     output%used = 0
   end subroutine flush_pending
 
   !> Writes bytes to the open file, unless an earlier write failed.
-  subroutine give(output, bytes)
+  subroutine flush_bytes(output, bytes)
     type(output_type), intent(inout) :: output
     character(len=*), intent(in) :: bytes
     logical :: done
 
     if (output%reason /= "") return
-    call write_whole(output%handle, bytes, done)
-    if (.not. done) output%reason = last_reason()
-  end subroutine give
+    call write_bytes(output%handle, bytes, done)
+    if (.not. done) output%reason = system_message()
+  end subroutine flush_bytes
 
   !> Closes the file and gives it its final name. Fails if the file could not be written completely, for example on a full disk; the
   !> incomplete file is then removed.
@@ -112,20 +112,20 @@ contains
     call flush_pending(self)
     if (self%handle >= 0 .and. self%name /= "") then
       call close_file(self%handle, done)
-      if (.not. done .and. self%reason == "") self%reason = last_reason()
+      if (.not. done .and. self%reason == "") self%reason = system_message()
       self%handle = -1
       if (self%reason == "") then
-        call rename_file(self%name // growing, self%name, done)
-        if (.not. done) self%reason = last_reason()
+        call rename_file(self%name // temporary_ending, self%name, done)
+        if (.not. done) self%reason = system_message()
       end if
-      if (self%reason /= "") call remove_file(self%name // growing)
+      if (self%reason /= "") call remove_file(self%name // temporary_ending)
     end if
     if (self%reason == "") return
     if (self%name == "") then
       call fatal_error(error, "standard output cannot be written: " // self%reason, failed_computation)
     else
       call fatal_error(error, self%name // ": cannot be written: " // self%reason, failed_computation)
-      error%unwritten = .true.
+      error%write_failed = .true.
     end if
   end subroutine complete
 

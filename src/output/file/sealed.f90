@@ -27,7 +27,7 @@ contains
   end function sealed
 
   !> Checks the record that starts at word `first` and returns its fingerprint and the place of its content.
-  pure subroutine unseal(words, first, fingerprint, content, sound, torn)
+  pure subroutine unseal(words, first, fingerprint, content, is_valid, truncated)
     integer(int64), intent(in) :: words(:)
     !> Index of the first word of the record's header
     integer, intent(in) :: first
@@ -35,22 +35,22 @@ contains
     !> Indices of the first and last word of the content in `words`
     integer, intent(out) :: content(2)
     !> True if the record is complete and its checksum matches
-    logical, intent(out) :: sound
+    logical, intent(out) :: is_valid
     !> True if the record is truncated
-    logical, intent(out), optional :: torn
+    logical, intent(out), optional :: truncated
     integer(int64) :: room
 
     fingerprint = 0
     content = first - 1
-    sound = .false.
+    is_valid = .false.
     room = size(words) - first - sealed_head
-    if (present(torn)) torn = room < 0
+    if (present(truncated)) truncated = room < 0
     if (room < 0) return
-    if (present(torn)) torn = words(first) == magic .and. words(first + 2) > room
+    if (present(truncated)) truncated = words(first) == magic .and. words(first + 2) > room
     if (words(first) /= magic .or. words(first + 2) < 0 .or. words(first + 2) > room) return
     fingerprint = words(first + 1)
     content = first + sealed_head + [0, int(words(first + 2)) - 1]
-    sound = words(content(2) + 1) == checksum(words(first:content(2)))
+    is_valid = words(content(2) + 1) == checksum(words(first:content(2)))
   end subroutine unseal
 
   !> Reads all whole words of the file `name`. Returns none if the file cannot be read.

@@ -5,17 +5,17 @@
 module gestell_output_file_staging
   use gestell_base_error, only: error_type, failed_computation, fatal_error, wrong_usage
   use gestell_base_text, only: text
-  use gestell_base_files, only: create_file, is_there, last_reason, link_file, make_directory, open_to_read, remove_file, &
+  use gestell_base_files, only: create_file, file_exists, system_message, link_file, make_directory, open_to_read, remove_file, &
     & remove_folder, rename_file, try_lock, unlock_file
-  use gestell_base_paths, only: is_link, is_same
+  use gestell_base_paths, only: is_link, is_same_file
   use gestell_output_file_folder, only: make_folder, remove_made
-  use gestell_output_file_output, only: growing
+  use gestell_output_file_output, only: temporary_ending
   use gestell_output_file_result_files, only: longest_file, longest_table, picture_endings, result_files
   use, intrinsic :: iso_c_binding, only: c_int
   implicit none (type, external)
   private
 
-  public :: open_staging, spare_input
+  public :: open_staging, protect_input
 
   !> The staging folder of a running process.
   type, public :: staging_type
@@ -33,8 +33,8 @@ module gestell_output_file_staging
     integer, private :: made = 0
   contains
     procedure :: publish
-    procedure :: discard => leave
-    procedure :: retell
+    procedure :: discard => remove_staging
+    procedure :: show_final_folder
   end type staging_type
 
   !> Name of the journal of incomplete results in the staging folder (gestell_task_common_journal). The journal remains after the
@@ -61,8 +61,8 @@ contains
     !> Full path of the input file, if the run read one
     character(len=:), allocatable, intent(in) :: input
     character(len=:), allocatable :: reason
-    integer(c_int) :: guard
-    logical :: mine
+    integer(c_int) :: folder_lock
+    logical :: is_acquired
     integer :: k
 
     staging%folder = folder
@@ -71,85 +71,86 @@ contains
     if (allocated(input)) staging%input = input
     call make_folder(folder, error, staging%made)
     if (allocated(error)) return
-    call take_turn(folder, guard)
-    mine = .false.
+    call lock_folder(folder, folder_lock)
+    is_acquired = .false.
     reason = ""
     do k = 1, most
       staging%path = folder // "/.gestell-" // text(k)
-      call take(staging, mine, reason)
-      if (mine .or. reason /= "") exit
+      call acquire(staging, is_acquired, reason)
+      if (is_acquired .or. reason /= "") exit
     end do
-    if (.not. mine .and. reason == "") reason = "all names from .gestell-1 to .gestell-" // text(most) // " are in use"
-    if (.not. mine) call fatal_error(error, "the folder '" // folder // "' for the results cannot be written: " &
+    if (.not. is_acquired .and. reason == "") reason = "all names from .gestell-1 to .gestell-" // text(most) // " are in use"
+    if (.not. is_acquired) call fatal_error(error, "the folder '" // folder // "' for the results cannot be written: " &
       & // reason // "; choose another with --output", wrong_usage)
-    call unlock_file(guard)
-    if (.not. mine) call remove_made(folder, staging%made)
+    call unlock_file(folder_lock)
+    if (.not. is_acquired) call remove_made(folder, staging%made)
   end subroutine open_staging
 
   !> Locks `folder`: waits until no other process is making or removing staging folders in it. Does not wait if the file system has
   !> no locks.
-  subroutine take_turn(folder, guard)
+  subroutine lock_folder(folder, folder_lock)
     character(len=*), intent(in) :: folder
-    integer(c_int), intent(out) :: guard
-    logical :: held, busy
+    integer(c_int), intent(out) :: folder_lock
+    logical :: is_locked, busy
 
-    call open_to_read(folder, guard)
-    if (guard >= 0) call try_lock(guard, .true., held, busy)
-  end subroutine take_turn
+    call open_to_read(folder, folder_lock)
+    if (folder_lock >= 0) call try_lock(folder_lock, .true., is_locked, busy)
+  end subroutine lock_folder
 
-  !> Makes the staging folder, or empties and reuses that of a killed run. `mine` is false if another process uses the folder, if no
-  !> run made it, or if it cannot be made (then `reason` says why). If the file system has no locks, only a new folder is used.
-  subroutine take(staging, mine, reason)
+  !> Makes the staging folder, or empties and reuses that of a killed run. `is_acquired` is false if another process uses the
+  !> folder, if no run made it, or if it cannot be made (then `reason` says why). If the file system has no locks, only a new folder
+  !> is used.
+  subroutine acquire(staging, is_acquired, reason)
     type(staging_type), intent(inout) :: staging
-    logical, intent(out) :: mine
+    logical, intent(out) :: is_acquired
     character(len=:), allocatable, intent(inout) :: reason
     integer(c_int) :: handle
-    logical :: made, there, held, busy
+    logical :: made, exists, is_locked, busy
 
-    mine = .false.
-    call make_directory(staging%path, made, there)
-    if (.not. there) reason = last_reason()
-    if (there .and. .not. made) then
+    is_acquired = .false.
+    call make_directory(staging%path, made, exists)
+    if (.not. exists) reason = system_message()
+    if (exists .and. .not. made) then
       if (is_link(staging%path)) return
-      if (.not. is_there(staging%path // "/" // mark)) then
+      if (.not. file_exists(staging%path // "/" // mark)) then
         ! The run was killed before it could mark its folder. This removes the folder only if it is empty.
-        call remove_folder(staging%path, there)
-        if (there) call make_directory(staging%path, made, there)
-        there = made
+        call remove_folder(staging%path, exists)
+        if (exists) call make_directory(staging%path, made, exists)
+        exists = made
       end if
     end if
-    if (.not. there) return
+    if (.not. exists) return
     call open_to_read(staging%path, staging%handle)
-    if (staging%handle >= 0) call try_lock(staging%handle, .false., held, busy)
-    mine = made
-    if (staging%handle >= 0) mine = held .or. made .and. .not. busy
-    if (mine .and. made) then
+    if (staging%handle >= 0) call try_lock(staging%handle, .false., is_locked, busy)
+    is_acquired = made
+    if (staging%handle >= 0) is_acquired = is_locked .or. made .and. .not. busy
+    if (is_acquired .and. made) then
       call create_file(staging%path // "/" // mark, handle)
-      mine = handle >= 0
-      if (.not. mine) reason = last_reason()
-      if (.not. mine) call remove_folder(staging%path)
+      is_acquired = handle >= 0
+      if (.not. is_acquired) reason = system_message()
+      if (.not. is_acquired) call remove_folder(staging%path)
       call unlock_file(handle)
-    else if (mine) then
+    else if (is_acquired) then
       call empty(staging)
     end if
-    if (.not. mine) call unlock_file(staging%handle)
-  end subroutine take
+    if (.not. is_acquired) call unlock_file(staging%handle)
+  end subroutine acquire
 
   !> Fails if publishing a file in `names` to `folder` would replace the `input` file.
-  subroutine spare_input(folder, names, input, error)
+  subroutine protect_input(folder, names, input, error)
     character(len=*), intent(in) :: folder, names(:), input
     type(error_type), allocatable, intent(out) :: error
     integer :: i
 
     if (input == "") return
     do i = 1, size(names)
-      if (.not. is_same(folder // "/" // trim(names(i)), input)) cycle
+      if (.not. is_same_file(folder // "/" // trim(names(i)), input)) cycle
       call fatal_error(error, folder // "/" // trim(names(i)) // ": the results would replace the input; choose another folder " &
         & // "with --output", wrong_usage)
-      error%unwritten = .true.
+      error%write_failed = .true.
       return
     end do
-  end subroutine spare_input
+  end subroutine protect_input
 
   !> Moves all result files to their folder, or none of them, and removes the staging folder. Also removes old pictures of tables
   !> that are replaced but not drawn again. Fails if a file cannot be moved; the message says if the old files could not be
@@ -164,13 +165,13 @@ contains
     integer :: i
 
     names = result_files(tables)
-    names = pack(names, [(is_there(self%path // "/" // trim(names(i))), i = 1, size(names))])
-    call spare_input(self%folder, names, self%input, error)
+    names = pack(names, [(file_exists(self%path // "/" // trim(names(i))), i = 1, size(names))])
+    call protect_input(self%folder, names, self%input, error)
     if (allocated(error)) then
       call self%discard()
       return
     end if
-    replaces = [(is_there(self%folder // "/" // trim(names(i))), i = 1, size(names))]
+    replaces = [(file_exists(self%folder // "/" // trim(names(i))), i = 1, size(names))]
     do i = 1, size(names)
       ! a dangling link is replaced too
       if (.not. replaces(i)) replaces(i) = is_link(self%folder // "/" // trim(names(i)))
@@ -181,8 +182,9 @@ contains
     do i = 1, size(names)
       call rename_file(self%path // "/" // trim(names(i)), self%folder // "/" // trim(names(i)), done)
       if (done) cycle
-      call fatal_error(error, self%folder // "/" // trim(names(i)) // ": cannot be written: " // last_reason(), failed_computation)
-      error%unwritten = .true.
+      call fatal_error(error, self%folder // "/" // trim(names(i)) // ": cannot be written: " // system_message(), &
+        & failed_computation)
+      error%write_failed = .true.
       call restore(self, names(:i - 1), replaces(:i - 1), done)
       if (.not. done) error%message = error%message // "; other results of this run have already replaced older files"
       exit
@@ -193,8 +195,8 @@ contains
         if (replaces(i)) call remove_file(self%path // "/" // trim(names(i)) // old)
       end do
     end if
-    call leave(self, done)
-    if (.not. (done .or. allocated(error))) call fatal_error(error, self%path // ": cannot be removed: " // last_reason(), &
+    call remove_staging(self, done)
+    if (.not. (done .or. allocated(error))) call fatal_error(error, self%path // ": cannot be removed: " // system_message(), &
       & failed_computation)
   end subroutine publish
 
@@ -231,35 +233,35 @@ contains
         picture = trim(tables(i)) // picture_endings(k)
         if (any(names == picture)) cycle
         picture = staging%folder // "/" // picture
-        if (.not. is_same(picture, staging%input)) call remove_file(picture)
+        if (.not. is_same_file(picture, staging%input)) call remove_file(picture)
       end do
     end do
   end subroutine remove_old_pictures
 
   !> Removes the staging folder without publishing any file. Also removes the folder of the results if the run made it and it is
   !> empty. `done`: true if the staging folder no longer exists.
-  subroutine leave(staging, done)
+  subroutine remove_staging(staging, done)
     class(staging_type), intent(inout) :: staging
     logical, intent(out), optional :: done
-    integer(c_int) :: guard
-    logical :: gone
+    integer(c_int) :: folder_lock
+    logical :: is_removed
 
-    call take_turn(staging%folder, guard)
+    call lock_folder(staging%folder, folder_lock)
     call remove_file(staging%path // "/" // journal_name)
     call remove_file(staging%path // "/" // mark)
     ! Hundreds of files could be in the folder; usually there is none.
-    call remove_folder(staging%path, gone)
-    if (.not. gone) then
+    call remove_folder(staging%path, is_removed)
+    if (.not. is_removed) then
       call empty(staging)
-      call remove_file(staging%path // "/" // journal_name // growing)
-      call remove_folder(staging%path, gone)
+      call remove_file(staging%path // "/" // journal_name // temporary_ending)
+      call remove_folder(staging%path, is_removed)
     end if
     call unlock_file(staging%handle)
     staging%handle = -1
-    call unlock_file(guard)
+    call unlock_file(folder_lock)
     call remove_made(staging%folder, staging%made)
-    if (present(done)) done = gone
-  end subroutine leave
+    if (present(done)) done = is_removed
+  end subroutine remove_staging
 
   !> Removes all result files, complete or not, from the staging folder.
   subroutine empty(staging)
@@ -270,13 +272,13 @@ contains
     names = result_files(staging%tables)
     do i = 1, size(names)
       call remove_file(staging%path // "/" // trim(names(i)))
-      call remove_file(staging%path // "/" // trim(names(i)) // growing)
+      call remove_file(staging%path // "/" // trim(names(i)) // temporary_ending)
       call remove_file(staging%path // "/" // trim(names(i)) // old)
     end do
   end subroutine empty
 
   !> In an error message, replaces the staging folder by the folder in which the file would have been published.
-  pure subroutine retell(self, error)
+  pure subroutine show_final_folder(self, error)
     class(staging_type), intent(in) :: self
     type(error_type), allocatable, intent(inout) :: error
     integer :: i
@@ -284,6 +286,6 @@ contains
     if (.not. (allocated(error) .and. allocated(self%path))) return
     i = index(error%message, self%path // "/")
     if (i > 0) error%message = error%message(:i - 1) // self%folder // error%message(i + len(self%path):)
-  end subroutine retell
+  end subroutine show_final_folder
 
 end module gestell_output_file_staging

@@ -8,9 +8,9 @@ module gestell_output_page_table
 
   public :: html_table
 
-  !> `most_rows`: maximum number of rows shown. A table with more than `most_columns` columns is transposed if it has fewer rows
+  !> `max_rows`: maximum number of rows shown. A table with more than `most_columns` columns is transposed if it has fewer rows
   !> than columns.
-  integer, parameter :: most_rows = 60, most_columns = 10
+  integer, parameter :: max_rows = 60, most_columns = 10
   !> Tables with more rows than `most_open` are shown collapsed.
   integer, parameter :: most_open = 12
 contains
@@ -18,12 +18,12 @@ contains
   !> HTML of `table`, or an empty text if the table has no rows.
   pure function html_table(table) result(lines)
     type(table_type), intent(in) :: table
-    character(len=:), allocatable :: lines, one
+    character(len=:), allocatable :: lines, row_cells
     integer :: rows, i, k
 
     lines = ""
     if (table%rows == 0) return
-    rows = min(table%rows, most_rows)
+    rows = min(table%rows, max_rows)
     if (table%rows > most_open) lines = "<details><summary>" // text(table%rows) // " rows</summary>" // newline
     lines = lines // "<div class=""wide""><table>" // newline // "<caption>" // escaped(table%name // ".csv")
     if (table%rows > rows) lines = lines // ": the first " // text(rows) // " of " // text(table%rows) // " rows"
@@ -32,24 +32,24 @@ contains
       ! transposed: each column of the table becomes a row, headed by its label
       lines = lines // "<tbody>" // newline
       do k = 1, size(table%columns)
-        one = cell("row", head_of(table%columns(k)))
+        row_cells = cell("row", head_of(table%columns(k)))
         do i = 1, rows
-          one = one // value_cell(table%columns(k), i)
+          row_cells = row_cells // value_cell(table%columns(k), i)
         end do
-        lines = lines // row(one)
+        lines = lines // row(row_cells)
       end do
     else
-      one = ""
+      row_cells = ""
       do k = 1, size(table%columns)
-        one = one // cell("th", head_of(table%columns(k)))
+        row_cells = row_cells // cell("th", head_of(table%columns(k)))
       end do
-      lines = lines // "<thead>" // row(one) // "</thead>" // newline // "<tbody>" // newline
+      lines = lines // "<thead>" // row(row_cells) // "</thead>" // newline // "<tbody>" // newline
       do i = 1, rows
-        one = ""
+        row_cells = ""
         do k = 1, size(table%columns)
-          one = one // value_cell(table%columns(k), i)
+          row_cells = row_cells // value_cell(table%columns(k), i)
         end do
-        lines = lines // row(one)
+        lines = lines // row(row_cells)
       end do
     end if
     lines = lines // "</tbody>" // newline // "</table></div>" // newline

@@ -64,23 +64,23 @@ contains
     character(len=:), allocatable :: list
     real(dp), parameter :: steps(3) = [1.0_dp, 2.0_dp, 5.0_dp]
     real(dp) :: ends(2), value
-    integer :: decade, i, found, first, last
+    integer :: decade, i, tic_count, first, last
 
     ends = abs([axis%from, axis%to])
     ends = [minval(ends), maxval(ends)]
     first = floor(log10(ends(1)))
     last = ceiling(log10(ends(2)))
     list = ""
-    found = 0
+    tic_count = 0
     do decade = first, last, max(1, (last - first) / 6)
       do i = 1, merge(1, 3, last - first > 3)
         value = steps(i) * 10.0_dp**decade
         if (value < 0.999_dp * ends(1) .or. value > 1.001_dp * ends(2)) cycle
-        found = found + 1
+        tic_count = tic_count + 1
         list = list // ", " // tic(sign(value, axis%from))
       end do
     end do
-    if (found < 2) list = ", " // tic(axis%from) // ", " // tic(axis%to)
+    if (tic_count < 2) list = ", " // tic(axis%from) // ", " // tic(axis%to)
     list = list(3:)
   end function logarithmic_tics
 

@@ -10,7 +10,7 @@ module gestell_output_picture_marks
   implicit none (type, external)
   private
 
-  public :: apart, with_room, boxes_where, chart_marks, input_marks, input_point, shade
+  public :: apart, choose_spaced, boxes_where, chart_marks, input_marks, input_point, shade
 
   !> Gnuplot options: fill of unstable ranges (`unstable_fill`), entries of the key for them, and a grey (`beyond_colour`) for
   !> motions too large for the linear equations
@@ -160,7 +160,7 @@ contains
   end function apart
 
   !> Chooses positions that are at least `distance` from all positions chosen before. The first one is always chosen.
-  pure function with_room(positions, distance) result(chosen)
+  pure function choose_spaced(positions, distance) result(chosen)
     real(dp), intent(in) :: positions(:), distance
     logical :: chosen(size(positions))
     integer :: i
@@ -168,6 +168,6 @@ contains
     do i = 1, size(positions)
       chosen(i) = .not. any(chosen(:i - 1) .and. abs(positions(:i - 1) - positions(i)) < distance)
     end do
-  end function with_room
+  end function choose_spaced
 
 end module gestell_output_picture_marks

@@ -10,7 +10,7 @@ module gestell_output_picture_panels
   implicit none (type, external)
   private
 
-  public :: bars, height_of, history_panel, key_line, layout_line, order_axis, order_panel, turn_axis, with_rim
+  public :: bars, height_of, history_panel, key_line, layout_line, order_axis, order_panel, turn_axis, range_with_margin
 
   !> Maximum number of curves drawn as bars; if there are more, all are drawn as points
   integer, parameter :: most_bars = 4
@@ -37,14 +37,14 @@ contains
   end function layout_line
 
   !> Gnuplot range from one value to another, widened at both ends so that a mark and its label fit.
-  pure function with_rim(from, to) result(range)
+  pure function range_with_margin(from, to) result(range)
     real(dp), intent(in) :: from, to
     character(len=:), allocatable :: range
     real(dp), parameter :: rim = 0.025_dp
 
     range = span([from, to])
     if (abs(to - from) > 0) range = "[" // concise(from - rim * (to - from), 9) // ":" // concise(to + rim * (to - from), 9) // "]"
-  end function with_rim
+  end function range_with_margin
 
   !> Height in pixels of a picture with this number of rows of panels.
   pure real(dp) function height_of(rows)

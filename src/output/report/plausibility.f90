@@ -11,7 +11,7 @@ module gestell_output_report_plausibility
   implicit none (type, external)
   private
 
-  public :: slips
+  public :: implausible_values
 
   !> Maximum plausible speed (m/s): a steel ring at this rim speed carries rho v^2 = 2 GPa, more than its strength.
   real(dp), parameter :: fastest = 500
@@ -27,25 +27,25 @@ module gestell_output_report_plausibility
   !> A frame with less than the fraction `no_mass` of the total mass is not a real body. A frame with less than the fraction `light`
   !> of the mechanism's mass is suspiciously light.
   real(dp), parameter :: no_mass = 1.0e-3_dp, light = 0.1_dp
-  !> `fall`: acceleration of gravity (m/s^2). `deep`: suspicious static deflection relative to the size of the machine. A deflection
-  !> of 0.25 m corresponds to a natural frequency of 1 Hz; mounted machines usually have 2 to 30 Hz.
-  real(dp), parameter :: fall = 9.81_dp, deep = 0.25_dp
+  !> `gravity`: acceleration of gravity (m/s^2). `suspicious_deflection`: suspicious static deflection relative to the size of the
+  !> machine. A deflection of 0.25 m corresponds to a natural frequency of 1 Hz; mounted machines usually have 2 to 30 Hz.
+  real(dp), parameter :: gravity = 9.81_dp, suspicious_deflection = 0.25_dp
   !> Suspicious damping ratio of the whole machine along an axis; rubber mounts reach 0.15, oil dampers 1
   real(dp), parameter :: overdamped = 5
   !> Relative change of a link's length that rounding errors cannot explain
-  real(dp), parameter :: stretched = 1.0e-6_dp
+  real(dp), parameter :: largest_stretch = 1.0e-6_dp
   !> Maximum plausible share of the upper half of the orders of a lift table in the follower's rms acceleration
-  real(dp), parameter :: of_upper_half = 0.1_dp
+  real(dp), parameter :: largest_share = 0.1_dp
   integer, parameter :: samples = 72
-  character(len=*), parameter :: units = ": check the units (by default m, kg, N, s; see &units)", &
-    & powers = ": check mass and inertia"
+  character(len=*), parameter :: check_units = ": check the units (by default m, kg, N, s; see &units)", &
+    & check_masses = ": check mass and inertia"
 
   !> Extreme values of a mechanism over its period.
   type :: extremes_type
     !> Largest speed (m/s) and acceleration (m/s^2) of a joint
     real(dp) :: speed = 0, acceleration = 0
-    !> `fast`: number of the joint with the largest speed; `quick`: of that with the largest acceleration
-    integer :: fast = 0, quick = 0
+    !> `fastest_joint`: number of the joint with the largest speed; `accelerated_joint`: of that with the largest acceleration
+    integer :: fastest_joint = 0, accelerated_joint = 0
     !> Opposite corners of the bounding box of all joints (m)
     real(dp) :: low(2) = 0, high(2) = 0
     !> Minimum and maximum distance between the two joints of each link (m)
@@ -55,50 +55,52 @@ module gestell_output_report_plausibility
 contains
 
   !> Lists probable typing errors, one per line; empty if there is none. Only linkages are checked.
-  function slips(frame) result(lines)
+  function implausible_values(frame) result(lines)
     class(frame_type), intent(in) :: frame
     character(len=:), allocatable :: lines
-    type(extremes_type) :: found
+    type(extremes_type) :: extremes
     real(dp) :: extent, size_of_machine, low(3), high(3)
     integer :: i
 
     lines = ""
     select type (mechanism => frame%mechanism)
     class is (linkage_type)
-      call find_extremes(mechanism, abs(frame%speed), found)
-      extent = maxval(found%high - found%low)
-      if (found%speed > fastest) then
-        lines = "joint '" // mechanism%joints(found%fast)%name // "' moves at " // up_to(found%speed) // " m/s, more than " &
-          & // concise(fastest) // " m/s" // units // newline
-      else if (found%acceleration > greatest_acceleration) then
-        lines = "joint '" // mechanism%joints(found%quick)%name // "' has an acceleration of " // up_to(found%acceleration) &
-          & // " m/s^2, more than " // concise(greatest_acceleration) // " m/s^2" // units // newline
+      call find_extremes(mechanism, abs(frame%speed), extremes)
+      extent = maxval(extremes%high - extremes%low)
+      if (extremes%speed > fastest) then
+        lines = "joint '" // mechanism%joints(extremes%fastest_joint)%name // "' moves at " // up_to(extremes%speed) &
+          & // " m/s, more than " &
+          & // concise(fastest) // " m/s" // check_units // newline
+      else if (extremes%acceleration > greatest_acceleration) then
+        lines = "joint '" // mechanism%joints(extremes%accelerated_joint)%name // "' has an acceleration of " &
+          & // up_to(extremes%acceleration) &
+          & // " m/s^2, more than " // concise(greatest_acceleration) // " m/s^2" // check_units // newline
       end if
       if (extent > widest) lines = lines // "the mechanism is " // concise(extent, 3) // " m wide, more than " // concise(widest) &
-        & // " m" // units // newline
+        & // " m" // check_units // newline
       if (extent < narrowest) lines = lines // "the mechanism is " // concise(extent, 3) // " m wide, less than " &
-        & // concise(narrowest) // " m" // units // newline
+        & // concise(narrowest) // " m" // check_units // newline
       ! diagonal of the box around the mechanism, the frame's centre of mass and the heads of the supports
-      low = [min(found%low + frame%origin, 0.0_dp), 0.0_dp]
-      high = [max(found%high + frame%origin, 0.0_dp), 0.0_dp]
+      low = [min(extremes%low + frame%origin, 0.0_dp), 0.0_dp]
+      high = [max(extremes%high + frame%origin, 0.0_dp), 0.0_dp]
       do i = 1, size(frame%supports)
         low = min(low, frame%supports(i)%position)
         high = max(high, frame%supports(i)%position)
       end do
       size_of_machine = norm2(high - low)
-      lines = lines // frame_slip(frame, mechanism%mass, size_of_machine)
-      lines = lines // mounting_slips(frame, frame%mass + mechanism%mass, size_of_machine)
+      lines = lines // frame_warning(frame, mechanism%mass, size_of_machine)
+      lines = lines // mounting_warnings(frame, frame%mass + mechanism%mass, size_of_machine)
       do i = 1, size(mechanism%links)
-        lines = lines // link_slips(mechanism, i, found, size_of_machine)
+        lines = lines // link_warnings(mechanism, i, extremes, size_of_machine)
       end do
       do i = 1, size(mechanism%joints)
         select type (joint => mechanism%joints(i)%joint)
         class is (follower_joint)
-          lines = lines // lift_slip(mechanism%joints(i)%name, joint%lift, joint%table_orders)
+          lines = lines // lift_warning(mechanism%joints(i)%name, joint%lift, joint%table_orders)
         end select
       end do
     end select
-  end function slips
+  end function implausible_values
 
   !> States a maximum: "up to 23.4", or "more than ..." if the value overflowed.
   pure function up_to(value) result(words)
@@ -109,31 +111,31 @@ contains
   end function up_to
 
   !> Warns if the mass or the radius of gyration of the frame is implausible.
-  pure function frame_slip(frame, moving, size_of_machine) result(line)
+  pure function frame_warning(frame, moving_mass, size_of_machine) result(line)
     class(frame_type), intent(in) :: frame
-    real(dp), intent(in) :: moving, size_of_machine
+    real(dp), intent(in) :: moving_mass, size_of_machine
     character(len=:), allocatable :: line
     real(dp) :: radius
     integer :: i
 
     line = ""
-    if (frame%mass > no_mass * (frame%mass + moving) .and. frame%mass < light * moving) then
-      line = "the frame has " // concise(frame%mass) // " kg, the mechanism " // concise(moving) // " kg: check the frame's " &
+    if (frame%mass > no_mass * (frame%mass + moving_mass) .and. frame%mass < light * moving_mass) then
+      line = "the frame has " // concise(frame%mass) // " kg, the mechanism " // concise(moving_mass) // " kg: check the frame's " &
         & // "mass" // newline
       return
     end if
     ! Without supports the size of the frame is unknown.
     if (size(frame%supports) == 0) return
-    if (.not. (frame%inertia > 0 .and. frame%mass > no_mass * (frame%mass + moving) .and. any(frame%free >= 3))) return
+    if (.not. (frame%inertia > 0 .and. frame%mass > no_mass * (frame%mass + moving_mass) .and. any(frame%free >= 3))) return
     radius = sqrt(frame%inertia) / sqrt(frame%mass)
     if (allocated(frame%space)) radius = sqrt(maxval([(frame%space%inertia(i, i), i = 1, 3)])) / sqrt(frame%mass)
     if (radius >= smallest_radius * size_of_machine .and. radius <= greatest_radius * size_of_machine) return
     line = "the frame's radius of gyration is " // concise(radius, 3) // " m, the machine is " // concise(size_of_machine, 3) &
-      & // " m wide" // powers // newline
-  end function frame_slip
+      & // " m wide" // check_masses // newline
+  end function frame_warning
 
   !> Warns if the mounting is too soft even along its stiffest axis, or overdamped even along its least damped axis.
-  pure function mounting_slips(frame, mass, size_of_machine) result(lines)
+  pure function mounting_warnings(frame, mass, size_of_machine) result(lines)
     class(frame_type), intent(in) :: frame
     real(dp), intent(in) :: mass, size_of_machine
     character(len=:), allocatable :: lines
@@ -153,14 +155,14 @@ contains
     if (size(axes) == 0) return
     k = maxval(along)
     ratios = [(quotient(quotient(damping(axes(i), axes(i)), sqrt(stiffness(axes(i), axes(i)))), sqrt(mass)) / 2, i = 1, size(axes))]
-    sag = quotient(mass, k / fall)
-    if (sag > deep * size_of_machine) lines = "under its weight the machine would sink by " &
+    sag = quotient(mass, k / gravity)
+    if (sag > suspicious_deflection * size_of_machine) lines = "under its weight the machine would sink by " &
       & // concise(sag, 3) // " m even along the stiffest axis of its mounts (" // concise(sqrt(k) / sqrt(mass) / (2 * pi), 3) &
       & // " Hz): check the stiffness (by default in N/m; see &units)" // newline
     if (minval(ratios) > overdamped) lines = lines // "along every axis the machine has at least " &
       & // concise(minval(ratios), 3) // " times the critical damping: check the damping (by default in N s/m; see &units)" &
       & // newline
-  end function mounting_slips
+  end function mounting_warnings
 
   !> a / b for positive a and b; the largest finite number if the quotient overflows.
   elemental real(dp) function quotient(a, b)
@@ -171,10 +173,10 @@ contains
   end function quotient
 
   !> Warns if the radius of gyration, the centre of mass or the length of link `i` is implausible.
-  function link_slips(mechanism, i, found, size_of_machine) result(lines)
+  function link_warnings(mechanism, i, extremes, size_of_machine) result(lines)
     class(linkage_type), intent(in) :: mechanism
     integer, intent(in) :: i
-    type(extremes_type), intent(in) :: found
+    type(extremes_type), intent(in) :: extremes
     real(dp), intent(in) :: size_of_machine
     character(len=:), allocatable :: lines
     real(dp) :: radius
@@ -185,23 +187,23 @@ contains
       radius = sqrt(link%inertia) / sqrt(link%mass)
       if (radius > greatest_radius * size_of_machine) then
         lines = subject // ": its radius of gyration is " // concise(radius, 3) // " m, the machine is " &
-          & // concise(size_of_machine, 3) // " m wide" // powers // newline
-      else if (radius > 0 .and. radius < smallest_of_link * found%shortest(i)) then
+          & // concise(size_of_machine, 3) // " m wide" // check_masses // newline
+      else if (radius > 0 .and. radius < smallest_of_link * extremes%shortest(i)) then
         lines = subject // ": its radius of gyration is " // concise(radius, 3) // " m, its length " &
-          & // concise(found%longest(i), 3) // " m" // powers // newline
+          & // concise(extremes%longest(i), 3) // " m" // check_masses // newline
       end if
       if (norm2(link%center) > greatest_radius * size_of_machine) lines = lines // subject // ": its centre of mass is " &
         & // concise(norm2(link%center), 3) // " m from joint '" // mechanism%joints(link%from)%name // "', the machine is " &
         & // concise(size_of_machine, 3) // " m wide: check center" // newline
       if (link%to == 0) return
-      if (found%longest(i) - found%shortest(i) <= stretched * found%longest(i)) return
+      if (extremes%longest(i) - extremes%shortest(i) <= largest_stretch * extremes%longest(i)) return
       if (.not. slides(mechanism, link%from, link%to)) then
         lines = lines // subject // " connects '" // mechanism%joints(link%from)%name // "' and '" &
           & // mechanism%joints(link%to)%name // "', but their distance varies from " &
-          & // concise(found%shortest(i), 3) // " to " // concise(found%longest(i), 3) // " m" // newline
+          & // concise(extremes%shortest(i), 3) // " to " // concise(extremes%longest(i), 3) // " m" // newline
       end if
     end associate
-  end function link_slips
+  end function link_warnings
 
   !> True if the distance between the two joints of a link may change. This is so if one of them slides along a moving body or in
   !> the slot of a yoke.
@@ -230,7 +232,7 @@ contains
 
   !> Warns if the upper half of the orders contributes too much to a follower's acceleration: in acceleration, the lift of order k
   !> is weighted by k^2. `orders`: highest order of the lift table, 0 if there is none.
-  pure function lift_slip(name, lift, orders) result(line)
+  pure function lift_warning(name, lift, orders) result(line)
     character(len=*), intent(in) :: name
     real(dp), intent(in) :: lift(:)
     integer, intent(in) :: orders
@@ -244,16 +246,16 @@ contains
     squares = [(real(k, dp)**4 * sum(lift(2 * k:2 * k + 1)**2), k = 1, size(squares))]
     if (.not. sum(squares) > 0) return
     part = sqrt(sum(squares(orders / 2 + 1:)) / sum(squares))
-    if (part > of_upper_half) line = "joint '" // name // "': " // concise(100 * part, 2) // " % of its acceleration (rms) comes " &
+    if (part > largest_share) line = "joint '" // name // "': " // concise(100 * part, 2) // " % of its acceleration (rms) comes " &
       & // "from the upper half of the orders of lift_table, " // concise(real(orders / 2 + 1, dp)) // " to " &
       & // concise(real(orders, dp)) // ": check whether the lifts have enough digits" // newline
-  end function lift_slip
+  end function lift_warning
 
   !> Finds the extreme values of a linkage whose crank turns at `omega` (rad/s), from `samples` positions.
-  subroutine find_extremes(linkage, omega, found)
+  subroutine find_extremes(linkage, omega, extremes)
     class(linkage_type), intent(in) :: linkage
     real(dp), intent(in) :: omega
-    type(extremes_type), intent(out) :: found
+    type(extremes_type), intent(out) :: extremes
     type(point_type) :: at(size(linkage%joints))
     real(dp), dimension(size(linkage%joints)) :: first, second
     real(dp) :: length
@@ -261,29 +263,29 @@ contains
 
     first = 0
     second = 0
-    found%low = huge(1.0_dp)
-    found%high = -huge(1.0_dp)
-    allocate(found%shortest(size(linkage%links)), source=huge(1.0_dp))
-    allocate(found%longest(size(linkage%links)), source=0.0_dp)
+    extremes%low = huge(1.0_dp)
+    extremes%high = -huge(1.0_dp)
+    allocate(extremes%shortest(size(linkage%links)), source=huge(1.0_dp))
+    allocate(extremes%longest(size(linkage%links)), source=0.0_dp)
     do k = 0, samples - 1
       call linkage%points(2 * pi * k / samples, at)
       first = max(first, hypot(at%x%d, at%y%d))
       second = max(second, hypot(at%x%dd, at%y%dd))
-      found%low = min(found%low, [minval(at%x%v), minval(at%y%v)])
-      found%high = max(found%high, [maxval(at%x%v), maxval(at%y%v)])
+      extremes%low = min(extremes%low, [minval(at%x%v), minval(at%y%v)])
+      extremes%high = max(extremes%high, [maxval(at%x%v), maxval(at%y%v)])
       do i = 1, size(linkage%links)
         length = 0
         associate (link => linkage%links(i))
           if (link%to > 0) length = hypot(at(link%to)%x%v - at(link%from)%x%v, at(link%to)%y%v - at(link%from)%y%v)
         end associate
-        found%shortest(i) = min(found%shortest(i), length)
-        found%longest(i) = max(found%longest(i), length)
+        extremes%shortest(i) = min(extremes%shortest(i), length)
+        extremes%longest(i) = max(extremes%longest(i), length)
       end do
     end do
-    found%fast = maxloc(first, dim=1)
-    found%quick = maxloc(second, dim=1)
-    found%speed = first(found%fast) * omega
-    found%acceleration = second(found%quick) * omega**2
+    extremes%fastest_joint = maxloc(first, dim=1)
+    extremes%accelerated_joint = maxloc(second, dim=1)
+    extremes%speed = first(extremes%fastest_joint) * omega
+    extremes%acceleration = second(extremes%accelerated_joint) * omega**2
   end subroutine find_extremes
 
 end module gestell_output_report_plausibility

@@ -6,7 +6,7 @@ module gestell_output_report_significance
   implicit none (type, external)
   private
 
-  public :: noise_of, order_words
+  public :: zero_if_noise, order_words
 
   !> An error below this fraction of the largest value of the same quantity is rounding error.
   real(dp), parameter :: rounding = 1.0e-9_dp
@@ -15,11 +15,11 @@ contains
 
   !> Factor to be applied to a reported number: 0 if the number is rounding error, otherwise 1. It is rounding error if it does not
   !> exceed its error bound and this bound is negligible relative to `greatest`. With a larger bound, the number need not be zero.
-  elemental real(dp) function noise_of(value, error, greatest) result(factor)
+  elemental real(dp) function zero_if_noise(value, error, greatest) result(factor)
     real(dp), intent(in) :: value, error, greatest
 
     factor = merge(0.0_dp, 1.0_dp, abs(value) <= error .and. error <= rounding * greatest)
-  end function noise_of
+  end function zero_if_noise
 
   !> An order and its share of the mean square, for example "2 (91.3 %)". By Parseval's theorem the share never exceeds 100 %. The
   !> ratio of amplitude to peak can exceed 100 %: the amplitude of a vector is the root of the sum of squares of its components.

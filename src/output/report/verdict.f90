@@ -7,7 +7,7 @@ module gestell_output_report_verdict
   implicit none (type, external)
   private
 
-  public :: alarm, judged, section, verdict_line
+  public :: alarm, vibration_warning, section, verdict_line
 
   !> A verdict on a range of machines.
   type, public :: judgement_type
@@ -21,7 +21,7 @@ module gestell_output_report_verdict
 contains
 
   !> A warning about an unstable, undamped or undecided vibration; empty for any other verdict.
-  pure function judged(verdict) result(words)
+  pure function vibration_warning(verdict) result(words)
     character(len=*), intent(in) :: verdict
     character(len=:), allocatable :: words
     type(verdict_type) :: on_machine
@@ -39,7 +39,7 @@ contains
     end select
     on_machine = verdict_named(verdict)
     words = trim(on_machine%alarm()) // ": " // words
-  end function judged
+  end function vibration_warning
 
   !> Heading of a section of the report that deals with a vibration. A warning follows if it is unstable, undamped or undecided.
   pure function section(heading, verdict) result(line)
@@ -47,7 +47,7 @@ contains
     character(len=:), allocatable :: line
 
     line = newline // heading // newline
-    if (judged(verdict) /= "") line = line // "  " // judged(verdict) // newline
+    if (vibration_warning(verdict) /= "") line = line // "  " // vibration_warning(verdict) // newline
   end function section
 
   !> Line on the verdict for the head of a file; empty if there is no verdict. `verdict` may be a word, a sentence, or the state
@@ -59,7 +59,7 @@ contains
 
     line = trim(verdict)
     if (verdict == "ok") line = "stable"
-    if (judged(verdict) /= "") line = judged(verdict)
+    if (vibration_warning(verdict) /= "") line = vibration_warning(verdict)
     if (line == "") return
     first = scan(line // " ", " :") - 1
     line = "verdict: " // lower(line(:first)) // line(first + 1:)

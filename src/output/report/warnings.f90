@@ -8,16 +8,16 @@ module gestell_output_report_warnings
   implicit none (type, external)
   private
 
-  public :: beyond_small, judge_range, small_motion_limits
+  public :: motion_warning, judge_range, small_motion_limits
 
   !> Maximum number of intervals listed in a warning
-  integer, parameter :: most_listed = 6
+  integer, parameter :: max_listed = 6
 
 contains
 
   !> A warning if the largest motion in `all` is too large for the linear equations, otherwise empty. The exact frame has higher
   !> limits, because only its supports are linear.
-  pure function beyond_small(all, model) result(line)
+  pure function motion_warning(all, model) result(line)
     type(moved_type), intent(in) :: all(:)
     character(len=*), intent(in) :: model
     character(len=:), allocatable :: line
@@ -28,7 +28,7 @@ contains
     turn = maxloc(all%turn, dim=1)
     path = maxloc(all%displacement, dim=1)
     if (model == "exact") then
-      if (.not. any(all%is_great())) return
+      if (.not. any(all%is_large())) return
       line = "  LARGE MOTIONS: " // trim(all(turn)%rotation) // " reaches " // concise(all(turn)%turn, 3) // " rad"
       if (all(path)%displacement > 0) line = line // ", F moves by " // concise(all(path)%displacement, 3) // " m"
       line = line // newline // "    check that springs and dampers are linear up to these motions" // newline
@@ -36,13 +36,13 @@ contains
     end if
     if (.not. any(.not. all%small())) return
     line = "  BEYOND SMALL MOTIONS:"
-    if (all(turn)%turns_too_far()) line = line // " " // trim(all(turn)%rotation) // " reaches " &
+    if (all(turn)%is_rotation_large()) line = line // " " // trim(all(turn)%rotation) // " reaches " &
       & // concise(all(turn)%turn, 3) // " rad"
-    if (all(turn)%turns_too_far() .and. all(path)%goes_too_far()) line = line // ","
-    if (all(path)%goes_too_far()) line = line // " F moves by " // concise(all(path)%displacement, 3) // " m"
+    if (all(turn)%is_rotation_large() .and. all(path)%is_displacement_large()) line = line // ","
+    if (all(path)%is_displacement_large()) line = line // " F moves by " // concise(all(path)%displacement, 3) // " m"
     line = line // newline // "    the linear equations hold for " // trim(all(turn)%rotation) // " up to " &
       & // small_motion_limits(all(path)%size) // newline
-  end function beyond_small
+  end function motion_warning
 
   !> States up to which angle motions are small, and up to which displacement of F if the size of the machine (m) is positive.
   pure function small_motion_limits(machine) result(words)
@@ -101,10 +101,10 @@ contains
         if (chosen(i) .and. chosen(i + 1)) cycle
       end if
       listed = listed + 1
-      if (listed > 1 .and. listed <= most_listed + 1) words = words // ", "
-      if (listed <= most_listed) words = words // concise(values(first), 6)
-      if (listed <= most_listed .and. i > first) words = words // " to " // concise(values(i), 6)
-      if (listed == most_listed + 1) words = words // "..."
+      if (listed > 1 .and. listed <= max_listed + 1) words = words // ", "
+      if (listed <= max_listed) words = words // concise(values(first), 6)
+      if (listed <= max_listed .and. i > first) words = words // " to " // concise(values(i), 6)
+      if (listed == max_listed + 1) words = words // "..."
       first = 0
     end do
   end function stretches

@@ -46,8 +46,8 @@ module gestell_output_table
     integer :: rows = 0
     type(column_type), allocatable :: columns(:)
     !> After a call of `expect`: existing and added columns, until all expected columns are added
-    type(column_type), allocatable, private :: room(:)
-    !> Number of completed columns in `room`
+    type(column_type), allocatable, private :: reserved(:)
+    !> Number of completed columns in `reserved`
     integer, private :: filled = 0
   contains
     procedure, private :: add_numbers
@@ -172,10 +172,10 @@ contains
     column%meaning = meaning
     column%unit = unit
     if (.not. allocated(column%error)) column%error = ""
-    if (.not. allocated(table%room)) call table%expect(1)
+    if (.not. allocated(table%reserved)) call table%expect(1)
     table%filled = table%filled + 1
-    call move_column(column, table%room(table%filled))
-    if (table%filled == size(table%room)) call move_alloc(table%room, table%columns)
+    call move_column(column, table%reserved(table%filled))
+    if (table%filled == size(table%reserved)) call move_alloc(table%reserved, table%columns)
     table%rows = rows
   end subroutine append
 
@@ -209,9 +209,9 @@ contains
 
     if (more < 1) return
     self%filled = size(self%columns)
-    allocate(self%room(self%filled + more))
+    allocate(self%reserved(self%filled + more))
     do k = 1, self%filled
-      call move_column(self%columns(k), self%room(k))
+      call move_column(self%columns(k), self%reserved(k))
     end do
   end subroutine expect
 

@@ -22,7 +22,7 @@ module gestell_study_balance
   use gestell_model_linkage, only: linkage_type
   use gestell_model_linkage_bodies, only: link_type, sum_drive, sum_masses
   use gestell_model_mechanism, only: drive_columns, energy_d, mass_functions_type, table_columns
-  use gestell_model_mechanism_held, only: part_of_turn, tabulate_felt
+  use gestell_model_mechanism_held, only: part_of_turn, tabulate_effective
   use gestell_model_space, only: space_type
   use gestell_model_space_masses, only: plane_type
   use gestell_math_rotation, only: cross
@@ -30,7 +30,7 @@ module gestell_study_balance
   implicit none (type, external)
   private
 
-  public :: examine, measure_left, what_is_left
+  public :: examine, measure_residual, residual_rows
 
   !> Kind of each row: 1 force, 2 moment. In the plane: force along x and along y, moment. In space: three forces, three moments.
   integer, parameter :: in_plane(3) = [1, 1, 2], in_space(6) = [1, 1, 1, 2, 2, 2]
@@ -48,7 +48,7 @@ module gestell_study_balance
   end type rigid_ground_type
 
   !> Forces and moments that remain on rigid ground at a speed.
-  type, public :: left_type
+  type, public :: residual_shaking_type
     !> Fourier series of each row over the crank angle (N or N m), shape (rows)
     type(fourier_type), allocatable :: series(:)
     !> Kind of each row: 1 force, 2 moment
@@ -59,7 +59,7 @@ module gestell_study_balance
     procedure :: order_rms
     procedure :: amplitudes
     procedure :: turning
-  end type left_type
+  end type residual_shaking_type
 
 contains
 
@@ -74,11 +74,11 @@ contains
 
   !> Computes the shaking of a linkage on rigid ground and the effects of counterweights on its bodies. The number of crank angles
   !> is doubled, up to 8192, until it resolves both. Fails if `linkage%check` does.
-  subroutine examine(linkage, even_in_space, about, rigid, error, links, radii, space)
+  subroutine examine(linkage, uniform_in_space, about, rigid, error, links, radii, space)
     !> The linkage, already prepared
     class(linkage_type), intent(in) :: linkage
     !> True if the speed of the crank is constant in space; false if it is constant relative to the frame
-    logical, intent(in) :: even_in_space
+    logical, intent(in) :: uniform_in_space
     !> Reference point of the moment (m): 2 coordinates from the mechanism's origin in the plane, 3 from F in space
     real(dp), intent(in) :: about(:)
     type(rigid_ground_type), intent(out) :: rigid
@@ -91,7 +91,7 @@ contains
     type(space_type), intent(in), optional :: space
     integer, parameter :: most = 8192
     type(point_type), allocatable :: at(:, :)
-    real(dp), allocatable :: angles(:), felt(:, :), load(:, :)
+    real(dp), allocatable :: angles(:), effective(:, :), load(:, :)
     integer :: n, k, b
 
     call linkage%check(error)
@@ -105,15 +105,15 @@ contains
     n = max(128, ceiling(min(real(most, dp), 8 * pi / linkage%angle_scale)))
     do
       angles = [(2 * pi * k / n, k = 0, n - 1)]
-      if (allocated(at)) deallocate(at, felt, load)
-      allocate(at(size(linkage%joints), n), felt(n, table_columns), load(n, size(in_plane)))
+      if (allocated(at)) deallocate(at, effective, load)
+      allocate(at(size(linkage%joints), n), effective(n, table_columns), load(n, size(in_plane)))
       do k = 1, n
         call linkage%points(angles(k), at(:, k))
       end do
       if (present(space)) then
         rigid%found = shaking_of_planes(space, space%planes, about, angles)
       else
-        call tabulate_felt(linkage, [0.0_dp, 0.0_dp], even_in_space, angles, felt, load)
+        call tabulate_effective(linkage, [0.0_dp, 0.0_dp], uniform_in_space, angles, effective, load)
         rigid%found = transpose(load)
         call move_moment(about, rigid%found)
       end if
@@ -142,7 +142,7 @@ contains
         if (present(space)) then
           of(:, :, j) = shaking_of_link(space, weight(1), about, angles)
         else
-          of(:, :, j) = shaking_in_plane(weight, at, part_of_turn(linkage, even_in_space), about)
+          of(:, :, j) = shaking_in_plane(weight, at, part_of_turn(linkage, uniform_in_space), about)
         end if
       end do
       allocate(body%effect, mold=of)
@@ -187,7 +187,7 @@ contains
 
       do k = 1, size(rows, 1)
         series = fourier_series(rows(k, :))
-        greatest(k) = series%greatest_term()
+        greatest(k) = series%largest_term()
         tail(k) = series%tail() * greatest(k)
       end do
       small_tail = .true.
@@ -267,7 +267,7 @@ contains
   end function shaking_of_link
 
   !> Shaking forces and moments that remain with counterweights, divided by -Omega^2, shape (rows, angles).
-  pure function what_is_left(rigid, weights) result(rows)
+  pure function residual_rows(rigid, weights) result(rows)
     type(rigid_ground_type), intent(in) :: rigid
     type(counterweight_type), intent(in) :: weights(:)
     real(dp) :: rows(size(rigid%found, 1), size(rigid%found, 2))
@@ -279,45 +279,45 @@ contains
         rows = rows + weights(k)%unbalance * (effect(:, :, 1) + effect(:, :, 2) * cos(alpha) + effect(:, :, 3) * sin(alpha))
       end associate
     end do
-  end function what_is_left
+  end function residual_rows
 
   !> Computes the shaking forces and moments that remain with counterweights at a speed (rad/s). Rows below their rounding error are
   !> set to zero.
-  pure subroutine measure_left(rigid, weights, speed, left)
+  pure subroutine measure_residual(rigid, weights, speed, residual)
     !> Shaking of the linkage and effects of counterweights
     type(rigid_ground_type), intent(in) :: rigid
     type(counterweight_type), intent(in) :: weights(:)
     real(dp), intent(in) :: speed
-    type(left_type), intent(out) :: left
+    type(residual_shaking_type), intent(out) :: residual
     real(dp) :: rows(size(rigid%found, 1), size(rigid%found, 2)), largest
     integer, allocatable :: own(:)
     integer :: k, i
 
-    left%kinds = rigid%kinds()
-    rows = -speed**2 * what_is_left(rigid, weights)
+    residual%kinds = rigid%kinds()
+    rows = -speed**2 * residual_rows(rigid, weights)
     do k = 1, 2
-      own = pack([(i, i = 1, size(rows, 1))], left%kinds == k)
+      own = pack([(i, i = 1, size(rows, 1))], residual%kinds == k)
       if (norm2(rows(own, :)) / sqrt(real(size(rows, 2), dp)) <= speed**2 * rigid%rounding(k)) rows(own, :) = 0
     end do
-    allocate(left%series(size(rows, 1)))
+    allocate(residual%series(size(rows, 1)))
     do k = 1, size(rows, 1)
-      left%series(k) = fourier_series(rows(k, :))
+      residual%series(k) = fourier_series(rows(k, :))
     end do
     do k = 1, 2
-      own = pack([(i, i = 1, size(rows, 1))], left%kinds == k)
-      left%rms(k) = length_of([(left%series(own(i))%rms(), i = 1, size(own))])
+      own = pack([(i, i = 1, size(rows, 1))], residual%kinds == k)
+      residual%rms(k) = length_of([(residual%series(own(i))%rms(), i = 1, size(own))])
       if (size(own) == 1) then
-        left%peak(k) = left%series(own(1))%peak(rows(own(1), :))
+        residual%peak(k) = residual%series(own(1))%peak(rows(own(1), :))
         cycle
       end if
       largest = maxval(abs(rows(own, :)))
-      if (largest > 0) left%peak(k) = largest * sqrt(greatest(sum((rows(own, :) / largest)**2, dim=1)))
+      if (largest > 0) residual%peak(k) = largest * sqrt(greatest(sum((rows(own, :) / largest)**2, dim=1)))
     end do
-  end subroutine measure_left
+  end subroutine measure_residual
 
   !> Rms of one order of the force (`what` = 1, N) or of the moment (`what` = 2, N m).
   pure real(dp) function order_rms(self, order, what)
-    class(left_type), intent(in) :: self
+    class(residual_shaking_type), intent(in) :: self
     integer, intent(in) :: order, what
 
     integer :: k
@@ -329,7 +329,7 @@ contains
 
   !> Amplitudes of the orders 1, 2, ... of all rows, shape (orders, rows).
   pure function amplitudes(self, orders)
-    class(left_type), intent(in) :: self
+    class(residual_shaking_type), intent(in) :: self
     integer, intent(in) :: orders
     real(dp) :: amplitudes(orders, size(self%series))
     integer :: k, n
@@ -344,7 +344,7 @@ contains
   !> For a frame in space: magnitudes of the components that rotate about `axes(:, 3)` with and against the crank, orders 1, 2, ...
   !> Shape (orders, 4): force with and against the crank (N), moment with and against the crank (N m).
   pure function turning(self, axes, orders) result(sizes)
-    class(left_type), intent(in) :: self
+    class(residual_shaking_type), intent(in) :: self
     real(dp), intent(in) :: axes(3, 3)
     integer, intent(in) :: orders
     real(dp) :: sizes(orders, 4)

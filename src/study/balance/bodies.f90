@@ -84,7 +84,7 @@ contains
     real(dp), intent(in), optional :: radii(:)
     complex(dp) :: turn(size(at, 2)), origin(size(at, 2)), turns(size(at, 2), size(linkage%links)), &
       & origins(size(at, 2), size(linkage%links))
-    integer :: own(size(linkage%links)), k, b, n, asked
+    integer :: own(size(linkage%links)), k, b, n, requested
 
     allocate(bodies(size(linkage%links)))
     n = 0
@@ -116,9 +116,9 @@ contains
       if (size(radii) == 1) bodies%radius = radii(1)
     end if
     if (present(links)) then
-      do asked = 1, size(links)
-        if (own(links(asked)) == 0 .or. .not. present(radii)) cycle
-        if (size(radii) == size(links)) bodies(own(links(asked)))%radius = radii(asked)
+      do requested = 1, size(links)
+        if (own(links(requested)) == 0 .or. .not. present(radii)) cycle
+        if (size(radii) == size(links)) bodies(own(links(requested)))%radius = radii(requested)
       end do
       bodies = pack(bodies(:n), [(any(own(links) == b), b = 1, n)])
     else

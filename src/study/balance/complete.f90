@@ -13,7 +13,7 @@
 !> bodies share an unbalance, and the outermost planes balance a couple.
 module gestell_study_balance_complete
   use gestell_base_kinds, only: dp
-  use gestell_study_balance, only: rigid_ground_type, what_is_left
+  use gestell_study_balance, only: rigid_ground_type, residual_rows
   use gestell_study_balance_bodies, only: counterweight_type
   use gestell_study_balance_least_squares, only: least_squares_type
   implicit none (type, external)
@@ -66,7 +66,7 @@ contains
     real(dp) :: rows(size(rigid%found, 1), size(rigid%found, 2))
     integer :: k
 
-    rows = what_is_left(rigid, weights)
+    rows = residual_rows(rigid, weights)
     force_rms = norm2(rows(pack([(k, k = 1, size(rows, 1))], rigid%kinds() == 1), :)) / sqrt(real(size(rows, 2), dp))
   end function force_rms
 
@@ -113,14 +113,15 @@ contains
       do n = 1, most
         before = u
         if (in_space(rigid)) then
-          call least%solve(-rows_with(abs(before)), u)
+          call least%solve(-shaking_with(abs(before)), u)
         else
-          call least_squares(columns, -force_of(rows_with(abs(before))), u)
+          call least_squares(columns, -force_of(shaking_with(abs(before))), u)
         end if
         if (maxval(abs(u - before)) <= settled * maxval(abs(u)) .or. .not. all) exit
       end do
       u = merge(u, cmplx(0, 0, dp), abs(u) > rounding * maxval(abs(u)))
-      if (in_space(rigid)) u = merge(u, cmplx(0, 0, dp), [(matters(bodies(order(k))%effect(:, :, 2), abs(u(k))), k = 1, size(u))])
+      if (in_space(rigid)) u = merge(u, cmplx(0, 0, dp), [(is_significant(bodies(order(k))%effect(:, :, 2), abs(u(k))), k = 1, &
+        & size(u))])
     end associate
     weights = [(counterweight_type(order(k), abs(u(k)), atan2(aimag(u(k)), real(u(k), dp))), k = 1, size(order))]
     weights = pack(weights, weights%unbalance > 0)
@@ -129,7 +130,7 @@ contains
 
     !> Shaking forces and moments with the part of the counterweights' effects that does not depend on their angles, shape (rows,
     !> angles).
-    pure function rows_with(unbalances) result(rows)
+    pure function shaking_with(unbalances) result(rows)
       real(dp), intent(in) :: unbalances(:)
       real(dp) :: rows(size(rigid%found, 1), size(rigid%found, 2))
       integer :: j
@@ -138,16 +139,16 @@ contains
       do j = 1, size(unbalances)
         rows = rows + unbalances(j) * rigid%bodies(order(j))%effect(:, :, 1)
       end do
-    end function rows_with
+    end function shaking_with
 
     !> True if the counterweight changes any row by more than the row's rounding error.
-    pure logical function matters(effect, unbalance)
+    pure logical function is_significant(effect, unbalance)
       real(dp), intent(in) :: effect(:, :), unbalance
       integer :: j
 
-      matters = any([(unbalance * norm2(effect(j, :)) > rigid%rounding(kinds(j)) * sqrt(real(size(effect, 2), dp)), &
+      is_significant = any([(unbalance * norm2(effect(j, :)) > rigid%rounding(kinds(j)) * sqrt(real(size(effect, 2), dp)), &
         & j = 1, size(effect, 1))])
-    end function matters
+    end function is_significant
 
   end subroutine solve
 
@@ -159,19 +160,19 @@ contains
     force = cmplx(rows(1, :), rows(2, :), dp)
   end function force_of
 
-  !> Finds the u that minimises the norm of columns u - `wanted`, by Gram-Schmidt orthogonalisation done twice for each column.
-  !> Columns that depend on earlier ones get u = 0.
-  pure subroutine least_squares(columns, wanted, u)
-    complex(dp), intent(in) :: columns(:, :), wanted(:)
+  !> Finds the u that minimises the norm of columns u - `target_values`, by Gram-Schmidt orthogonalisation done twice for each
+  !> column. Columns that depend on earlier ones get u = 0.
+  pure subroutine least_squares(columns, target_values, u)
+    complex(dp), intent(in) :: columns(:, :), target_values(:)
     complex(dp), intent(out) :: u(:)
     real(dp), parameter :: dependent = 1.0e-8_dp
-    complex(dp) :: q(size(columns, 1), size(columns, 2)), r(size(columns, 2), size(columns, 2)), left(size(wanted)), along
+    complex(dp) :: q(size(columns, 1), size(columns, 2)), r(size(columns, 2), size(columns, 2)), left(size(target_values)), along
     logical :: used(size(columns, 2))
     real(dp) :: length
     integer :: j, k, pass
 
     r = 0
-    left = wanted
+    left = target_values
     u = 0
     do k = 1, size(columns, 2)
       q(:, k) = columns(:, k)

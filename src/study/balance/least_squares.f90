@@ -51,16 +51,16 @@ contains
     call self%moment%decompose(matmul(self%of_moment, self%free), maxval(norm2(self%of_moment, dim=1)))
   end subroutine prepare
 
-  !> Solves for the unknowns; each pair of unknowns becomes a complex number of `u`. `wanted`: right-hand sides, shape (rows,
+  !> Solves for the unknowns; each pair of unknowns becomes a complex number of `u`. `target_values`: right-hand sides, shape (rows,
   !> angles).
-  pure subroutine solve(self, wanted, u)
+  pure subroutine solve(self, target_values, u)
     class(least_squares_type), intent(in) :: self
-    real(dp), intent(in) :: wanted(:, :)
+    real(dp), intent(in) :: target_values(:, :)
     complex(dp), intent(out) :: u(:)
     real(dp) :: x(2 * size(u))
 
-    x = self%force%shortest(row_of(wanted, self%kinds, 1))
-    x = x + matmul(self%free, self%moment%shortest(row_of(wanted, self%kinds, 2) - matmul(self%of_moment, x)))
+    x = self%force%shortest(row_of(target_values, self%kinds, 1))
+    x = x + matmul(self%free, self%moment%shortest(row_of(target_values, self%kinds, 2) - matmul(self%of_moment, x)))
     u = cmplx(x(1::2), x(2::2), dp)
   end subroutine solve
 
@@ -85,12 +85,12 @@ contains
     row = pack(values, spread(kinds == kind, 2, size(values, 2)))
   end function row_of
 
-  !> Computes orthogonal V and W with orthogonal columns from A V = W. A column of W vanishes if it is below 1e-8 of `size_of_all`,
+  !> Computes orthogonal V and W with orthogonal columns from A V = W. A column of W vanishes if it is below 1e-8 of `total_size`,
   !> by default the longest column of A.
-  pure subroutine decompose(self, a, size_of_all)
+  pure subroutine decompose(self, a, total_size)
     class(singular_type), intent(inout) :: self
     real(dp), intent(in) :: a(:, :)
-    real(dp), intent(in), optional :: size_of_all
+    real(dp), intent(in), optional :: total_size
     integer, parameter :: most = 60
     real(dp), parameter :: dependent = 1.0e-8_dp, orthogonal = 1.0e-14_dp
     real(dp) :: longest, lengths(2), product, angle
@@ -101,7 +101,7 @@ contains
     self%w = a
     self%v = unit_matrix(n)
     longest = maxval([0.0_dp, norm2(a, dim=1)])
-    if (present(size_of_all)) longest = size_of_all
+    if (present(total_size)) longest = total_size
     do sweep = 1, most
       turned = .false.
       do k = 2, n

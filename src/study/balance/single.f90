@@ -37,7 +37,7 @@ contains
     !> useless if it reduces the mean square by a smaller fraction.
     real(dp), parameter :: sharp = 4.0e-15_dp, rounding = 1.0e-12_dp, nothing = 1.0e-13_dp
     type(root_search_type) :: search
-    real(dp) :: b(3), g(3, 3), least, whole, greatest, alpha, taken, slope(0:places)
+    real(dp) :: b(3), g(3, 3), least, whole, greatest, alpha, trial_angle, slope(0:places)
     integer :: k, l, n
 
     best%body = body
@@ -66,9 +66,9 @@ contains
       alpha = search%root()
       associate (v => vector(alpha))
         if (dot_product(b, v) >= 0 .or. dot_product(v, matmul(g, v)) <= least) cycle
-        taken = dot_product(b, v)**2 / dot_product(v, matmul(g, v))
-        if (taken <= greatest) cycle
-        greatest = taken
+        trial_angle = dot_product(b, v)**2 / dot_product(v, matmul(g, v))
+        if (trial_angle <= greatest) cycle
+        greatest = trial_angle
         best%angle = alpha
         best%unbalance = -dot_product(b, v) / dot_product(v, matmul(g, v))
       end associate

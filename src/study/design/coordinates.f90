@@ -32,14 +32,14 @@ module gestell_study_design_coordinates
     real(dp), allocatable :: share(:)
   end type coordinates_type
 
-  !> `of_modes`: largest allowed error in the periodicity of P. `most_condition`: largest allowed condition number of P. Larger
+  !> `of_modes`: largest allowed error in the periodicity of P. `max_condition`: largest allowed condition number of P. Larger
   !> values show that free vibrations coincide, or that some are lost next to larger ones.
-  real(dp), parameter :: of_modes = 1.0e-7_dp, most_condition = 1.0e6_dp
+  real(dp), parameter :: of_modes = 1.0e-7_dp, max_condition = 1.0e6_dp
 
 contains
 
   !> Computes Floquet's coordinates at the phases (k - 1)/`phases`.
-  subroutine find_coordinates(system, phases, tolerance, found, fits, known)
+  subroutine find_coordinates(system, phases, tolerance, found, fits, earlier)
     !> The system
     class(second_order_system), intent(in) :: system
     !> Number of phases
@@ -51,7 +51,7 @@ contains
     !> True if the coordinates are accurate enough (see `of_modes`)
     logical, intent(out) :: fits
     !> A fast solution of the system. Its maps over the phases are used if they belong to the same number of phases
-    type(quick_motion_type), intent(in) :: known
+    type(quick_motion_type), intent(in) :: earlier
     type(quick_motion_type) :: quick
     type(error_type), allocatable :: error
     complex(dp), allocatable :: rho(:), vectors(:, :), left(:, :)
@@ -59,9 +59,9 @@ contains
     integer :: i, k, n
 
     n = system%states
-    quick = known
-    fits = allocated(known%maps)
-    if (fits) fits = size(known%maps, 3) == phases
+    quick = earlier
+    fits = allocated(earlier%maps)
+    if (fits) fits = size(earlier%maps, 3) == phases
     if (.not. fits) then
       quick%keeps = .true.
       call solve_quickly(system, phases, tolerance, quick, fits)
@@ -118,7 +118,7 @@ contains
       end do
     end do
     b = w(:, n + 1:)
-    fits = norm2([real(a), aimag(a)]) * norm2([real(b), aimag(b)]) <= most_condition
+    fits = norm2([real(a), aimag(a)]) * norm2([real(b), aimag(b)]) <= max_condition
   end subroutine invert
 
   !> Computes the periodic motions of `system` under several loads in place of its own. The results are not finite at a resonance.

@@ -13,22 +13,22 @@ module gestell_study_design
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
   use gestell_math_optimum_minimax, only: minimise, optimum_type
-  use gestell_study_design_goal, only: goal_type, of_machine, of_shaking
+  use gestell_study_design_goal, only: goal_type, machine_goal, shaking_goal
   use gestell_study_design_moments, only: new_moments
   use gestell_study_design_perturbed_members, only: mass_part, other_part, place_parts
   use gestell_study_design_problem, only: design_options, design_problem, evaluate_goals, goal_branches_type, inside, &
-    & is_squared, take_inverse
+    & is_squared, decide_inversion
   use gestell_system_family, only: family_type
   implicit none (type, external)
   private
 
-  public :: halton, is_convex, limits_alone, prove, prove_conflict, search_from
+  public :: halton, is_convex, feasibility_options, bound_gap, prove_conflict, search_from
 
   !> Default tolerance of the stationarity at which a search has converged.
-  real(dp), parameter :: usual_tolerance = 1.0e-8_dp
+  real(dp), parameter :: default_tolerance = 1.0e-8_dp
   !> In a search over a range, a step that improves the objective by a smaller fraction is idle. A resonance at the end of the range
   !> makes such steps frequent.
-  real(dp), parameter :: worth_it = 1.0e-4_dp
+  real(dp), parameter :: worthwhile_gain = 1.0e-4_dp
   !> A search over a range ends after this number of successive idle steps.
   integer, parameter :: patience = 3
   !> A limit on a goal that needs no solution is met if the goal exceeds it by less than this fraction of the limit.
@@ -51,7 +51,7 @@ contains
     real(dp), intent(in), optional :: tolerance
     type(design_problem) :: problem
     real(dp), dimension(size(start)) :: corner
-    real(dp) :: wanted
+    real(dp) :: used_tolerance
     integer :: i
 
     problem%family => family
@@ -68,14 +68,14 @@ contains
     problem%objectives = merge(1, size(options%objectives), options%largest)
     problem%constraints = size(options%constraints) + problem%moments%limits()
     problem%squared = is_squared(options)
-    call take_inverse(problem)
-    wanted = usual_tolerance
-    if (present(tolerance)) wanted = tolerance
+    call decide_inversion(problem)
+    used_tolerance = default_tolerance
+    if (present(tolerance)) used_tolerance = tolerance
     if (allocated(options%range)) then
-      problem%worth = worth_it
+      problem%worth = worthwhile_gain
       problem%patience = patience
     end if
-    call minimise_under_all(problem, options, start, wanted, optimum, error)
+    call minimise_under_all(problem, options, start, used_tolerance, optimum, error)
     if (allocated(error)) return
     ! the search's unit of a limit that is steep at the start may be far larger than the limit
     call judge_limits(problem, options%constraints, optimum)
@@ -102,7 +102,7 @@ contains
     type(optimum_type), intent(inout) :: optimum
     logical :: exact(size(limits)), kept(size(limits))
 
-    exact = limits%about == of_machine
+    exact = limits%about == machine_goal
     associate (groups => optimum%groups(problem%objectives + 1:problem%objectives + size(limits)), &
       & coordinates => optimum%groups(problem%objectives + size(limits) + 1:))
       kept = groups <= inside * abs(limits%limit) .or. .not. abs(limits%limit) > 0
@@ -126,7 +126,7 @@ contains
 
     x = start
     used = size(used) == 1 .or. allocated(options%range)
-    if (.not. all(used)) call add_worse(problem%family, options, x, used, more, known, error)
+    if (.not. all(used)) call add_worse_conditions(problem%family, options, x, used, more, known, error)
     evaluations = merge(0, 1, size(used) == 1)
     gradients = 0
     iterations = 0
@@ -140,7 +140,7 @@ contains
       gradients = gradients + optimum%gradients
       iterations = iterations + optimum%iterations
       if (all(used)) exit
-      call add_worse(problem%family, options, optimum%x, used, more, known, error)
+      call add_worse_conditions(problem%family, options, optimum%x, used, more, known, error)
       evaluations = evaluations + 1
       if (.not. more) exit
       x = start
@@ -154,7 +154,7 @@ contains
   !> Adds conditions to `used`, shape (conditions). If none is used yet, adds the worst condition of each goal at x; otherwise all
   !> conditions that are worse at x than the used ones. `more`: true if conditions were added. If the machine at x does not exist or
   !> has no vibration, `known` is false and all conditions are used. Fails if the goals are invalid.
-  subroutine add_worse(family, options, x, used, more, known, error)
+  subroutine add_worse_conditions(family, options, x, used, more, known, error)
     class(family_type), intent(in) :: family
     type(design_options), intent(in) :: options
     real(dp), intent(in) :: x(:)
@@ -187,30 +187,30 @@ contains
       end do
     end do
     more = any(used .neqv. before)
-  end subroutine add_worse
+  end subroutine add_worse_conditions
 
   !> True if the problem is convex in masses and first moments of links. `limits`: true to examine the constraints only.
   pure logical function is_convex(options, limits)
     type(design_options), intent(in) :: options
     logical, intent(in), optional :: limits
-    logical :: places, all_of_it
+    logical :: places, is_whole_link
 
-    all_of_it = .true.
-    if (present(limits)) all_of_it = .not. limits
+    is_whole_link = .true.
+    if (present(limits)) is_whole_link = .not. limits
     places = any(options%part == place_parts(1)) .or. any(options%part == place_parts(2))
-    is_convex = all(options%part /= other_part) .and. all(goes(options%constraints, .false.))
-    if (is_convex .and. all_of_it) is_convex = all(goes(options%objectives, .true.))
+    is_convex = all(options%part /= other_part) .and. all(goal_is_convex(options%constraints, .false.))
+    if (is_convex .and. is_whole_link) is_convex = all(goal_is_convex(options%objectives, .true.))
 
   contains
 
     !> True if the goal is convex as an upper limit or objective, or concave as a lower limit. The mass is both convex and concave.
-    elemental logical function goes(goal, is_objective)
+    elemental logical function goal_is_convex(goal, is_objective)
       type(goal_type), intent(in) :: goal
       logical, intent(in) :: is_objective
 
-      goes = (goal%about == of_machine .and. goal%measure%quantity == "added_mass") .or. (goal%about == of_shaking &
+      goal_is_convex = (goal%about == machine_goal .and. goal%measure%quantity == "added_mass") .or. (goal%about == shaking_goal &
         & .and. (goal%sense > 0 .or. is_objective) .and. .not. (places .and. index(goal%measure%quantity, "shaking.m") == 1))
-    end function goes
+    end function goal_is_convex
 
   end function is_convex
 
@@ -230,14 +230,14 @@ contains
     type(design_options) :: limits
     type(optimum_type) :: optimum
 
-    call limits_alone(options, limits)
+    call feasibility_options(options, limits)
     excess = 0
     call search_from(family, limits, start, optimum, error)
-    if (.not. allocated(error)) excess = optimum%objective - prove(limits, optimum)
+    if (.not. allocated(error)) excess = optimum%objective - bound_gap(limits, optimum)
   end subroutine prove_conflict
 
   !> Makes a design whose only objective is the largest relative excess over the limits of `options`.
-  subroutine limits_alone(options, limits)
+  subroutine feasibility_options(options, limits)
     type(design_options), intent(in) :: options
     type(design_options), intent(out) :: limits
 
@@ -247,10 +247,10 @@ contains
     allocate(limits%objectives(size(options%constraints)), limits%constraints(0))
     limits%objectives = options%constraints
     limits%objectives%weight = 1 / options%constraints%scale()
-  end subroutine limits_alone
+  end subroutine feasibility_options
 
   !> Gap of an optimum of a convex problem: no machine within the limits has an objective that is smaller by more than the gap.
-  pure real(dp) function prove(options, optimum) result(gap)
+  pure real(dp) function bound_gap(options, optimum) result(gap)
     type(design_options), intent(in) :: options
     type(optimum_type), intent(in) :: optimum
     integer :: i, j, k, mass, place(2), corner
@@ -288,7 +288,7 @@ contains
       if (mass > 0) slope_m = optimum%slope(mass) - dot_product(slope_x, x)
       there = huge(there)
       do corner = 0, 7
-        there = min(there, at_corner(corner))
+        there = min(there, change_at_corner(corner))
       end do
       if (.not. m > 0 .and. any(place > 0)) there = -huge(there)
       gap = gap - min(least + there, 0.0_dp)
@@ -298,7 +298,7 @@ contains
   contains
 
     !> Change of the tangent of the Lagrangian from the optimum to a corner of the ranges of this link.
-    pure real(dp) function at_corner(corner) result(change)
+    pure real(dp) function change_at_corner(corner) result(change)
       integer, intent(in) :: corner
       real(dp) :: mass_there, place_there(2)
       integer :: c
@@ -310,9 +310,9 @@ contains
         if (place(c) > 0) place_there(c) = merge(options%upper(place(c)), options%lower(place(c)), btest(corner, c))
       end do
       change = slope_m * (mass_there - m) + dot_product(slope_x, mass_there * place_there - m * x)
-    end function at_corner
+    end function change_at_corner
 
-  end function prove
+  end function bound_gap
 
   !> The n-th point of Halton's sequence in the unit cube, with one base for each parameter (J. H. Halton, Numer. Math. 2, 1960,
   !> 84-90).

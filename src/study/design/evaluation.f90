@@ -6,14 +6,14 @@ module gestell_study_design_evaluation
   use gestell_model_frame, only: frame_type
   use gestell_study_design_branches, only: measure_branches
   use gestell_study_design_coordinates, only: coordinates_type, find_coordinates
-  use gestell_study_design_goal, only: components, goal_type, of_machine, of_multipliers, plain_values, take_samples
-  use gestell_study_design_motion, only: beside, coarse, motion_type
+  use gestell_study_design_goal, only: components, goal_type, machine_goal, multiplier_goal, plain_values, sample_goals
+  use gestell_study_design_motion, only: beside, derivative_tolerance, motion_type
   use gestell_study_design_perturbed_members, only: at_condition, condition_type, members_type, setting_type, step_type
   use gestell_study_design_separation, only: find_branches, separation_type
   implicit none (type, external)
   private
 
-  public :: add_condition, add_top, no_branches
+  public :: add_condition, add_maximum, no_branches
 
   !> A range of conditions, such as all speeds between two speeds.
   type, abstract, public :: range_type
@@ -147,35 +147,35 @@ contains
     type(error_type), allocatable, intent(out) :: error
     real(dp) :: samples(size(motion%phases), components(motion%frame), size(goals))
     real(dp), allocatable :: slopes(:, :, :, :)
-    type(goal_values_type) :: found(size(goals))
+    type(goal_values_type) :: goal_values(size(goals))
     integer :: g
 
     allocate(slopes(size(samples, 1), size(samples, 2), size(goals), motion%parameters()), source=0.0_dp)
     if (any(goals%is_periodic())) then
-      call take_samples(goals, motion%frame, members%setting%probes, motion%phases, motion%q, samples, error)
+      call sample_goals(goals, motion%frame, members%setting%probes, motion%phases, motion%q, samples, error)
       if (.not. allocated(error)) call differentiate_samples(members, motion, goals, samples, slopes, error)
       if (allocated(error)) return
     end if
     do g = 1, size(goals)
       select case (goals(g)%about)
-      case (of_multipliers)
-        call differentiate_multipliers(members, motion, found(g)%values, found(g)%changes, error)
-      case (of_machine)
-        call differentiate_plain(members, motion, goals(g), found(g)%values, found(g)%changes, error)
+      case (multiplier_goal)
+        call differentiate_multipliers(members, motion, goal_values(g)%values, goal_values(g)%changes, error)
+      case (machine_goal)
+        call differentiate_plain(members, motion, goals(g), goal_values(g)%values, goal_values(g)%changes, error)
       case default
         call measure_branches(goals(g)%measure%kind, goals(g)%measure%band, motion%frame%period, samples(:, :, g), &
-          & slopes(:, :, g, :), found(g)%values, found(g)%changes)
+          & slopes(:, :, g, :), goal_values(g)%values, goal_values(g)%changes)
       end select
       if (allocated(error)) return
-      found(g)%sides = goals(g)%sides(found(g)%values)
+      goal_values(g)%sides = goals(g)%sides(goal_values(g)%values)
     end do
-    call append_all(at, condition, found)
+    call append_all(at, condition, goal_values)
   end subroutine add_condition
 
   !> Adds the goal at one of its maxima over the range. For a maximum inside a line only the highest branch is added. The other
   !> branches have their maxima at other speeds, and near a resonance their values at this speed say nothing about these maxima. At
   !> an end of a line all branches are added. Fails if the goal is invalid.
-  subroutine add_top(members, motion, goal, top, number, at, error)
+  subroutine add_maximum(members, motion, goal, top, number, at, error)
     !> The machine and its neighbours
     type(members_type), intent(in) :: members
     !> The motion of the machine at the maximum
@@ -199,30 +199,30 @@ contains
     counts = [(i, i = 1, size(there%value))]
     if (top%inside) counts = [maxloc(there%side * (there%value - goal%limit), dim=1)]
     call append(at, spread(top%goal, 1, size(counts)), number, there%side(counts), there%value(counts), there%slope(:, counts))
-  end subroutine add_top
+  end subroutine add_maximum
 
   !> Adds the branches of all goals at a condition at once. Adding them one by one would copy the list each time.
-  pure subroutine append_all(at, condition, found)
+  pure subroutine append_all(at, condition, goal_values)
     type(goal_branches_type), intent(inout) :: at
     integer, intent(in) :: condition
-    type(goal_values_type), intent(in) :: found(:)
+    type(goal_values_type), intent(in) :: goal_values(:)
     integer, allocatable :: group(:), side(:)
     real(dp), allocatable :: value(:), slope(:, :)
     integer :: g, i, k, s
 
-    k = sum([(count(found(g)%sides), g = 1, size(found))])
+    k = sum([(count(goal_values(g)%sides), g = 1, size(goal_values))])
     allocate(group(k), side(k), value(k))
     allocate(slope(size(at%slope, 1), k), source=0.0_dp)
     k = 0
-    do g = 1, size(found)
+    do g = 1, size(goal_values)
       do s = 1, 2
-        do i = 1, size(found(g)%values)
-          if (.not. found(g)%sides(i, s)) cycle
+        do i = 1, size(goal_values(g)%values)
+          if (.not. goal_values(g)%sides(i, s)) cycle
           k = k + 1
           group(k) = g
           side(k) = 3 - 2 * s
-          value(k) = found(g)%values(i)
-          slope(:size(found(g)%changes, 1), k) = found(g)%changes(:, i)
+          value(k) = goal_values(g)%values(i)
+          slope(:size(goal_values(g)%changes, 1), k) = goal_values(g)%changes(:, i)
         end do
       end do
     end do
@@ -259,7 +259,7 @@ contains
       slopes(:, :, :, k) = members%weight(0, k) * samples
       do i = 1, 2
         call beside(members, motion%frame, motion, k, i, frame, q)
-        call take_samples(goals, frame, members%setting%probes, motion%phases, q, other, error)
+        call sample_goals(goals, frame, members%setting%probes, motion%phases, q, other, error)
         if (allocated(error)) return
         slopes(:, :, :, k) = slopes(:, :, :, k) + members%weight(i, k) * other
       end do
@@ -289,7 +289,8 @@ contains
     integer :: i, j, k, n
 
     n = motion%frame%states
-    call find_coordinates(motion%frame, size(motion%phases), coarse(members%setting%accuracy), free, fits, motion%quick)
+    call find_coordinates(motion%frame, size(motion%phases), derivative_tolerance(members%setting%accuracy), free, fits, &
+      & motion%quick)
     if (.not. fits) then
       call fatal_error(error, "the derivatives of the multipliers cannot be computed", failed_computation)
       return
@@ -327,7 +328,7 @@ contains
     integer :: i, k
 
     call at_condition(members%frame, motion%condition, run)
-    if (goal%is_least()) call find_branches(run, goal%speeds, branches, error)
+    if (goal%is_minimum()) call find_branches(run, goal%speeds, branches, error)
     if (allocated(error)) return
     call plain_values(goal, run, branches, values)
     allocate(changes(motion%parameters(), size(values)))

@@ -9,25 +9,25 @@ module gestell_study_design_goal
   use gestell_model_frame_shaking, only: shaking_loads, shaking_terms
   use gestell_model_space, only: is_rotation
   use gestell_model_quantity_driving, only: drive_power, power_rows, torque
-  use gestell_study_design_separation, only: separation_type, take_distances
+  use gestell_study_design_separation, only: separation_type, compute_distances
   use gestell_study_measure, only: band_measure, measure_type, new_measure
   use gestell_study_vibration_motion, only: complete_motion, motion_rows
   implicit none (type, external)
   private
 
-  public :: components, new_goal, plain_values, shaking_error, take_samples
+  public :: components, new_goal, plain_values, shaking_error, sample_goals
 
   !> Subjects of goals: a quantity of the motion, a shaking force on rigid ground, the torque of the drive, the largest multiplier,
   !> or a number of the machine that needs no solution.
-  integer, parameter, public :: of_motion = 1, of_shaking = 2, of_torque = 3, of_multipliers = 4, of_machine = 5
+  integer, parameter, public :: motion_goal = 1, shaking_goal = 2, torque_goal = 3, multiplier_goal = 4, machine_goal = 5
 
   character(len=10), parameter :: machine_names(3) = [character(len=10) :: "added_mass", "sag", "separation"]
 
   !> An objective or a constraint of a design.
   type, public :: goal_type
     type(measure_type) :: measure
-    !> Subject of the goal: `of_motion`, `of_shaking`, `of_torque`, `of_multipliers` or `of_machine`
-    integer :: about = of_motion
+    !> Subject of the goal: `motion_goal`, `shaking_goal`, `torque_goal`, `multiplier_goal` or `machine_goal`
+    integer :: about = motion_goal
     !> `weight`: factor in the objective. `limit`: limit of a constraint. `offset`: value for the machine of the input file, which
     !> is subtracted from the quantity
     real(dp) :: weight = 1, limit = 0, offset = 0
@@ -39,7 +39,7 @@ module gestell_study_design_goal
     procedure :: excess
     procedure :: scale => scale_of
     procedure :: sides
-    procedure :: is_least
+    procedure :: is_minimum
     procedure :: needs_motion
     procedure :: is_periodic
     procedure :: is_inverted
@@ -71,21 +71,21 @@ contains
     goal%measure%kind = kind
     call find_offset(frame, name, offset, named)
     if (any(is_component(frame, name))) then
-      goal%about = of_shaking
+      goal%about = shaking_goal
       goal%measure%unit = merge("Nm", "N ", index(name, "shaking.m") == 1)
     else if (name == "torque") then
-      goal%about = of_torque
+      goal%about = torque_goal
       goal%measure%unit = "Nm"
     else if (name == "rho_max") then
-      goal%about = of_multipliers
+      goal%about = multiplier_goal
     else if (any(name == machine_names)) then
-      goal%about = of_machine
+      goal%about = machine_goal
       if (name == "added_mass") goal%measure%unit = "kg"
       if (name == "sag") goal%measure%unit = "m"
       if (name == "separation") goal%measure%unit = "%"
       if (name == "sag" .and. .not. frame%weights%act) call fatal_error(error, "'sag' requires the group &gravity", invalid_input)
     else if (named) then
-      goal%about = of_machine
+      goal%about = machine_goal
       goal%measure%unit = "m"
       if (offset < 0) call fatal_error(error, "unknown link in '" // name // "'", invalid_input)
     else
@@ -140,11 +140,11 @@ contains
   end function scale_of
 
   !> True if the goal is the minimum of its branches, like the distance of the nearest mode; other goals are the maximum.
-  elemental logical function is_least(self)
+  elemental logical function is_minimum(self)
     class(goal_type), intent(in) :: self
 
-    is_least = self%about == of_machine .and. self%measure%quantity == "separation"
-  end function is_least
+    is_minimum = self%about == machine_goal .and. self%measure%quantity == "separation"
+  end function is_minimum
 
   !> For each branch value at one condition: column 1 is true if it is compared with an upper limit, column 2 with a lower limit.
   !> All branches of a maximum must stay below an upper limit, but only the largest must reach a lower limit.
@@ -155,9 +155,9 @@ contains
     integer :: decisive
 
     sides = .true.
-    sides(:, merge(1, 2, self%is_least())) = .false.
+    sides(:, merge(1, 2, self%is_minimum())) = .false.
     decisive = maxloc(values, dim=1)
-    if (self%is_least()) decisive = minloc(values, dim=1)
+    if (self%is_minimum()) decisive = minloc(values, dim=1)
     sides(decisive, :) = .true.
     if (self%sense /= 0) sides(:, merge(2, 1, self%sense > 0)) = .false.
   end function sides
@@ -166,21 +166,21 @@ contains
   elemental logical function needs_motion(self)
     class(goal_type), intent(in) :: self
 
-    needs_motion = any(self%about == [of_motion, of_torque, of_multipliers])
+    needs_motion = any(self%about == [motion_goal, torque_goal, multiplier_goal])
   end function needs_motion
 
   !> True if the goal is a measure of a function of time.
   elemental logical function is_periodic(self)
     class(goal_type), intent(in) :: self
 
-    is_periodic = any(self%about == [of_motion, of_shaking, of_torque])
+    is_periodic = any(self%about == [motion_goal, shaking_goal, torque_goal])
   end function is_periodic
 
   !> True if the level of the goal (see `level`) is -1 / value^2.
   elemental logical function is_inverted(self)
     class(goal_type), intent(in) :: self
 
-    is_inverted = self%sense > 0 .and. all(self%about /= [of_multipliers, of_machine])
+    is_inverted = self%sense > 0 .and. all(self%about /= [multiplier_goal, machine_goal])
   end function is_inverted
 
   !> Level of an excess: an increasing function of the excess, whose maxima over a range are searched. Near a resonance a peak is P
@@ -216,7 +216,7 @@ contains
 
   !> Computes the components of the periodic goals at `phases` of the turn. Only magnitudes of vectors have more than one component.
   !> Fails if a quantity does not exist, or if the mechanism does not define its energy.
-  subroutine take_samples(goals, frame, probes, phases, q, samples, error)
+  subroutine sample_goals(goals, frame, probes, phases, q, samples, error)
     type(goal_type), intent(in) :: goals(:)
     !> The frame whose goals are computed
     class(frame_type), intent(in) :: frame
@@ -244,19 +244,19 @@ contains
       end do
       if (rows > rows_of(dofs, accelerations)) call complete_motion(frame, frame, phases, motion)
     end if
-    if (any(goals%about == of_shaking)) call shaking_loads(frame, phases, forces)
+    if (any(goals%about == shaking_goal)) call shaking_loads(frame, phases, forces)
     do i = 1, size(goals)
       select case (goals(i)%about)
-      case (of_motion)
+      case (motion_goal)
         call look_up_quantity(frame, probes, trim(goals(i)%measure%quantity), quantity, error)
         if (allocated(error)) return
         do k = 1, size(quantity%weights, 2)
           samples(:, k, i) = matmul(quantity%weights(:rows, k), motion)
         end do
-      case (of_shaking)
+      case (shaking_goal)
         parts = pack([(k, k = 1, dofs)], is_component(frame, goals(i)%measure%quantity))
         samples(:, :size(parts), i) = forces(:, parts)
-      case (of_torque)
+      case (torque_goal)
         allocate(power(power_rows, size(phases)))
         first_rows = motion(:rows_of(dofs, accelerations), :)
         call drive_power(frame, phases, first_rows, power, known)
@@ -270,7 +270,7 @@ contains
         cycle
       end select
     end do
-  end subroutine take_samples
+  end subroutine sample_goals
 
   !> Bound on the rounding error of a shaking force (N, N m).
   pure real(dp) function shaking_error(frame, quantity) result(error)
@@ -307,7 +307,7 @@ contains
     case ("sag")
       values = [norm2(frame%weights%sag(:3))]
     case ("separation")
-      call take_distances(frame, goal%speeds, branches, values)
+      call compute_distances(frame, goal%speeds, branches, values)
     case default
       call find_offset(frame, trim(goal%measure%quantity), offset, named)
       values = [offset]

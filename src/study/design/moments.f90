@@ -122,7 +122,7 @@ contains
   pure subroutine turn_optimum(self, optimum)
     class(moments_type), intent(in) :: self
     type(optimum_type), intent(inout) :: optimum
-    real(dp) :: x(size(optimum%x)), y(size(optimum%x)), pull
+    real(dp) :: x(size(optimum%x)), y(size(optimum%x)), gradient_change
     integer :: i, k, limits
 
     y = optimum%x
@@ -132,11 +132,11 @@ contains
     do k = 1, size(x)
       associate (m => self%mass(k))
         if (m == 0) cycle
-        pull = optimum%price(i + 1) - optimum%price(i + 2)
-        optimum%slope(k) = (optimum%slope(k) - pull) * y(m)
+        gradient_change = optimum%price(i + 1) - optimum%price(i + 2)
+        optimum%slope(k) = (optimum%slope(k) - gradient_change) * y(m)
         optimum%slope(m) = optimum%slope(m) + optimum%price(i + 1) * self%upper(k) - optimum%price(i + 2) * self%lower(k) &
           & + optimum%slope(k) * x(k) / y(m)
-        optimum%bound_price(k) = (optimum%bound_price(k) - pull) * y(m)
+        optimum%bound_price(k) = (optimum%bound_price(k) - gradient_change) * y(m)
         x(k) = min(max(x(k), self%lower(k)), self%upper(k))
       end associate
       i = i + 2

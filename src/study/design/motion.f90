@@ -23,7 +23,7 @@ module gestell_study_design_motion
   implicit none (type, external)
   private
 
-  public :: beside, coarse, usual_phases, solve_motion, solve_slopes
+  public :: beside, derivative_tolerance, default_phase_count, solve_motion, solve_slopes
 
   !> A machine under one condition, with its model applied, and its motion.
   type, public :: motion_type
@@ -54,21 +54,21 @@ module gestell_study_design_motion
     procedure :: conserves
   end type loaded_type
 
-  !> `fewest`: minimum number of phases. `most_corrections`: maximum number of corrections for the terms of the equations that M, B,
+  !> `fewest`: minimum number of phases. `max_corrections`: maximum number of corrections for the terms of the equations that M, B,
   !> C do not contain.
-  integer, parameter :: fewest = 64, most_corrections = 6
+  integer, parameter :: fewest = 64, max_corrections = 6
   !> Relative error allowed for the derivatives and for the terms of the equations that M, B, C do not contain.
   real(dp), parameter :: of_slope = 1.0e-10_dp
 
 contains
 
   !> The phases at which most motions are sampled.
-  pure function usual_phases() result(phases)
+  pure function default_phase_count() result(phases)
     real(dp) :: phases(fewest)
     integer :: k
 
     phases = [(real(k, dp) / fewest, k = 0, fewest - 1)]
-  end function usual_phases
+  end function default_phase_count
 
   !> Number of parameters with respect to which the motion is differentiated.
   pure integer function parameters(self)
@@ -80,11 +80,11 @@ contains
 
   !> Error of Phi allowed for derivatives. It exceeds the tolerance: the coefficients of the exact frame are only as accurate as its
   !> motion.
-  pure real(dp) function coarse(accuracy)
+  pure real(dp) function derivative_tolerance(accuracy)
     type(accuracy_type), intent(in) :: accuracy
 
-    coarse = max(of_slope, 10 * accuracy%tolerance)
-  end function coarse
+    derivative_tolerance = max(of_slope, 10 * accuracy%tolerance)
+  end function derivative_tolerance
 
   !> Computes the periodic vibration of the machine under one operating condition. Fails if no periodic vibration exists (resonance
   !> without damping) or the model finds none (see `settle`).
@@ -165,13 +165,13 @@ contains
     logical :: fits
 
     associate (phases => size(motion%phases), f => size(system%free), parameters => motion%parameters())
-      call find_coordinates(system, phases, coarse(members%setting%accuracy), coordinates, fits, motion%quick)
+      call find_coordinates(system, phases, derivative_tolerance(members%setting%accuracy), coordinates, fits, motion%quick)
       allocate(loads(phases, f, parameters), changes(phases, f, 0:2, parameters))
       most = 0
       before = 0
       ! M, B, C describe all of R, except for terms that depend on the whole motion if a flywheel holds the speed: the motor's
       ! torque, a constant moment, and in space the lag of the shaft
-      do correction = 1, merge(most_corrections, 1, system%held_by == "flywheel")
+      do correction = 1, merge(max_corrections, 1, system%held_by == "flywheel")
         do k = 1, parameters
           call differentiate_equations(members, system, motion, k, lack)
           if (correction > 1) lack = lower_part(lack, merge(phases / 4, 0, allocated(system%space)))
@@ -266,12 +266,12 @@ contains
 
     lack = 0
     if (abs(members%weight(0, k)) > 0) then
-      call take_equations(system, motion%phases, motion%q, r)
+      call compute_equations(system, motion%phases, motion%q, r)
       lack = members%weight(0, k) * r
     end if
     do i = 1, 2
       call beside(members, system, motion, k, i, frame, q)
-      call take_equations(frame, motion%phases, q, r)
+      call compute_equations(frame, motion%phases, q, r)
       lack = lack + members%weight(i, k) * r
     end do
   end subroutine differentiate_equations
@@ -309,7 +309,7 @@ contains
   end subroutine beside
 
   !> Computes the residual R of the frame's equations at a motion q, shape (phases, dofs). Its blocked components are zero.
-  subroutine take_equations(frame, phases, q, r)
+  subroutine compute_equations(frame, phases, q, r)
     class(frame_type), intent(in) :: frame
     real(dp), contiguous, intent(in) :: phases(:)
     real(dp), intent(in) :: q(:, :, 0:)
@@ -339,7 +339,7 @@ contains
         end do
       end do
     end select
-  end subroutine take_equations
+  end subroutine compute_equations
 
   subroutine matrices(self, t, m, b, c)
     class(loaded_type), intent(in) :: self

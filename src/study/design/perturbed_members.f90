@@ -17,7 +17,7 @@ module gestell_study_design_perturbed_members
   use gestell_model_mechanism, only: drive_columns
   use gestell_model_mechanism_tabulated, only: new_tabulated, tabulated_type
   use gestell_model_quantity_rows, only: probe_type
-  use gestell_system_family, only: family_type, take_member
+  use gestell_system_family, only: family_type, create_member
   use gestell_system_periodic, only: periodic_system
   implicit none (type, external)
   private
@@ -99,7 +99,7 @@ contains
     real(dp) :: h, x(size(parameters))
     integer :: k, side, i
 
-    call take_frame(family, parameters, members%frame, known, error)
+    call build_frame(family, parameters, members%frame, known, error)
     if (allocated(error) .or. .not. known .or. .not. present(steps)) return
     members%steps = steps
     select type (mechanism => members%frame%mechanism)
@@ -124,7 +124,7 @@ contains
           else
             x = parameters
             x(k) = x(k) + members%distance(i, k)
-            call take_frame(family, x, members%perturbed(i, k), known, error)
+            call build_frame(family, x, members%perturbed(i, k), known, error)
           end if
           if (allocated(error)) known = .false.
           if (.not. known) exit
@@ -167,7 +167,7 @@ contains
   end subroutine change_link
 
   !> Returns the frame at `parameters`. `known` is false if the mechanism is impossible. Fails if the member is not a frame.
-  subroutine take_frame(family, parameters, frame, known, error)
+  subroutine build_frame(family, parameters, frame, known, error)
     class(family_type), intent(in) :: family
     real(dp), intent(in) :: parameters(:)
     type(frame_type), intent(out) :: frame
@@ -175,7 +175,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     class(periodic_system), allocatable :: system
 
-    call take_member(family, parameters, system, error)
+    call create_member(family, parameters, system, error)
     known = .not. allocated(error)
     if (allocated(error)) then
       if (error%code == impossible_mechanism) deallocate(error)
@@ -187,7 +187,7 @@ contains
     class default
       call fatal_error(error, "a design requires frames: the system is of another type", invalid_input)
     end select
-  end subroutine take_frame
+  end subroutine build_frame
 
   !> Tabulates all mechanisms at these phases, because they are evaluated repeatedly at all speeds. If `drive`, also tabulates the
   !> functions for the torque of the drive. Neighbours with a changed link have the joints of the machine, which are located only
@@ -198,7 +198,7 @@ contains
     logical, intent(in) :: drive
     type(linkage_type), allocatable :: linkage
     type(point_type), allocatable :: at(:, :)
-    real(dp) :: angles(size(phases)), felt(size(phases), drive_columns)
+    real(dp) :: angles(size(phases)), effective(size(phases), drive_columns)
     logical :: known
     integer :: i, k
 
@@ -217,7 +217,7 @@ contains
     end if
     call remember_one(members%frame)
     if (.not. allocated(members%perturbed)) return
-    if (allocated(linkage)) call members%frame%mechanism%tabulate_drive(angles, felt, known)
+    if (allocated(linkage)) call members%frame%mechanism%tabulate_drive(angles, effective, known)
     do k = 1, size(members%perturbed, 2)
       do i = 1, size(members%perturbed, 1)
         call remember_one(members%perturbed(i, k), members%steps(k)%link)
@@ -242,7 +242,7 @@ contains
         select type (mechanism => frame%mechanism)
         type is (linkage_type)
           if (link > 0) then
-            changed = felt
+            changed = effective
             do k = 1, size(phases)
               call sum_drive(linkage%links(link:link), at(:, k), before)
               call sum_drive(mechanism%links(link:link), at(:, k), after)
@@ -254,7 +254,7 @@ contains
       allocate(tabulated)
       call new_tabulated(tabulated, frame%mechanism)
       call tabulated%remember(angles, drive .and. .not. allocated(changed))
-      if (allocated(changed)) call tabulated%know_drive(changed)
+      if (allocated(changed)) call tabulated%set_drive_functions(changed)
       call move_alloc(tabulated, frame%mechanism)
     end subroutine remember_one
 
@@ -315,19 +315,20 @@ contains
 
     joined = list
     do k = 1, size(more)
-      if (.not. any(is_same(joined, more(k)))) joined = [joined, more(k)]
+      if (.not. any(is_same_file(joined, more(k)))) joined = [joined, more(k)]
     end do
   end function joined
 
   !> True if two conditions are equal up to a tolerance.
-  elemental logical function is_same(one, other)
+  elemental logical function is_same_file(one, other)
     type(condition_type), intent(in) :: one, other
     ! tops of two goals at one resonance differ by a part of its width, perhaps 1e-6 of the speed; one top is found to 1e-11
     real(dp), parameter :: alike = 1.0e-10_dp
 
-    is_same = abs(one%speed * one%speed_factor - other%speed * other%speed_factor) <= alike * abs(one%speed * one%speed_factor) &
+    is_same_file = abs(one%speed * one%speed_factor - other%speed * other%speed_factor) <= alike * abs(one%speed &
+      & * one%speed_factor) &
       & .and. all(abs([one%speed_factor - other%speed_factor, one%stiffness_factor - other%stiffness_factor, one%damping_factor &
       & - other%damping_factor]) <= alike)
-  end function is_same
+  end function is_same_file
 
 end module gestell_study_design_perturbed_members

@@ -3,18 +3,18 @@ module gestell_study_design_problem
   use gestell_base_error, only: error_type, invalid_input
   use gestell_base_kinds, only: dp
   use gestell_math_optimum_minimax, only: branches_type, minimax_problem
-  use gestell_study_design_evaluation, only: add_condition, add_top, design_options, goal_branches_type, no_branches, &
+  use gestell_study_design_evaluation, only: add_condition, add_maximum, design_options, goal_branches_type, no_branches, &
     & range_type, top_type
-  use gestell_study_design_goal, only: goal_type, of_torque
+  use gestell_study_design_goal, only: goal_type, torque_goal
   use gestell_study_design_moments, only: moments_type
-  use gestell_study_design_motion, only: motion_type, solve_motion, solve_slopes, usual_phases
+  use gestell_study_design_motion, only: motion_type, solve_motion, solve_slopes, default_phase_count
   use gestell_study_design_perturbed_members, only: condition_type, find_members, members_type, remember, step_type
   use gestell_system_family, only: family_type
   use gestell_study_measure, only: rms_measure
   implicit none (type, external)
   private
 
-  public :: design_options, evaluate_goals, goal_branches_type, is_squared, take_inverse
+  public :: design_options, evaluate_goals, goal_branches_type, is_squared, decide_inversion
 
   !> A step is refused if its objective exceeds the smallest so far by this factor. Larger values need not be exact.
   real(dp), parameter :: refused = 1.5_dp
@@ -67,7 +67,7 @@ contains
     worst = -huge(worst)
     n = size(self%options%objectives)
     goals = self%options%goals()
-    if (is_last()) then
+    if (was_last_evaluated()) then
       own = self%last
     else
       if (self%inverted .and. self%constraints == 0 .and. self%least < huge(self%least)) self%options%range%enough &
@@ -120,16 +120,16 @@ contains
   contains
 
     !> True if the machine is the last one that was evaluated.
-    pure logical function is_last()
-      is_last = allocated(self%last_x)
-      if (is_last) is_last = all(abs(self%last_x - parameters) <= 0)
-    end function is_last
+    pure logical function was_last_evaluated()
+      was_last_evaluated = allocated(self%last_x)
+      if (was_last_evaluated) was_last_evaluated = all(abs(self%last_x - parameters) <= 0)
+    end function was_last_evaluated
 
   end subroutine evaluate
 
   !> Decides whether the inverse of the objective is minimised. This is done over a range, if the objective is a maximum of
   !> vibrations.
-  pure subroutine take_inverse(problem)
+  pure subroutine decide_inversion(problem)
     type(design_problem), intent(inout) :: problem
 
     associate (goals => problem%options%objectives)
@@ -142,7 +142,7 @@ contains
       end if
       if (problem%inverted) problem%squared = .false.
     end associate
-  end subroutine take_inverse
+  end subroutine decide_inversion
 
   !> True if the objective is a single rms without a limit.
   pure logical function is_squared(options)
@@ -176,7 +176,7 @@ contains
     call find_members(family, x, members, at%known, error, steps)
     if (allocated(error) .or. .not. at%known) return
     members%setting = options%setting_type
-    call remember(members, usual_phases(), any(goals%about == of_torque))
+    call remember(members, default_phase_count(), any(goals%about == torque_goal))
     if (allocated(options%range)) then
       call evaluate_range(members, options%range, goals, gradients, at, error)
     else
@@ -210,7 +210,7 @@ contains
       at = values
       return
     end if
-    counts = near_the_greatest(goals, values, size(motions))
+    counts = near_worst(goals, values, size(motions))
     do c = 1, size(motions)
       if (.not. counts(c)) cycle
       call solve_slopes(members, motions(c), error)
@@ -243,14 +243,14 @@ contains
     do k = 1, size(tops)
       call solve_motion(members, tops(k)%condition, any(goals%needs_motion()), motion, error, tops(k)%motion)
       if (.not. allocated(error)) call solve_slopes(members, motion, error)
-      if (.not. allocated(error)) call add_top(members, motion, goals(tops(k)%goal), tops(k), k, at, error)
+      if (.not. allocated(error)) call add_maximum(members, motion, goals(tops(k)%goal), tops(k), k, at, error)
       if (allocated(error)) return
     end do
   end subroutine evaluate_range
 
   !> True for the conditions at which a goal is near its worst value. At the other conditions a goal cannot become worst within a
   !> step for which the model of the problem is valid; if it does, the step is shortened.
-  pure function near_the_greatest(goals, values, conditions) result(counts)
+  pure function near_worst(goals, values, conditions) result(counts)
     type(goal_type), intent(in) :: goals(:)
     type(goal_branches_type), intent(in) :: values
     integer, intent(in) :: conditions
@@ -268,6 +268,6 @@ contains
     do i = 1, size(excess)
       if (excess(i) >= worst(values%group(i))) counts(values%condition(i)) = .true.
     end do
-  end function near_the_greatest
+  end function near_worst
 
 end module gestell_study_design_problem

@@ -10,8 +10,9 @@ module gestell_study_design_reported_goals
   use gestell_model_quantity_rows, only: accelerations, motion_rows => rows_of
   use gestell_model_quantity_driving, only: drive_power, power_rows, torque
   use gestell_study_design_branches, only: measure_branches
-  use gestell_study_design_goal, only: components, goal_type, of_machine, of_motion, of_multipliers, of_shaking, of_torque, &
-    & plain_values, shaking_error, take_samples
+  use gestell_study_design_goal, only: components, goal_type, machine_goal, motion_goal, multiplier_goal, shaking_goal, &
+    & torque_goal, &
+    & plain_values, shaking_error, sample_goals
   use gestell_study_design_perturbed_members, only: at_condition
   use gestell_study_design_problem, only: design_options
   use gestell_study_design_separation, only: find_branches, separation_type
@@ -92,7 +93,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: roundings = 16
     type(separation_type) :: branches
-    real(dp), allocatable :: samples(:, :, :), slopes(:, :, :), q(:, :, :), found(:), unused(:, :)
+    real(dp), allocatable :: samples(:, :, :), slopes(:, :, :), q(:, :, :), computed(:), unused(:, :)
     integer :: g, k, n
 
     n = 64 * ceiling(max(128, min(4 * run%least_steps, 8192)) / 64.0_dp)
@@ -100,18 +101,18 @@ contains
     allocate(q(n, run%dofs(), 3), source=0.0_dp)
     do g = 1, size(goals)
       select case (goals(g)%about)
-      case (of_machine)
-        if (goals(g)%is_least()) call find_branches(run, goals(g)%speeds, branches, error)
+      case (machine_goal)
+        if (goals(g)%is_minimum()) call find_branches(run, goals(g)%speeds, branches, error)
         if (allocated(error)) return
-        call plain_values(goals(g), run, branches, found)
-        values(g) = maxval(found)
-        if (goals(g)%is_least()) values(g) = max(minval(found), 0.0_dp)
-        errors(g) = roundings * epsilon(1.0_dp) * maxval(abs(found + goals(g)%offset))
-      case (of_shaking)
-        call take_samples(goals(g:g), run, options%probes, [(real(k, dp) / n, k = 0, n - 1)], q, samples, error)
+        call plain_values(goals(g), run, branches, computed)
+        values(g) = maxval(computed)
+        if (goals(g)%is_minimum()) values(g) = max(minval(computed), 0.0_dp)
+        errors(g) = roundings * epsilon(1.0_dp) * maxval(abs(computed + goals(g)%offset))
+      case (shaking_goal)
+        call sample_goals(goals(g:g), run, options%probes, [(real(k, dp) / n, k = 0, n - 1)], q, samples, error)
         if (allocated(error)) return
-        call measure_branches(goals(g)%measure%kind, goals(g)%measure%band, run%period, samples(:, :, 1), slopes, found, unused)
-        values(g) = maxval(found)
+        call measure_branches(goals(g)%measure%kind, goals(g)%measure%band, run%period, samples(:, :, 1), slopes, computed, unused)
+        values(g) = maxval(computed)
         errors(g) = shaking_error(run, goals(g)%measure%quantity)
       case default
         cycle
@@ -131,7 +132,7 @@ contains
     type(floquet_type) :: floquet
     type(multipliers_type) :: multipliers
     type(vibration_type) :: vibration
-    real(dp), allocatable :: found(:, :)
+    real(dp), allocatable :: computed(:, :)
     integer, allocatable :: moving(:)
     integer :: g
 
@@ -141,26 +142,26 @@ contains
     if (allocated(error)) return
     verdict = multipliers%judge()
     do g = 1, size(goals)
-      if (goals(g)%about /= of_multipliers) cycle
+      if (goals(g)%about /= multiplier_goal) cycle
       values(g) = abs(multipliers%rho(1))
       errors(g) = multipliers%error(1)
     end do
-    moving = pack([(g, g = 1, size(goals))], goals%about == of_motion)
-    if (size(moving) == 0 .and. all(goals%about /= of_torque)) return
-    allocate(found(2, size(moving)))
-    call solve_measures(frame, floquet, options%probes, (goals(moving)%measure), vibration, found, error, accelerations)
+    moving = pack([(g, g = 1, size(goals))], goals%about == motion_goal)
+    if (size(moving) == 0 .and. all(goals%about /= torque_goal)) return
+    allocate(computed(2, size(moving)))
+    call solve_measures(frame, floquet, options%probes, (goals(moving)%measure), vibration, computed, error, accelerations)
     if (allocated(error)) return
-    values(moving) = found(1, :)
-    errors(moving) = found(2, :)
+    values(moving) = computed(1, :)
+    errors(moving) = computed(2, :)
     do g = 1, size(goals)
-      if (goals(g)%about /= of_torque) cycle
-      call take_torque(goals(g), frame, vibration, values(g), errors(g), error)
+      if (goals(g)%about /= torque_goal) cycle
+      call measure_torque(goals(g), frame, vibration, values(g), errors(g), error)
       if (allocated(error)) return
     end do
   end subroutine report_with_motion
 
   !> Computes a measure of the drive's torque and a bound on its error.
-  subroutine take_torque(goal, frame, vibration, value, bound, error)
+  subroutine measure_torque(goal, frame, vibration, value, bound, error)
     type(goal_type), intent(in) :: goal
     class(frame_type), intent(in) :: frame
     type(vibration_type), intent(in) :: vibration
@@ -186,6 +187,6 @@ contains
     ! refers to the shaft of the drive, which turns `turns` times in the period
     value = maxval(values) / frame%mechanism%turns
     bound = bound / frame%mechanism%turns
-  end subroutine take_torque
+  end subroutine measure_torque
 
 end module gestell_study_design_reported_goals

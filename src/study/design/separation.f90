@@ -14,7 +14,7 @@ module gestell_study_design_separation
   implicit none (type, external)
   private
 
-  public :: find_branches, take_distances
+  public :: find_branches, compute_distances
 
   !> Branches of the separation, the distance of natural frequencies from orders. Each branch is a direction in which the machine
   !> vibrates, and a harmonic of the period.
@@ -98,7 +98,7 @@ contains
   !> Computes the distance of each branch from its order (per cent) at the nearer end of the range, with frequency f, harmonic k and
   !> speed n: 100 (f / (k n) - 1) above and 100 (1 - f / (k n)) below the order. A distance is negative if the order meets the
   !> frequency within the range.
-  subroutine take_distances(frame, speeds, branches, distances)
+  subroutine compute_distances(frame, speeds, branches, distances)
     !> The machine for which distances are computed
     class(frame_type), intent(in) :: frame
     !> Speeds at the ends of the range, as in `find_branches`
@@ -125,7 +125,7 @@ contains
         distances(b) = 100 * side * (frequency / (branches%harmonic(b) * ends(end_of(side))) - 1)
       end associate
     end do
-  end subroutine take_distances
+  end subroutine compute_distances
 
   !> Computes the undamped frequencies, ascending, and the modes u exp(i w t), with the gyroscopic moments `g`. For modes that do
   !> not oscillate `g` is omitted. Fails if the mass matrix is not positive definite.

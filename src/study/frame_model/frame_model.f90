@@ -43,7 +43,7 @@ module gestell_study_frame_model
   !> If the first relative step of Newton's method is larger, the vibration is far from the linear one and may be one of several.
   real(dp), parameter :: notably_nonlinear = 0.02_dp
   !> A motion given as a start is rejected if a step of Newton's method from it reaches this fraction of the motion.
-  real(dp), parameter :: beside = 0.3_dp
+  real(dp), parameter :: near_step = 0.3_dp
 
 contains
 
@@ -77,9 +77,9 @@ contains
       ! Forces that cancel to their rounding error move the frame so little that all models agree.
       varied%newton = model == "exact" .and. frame%load_rounding < 0.5_dp
       if (varied%newton .and. present(near)) then
-        call varied%move_to(near)
+        call varied%linearise_about(near)
         call iterate(frame, accuracy, .false., varied, steps, error)
-        if (.not. allocated(error) .and. maxval([0.0_dp, steps]) < beside) then
+        if (.not. allocated(error) .and. maxval([0.0_dp, steps]) < near_step) then
           call move_alloc(varied, settled)
           return
         end if
@@ -151,11 +151,11 @@ contains
       if (allocated(error)) return
     else
       stays = .not. steps(1) > notably_nonlinear
-      if (.not. stays) stays = .not. between_turns(found)
+      if (.not. stays) stays = .not. between_turning_points(found)
       if (.not. stays) then
         other = varied
         call follow_speed(frame, accuracy, other, other_steps, none)
-        if (.not. allocated(none)) followed = .not. between_turns(other)
+        if (.not. allocated(none)) followed = .not. between_turning_points(other)
       end if
       if (followed) then
         allocate(between(1))
@@ -172,7 +172,7 @@ contains
   end subroutine find_vibration
 
   !> True if a real multiplier is greater than 1: then the vibration lies between two turning points.
-  logical function between_turns(varied)
+  logical function between_turning_points(varied)
     type(varied_frame_type), intent(in) :: varied
     type(floquet_type) :: floquet
     type(multipliers_type) :: multipliers
@@ -180,9 +180,9 @@ contains
 
     call solve_floquet(varied, accuracy_type(tolerance=rough), .false., floquet, error)
     if (.not. allocated(error)) call solve_multipliers(floquet, .false., multipliers, error)
-    between_turns = .false.
-    if (.not. allocated(error)) between_turns = any(real(multipliers%rho) > 1 + multipliers%error .and. &
+    between_turning_points = .false.
+    if (.not. allocated(error)) between_turning_points = any(real(multipliers%rho) > 1 + multipliers%error .and. &
       & .not. abs(aimag(multipliers%rho)) > 0)
-  end function between_turns
+  end function between_turning_points
 
 end module gestell_study_frame_model

@@ -11,9 +11,9 @@ module gestell_study_frame_model_gmres
     private
     !> Number of products so far
     integer :: products = 0
-    !> `vectors`: orthonormal vectors V. `r`: R of A V = (V Q) R. `cosine`, `sine`: the rotations that form Q. `left`: the residual
-    !> of b in the basis V Q
-    real(dp), allocatable :: vectors(:, :), r(:, :), cosine(:), sine(:), left(:)
+    !> `vectors`: orthonormal vectors V. `r`: R of A V = (V Q) R. `cosine`, `sine`: the rotations that form Q. `residual_norms`: the
+    !> residual of b in the basis V Q
+    real(dp), allocatable :: vectors(:, :), r(:, :), cosine(:), sine(:), residual_norms(:)
   contains
     procedure :: begin
     procedure :: last
@@ -36,9 +36,10 @@ contains
     real(dp) :: length
 
     self%products = 0
-    allocate(self%vectors(size(b), most + 1), self%r(most + 1, most), self%cosine(most), self%sine(most), self%left(most + 1))
+    allocate(self%vectors(size(b), most + 1), self%r(most + 1, most), self%cosine(most), self%sine(most), self%residual_norms(most &
+      & + 1))
     length = norm2(b)
-    self%left(1) = length
+    self%residual_norms(1) = length
     self%vectors(:, 1) = b / max(length, tiny(length))
   end subroutine begin
 
@@ -77,8 +78,8 @@ contains
       self%sine(m) = column(m + 1) / max(rotated, tiny(rotated))
       column(m) = rotated
     end associate
-    self%left(m + 1) = -self%sine(m) * self%left(m)
-    self%left(m) = self%cosine(m) * self%left(m)
+    self%residual_norms(m + 1) = -self%sine(m) * self%residual_norms(m)
+    self%residual_norms(m) = self%cosine(m) * self%residual_norms(m)
   end subroutine extend
 
   !> The combination x of the vectors so far that minimises |b - A x|.
@@ -88,7 +89,7 @@ contains
     real(dp) :: y(self%products)
     integer :: i
 
-    y = coefficients(self, self%left(:self%products))
+    y = coefficients(self, self%residual_norms(:self%products))
     x = 0
     do i = 1, self%products
       x = x + y(i) * self%vectors(:, i)
@@ -100,9 +101,9 @@ contains
     class(gmres_type), intent(in) :: self
     real(dp) :: size_of_solution
 
-    residual = abs(self%left(self%products + 1))
+    residual = abs(self%residual_norms(self%products + 1))
     if (.not. residual > 0) return
-    size_of_solution = norm2(coefficients(self, self%left(:self%products)))
+    size_of_solution = norm2(coefficients(self, self%residual_norms(:self%products)))
     if (residual < none * min(1.0_dp, size_of_solution)) then
       residual = residual / size_of_solution
     else

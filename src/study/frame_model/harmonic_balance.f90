@@ -43,14 +43,14 @@ module gestell_study_frame_model_harmonic_balance
   end type coefficients_type
 
   !> Maximum number of iterations.
-  integer, parameter :: most_iterations = 16
+  integer, parameter :: max_iterations = 16
   !> Safety factor on the residual, for the ratio of peak to rms error and for parts of the error that the iterations have not
   !> reached.
   real(dp), parameter :: reserve = 10
   !> Minimum number of phases, as a multiple of the system's `least_steps`.
   integer, parameter :: phases_in_step = 4
   !> Largest phase advance of the free vibrations (rad) for which harmonic balance is tried.
-  real(dp), parameter :: most_turns = 700
+  real(dp), parameter :: max_turns = 700
 
 contains
 
@@ -81,7 +81,7 @@ contains
       call survey_system(system, motion%survey, error)
       if (allocated(error)) return
     end if
-    if (motion%survey%fastest > most_turns) return
+    if (motion%survey%fastest > max_turns) return
     call sample(system, phases, motion%survey%scale, at, h)
     if (motion%means%half /= phases / 2) then
       call solve_means(at%m, at%b, at%c, 2 * pi / system%period, motion%survey, motion%means, fits)
@@ -89,8 +89,8 @@ contains
     end if
     associate (means => motion%means)
       x = means%weighted(means%waves%harmonics(h))
-      call krylov%begin(reshape(x, [size(x)]), most_iterations)
-      do i = 0, most_iterations
+      call krylov%begin(reshape(x, [size(x)]), max_iterations)
+      do i = 0, max_iterations
         fits = reserve * krylov%residual() <= of_motion
         if (fits) then
           x = reshape(krylov%solution(), shape(x))
@@ -99,7 +99,7 @@ contains
           size_of_motion = max(sqrt(sum(x(1, :)**2) + sum(x(2:, :)**2) / 2), tiny(size_of_motion))
           fits = motion%truncation <= of_motion * size_of_motion
         end if
-        if (fits .or. i == most_iterations) exit
+        if (fits .or. i == max_iterations) exit
         x = applied(means, at, reshape(krylov%last(), shape(x)))
         call krylov%extend(reshape(x, [size(x)]))
       end do

@@ -27,7 +27,7 @@ contains
     type(multipliers_type), allocatable, intent(out) :: better
     class(frame_type), allocatable :: varied
     type(floquet_type) :: floquet
-    type(multipliers_type) :: found
+    type(multipliers_type) :: exact_multipliers
     type(error_type), allocatable :: error
     character(len=*), parameter :: models(2) = [character(len=11) :: "exact", "first_order"]
     integer :: i
@@ -36,11 +36,11 @@ contains
     do i = 1, size(models)
       call settle(frame, trim(models(i)), accuracy, varied, error)
       if (.not. allocated(error)) call solve_floquet(varied, accuracy, .false., floquet, error)
-      if (.not. allocated(error)) call solve_multipliers(floquet, .false., found, error)
+      if (.not. allocated(error)) call solve_multipliers(floquet, .false., exact_multipliers, error)
       if (allocated(error)) cycle
-      if (found%unknown() .or. found%error(1) >= 1 .or. found%verdict() == "undecided") cycle
-      if (found%verdict() /= multipliers%verdict() .or. abs(found%log_abs(1) - multipliers%log_abs(1)) &
-        & > negligible * abs(multipliers%log_abs(1)) + found%error(1) + multipliers%error(1)) better = found
+      if (exact_multipliers%unknown() .or. exact_multipliers%error(1) >= 1 .or. exact_multipliers%verdict() == "undecided") cycle
+      if (exact_multipliers%verdict() /= multipliers%verdict() .or. abs(exact_multipliers%log_abs(1) - multipliers%log_abs(1)) &
+        & > negligible * abs(multipliers%log_abs(1)) + exact_multipliers%error(1) + multipliers%error(1)) better = exact_multipliers
       return
     end do
   end subroutine check_model

@@ -17,15 +17,15 @@ module gestell_study_frame_model_newton
   implicit none (type, external)
   private
 
-  public :: iterate, loosened, next_motion, too_rough, values_of
+  public :: iterate, with_min_tolerance, next_motion, too_rough, values_of
 
   !> Tolerance for a vibration that only serves as a start.
   real(dp), parameter, public :: rough = 1.0e-6_dp
   !> Maximum number of steps of Newton's method.
-  integer, parameter :: most_steps = 12
-  !> `greatest_step`: a step above this fraction of the motion shows that the start was bad. `all_error`: a motion with a larger
+  integer, parameter :: max_steps = 12
+  !> `max_step`: a step above this fraction of the motion shows that the start was bad. `all_error`: a motion with a larger
   !> relative error is useless.
-  real(dp), parameter :: greatest_step = 0.5_dp, all_error = 0.5_dp
+  real(dp), parameter :: max_step = 0.5_dp, all_error = 0.5_dp
   !> The method has converged if the expected further steps are below this fraction of the tolerance.
   real(dp), parameter :: part_left = 0.1_dp
   !> Relative errors allowed for fast solvers. `of_step`: for the start and for a step. `of_last_step`: for a step that only
@@ -34,14 +34,14 @@ module gestell_study_frame_model_newton
   !> Initial number of samples of a motion.
   integer, parameter, public :: first_samples = 64
   !> Minimum and maximum number of samples of a motion.
-  integer, parameter :: fewest_samples = 48, most_samples = 2**12
+  integer, parameter :: min_samples = 48, max_samples = 2**12
   !> Maximum number of samples of an intermediate motion, unless the step is small. Motions that need more samples usually lead away
   !> from the vibration.
-  integer, parameter :: most_passed = 512
+  integer, parameter :: max_passed = 512
   !> A step below this fraction of the motion is small.
   real(dp), parameter :: small_step = 0.1_dp
   !> If more phases are needed, integration is faster than harmonic balance.
-  integer, parameter :: most_balanced = 128
+  integer, parameter :: max_balanced = 128
   !> Sizes of harmonics relative to the motion. `resolved`: the highest orders of a resolved motion are smaller. `noise`: smaller
   !> harmonics are rounding errors and are dropped.
   real(dp), parameter :: resolved = 1.0e-12_dp, noise = 1.0e-14_dp
@@ -66,7 +66,7 @@ module gestell_study_frame_model_newton
     !> Relative error allowed for fast solvers
     real(dp) :: of_step = of_step
     !> True for an intermediate motion of Newton's method, which may stay unresolved at its maximum number of samples
-    logical :: passed = .false.
+    logical :: intermediate = .false.
     !> True if only fast solvers may be used, because a full solution is not worth its cost
     logical :: only_quickly = .false.
   end type next_type
@@ -101,10 +101,10 @@ contains
     before = 1
     ! A linear system has its motion at once.
     if (linear) next%of_step = part_left * accuracy%tolerance
-    do k = first, most_steps
+    do k = first, max_steps
       samples = 2 * ubound(varied%motion%cosine, 1) + 2
       order = accuracy
-      if (k == 0 .and. .not. linear) order = loosened(accuracy, rough)
+      if (k == 0 .and. .not. linear) order = with_min_tolerance(accuracy, rough)
       if (k == 0) then
         call next_motion(frame, frame, order, samples, next, error)
       else if (linear) then
@@ -114,8 +114,8 @@ contains
         lack = varied
         lack%lacking = .true.
         ! As long as the steps are large the motion is not a vibration, and its failures say nothing about the machine.
-        astray = .not. before < greatest_step
-        next%passed = astray
+        astray = .not. before < max_step
+        next%intermediate = astray
         next%only_quickly = astray .and. k > 1 .and. next%quickly
         call next_motion(frame, varied, order, samples, next, error, varied%motion, lack)
         if (astray .and. allocated(error)) exit
@@ -133,7 +133,7 @@ contains
       units(frame%free) = next%scale(:size(frame%free))
       call next%series%trim(units, max(noise, next%error / 100, part_left * accuracy%tolerance / 100, missed * step / 100) &
         & * next%size)
-      call varied%move_to(next%series)
+      call varied%linearise_about(next%series)
       ! Estimates the steps still to come: steps shrink at least like the last two, those of a linear system by the truncation error
       ! of the fast solver. If the motion is all error, further steps do not help.
       left = step
@@ -144,7 +144,7 @@ contains
         call add_rounding(frame, next%scale, next%error + 2 * merge(left, 0.0_dp, left < 1), varied)
         return
       end if
-      if (.not. step < greatest_step .and. k > 2) exit
+      if (.not. step < max_step .and. k > 2) exit
       before = step
     end do
     if (present(quickly)) quickly = next%quickly
@@ -172,21 +172,21 @@ contains
     type(floquet_type), intent(out), optional :: floquet
     type(floquet_type) :: solved
     real(dp), allocatable :: change(:, :)
-    real(dp) :: unseen
+    real(dp) :: unresolved
     real(dp), allocatable :: beyond(:)
     integer :: n
     logical :: balances
 
     ! Fewer samples would alias high orders to low ones: a coefficient of order k makes least_steps about 2 pi k.
-    n = max(fewest_samples, min(frame%least_steps / 2, most_samples / 2))
+    n = max(min_samples, min(frame%least_steps / 2, max_samples / 2))
     balances = .not. (present(floquet) .or. next%quick%keeps)
     do
       ! Multiples of 16 transform fast and suit harmonic balance.
       n = 16 * ((max(n, samples) + 15) / 16)
-      next%quickly = balances .and. n <= most_balanced
+      next%quickly = balances .and. n <= max_balanced
       if (next%quickly) then
         call balance(frame, system, n, next, change, next%quickly, from, lack)
-        if (.not. next%quickly .and. next%balance%left_out > next%of_step / 2 .and. 2 * n <= most_balanced) then
+        if (.not. next%quickly .and. next%balance%left_out > next%of_step / 2 .and. 2 * n <= max_balanced) then
           n = 2 * n
           cycle
         end if
@@ -207,29 +207,29 @@ contains
       next%size = size_of(frame, next%scale, next%q)
       next%step = size_of(frame, next%scale, change) / max(next%size, tiny(next%size))
       beyond = next%series%beyond()
-      unseen = maxval(beyond(frame%free) / next%scale(:size(frame%free))) / max(next%size, tiny(unseen))
-      if (unseen <= max(resolved, accuracy%tolerance / 100, next%error / 100, &
-        & merge(next%of_step / 100, 0.0_dp, next%quickly .and. .not. present(lack))) .or. 2 * n > most_samples &
-        & .or. next%error >= all_error .or. (next%passed .and. n > most_samples_passed(frame))) exit
+      unresolved = maxval(beyond(frame%free) / next%scale(:size(frame%free))) / max(next%size, tiny(unresolved))
+      if (unresolved <= max(resolved, accuracy%tolerance / 100, next%error / 100, &
+        & merge(next%of_step / 100, 0.0_dp, next%quickly .and. .not. present(lack))) .or. 2 * n > max_samples &
+        & .or. next%error >= all_error .or. (next%intermediate .and. n > max_intermediate_samples(frame))) exit
       n = merge(first_samples, 2 * n, n < first_samples)
     end do
-    next%error = max(next%error, unseen)
+    next%error = max(next%error, unresolved)
     if (present(floquet)) floquet = solved
   end subroutine next_motion
 
   !> Maximum number of samples of an intermediate motion. It is larger if the coefficients alone need many samples.
-  pure integer function most_samples_passed(frame)
+  pure integer function max_intermediate_samples(frame)
     class(frame_type), intent(in) :: frame
 
-    most_samples_passed = max(most_passed, min(2 * frame%least_steps, most_samples))
-  end function most_samples_passed
+    max_intermediate_samples = max(max_passed, min(2 * frame%least_steps, max_samples))
+  end function max_intermediate_samples
 
   !> True if an intermediate motion has more than its maximum number of samples and is still not accurate.
   pure logical function too_rough(frame, next)
     class(frame_type), intent(in) :: frame
     type(next_type), intent(in) :: next
 
-    too_rough = size(next%q, 1) > most_samples_passed(frame) .and. .not. next%error <= rough
+    too_rough = size(next%q, 1) > max_intermediate_samples(frame) .and. .not. next%error <= rough
   end function too_rough
 
   !> Computes the motion by harmonic balance, and its `change` against the motion `from`. Arguments as in `next_motion`; `n`: number
@@ -353,13 +353,13 @@ contains
   end subroutine add_rounding
 
   !> Copy of `accuracy` with a tolerance of at least `tolerance`.
-  pure type(accuracy_type) function loosened(accuracy, tolerance)
+  pure type(accuracy_type) function with_min_tolerance(accuracy, tolerance)
     type(accuracy_type), intent(in) :: accuracy
     real(dp), intent(in) :: tolerance
 
-    loosened = accuracy
-    loosened%tolerance = max(accuracy%tolerance, tolerance)
-  end function loosened
+    with_min_tolerance = accuracy
+    with_min_tolerance%tolerance = max(accuracy%tolerance, tolerance)
+  end function with_min_tolerance
 
   !> Values of a motion at equidistant phases, shape (samples, dofs).
   function values_of(motion, samples) result(q)

@@ -18,7 +18,7 @@ module gestell_study_frame_model_path
   use gestell_model_frame, only: frame_type
   use gestell_model_exact_varied_frame, only: varied_frame_type
   use gestell_model_space, only: is_rotation
-  use gestell_study_frame_model_newton, only: loosened, next_motion, next_type, too_rough, values_of
+  use gestell_study_frame_model_newton, only: with_min_tolerance, next_motion, next_type, too_rough, values_of
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none (type, external)
   private
@@ -79,14 +79,14 @@ module gestell_study_frame_model_path
   end type point_type
 
   !> Initial, minimum and maximum arc length of a step along the path.
-  real(dp), parameter, public :: first_arc = 0.2_dp, least_arc = 1.0e-4_dp, greatest_arc = 0.5_dp
+  real(dp), parameter, public :: first_arc = 0.2_dp, min_arc = 1.0e-4_dp, max_arc = 0.5_dp
   !> A rotation of the frame beyond this angle (rad) ends a path.
   real(dp), parameter, public :: furthest_turn = 3
-  !> `greatest_change`: maximum relative correction of a motion. `least_cosine`: minimum cosine of the angle between consecutive
+  !> `largest_change`: maximum relative correction of a motion. `min_cosine`: minimum cosine of the angle between consecutive
   !> tangents.
-  real(dp), parameter :: greatest_change = 0.3_dp, least_cosine = 0.8_dp
+  real(dp), parameter :: largest_change = 0.3_dp, min_cosine = 0.8_dp
   !> Maximum number of corrections of a predicted point.
-  integer, parameter :: most_corrections = 6
+  integer, parameter :: max_corrections = 6
   !> Relative error allowed for an iterate that a fast solver computes.
   real(dp), parameter :: of_iterate = 1.0e-6_dp
   !> Cost of a full solution, in fast solutions.
@@ -162,7 +162,7 @@ contains
     lambda = at%lambda + arc * at%rise
     next%lambda = lambda
     last = huge(last)
-    do j = 1, most_corrections
+    do j = 1, max_corrections
       call linearise(family, next%q, next%lambda, q_a, q_b, error)
       if (allocated(error)) return
       associate (n => size(q_a, 1))
@@ -173,7 +173,7 @@ contains
       next%lambda = (at%rise * lambda - inner(along, q_a - predicted) / scale**2) / (at%rise + inner(along, q_b) / scale**2)
       q = q_a + next%lambda * q_b
       change = size_of(q - next%q) / max(size_of(q), tiny(change))
-      if (.not. (ieee_is_finite(change) .and. change < min(greatest_change, last))) exit
+      if (.not. (ieee_is_finite(change) .and. change < min(largest_change, last))) exit
       next%q = q
       last = change
       if (change < family%close) then
@@ -184,7 +184,7 @@ contains
         cosine = inner(along, next%along) / scale**2 + at%rise * next%rise
         next%along = sign(1.0_dp, cosine) * next%along
         next%rise = sign(1.0_dp, cosine) * next%rise
-        if (abs(cosine) < least_cosine) exit
+        if (abs(cosine) < min_cosine) exit
         call set_length(next, size_of(next%q))
         easy = j <= 2
         return
@@ -276,23 +276,23 @@ contains
     type(iterate_type), intent(out) :: next
     type(error_type), allocatable, intent(out) :: error
     type(varied_frame_type) :: about
-    type(next_type) :: found
+    type(next_type) :: solved
     type(floquet_type) :: floquet
 
     call family%member(lambda, about, error)
     if (allocated(error)) return
-    call about%move_to(motion_of(family, q))
-    found%of_step = of_iterate
-    found%passed = .true.
+    call about%linearise_about(motion_of(family, q))
+    solved%of_step = of_iterate
+    solved%intermediate = .true.
     if (family%multipliers) then
-      call next_motion(about, about, loosened(family%accuracy, family%precise), samples, found, error, floquet=floquet)
+      call next_motion(about, about, with_min_tolerance(family%accuracy, family%precise), samples, solved, error, floquet=floquet)
     else
-      call next_motion(about, about, loosened(family%accuracy, family%precise), samples, found, error)
+      call next_motion(about, about, with_min_tolerance(family%accuracy, family%precise), samples, solved, error)
     end if
-    next%quickly = found%quickly
+    next%quickly = solved%quickly
     if (allocated(error)) return
-    next%q = found%q / spread(family%units, 1, size(found%q, 1))
-    if (too_rough(about, found)) call fatal_error(error, "the motion on the path has too many harmonics", failed_computation)
+    next%q = solved%q / spread(family%units, 1, size(solved%q, 1))
+    if (too_rough(about, solved)) call fatal_error(error, "the motion on the path has too many harmonics", failed_computation)
     if (family%multipliers) next%angles = angles_of(floquet)
   end subroutine next_iterate
 

@@ -18,7 +18,7 @@ module gestell_study_frame_model_settled_family
     type(accuracy_type) :: accuracy
   contains
     procedure :: member
-    procedure :: bare_member
+    procedure :: inner_member
   end type settled_family_type
 
 contains
@@ -30,18 +30,18 @@ contains
     class(periodic_system), allocatable, intent(out) :: system
     type(error_type), allocatable, intent(out) :: error
 
-    call self%bare_member(parameters, system, error)
+    call self%inner_member(parameters, system, error)
     if (.not. allocated(error)) call settle_member(system, trim(self%model), self%accuracy, error)
   end subroutine member
 
   !> Returns the member of the inner family, without the model. Fails as the inner family does.
-  subroutine bare_member(self, parameters, system, error)
+  subroutine inner_member(self, parameters, system, error)
     class(settled_family_type), intent(in) :: self
     real(dp), intent(in) :: parameters(:)
     class(periodic_system), allocatable, intent(out) :: system
     type(error_type), allocatable, intent(out) :: error
 
     call self%inner%member(parameters, system, error)
-  end subroutine bare_member
+  end subroutine inner_member
 
 end module gestell_study_frame_model_settled_family

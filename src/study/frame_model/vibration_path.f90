@@ -14,8 +14,8 @@ module gestell_study_frame_model_vibration_path
   use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_model_frame, only: frame_type
   use gestell_model_exact_varied_frame, only: varied_frame_type
-  use gestell_study_frame_model_newton, only: first_samples, iterate, loosened, rough, values_of
-  use gestell_study_frame_model_path, only: advance, first_arc, first_point, furthest_turn, greatest_arc, least_arc, middle_of, &
+  use gestell_study_frame_model_newton, only: first_samples, iterate, with_min_tolerance, rough, values_of
+  use gestell_study_frame_model_path, only: advance, first_arc, first_point, furthest_turn, max_arc, min_arc, middle_of, &
     & motion_of, path_family_type, point_type, size_of, slow, units_of
   implicit none (type, external)
   private
@@ -37,7 +37,7 @@ module gestell_study_frame_model_vibration_path
   end type machine_path_type
 
   !> Maximum number of points of a path.
-  integer, parameter :: most_points = 100
+  integer, parameter :: max_points = 100
   !> The path ends if the motion falls below this fraction of the largest motion on it: the path has returned to rest.
   real(dp), parameter :: back_at_rest = 1.0e-4_dp
   !> Speeds from which a path may start, relative to the requested speed. Slower speeds come first, because a machine usually runs
@@ -48,13 +48,13 @@ module gestell_study_frame_model_vibration_path
   !> frequency of the stiffest direction. It falls as exp(-fall lambda), so weakly damped resonances are approached slowly.
   real(dp), parameter :: of_speed = 2, of_frequency = 1, fall = 12
   !> Maximum number of linear systems that are solved on a path over damping.
-  integer, parameter :: most_systems = 500
+  integer, parameter :: max_systems = 500
   !> Value of `furthest_back` on a path over damping. A path that returns to more damping than at its start leads to another
   !> equilibrium of the frame.
   real(dp), parameter :: back_at_start = -0.1_dp
 
-  character(len=*), parameter :: unfound = "no periodic vibration of the exact frame was found, starting from the linear " &
-    & // "vibration, from rest, from other speeds and from more damping"
+  character(len=*), parameter :: no_vibration_found = "no periodic vibration of the exact frame was found, starting " &
+    & // "from the linear vibration, from rest, from other speeds and from more damping"
 
 contains
 
@@ -99,10 +99,10 @@ contains
       other = frame
       other%speed = start%speed
       other%period = start%period
-      call iterate(other, loosened(accuracy, rough), .false., start, steps, error, quickly)
+      call iterate(other, with_min_tolerance(accuracy, rough), .false., start, steps, error, quickly)
       if (.not. quickly) family%left = family%left - slow * size(steps)
       if (allocated(error)) then
-        error%message = unfound
+        error%message = no_vibration_found
         if (family%left < 0) return
         cycle
       end if
@@ -126,18 +126,18 @@ contains
     integer :: i
 
     family = machine_path(varied, accuracy, frame%speed * [1, 1])
-    family%left = most_systems
+    family%left = max_systems
     family%furthest_back = back_at_start
     allocate(stiffness, source=frame%ground_stiffness())
-    associate (squares => [(stiffness(i, i) * family%units(i)**2 / whole_mass(frame), i = 1, frame%dofs())])
+    associate (squares => [(stiffness(i, i) * family%units(i)**2 / total_mass(frame), i = 1, frame%dofs())])
       family%drag = max(of_speed * abs(frame%drive_speed()), of_frequency * sqrt(maxval([0.0_dp, squares])))
     end associate
     other = frame
     call add_drag(other, family%units, family%drag)
     call family%member(0.0_dp, start, error)
-    if (.not. allocated(error)) call iterate(other, loosened(accuracy, rough), .false., start, steps, error)
+    if (.not. allocated(error)) call iterate(other, with_min_tolerance(accuracy, rough), .false., start, steps, error)
     if (allocated(error)) then
-      error%message = unfound
+      error%message = no_vibration_found
       return
     end if
     call follow_path(family, frame, values_of(start%motion, first_samples) / spread(family%units, 1, first_samples), 1, &
@@ -152,7 +152,7 @@ contains
     integer :: i
 
     do i = 1, frame%dofs()
-      associate (added => rate * whole_mass(frame) / units(i)**2)
+      associate (added => rate * total_mass(frame) / units(i)**2)
         frame%damping(i, i) = frame%damping(i, i) + added
         frame%foundation_damping(i, i) = frame%foundation_damping(i, i) + added
       end associate
@@ -160,11 +160,11 @@ contains
   end subroutine add_drag
 
   !> Mass of frame and mechanism (kg).
-  pure real(dp) function whole_mass(frame)
+  pure real(dp) function total_mass(frame)
     class(frame_type), intent(in) :: frame
 
-    whole_mass = frame%mass + frame%mechanism%mass
-  end function whole_mass
+    total_mass = frame%mass + frame%mechanism%mass
+  end function total_mass
 
   !> The path of the machine `varied`: over the excitation from rest or, if `speeds` is present, over the speed. `speeds`: speeds at
   !> lambda = 0 and 1 (rad/s).
@@ -222,17 +222,17 @@ contains
 
     call first_point(family, q, 0.0_dp, way, at, error)
     if (allocated(error)) then
-      error%message = unfound
+      error%message = no_vibration_found
       return
     end if
     arc = first_arc
     greatest = 0
-    do k = 1, most_points
+    do k = 1, max_points
       call advance(family, at, arc, next, easy, error)
       if (.not. allocated(error) .and. next%lambda >= 1) then
         part = (1 - at%lambda) / (next%lambda - at%lambda)
         call family%member(1.0_dp, found, error)
-        call found%move_to(motion_of(family, middle_of(at, next, part)))
+        call found%linearise_about(motion_of(family, middle_of(at, next, part)))
         call iterate(frame, family%accuracy, .false., found, steps, error)
         if (.not. allocated(error)) then
           varied = found
@@ -241,16 +241,16 @@ contains
       end if
       if (allocated(error)) then
         arc = arc / 4
-        if (arc < least_arc) exit
+        if (arc < min_arc) exit
       else
         at = next
         greatest = max(greatest, size_of(at%q))
-        if (easy) arc = min(2 * arc, greatest_arc)
+        if (easy) arc = min(2 * arc, max_arc)
         if (at%lambda < family%furthest_back .or. size_of(at%q) < back_at_rest * greatest) exit
         if (family%turn(at%q) > furthest_turn) exit
       end if
     end do
-    call fatal_error(error, unfound, failed_computation)
+    call fatal_error(error, no_vibration_found, failed_computation)
   end subroutine follow_path
 
 end module gestell_study_frame_model_vibration_path

@@ -2,14 +2,14 @@
 module gestell_study_mode_components
   use gestell_base_kinds, only: dp, pi
   use gestell_math_dft, only: dft
-  use gestell_study_mode_type, only: assurance, mode_type, most_components
+  use gestell_study_mode, only: assurance, mode_type, max_components
   implicit none (type, external)
   private
 
-  public :: find_components, keep_component
+  public :: find_components, append_component
 
   !> Components with a smaller share of the total strength are dropped.
-  real(dp), parameter :: least_share = 1.0e-3_dp
+  real(dp), parameter :: min_share = 1.0e-3_dp
 
 contains
 
@@ -43,7 +43,7 @@ contains
     ! False if lambda is real, or real plus i pi / T: then conjugate components belong together.
     alone = abs(turn * period / pi - nint(turn * period / pi)) > 1.0e-12_dp
     mode%components = 0
-    do k = 1, most_components
+    do k = 1, max_components
       both = strength(place)
       strength(place) = -1
       mirrored = modulo(-order(place) - nint(turn * period / pi), samples) + 1
@@ -51,9 +51,9 @@ contains
         both = both + max(strength(mirrored), 0.0_dp)
         strength(mirrored) = -1
       end if
-      if (both < least_share * all .and. k > 1) exit
+      if (both < min_share * all .and. k > 1) exit
       ! The sum of all strengths is at least `both`, unless rounding has made the mass matrix indefinite.
-      call keep_component(name, c(place, :), both / max(all, both, tiny(all)), mass, mode)
+      call append_component(name, c(place, :), both / max(all, both, tiny(all)), mass, mode)
       place = maxloc(strength, dim=1)
       name = frequencies(place)
     end do
@@ -88,7 +88,7 @@ contains
   end function nearest_to_mean
 
   !> Adds a component. A component with negative frequency (rad/s) is replaced by its conjugate with positive frequency.
-  pure subroutine keep_component(frequency, shape, share, mass, mode)
+  pure subroutine append_component(frequency, shape, share, mass, mode)
     real(dp), intent(in) :: frequency, share, mass(:, :)
     complex(dp), intent(in) :: shape(:)
     type(mode_type), intent(inout) :: mode
@@ -104,6 +104,6 @@ contains
       mode%shares(k) = share
       mode%shapes(:f, k) = turned / sqrt(max(real(dot_product(turned, matmul(mass, turned))), tiny(1.0_dp)))
     end associate
-  end subroutine keep_component
+  end subroutine append_component
 
 end module gestell_study_mode_components

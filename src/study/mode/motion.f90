@@ -26,7 +26,7 @@ module gestell_study_mode_motion
   end type motions_type
 
   !> Largest phase advance within the period (rad) for which free vibrations are computed.
-  real(dp), parameter :: most_turns = 1.0e5_dp
+  real(dp), parameter :: max_turns = 1.0e5_dp
   !> Number of maps over integration steps that are computed at a time.
   integer, parameter :: block_length = 64
 
@@ -46,7 +46,7 @@ contains
 
     call survey_system(system, survey, error)
     if (allocated(error)) return
-    if (survey%phase_advance > most_turns) then
+    if (survey%phase_advance > max_turns) then
       call fatal_error(error, "the modes cannot be identified: the free vibrations are too fast for the period", failed_computation)
       return
     end if

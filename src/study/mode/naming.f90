@@ -3,7 +3,7 @@
 module gestell_study_mode_naming
   use gestell_base_kinds, only: dp
   use gestell_floquet_multipliers, only: multipliers_type
-  use gestell_study_mode_type, only: mode_type
+  use gestell_study_mode, only: mode_type
   implicit none (type, external)
   private
 
@@ -22,10 +22,10 @@ contains
     real(dp), intent(in) :: speed
     integer :: mode(size(multipliers%rho))
     real(dp) :: apart(size(multipliers%rho), size(modes))
-    integer :: left(size(modes)), i, k, place(2)
+    integer :: remaining_modes(size(modes)), i, k, place(2)
 
     mode = 0
-    left = 2
+    remaining_modes = 2
     if (size(modes) == 0) return
     apart = huge(1.0_dp)
     do k = 1, size(modes)
@@ -39,9 +39,9 @@ contains
       place = minloc(apart)
       if (apart(place(1), place(2)) > alike * speed) exit
       mode(place(1)) = place(2)
-      left(place(2)) = left(place(2)) - 1
+      remaining_modes(place(2)) = remaining_modes(place(2)) - 1
       apart(place(1), :) = huge(1.0_dp)
-      if (left(place(2)) == 0) apart(:, place(2)) = huge(1.0_dp)
+      if (remaining_modes(place(2)) == 0) apart(:, place(2)) = huge(1.0_dp)
     end do
   end function modes_of_multipliers
 

@@ -6,11 +6,11 @@ module gestell_study_mode_solution
   use gestell_floquet_solution_constant, only: constant_type, solve_constant
   use gestell_floquet_multipliers, only: lie_on_circle
   use gestell_floquet_period_monodromy, only: accuracy_type, check_accuracy
-  use gestell_study_mode_components, only: find_components, keep_component
+  use gestell_study_mode_components, only: find_components, append_component
   use gestell_study_mode_motion, only: motions_type, solve_motions
-  use gestell_study_mode_type, only: assurance, mode_type, most_dofs
+  use gestell_study_mode, only: assurance, mode_type, max_dofs
   use gestell_system_averaged, only: averaged_system
-  use gestell_system_part, only: find_parts, part_of
+  use gestell_system_subsystem, only: find_subsystems, extract_subsystem
   use gestell_system_periodic, only: periodic_system
   use gestell_system_second_order, only: second_order_system
   implicit none (type, external)
@@ -22,7 +22,7 @@ contains
 
   !> Computes the modes of `system`, one for each degree of freedom, in ascending order of frequency. Uncoupled parts are solved
   !> separately. Modes that cannot be identified, and all modes of a part without a solution, come last; their `identified` is
-  !> false. Fails if the system or the accuracy is invalid, or if the system has more than `most_dofs` degrees of freedom.
+  !> false. Fails if the system or the accuracy is invalid, or if the system has more than `max_dofs` degrees of freedom.
   subroutine solve_modes(system, accuracy, modes, mass, error)
     !> A system of f degrees of freedom
     class(second_order_system), intent(in) :: system
@@ -38,10 +38,10 @@ contains
 
     call system%check(error)
     if (.not. allocated(error)) call check_accuracy(accuracy, error)
-    if (.not. allocated(error)) call find_parts(system, numbers, error)
+    if (.not. allocated(error)) call find_subsystems(system, numbers, error)
     if (allocated(error)) return
     f = system%states / 2
-    if (f > most_dofs) then
+    if (f > max_dofs) then
       call fatal_error(error, "modes are computed for at most three degrees of freedom", failed_computation)
       return
     end if
@@ -56,7 +56,7 @@ contains
       else
         do k = 1, maxval(numbers)
           chosen = pack([(i, i = 1, f)], numbers == k)
-          call part_of(system, chosen, part, states)
+          call extract_subsystem(system, chosen, part, states)
           call embed(part, accuracy, mass, chosen, modes)
         end do
       end if
@@ -118,7 +118,7 @@ contains
       single(i)%identified = .true.
       single(i)%growth = real(constant%values(i))
       single(i)%error = constant%radius(i)
-      call keep_component(aimag(constant%values(i)), constant%vectors(:f, i) * constant%scale(:f), 1.0_dp, mass, single(i))
+      call append_component(aimag(constant%values(i)), constant%vectors(:f, i) * constant%scale(:f), 1.0_dp, mass, single(i))
     end do
     call pair(constant%values, constant%radius, 0.0_dp, mass, single, modes)
   end subroutine constant_modes
@@ -133,16 +133,16 @@ contains
     type(error_type), allocatable :: failure
     type(mode_type) :: single(system%states)
     real(dp) :: error(system%states)
-    real(dp), parameter :: lost = 0.5_dp
+    real(dp), parameter :: lost_fraction = 0.5_dp
     integer :: i
 
     call solve_motions(system, accuracy, motions, failure)
     if (allocated(failure)) return
-    error = -log(1 - min(motions%error, lost)) / system%period
+    error = -log(1 - min(motions%error, lost_fraction)) / system%period
     if (system%conserves([(i, i = 1, system%states / 2)])) single%neutral = lie_on_circle(real(motions%exponent) * system%period, &
       & aimag(motions%exponent) * system%period, motions%error)
     do i = 1, size(single)
-      single(i)%identified = motions%error(i) < lost
+      single(i)%identified = motions%error(i) < lost_fraction
       single(i)%growth = real(motions%exponent(i))
       single(i)%error = error(i)
     end do
@@ -194,52 +194,52 @@ contains
     type(mode_type), intent(inout) :: modes(:)
     logical :: paired(size(z)), real_ones(size(z))
     real(dp) :: match, best
-    integer :: i, k, partner, found, two(2)
+    integer :: i, k, partner, mode_count, two(2)
 
     paired = .false.
     real_ones = .false.
-    found = 0
+    mode_count = 0
     do i = 1, size(z)
       if (paired(i)) cycle
       partner = partner_of(z, period, paired, i)
       paired([i, partner]) = .true.
       if (partner == i) then
         real_ones(i) = .true.
-      else if (found < size(modes)) then
-        found = found + 1
-        modes(found) = merge_pair(i, partner)
+      else if (mode_count < size(modes)) then
+        mode_count = mode_count + 1
+        modes(mode_count) = merge_pair(i, partner)
       end if
     end do
-    do while (count(real_ones) > 1 .and. found < size(modes))
+    do while (count(real_ones) > 1 .and. mode_count < size(modes))
       best = -huge(best)
       two = 0
       do i = 1, size(z)
         do k = 1, i - 1
           if (.not. (real_ones(i) .and. real_ones(k))) cycle
-          match = likeness(i, k)
+          match = similarity(i, k)
           if (match <= best) cycle
           best = match
           two = [i, k]
         end do
       end do
       real_ones(two) = .false.
-      found = found + 1
-      modes(found) = merge_pair(two(1), two(2))
-      modes(found)%real_pair = .true.
+      mode_count = mode_count + 1
+      modes(mode_count) = merge_pair(two(1), two(2))
+      modes(mode_count)%real_pair = .true.
     end do
 
   contains
 
     !> Similarity of two real exponents: large for similar shapes and frequencies and for multipliers of equal sign.
-    pure real(dp) function likeness(i, k)
+    pure real(dp) function similarity(i, k)
       integer, intent(in) :: i, k
       real(dp), parameter :: other_sign = 10
 
-      likeness = assurance(single(i)%shape(), single(k)%shape(), mass) &
+      similarity = assurance(single(i)%shape(), single(k)%shape(), mass) &
         & - period / (2 * pi) * abs(single(i)%frequencies(1) - single(k)%frequencies(1))
-      if (period > 0) likeness = likeness - other_sign * abs(anint(aimag(z(i) - z(k)) * period / (2 * pi)) &
+      if (period > 0) similarity = similarity - other_sign * abs(anint(aimag(z(i) - z(k)) * period / (2 * pi)) &
         & - aimag(z(i) - z(k)) * period / (2 * pi))
-    end function likeness
+    end function similarity
 
     !> The mode of two exponents. Its frequency and shape are those of the exponent with the larger growth rate.
     pure type(mode_type) function merge_pair(i, k) result(mode)

@@ -1,7 +1,7 @@
 !> Matches the modes at one speed with the modes at another speed (doc/theory.md, equation 79).
 module gestell_study_mode_tracking
   use gestell_base_kinds, only: dp
-  use gestell_study_mode_type, only: assurance, mode_type
+  use gestell_study_mode, only: assurance, mode_type
   implicit none (type, external)
   private
 

@@ -10,10 +10,10 @@ module gestell_study_vibration_analysis
   use gestell_model_exact_varied_frame, only: varied_frame_type
   use gestell_study_frame_model, only: newton_type, settle
   use gestell_study_mode_solution, only: solve_modes
-  use gestell_study_mode_type, only: mode_type
-  use gestell_study_vibration_held, only: unheld
+  use gestell_study_mode, only: mode_type
+  use gestell_study_vibration_free_directions, only: describe_free_directions
   use gestell_study_vibration_resonance, only: describe_resonance, find_nearest, name_resonance, resonance_type
-  use gestell_study_vibration_several, only: list_vibrations, search_vibrations, several_type
+  use gestell_study_vibration_vibration_list, only: list_vibrations, search_vibrations, listed_vibration_type
   use gestell_study_vibration, only: check_times, solve_vibration, vibration_type
   use gestell_system_averaged, only: averaged_system
   use gestell_system_periodic, only: periodic_system
@@ -53,7 +53,7 @@ module gestell_study_vibration_analysis
     !> How the exact vibration was found
     type(newton_type) :: newton
     !> All known vibrations of the exact frame, smallest first; allocated if there are several, or if all were sought
-    type(several_type), allocatable :: several(:)
+    type(listed_vibration_type), allocatable :: several(:)
     type(vibration_type), allocatable :: vibration
     !> The multiplier nearest to 1, if this resonance costs the vibration a digit or more; `find_modes` adds its mode
     type(resonance_type), allocatable :: resonance
@@ -97,7 +97,7 @@ contains
     type(multipliers_type) :: multipliers
     !> Unallocated if no rows are requested; passed on, it then counts as an absent argument
     integer, allocatable :: rows
-    logical :: blamed
+    logical :: explained
 
     call frame%check(error)
     if (options%rows /= 0) rows = options%rows
@@ -115,10 +115,11 @@ contains
     end if
     call solve_floquet(system, accuracy, options%vibration(), analysis%floquet, error)
     if (.not. allocated(error) .and. options%judged()) call solve_multipliers(analysis%floquet, options%modes, multipliers, error)
-    if (allocated(error) .and. .not. options%averaged .and. options%model /= "rest") call blame_the_mounting(frame, error, blamed)
+    if (allocated(error) .and. .not. options%averaged .and. options%model /= "rest") call explain_by_mounting(frame, error, &
+      & explained)
     if (allocated(error)) return
     if (options%judged()) analysis%multipliers = multipliers
-    if (options%judged() .and. .not. options%averaged) call take_several(frame, options, accuracy, analysis, error)
+    if (options%judged() .and. .not. options%averaged) call list_all_vibrations(frame, options, accuracy, analysis, error)
     if (allocated(error)) return
     if (.not. options%vibration()) return
     allocate(analysis%vibration)
@@ -133,7 +134,7 @@ contains
 
   !> Lists all vibrations if more than the reported one are known, and searches for further ones if requested. Fails as
   !> `list_vibrations` does.
-  subroutine take_several(frame, options, accuracy, analysis, error)
+  subroutine list_all_vibrations(frame, options, accuracy, analysis, error)
     class(frame_type), intent(in) :: frame
     type(analysis_options), intent(in) :: options
     type(accuracy_type), intent(in) :: accuracy
@@ -155,7 +156,7 @@ contains
     end do
     if (options%all_vibrations .and. list(1)%newton) call search_vibrations(frame, accuracy, list)
     call list_vibrations(list, accuracy, options%points, options%harmonics, analysis%several, error)
-  end subroutine take_several
+  end subroutine list_all_vibrations
 
   !> Computes the modes of the vibration. If there is a resonance, also sets its mode.
   subroutine find_modes(frame, averaged, accuracy, analysis)
@@ -192,11 +193,11 @@ contains
     type(multipliers_type) :: multipliers
     type(periodic_solution_type) :: start
     type(error_type), allocatable :: error
-    logical :: blamed
+    logical :: explained
 
     if (failure%code /= failed_computation) return
-    call blame_the_mounting(frame, failure, blamed)
-    if (blamed) return
+    call explain_by_mounting(frame, failure, explained)
+    if (explained) return
     call solve_floquet(frame, accuracy, .true., at_rest%floquet, error)
     if (.not. allocated(error)) call solve_periodic(at_rest%floquet, start, error)
     if (.not. allocated(error)) failure%message = failure%message // advice
@@ -211,17 +212,17 @@ contains
     call explain(frame, accuracy, at_rest, failure)
   end subroutine explain_at_rest
 
-  !> If the mounting leaves the frame free in some direction, replaces the message of `failure` and sets `blamed`.
-  subroutine blame_the_mounting(frame, failure, blamed)
+  !> If the mounting leaves the frame free in some direction, replaces the message of `failure` and sets `explained`.
+  subroutine explain_by_mounting(frame, failure, explained)
     class(frame_type), intent(in) :: frame
     type(error_type), intent(inout) :: failure
-    logical, intent(out) :: blamed
+    logical, intent(out) :: explained
     character(len=:), allocatable :: directions
 
-    directions = trim(unheld(frame))
-    blamed = directions /= ""
-    if (blamed) failure%message = "there is no periodic vibration: " // directions
-  end subroutine blame_the_mounting
+    directions = trim(describe_free_directions(frame))
+    explained = directions /= ""
+    if (explained) failure%message = "there is no periodic vibration: " // directions
+  end subroutine explain_by_mounting
 
   !> Adds the cause of a resonance to the message of `failure`: a direction that is not held, or the mode that resonates.
   subroutine explain(frame, accuracy, analysis, failure)
@@ -230,10 +231,10 @@ contains
     type(analysis_type), intent(inout) :: analysis
     type(error_type), intent(inout) :: failure
     character(len=:), allocatable :: sentence
-    logical :: blamed
+    logical :: explained
 
-    call blame_the_mounting(frame, failure, blamed)
-    if (blamed) return
+    call explain_by_mounting(frame, failure, explained)
+    if (explained) return
     analysis%resonance = find_nearest(analysis%multipliers)
     call find_modes(frame, .false., accuracy, analysis)
     if (.not. allocated(analysis%resonance)) return

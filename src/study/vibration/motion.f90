@@ -78,7 +78,7 @@ contains
     integer :: first, last, dofs
 
     dofs = frame%dofs()
-    call free_all(frame, system, whole)
+    call release_all_dofs(frame, system, whole)
     do first = 1, size(phases), block_length
       last = min(first + block_length - 1, size(phases))
       if (size(frame%free) < dofs) call add_guides(frame, whole, phases(first:last), motion(:, first:last))
@@ -177,7 +177,7 @@ contains
   end subroutine add_accelerations
 
   !> Returns the frame with all degrees of freedom free, as an averaged model if `system` is averaged.
-  subroutine free_all(frame, system, whole)
+  subroutine release_all_dofs(frame, system, whole)
     class(frame_type), intent(in) :: frame
     class(periodic_system), intent(in) :: system
     class(second_order_system), allocatable, intent(out) :: whole
@@ -201,7 +201,7 @@ contains
     class default
       call move_alloc(free, whole)
     end select
-  end subroutine free_all
+  end subroutine release_all_dofs
 
   !> Computes the forces of the guides: the residuals of the equations of motion of the blocked degrees of freedom. In `whole` all
   !> degrees of freedom are free.
@@ -257,7 +257,7 @@ contains
     end do
     if (size(errors) > rows_of(n, guide_forces)) call add_turned_errors(frame, errors)
     if (size(errors) < rows_of(n, guide_forces) .or. f == n) return
-    call free_all(frame, system, whole)
+    call release_all_dofs(frame, system, whole)
     allocate(m(size(phases), n, n), b(size(phases), n, n), c(size(phases), n, n), h(size(phases), n))
     call whole%sample_second_order(phases, m, b, c, h)
     ! A small force along one axis carries the rounding error of the force along the other axis.

@@ -6,7 +6,7 @@ module gestell_study_vibration_resonance
   use gestell_floquet_multipliers, only: multipliers_type
   use gestell_model_frame, only: frame_type
   use gestell_study_mode_naming, only: modes_of_multipliers
-  use gestell_study_mode_type, only: mode_type
+  use gestell_study_mode, only: mode_type
   implicit none (type, external)
   private
 
@@ -26,7 +26,7 @@ module gestell_study_vibration_resonance
     !> Number of turns of the drive in the period. `ratio` and `order` divided by this number are multiples of the drive speed
     integer :: turns = 1
   contains
-    procedure :: loose
+    procedure :: is_free
     procedure :: near
   end type resonance_type
 
@@ -73,12 +73,12 @@ contains
   end subroutine name_resonance
 
   !> True if the motion does not oscillate, or so slowly that the frame is practically free in some direction.
-  pure logical function loose(self)
+  pure logical function is_free(self)
     class(resonance_type), intent(in) :: self
     real(dp), parameter :: slowest = 1.0e-3_dp
 
-    loose = self%ratio < slowest
-  end function loose
+    is_free = self%ratio < slowest
+  end function is_free
 
   !> True if the frequency is near an order of the crank.
   pure logical function near(self)
@@ -100,7 +100,7 @@ contains
     type(resonance_type), intent(in) :: resonance
     character(len=:), allocatable, intent(out) :: sentence
 
-    if (resonance%loose()) then
+    if (resonance%is_free()) then
       sentence = "a free motion does not oscillate: the frame is free in some direction, or its damping is overcritical"
     else
       sentence = "the natural frequency " // concise(resonance%frequency / (2 * pi), 6) // " Hz is " &

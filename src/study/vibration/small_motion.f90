@@ -24,9 +24,9 @@ module gestell_study_vibration_small_motion
     character(len=7) :: rotation = "psi"
   contains
     procedure :: small
-    procedure :: turns_too_far
-    procedure :: goes_too_far
-    procedure :: is_great
+    procedure :: is_rotation_large
+    procedure :: is_displacement_large
+    procedure :: is_large
   end type moved_type
 
 contains
@@ -56,28 +56,28 @@ contains
   elemental logical function small(self)
     class(moved_type), intent(in) :: self
 
-    small = .not. (self%turns_too_far() .or. self%goes_too_far())
+    small = .not. (self%is_rotation_large() .or. self%is_displacement_large())
   end function small
 
   !> True if the rotation exceeds `small_turn`.
-  elemental logical function turns_too_far(self)
+  elemental logical function is_rotation_large(self)
     class(moved_type), intent(in) :: self
 
-    turns_too_far = self%turn > small_turn
-  end function turns_too_far
+    is_rotation_large = self%turn > small_turn
+  end function is_rotation_large
 
   !> True if the displacement exceeds `small_part` of the machine's size.
-  elemental logical function goes_too_far(self)
+  elemental logical function is_displacement_large(self)
     class(moved_type), intent(in) :: self
 
-    goes_too_far = self%size > 0 .and. self%displacement > small_part * self%size
-  end function goes_too_far
+    is_displacement_large = self%size > 0 .and. self%displacement > small_part * self%size
+  end function is_displacement_large
 
   !> True if the motion is too large even for the exact frame.
-  elemental logical function is_great(self)
+  elemental logical function is_large(self)
     class(moved_type), intent(in) :: self
 
-    is_great = .not. small(moved_type(self%displacement / great, self%turn / great, self%size, self%rotation))
-  end function is_great
+    is_large = .not. small(moved_type(self%displacement / great, self%turn / great, self%size, self%rotation))
+  end function is_large
 
 end module gestell_study_vibration_small_motion

@@ -10,7 +10,7 @@ module gestell_study_vibration_statistics
   implicit none (type, external)
   private
 
-  public :: band_rms, history_of, take_least, take_statistics, top
+  public :: band_rms, history_of, compute_minimum, compute_statistics, phase_of_maximum
 
   !> Statistics of one quantity over one period, in its unit.
   type, public :: statistics_type
@@ -39,7 +39,7 @@ contains
 
   !> Computes peak, rms and harmonics of the quantity. Fails if `quantity` is not initialised, or if `vibration` does not hold the
   !> rows of the motion that the quantity needs.
-  subroutine take_statistics(vibration, quantity, statistics, error)
+  subroutine compute_statistics(vibration, quantity, statistics, error)
     type(vibration_type), intent(in) :: vibration
     type(quantity_type), intent(in) :: quantity
     type(statistics_type), intent(out) :: statistics
@@ -67,35 +67,35 @@ contains
     if (size(samples, 2) == 1) then
       statistics%peak = statistics%series(1)%peak(samples(:, 1))
     else
-      statistics%peak = greatest_size(statistics%series, samples)
+      statistics%peak = largest_size(statistics%series, samples)
     end if
-    statistics%peak_phase = top(norm2(samples, dim=2))
+    statistics%peak_phase = phase_of_maximum(norm2(samples, dim=2))
     statistics%peak_error = statistics%error + between
-  end subroutine take_statistics
+  end subroutine compute_statistics
 
-  !> Computes the minimum over the period of a quantity with one component, and a bound on its error. Fails as `take_statistics`
+  !> Computes the minimum over the period of a quantity with one component, and a bound on its error. Fails as `compute_statistics`
   !> does.
-  subroutine take_least(vibration, quantity, least, least_error, error)
+  subroutine compute_minimum(vibration, quantity, least, min_error, error)
     type(vibration_type), intent(in) :: vibration
     type(quantity_type), intent(in) :: quantity
-    real(dp), intent(out) :: least, least_error
+    real(dp), intent(out) :: least, min_error
     type(error_type), allocatable, intent(out) :: error
     type(statistics_type) :: statistics
     real(dp), allocatable :: samples(:, :)
 
     least = 0
-    least_error = 0
-    call take_statistics(vibration, quantity, statistics, error)
+    min_error = 0
+    call compute_statistics(vibration, quantity, statistics, error)
     if (allocated(error)) return
     call components(quantity, vibration%motion, samples)
     ! After a shift by the peak the quantity is nowhere negative, so the maximum of its absolute value is its maximum.
     least = statistics%peak - greatest(statistics%peak - samples(:, 1))
-    least_error = statistics%peak_error
-  end subroutine take_least
+    min_error = statistics%peak_error
+  end subroutine compute_minimum
 
   !> Maximum of the magnitude of a vector, from the samples of its components, shape (samples, components), and their series. The
   !> square of the magnitude has twice the orders. If the upper half of the orders matters, it is sampled twice as finely.
-  pure real(dp) function greatest_size(series, samples)
+  pure real(dp) function largest_size(series, samples)
     type(fourier_type), intent(in) :: series(:)
     real(dp), intent(in) :: samples(:, :)
     real(dp), parameter :: counts = 1.0e-13_dp
@@ -109,7 +109,7 @@ contains
       upper = max(upper, maxval([0.0_dp, series(i)%amplitude(max(1, n / 4):)]))
     end do
     if (upper <= counts * largest) then
-      greatest_size = largest * sqrt(greatest(sum((samples / largest)**2, dim=2)))
+      largest_size = largest * sqrt(greatest(sum((samples / largest)**2, dim=2)))
       return
     end if
     fine(1::2) = sum((samples / largest)**2, dim=2)
@@ -117,8 +117,8 @@ contains
     do i = 1, size(series)
       fine(2::2) = fine(2::2) + (half_way(series(i), n) / largest)**2
     end do
-    greatest_size = largest * sqrt(greatest(fine))
-  end function greatest_size
+    largest_size = largest * sqrt(greatest(fine))
+  end function largest_size
 
   !> Values of a series half way between its n samples.
   pure function half_way(series, n) result(f)
@@ -161,7 +161,7 @@ contains
   end subroutine combine
 
   !> Phase in [0, 1) of the maximum of equidistant samples over the period.
-  pure real(dp) function top(samples)
+  pure real(dp) function phase_of_maximum(samples)
     real(dp), intent(in) :: samples(:)
     real(dp) :: before, after, bend
     integer :: i, n
@@ -171,10 +171,10 @@ contains
     before = samples(i) - samples(1 + modulo(i - 2, n))
     after = samples(i) - samples(1 + modulo(i, n))
     bend = before + after
-    top = i - 1
-    if (bend > 0) top = top + (before - after) / (2 * bend)
-    top = modulo(top / n, 1.0_dp)
-  end function top
+    phase_of_maximum = i - 1
+    if (bend > 0) phase_of_maximum = phase_of_maximum + (before - after) / (2 * bend)
+    phase_of_maximum = modulo(phase_of_maximum / n, 1.0_dp)
+  end function phase_of_maximum
 
   !> Components of the quantity at the samples of a motion, shape (samples, components).
   pure subroutine components(quantity, motion, samples)
@@ -186,8 +186,8 @@ contains
     samples = matmul(transpose(motion), quantity%weights(:size(motion, 1), :))
   end subroutine components
 
-  !> Computes the quantity, for a vector its magnitude, at the times of the history, shape (points + 1). Fails as `take_statistics`
-  !> does.
+  !> Computes the quantity, for a vector its magnitude, at the times of the history, shape (points + 1). Fails as
+  !> `compute_statistics` does.
   pure subroutine history_of(vibration, quantity, history, error)
     type(vibration_type), intent(in) :: vibration
     type(quantity_type), intent(in) :: quantity
@@ -250,13 +250,13 @@ contains
 
   !> Computes the rms of the orders whose frequency, order / period, lies in `band`, both ends included.
   !> Fails if `statistics` is empty, the period is not positive or the band is not ascending.
-  pure subroutine band_rms(statistics, period, band, along, greatest_direction, error)
+  pure subroutine band_rms(statistics, period, band, along, largest_direction, error)
     !> Statistics of the velocity of a probe
     type(statistics_type), intent(in) :: statistics
     !> Period (s) and frequency band (Hz, ascending)
     real(dp), intent(in) :: period, band(2)
-    !> `along`: rms of each component, shape (components). `greatest_direction`: rms in the direction in which it is largest
-    real(dp), intent(out) :: along(:), greatest_direction
+    !> `along`: rms of each component, shape (components). `largest_direction`: rms in the direction in which it is largest
+    real(dp), intent(out) :: along(:), largest_direction
     type(error_type), allocatable, intent(out) :: error
     real(dp) :: square(3, 3), unit
     complex(dp) :: c(3)
@@ -264,7 +264,7 @@ contains
     integer :: k, i, n
 
     along = 0
-    greatest_direction = 0
+    largest_direction = 0
     n = 0
     if (allocated(statistics%series)) n = size(statistics%series)
     if (n < 1 .or. n > 3 .or. size(along) /= n .or. .not. (period > 0 .and. band(1) <= band(2))) then
@@ -285,17 +285,17 @@ contains
     end do
     along = unit * [(sqrt(square(i, i)), i = 1, n)]
     if (n == 3) then
-      greatest_direction = unit * sqrt(greatest_eigenvalue(square))
+      largest_direction = unit * sqrt(largest_eigenvalue(square))
     else
       ! The larger eigenvalue of a symmetric 2 x 2 matrix.
-      greatest_direction = unit * sqrt((square(1, 1) + square(2, 2)) / 2 &
+      largest_direction = unit * sqrt((square(1, 1) + square(2, 2)) / 2 &
         & + hypot((square(1, 1) - square(2, 2)) / 2, square(1, 2)))
     end if
   end subroutine band_rms
 
   !> Largest eigenvalue of a symmetric 3 x 3 matrix, by the trigonometric solution of its characteristic equation (O. K. Smith,
   !> Communications of the ACM 4, 1961, 168, doi 10.1145/355578.366316).
-  pure real(dp) function greatest_eigenvalue(a) result(greatest_root)
+  pure real(dp) function largest_eigenvalue(a) result(greatest_root)
     real(dp), intent(in) :: a(3, 3)
     real(dp) :: middle, p, b(3, 3), half_determinant
     integer :: i
@@ -312,6 +312,6 @@ contains
     half_determinant = (b(1, 1) * (b(2, 2) * b(3, 3) - b(2, 3)**2) - b(1, 2) * (b(1, 2) * b(3, 3) - b(2, 3) * b(1, 3)) &
       & + b(1, 3) * (b(1, 2) * b(2, 3) - b(2, 2) * b(1, 3))) / 2
     greatest_root = middle + 2 * p * cos(acos(min(1.0_dp, max(-1.0_dp, half_determinant))) / 3)
-  end function greatest_eigenvalue
+  end function largest_eigenvalue
 
 end module gestell_study_vibration_statistics

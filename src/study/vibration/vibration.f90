@@ -4,7 +4,7 @@ module gestell_study_vibration
   use gestell_math_series_fourier, only: fourier_series, fourier_type
   use gestell_base_kinds, only: dp
   use gestell_floquet_period_periodic_solution, only: periodic_solution_type
-  use gestell_floquet_solution, only: checkpoints, floquet_type, follow, solve_periodic, take_errors
+  use gestell_floquet_solution, only: checkpoints, floquet_type, follow, solve_periodic, bound_motion_errors
   use gestell_floquet_period_turn_errors, only: turn_errors_type
   use gestell_model_frame, only: frame_type
   use gestell_model_frame_frame_of, only: frame_of
@@ -48,9 +48,9 @@ module gestell_study_vibration
   end type vibration_type
 
   !> If the history has more points than this, the harmonics are computed from samples of their own.
-  integer, parameter :: most_shared = 1024
+  integer, parameter :: max_shared = 1024
   !> Maximum number of samples per period.
-  integer, parameter :: most_samples = 2**14
+  integer, parameter :: max_samples = 2**14
   !> Harmonics count as resolved if the highest are below `resolved` times the largest harmonic, or below `part_of_error` times the
   !> error of the quantity. The integration steps of a coarse solution leave kinks of the size of its error, which no number of
   !> samples resolves.
@@ -93,8 +93,8 @@ contains
 
     ! The points of the history are samples too, with as many between them as the harmonics need. A history of very many points
     ! does not share its points with the harmonics.
-    samples = max(64, 2 * harmonics + 2, min(4 * frame%least_steps, most_samples))
-    if (points <= most_shared) samples = points * ceiling(samples / real(points, dp))
+    samples = max(64, 2 * harmonics + 2, min(4 * frame%least_steps, max_samples))
+    if (points <= max_shared) samples = points * ceiling(samples / real(points, dp))
     numbers = 3 * frame%dofs()
     allocate(vibration%series(numbers))
 
@@ -102,11 +102,11 @@ contains
     every = stride(samples, checkpoints(floquet))
     phases = [(real(k, dp) / samples, k = 0, samples, every)]
     call follow(frame, floquet, vibration%start, phases, x, error)
-    if (.not. allocated(error)) call take_errors(frame, floquet, phases, x, errors, error)
+    if (.not. allocated(error)) call bound_motion_errors(frame, floquet, phases, x, errors, error)
     if (allocated(error)) return
     vibration%start%error = min(vibration%start%error, errors%bounds())
     vibration%error = quantity_errors(frame, errors, x)
-    if (present(rows)) call take_motion_errors(frame, system, phases, x, rows, errors, vibration%motion_errors)
+    if (present(rows)) call compute_motion_errors(frame, system, phases, x, rows, errors, vibration%motion_errors)
 
     do
       phases = [(real(k, dp) / samples, k = 0, samples)]
@@ -120,10 +120,10 @@ contains
       resolved_all = states_resolved(frame, floquet, vibration, abs(x(:, samples + 1) - x(:, 1)))
       if (present(rows)) then
         call whole_motion(frame, system, phases, x, rows, vibration%motion)
-        call take_series(vibration)
+        call compute_series(vibration)
         if (resolved_all) resolved_all = rows_resolved(frame, system, phases, x, vibration)
       end if
-      if (resolved_all .or. 2 * samples > most_samples) exit
+      if (resolved_all .or. 2 * samples > max_samples) exit
       samples = 2 * samples
     end do
     vibration%closing_defect = norm2((x(:, samples + 1) - x(:, 1)) / floquet%scale) &
@@ -132,7 +132,7 @@ contains
     vibration%rms = [(vibration%series(i)%rms(), i = 1, numbers)]
     vibration%peak_error = vibration%error + [(vibration%series(i)%beyond(), i = 1, numbers)]
 
-    if (points <= most_shared) then
+    if (points <= max_shared) then
       vibration%history = all(:, ::samples / points)
       if (present(rows)) vibration%motion_history = vibration%motion(:, ::samples / points)
     else
@@ -152,11 +152,11 @@ contains
     integer, intent(in) :: points, harmonics
     type(error_type), allocatable, intent(out) :: error
     integer, intent(in), optional :: rows
-    integer, parameter :: most_points = 10**6, most_harmonics = 8000
+    integer, parameter :: max_points = 10**6, max_harmonics = 8000
 
-    if (points < 1 .or. points > most_points) then
+    if (points < 1 .or. points > max_points) then
       call fatal_error(error, "the number of points of the history must lie between 1 and 1000000", invalid_input)
-    else if (harmonics < 0 .or. harmonics > most_harmonics) then
+    else if (harmonics < 0 .or. harmonics > max_harmonics) then
       call fatal_error(error, "the number of harmonics must lie between 0 and 8000", invalid_input)
     else if (present(rows)) then
       if (all(rows /= [velocities, accelerations, guide_forces])) call fatal_error(error, "the number of rows of the motion " &
@@ -177,13 +177,13 @@ contains
       & // "rows in solve_vibration", invalid_input)
   end subroutine check_rows
 
-  !> The largest stride that selects at least `wanted` of the samples.
-  pure integer function stride(samples, wanted)
-    integer, intent(in) :: samples, wanted
+  !> The largest stride that selects at least `kept_samples` of the samples.
+  pure integer function stride(samples, kept_samples)
+    integer, intent(in) :: samples, kept_samples
     integer :: k
 
     stride = 1
-    do k = 2, samples / wanted
+    do k = 2, samples / kept_samples
       if (modulo(samples, k) == 0) stride = k
     end do
   end function stride
@@ -217,7 +217,7 @@ contains
   !> Computes the errors of the motion's rows from the errors of the free states at the same phases. The rows are computed again
   !> with these errors added to the motion of the exact frame, or to rest for other models. Rounding errors come from the states,
   !> the load and the sums.
-  subroutine take_motion_errors(frame, system, phases, x, rows, states, errors)
+  subroutine compute_motion_errors(frame, system, phases, x, rows, states, errors)
     class(frame_type), intent(in) :: frame
     class(periodic_system), intent(in) :: system
     real(dp), contiguous, intent(in) :: phases(:)
@@ -249,10 +249,10 @@ contains
       call motion_errors(frame, system, phases, states%rounding + model * maxval(abs(x), dim=2), [model, own], there, &
         & errors%rounding)
     end associate
-  end subroutine take_motion_errors
+  end subroutine compute_motion_errors
 
   !> Computes the harmonics of the motion's rows. The first rows are the states, whose harmonics are copied from `vibration%series`.
-  pure subroutine take_series(vibration)
+  pure subroutine compute_series(vibration)
     type(vibration_type), intent(inout) :: vibration
     integer :: samples, states, k
 
@@ -264,7 +264,7 @@ contains
     do k = states + 1, size(vibration%motion_series)
       vibration%motion_series(k) = fourier_series(vibration%motion(k, :samples))
     end do
-  end subroutine take_series
+  end subroutine compute_series
 
   !> True if the samples resolve the rows of the motion after the states: accelerations and forces of guides. Harmonics below the
   !> rounding error of a row's terms count as resolved. So do harmonics that are smaller than the row's error and than the
@@ -303,7 +303,7 @@ contains
     states = [frame%free, frame%dofs() + frame%free]
     errors = vibration%error(states)
     associate (series => vibration%series)
-      greatest = [(series(states(k))%greatest_term() / floquet%scale(k), k = 1, size(states))]
+      greatest = [(series(states(k))%largest_term() / floquet%scale(k), k = 1, size(states))]
       states_resolved = all([(is_resolved(series(states(k)), &
         & max(rounding * maxval(greatest) * floquet%scale(k), min(missed(k), errors(k))), errors(k)), k = 1, size(states))])
     end associate
@@ -315,7 +315,7 @@ contains
     real(dp), intent(in) :: rounding, error
     real(dp) :: least
 
-    associate (greatest => series%greatest_term())
+    associate (greatest => series%largest_term())
       least = max(resolved * greatest, rounding, part_of_error * error)
       is_resolved = series%tail() * greatest <= least
     end associate

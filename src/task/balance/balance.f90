@@ -5,7 +5,7 @@ module gestell_task_balance
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: either, newline
   use gestell_base_words, only: word_length
-  use gestell_input_namelist_document, only: the_group
+  use gestell_input_namelist_document, only: group_named
   use gestell_input_namelist_message, only: input_error
   use gestell_input_schema, only: group_rule, schema_type
   use gestell_model_frame, only: dof_names, frame_type
@@ -21,7 +21,7 @@ module gestell_task_balance
   use gestell_task_balance_keys, only: balance_keys, balance_options, read_balance
   use gestell_task_balance_plot, only: plot_balance
   use gestell_task_balance_report, only: balance_headlines, link_lines, report_balance, turning_lines
-  use gestell_task_balance_variants, only: aims, force, moment, plan_variants, solve_variant, take_mounted, variant_type
+  use gestell_task_balance_variants, only: aims, force, moment, plan_variants, solve_variant, extract_mounted, variant_type
   use gestell_task_common_configuration, only: configuration_type
   use gestell_task_common_context, only: context_type
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_quiet_nan, ieee_value
@@ -50,7 +50,7 @@ contains
     self%name = "balance"
     self%meaning = "effect of counterweights on the shaking forces and on the vibration"
     self%tables = [character(len=longest_table) :: "balance", "balance_links", "balance_harmonics"]
-    self%judges = .true.
+    self%gives_verdict = .true.
   end subroutine describe
 
   !> Adds the group &balance to the input schema.
@@ -71,10 +71,10 @@ contains
     type is (linkage_type)
       call read_balance(configuration%document, configuration%units, mechanism, self%options, error)
     class default
-      if (self%ordered) call input_error(the_group(configuration%document, "mass_functions"), "", "the task 'balance' " &
+      if (self%requested) call input_error(group_named(configuration%document, "mass_functions"), "", "the task 'balance' " &
         & // "needs joints and links: mass functions have no links that could carry counterweights", error)
     end select
-    if (allocated(error) .or. .not. self%ordered) return
+    if (allocated(error) .or. .not. self%requested) return
     configuration%analysis%rows = max(configuration%analysis%rows, merge(velocities, guide_forces, size(configuration%frame%free) &
       & == configuration%frame%dofs()))
   end subroutine read_task
@@ -99,15 +99,15 @@ contains
         ! in the plane moments are measured from O, in space from F
         about = merge(-frame%origin, 0.0_dp, self%options%about_frame)
         if (allocated(frame%space)) about = merge(0.0_dp, frame%space%origin, self%options%about_frame)
-        call examine(linkage, frame%even_in_space(), about, rigid, error, self%options%links, self%options%radii, frame%space)
+        call examine(linkage, frame%uniform_in_space(), about, rigid, error, self%options%links, self%options%radii, frame%space)
         if (allocated(error)) return
         call plan_variants(rigid, linkage, frame%speed, self%options, variants, state, length)
-        if (.not. all([(ieee_is_finite(variants(i)%left%rms) .and. ieee_is_finite(variants(i)%left%peak), i = 1, &
+        if (.not. all([(ieee_is_finite(variants(i)%residual%rms) .and. ieee_is_finite(variants(i)%residual%peak), i = 1, &
           & size(variants))])) then
           call fatal_error(error, "the forces of the mechanism overflow double precision", failed_computation)
           return
         end if
-        call take_mounted(context%analysis, configuration%analysis%harmonics, variants(1)%mounted, none)
+        call extract_mounted(context%analysis, configuration%analysis%harmonics, variants(1)%mounted, none)
         do i = 2, size(variants)
           call solve_variant(configuration, linkage, rigid, variants(i))
         end do
@@ -121,10 +121,10 @@ contains
           lines = lines(i + 1:)
         end do
         if (.not. context%reports) return
-        call result%say_section("BALANCING by counterweights: rms on rigid ground and on the mounts", &
+        call result%write_section("BALANCING by counterweights: rms on rigid ground and on the mounts", &
           & report_balance(variants, rigid, linkage, self%options, state, length))
-        if (allocated(frame%space)) call result%say(turning_lines(variants, frame%space%planes(1)%axes, linkage%turns))
-        call result%say(link_lines(variants, rigid, linkage, configuration%units), whole=.true.)
+        if (allocated(frame%space)) call result%write_lines(turning_lines(variants, frame%space%planes(1)%axes, linkage%turns))
+        call result%write_lines(link_lines(variants, rigid, linkage, configuration%units), whole=.true.)
       end select
     end associate
   end subroutine run
@@ -136,15 +136,15 @@ contains
     character(len=*), parameter :: quantities(2) = ["f", "m"]
     type(unit_type), parameter :: units(2) = [newton, newton_metre]
     character(len=longest) :: links(size(variants))
-    real(dp) :: known(size(variants))
+    real(dp) :: valid(size(variants))
     character(len=:), allocatable :: name
     integer :: i, k, n
 
     n = size(variants)
-    known = 1
+    valid = 1
     do i = 1, n
       links(i) = variants(i)%links(" ")
-      if (allocated(variants(i)%mounted%reason)) known(i) = ieee_value(1.0_dp, ieee_quiet_nan)
+      if (allocated(variants(i)%mounted%reason)) valid(i) = ieee_value(1.0_dp, ieee_quiet_nan)
     end do
     table = new_table("balance", "Counterweights", "Effect of counterweights on rigid ground and on the mounts.", &
       & shown=.true.)
@@ -154,19 +154,19 @@ contains
     call table%add("added_mass", kilogram, "mass of the counterweights", [(variants(i)%mass, i = 1, n)])
     do k = force, moment
       name = "rigid_" // quantities(k)
-      call table%add(name // "_rms", units(k), "rms on rigid ground", [(variants(i)%left%rms(k), i = 1, n)])
-      call table%add(name // "_peak", units(k), "peak on rigid ground", [(variants(i)%left%peak(k), i = 1, n)])
+      call table%add(name // "_rms", units(k), "rms on rigid ground", [(variants(i)%residual%rms(k), i = 1, n)])
+      call table%add(name // "_peak", units(k), "peak on rigid ground", [(variants(i)%residual%peak(k), i = 1, n)])
     end do
     do k = force, moment
       name = quantities(k)
-      call table%add(name // "_rms", units(k), "rms on the mounts", [(known(i) * variants(i)%mounted%rms(k), &
-        & i = 1, n)], bounds=[(known(i) * variants(i)%mounted%rms_error(k), i = 1, n)])
-      call table%add(name // "_peak", units(k), "peak on the mounts", [(known(i) * variants(i)%mounted%peak(k), &
-        & i = 1, n)], bounds=[(known(i) * variants(i)%mounted%peak_error(k), i = 1, n)])
+      call table%add(name // "_rms", units(k), "rms on the mounts", [(valid(i) * variants(i)%mounted%rms(k), &
+        & i = 1, n)], bounds=[(valid(i) * variants(i)%mounted%rms_error(k), i = 1, n)])
+      call table%add(name // "_peak", units(k), "peak on the mounts", [(valid(i) * variants(i)%mounted%peak(k), &
+        & i = 1, n)], bounds=[(valid(i) * variants(i)%mounted%peak_error(k), i = 1, n)])
     end do
     do k = 1, dofs
       call table%add(trim(dof_names(k)) // "_peak", merge(radian, metre, is_rotation(k)), "peak of the vibration", &
-        & [(known(i) * variants(i)%mounted%motion(k), i = 1, n)], bounds=[(known(i) * variants(i)%mounted%motion_error(k), &
+        & [(valid(i) * variants(i)%mounted%motion(k), i = 1, n)], bounds=[(valid(i) * variants(i)%mounted%motion_error(k), &
         & i = 1, n)])
     end do
     call table%add("verdict", "verdict on the machine with these counterweights", &
@@ -232,23 +232,23 @@ contains
       & "moment_against"]
     character(len=len(aims)) :: aim(orders * size(variants))
     character(len=longest) :: links(orders * size(variants))
-    real(dp) :: rms(orders * size(variants), 4), amplitudes(orders * size(variants), 6), turned(orders * size(variants), 4)
+    real(dp) :: rms(orders * size(variants), 4), amplitudes(orders * size(variants), 6), rotating(orders * size(variants), 4)
     integer :: number(orders * size(variants)), i, k, n
 
     amplitudes = 0
-    turned = 0
+    rotating = 0
     n = 0
     do i = 1, size(variants)
       if (allocated(frame%space)) then
-        amplitudes(n + 1:n + orders, :) = variants(i)%left%amplitudes(orders)
-        turned(n + 1:n + orders, :) = variants(i)%left%turning(frame%space%planes(1)%axes, orders)
+        amplitudes(n + 1:n + orders, :) = variants(i)%residual%amplitudes(orders)
+        rotating(n + 1:n + orders, :) = variants(i)%residual%turning(frame%space%planes(1)%axes, orders)
       end if
       do k = 1, orders
         n = n + 1
         aim(n) = aims(variants(i)%aim)
         links(n) = variants(i)%links(" ")
         number(n) = k
-        rms(n, :2) = [variants(i)%left%order_rms(k, force), variants(i)%left%order_rms(k, moment)]
+        rms(n, :2) = [variants(i)%residual%order_rms(k, force), variants(i)%residual%order_rms(k, moment)]
         rms(n, 3:) = variants(i)%mounted%orders(:, k)
         if (allocated(variants(i)%mounted%reason)) rms(n, 3:) = ieee_value(1.0_dp, ieee_quiet_nan)
       end do
@@ -269,7 +269,7 @@ contains
     do i = 1, 4
       call table%add("rigid_" // trim(turning(i)), merge(newton, newton_metre, i <= 2), "on rigid ground, magnitude of the " &
         & // "vector across the shaft that rotates " // either("with the crank", "against the crank", modulo(i, 2) == 1), &
-        & turned(:, i))
+        & rotating(:, i))
     end do
   end function harmonics_of
 

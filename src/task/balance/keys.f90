@@ -4,7 +4,7 @@ module gestell_task_balance_keys
   use gestell_base_key, only: key_type, of_length, positive, range_type, real_key, text_key
   use gestell_base_kinds, only: dp
   use gestell_base_words, only: word_length
-  use gestell_input_namelist_document, only: document_type, group_type, has, the_group
+  use gestell_input_namelist_document, only: document_type, group_type, has, group_named
   use gestell_input_namelist_message, only: input_error
   use gestell_input_schema_read, only: count_values, read
   use gestell_input_schema_units, only: units_type
@@ -57,7 +57,7 @@ contains
     type(group_type) :: group
     character(len=:), allocatable :: about
 
-    group = the_group(doc, "balance")
+    group = group_named(doc, "balance")
     call read(group, balance_keys, "weight", options%weight, error)
     if (.not. allocated(error)) call read(group, balance_keys, "about", about, error)
     if (allocated(error)) return

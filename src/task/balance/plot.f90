@@ -13,7 +13,7 @@ module gestell_task_balance_plot
   !> Height (%) at which bars are cut off; the true value is then printed above the bar
   integer, parameter :: top = 250
   !> Forces and moments of the original machine up to this limit (N, N m) count as zero: percentages of them would overflow
-  real(dp), parameter :: least_found = 100 / huge(1.0_dp)
+  real(dp), parameter :: least_original = 100 / huge(1.0_dp)
 
 contains
 
@@ -55,17 +55,20 @@ contains
       real(dp) :: greatest
       integer :: k
 
-      associate (found => variants(1))
+      associate (original => variants(1))
         greatest = 1
         do k = 2, size(variants)
-          if (found%left%rms(row) > least_found) greatest = max(greatest, variants(k)%left%rms(row) / found%left%rms(row))
-          if (found%mounted%rms(row) > least_found) greatest = max(greatest, variants(k)%mounted%rms(row) / found%mounted%rms(row))
+          if (original%residual%rms(row) > least_original) greatest = max(greatest, &
+            & variants(k)%residual%rms(row) / original%residual%rms(row))
+          if (original%mounted%rms(row) > least_original) greatest = max(greatest, &
+            & variants(k)%mounted%rms(row) / original%mounted%rms(row))
         end do
         lines = axis // newline // "set yrange [0:" // text(nint(112 * min(greatest, top / 100.0_dp))) // "]" // newline &
           & // "set ylabel 'rms " // what // " (% of original)'" // newline // "plot " &
-          & // bars("'balance.csv'", "-", percent(rigid, found%left%rms(row)), "lt 1 dt 1 lw 1 fs solid 1", "on rigid ground") &
+          & // bars("'balance.csv'", "-", percent(rigid, &
+          & original%residual%rms(row)), "lt 1 dt 1 lw 1 fs solid 1", "on rigid ground") &
           & // ", \" // newline // "  " &
-          & // bars("''", "+", percent(mounted, found%mounted%rms(row)), "lt 2 dt 1 lw 1 fs pattern 2", "on the mounts") &
+          & // bars("''", "+", percent(mounted, original%mounted%rms(row)), "lt 2 dt 1 lw 1 fs pattern 2", "on the mounts") &
           & // newline
       end associate
     end function panel
@@ -83,14 +86,15 @@ contains
       & // ")) with labels font ',11' offset 0,0.5 notitle"
   end function bars
 
-  !> Gnuplot expression for a column as a percentage of the value `found` of the original machine; 0 if this value counts as zero.
-  pure function percent(column, found) result(value)
+  !> Gnuplot expression for a column as a percentage of the value `original` of the original machine; 0 if this value counts as
+  !> zero.
+  pure function percent(column, original) result(value)
     character(len=*), intent(in) :: column
-    real(dp), intent(in) :: found
+    real(dp), intent(in) :: original
     character(len=:), allocatable :: value
 
     value = "0"
-    if (found > least_found) value = exact(100 / found)
+    if (original > least_original) value = exact(100 / original)
     value = value // " * column('" // column // "')"
   end function percent
 

@@ -19,9 +19,10 @@ module gestell_task_balance_report
   public :: balance_headlines, link_lines, report_balance, turning_lines
 
   !> Number of orders that the report lists for each variant
-  integer, parameter :: told_orders = 3
-  !> `noticed`: smaller relative changes are not mentioned. `rounding`: a part below this fraction of the whole is rounding error.
-  real(dp), parameter :: noticed = 0.01_dp, rounding = 1.0e-11_dp
+  integer, parameter :: max_orders = 3
+  !> `notable_change`: smaller relative changes are not mentioned. `rounding`: a part below this fraction of the whole is rounding
+  !> error.
+  real(dp), parameter :: notable_change = 0.01_dp, rounding = 1.0e-11_dp
 
 contains
 
@@ -31,11 +32,11 @@ contains
   function balance_headlines(variants) result(lines)
     type(variant_type), intent(in) :: variants(:)
     character(len=:), allocatable :: lines
-    logical :: solved(size(variants)), lured(size(variants))
+    logical :: solved(size(variants)), misleading(size(variants))
     integer :: i, on_rigid, on_mounts, worst
 
     lines = ""
-    on_rigid = minloc([(variants(i)%left%rms(force), i = 1, size(variants))], dim=1)
+    on_rigid = minloc([(variants(i)%residual%rms(force), i = 1, size(variants))], dim=1)
     if (on_rigid == 1) return
     lines = "Best counterweights on rigid ground (" // variants(on_rigid)%label() // "): rms force " // change(on_rigid, .true.) &
       & // ", on the mounts " // change(on_rigid, .false.) // newline
@@ -48,10 +49,10 @@ contains
       lines = lines // "Best counterweights on the mounts (" // variants(on_mounts)%label() // "): rms force " &
         & // change(on_mounts, .false.) // ", on rigid ground " // change(on_mounts, .true.) // newline
     end if
-    lured = solved .and. [(variants(i)%left%rms(force) < (1 - noticed) * variants(1)%left%rms(force) .and. &
-      & variants(i)%mounted%rms(force) > (1 + noticed) * variants(1)%mounted%rms(force), i = 1, size(variants))]
-    lured(on_rigid) = .false.
-    worst = maxloc([(variants(i)%mounted%rms(force), i = 1, size(variants))], dim=1, mask=lured)
+    misleading = solved .and. [(variants(i)%residual%rms(force) < (1 - notable_change) * variants(1)%residual%rms(force) .and. &
+      & variants(i)%mounted%rms(force) > (1 + notable_change) * variants(1)%mounted%rms(force), i = 1, size(variants))]
+    misleading(on_rigid) = .false.
+    worst = maxloc([(variants(i)%mounted%rms(force), i = 1, size(variants))], dim=1, mask=misleading)
     if (worst > 0) lines = lines // "Worst counterweights on the mounts (" // variants(worst)%label() // "): rms force " &
       & // change(worst, .false.) // ", though on rigid ground " // change(worst, .true.) // newline
 
@@ -66,7 +67,7 @@ contains
 
       words = "no periodic vibration"
       if (rigidly) then
-        words = change_words(variants(i)%left%rms(force), variants(1)%left%rms(force), "N")
+        words = change_words(variants(i)%residual%rms(force), variants(1)%residual%rms(force), "N")
       else if (.not. (allocated(variants(i)%mounted%reason) .or. allocated(variants(1)%mounted%reason))) then
         words = change_words(variants(i)%mounted%rms(force), variants(1)%mounted%rms(force), "N")
       end if
@@ -104,34 +105,36 @@ contains
     !> Length (m) by which moments are divided in the weighted sum
     real(dp), intent(in) :: length
     character(len=:), allocatable :: report, rows, orders, heads, links
-    integer, allocatable :: told(:)
+    integer, allocatable :: listed_orders(:)
     integer :: aim, b, i, k
 
-    told = linkage%harmonics(told_orders)
-    told = told(:told_orders)
-    heads = order_of(told(1), linkage%turns) // "," // order_of(told(2), linkage%turns) // "," // order_of(told(3), linkage%turns)
+    listed_orders = linkage%harmonics(max_orders)
+    listed_orders = listed_orders(:max_orders)
+    heads = order_of(listed_orders(1), linkage%turns) // "," // order_of(listed_orders(2), linkage%turns) // "," &
+      & // order_of(listed_orders(3), linkage%turns)
     rows = ""
     orders = ""
     do i = 1, size(variants)
-      associate (one => variants(i), found => variants(1))
+      associate (one => variants(i), original => variants(1))
         rows = rows // one%label() // tab
         if (i > 1) rows = rows // concise(one%mass, 4)
-        rows = rows // tab // cells(one%left%rms, found%left%rms, i == 1)
+        rows = rows // tab // cells(one%residual%rms, original%residual%rms, i == 1)
         if (.not. allocated(one%mounted%reason)) then
-          rows = rows // tab // cells(one%mounted%rms, merge(0.0_dp, found%mounted%rms, allocated(found%mounted%reason)), i == 1)
+          rows = rows // tab // cells(one%mounted%rms, merge(0.0_dp, original%mounted%rms, allocated(original%mounted%reason)), &
+            & i == 1)
           if (one%mounted%verdict /= "stable") rows = rows // tab // trim(one%mounted%verdict)
         else
           rows = rows // tab // "-" // tab // "-" // tab // one%mounted%reason
         end if
         rows = rows // newline
         orders = orders // one%label()
-        do k = 1, size(told)
-          orders = orders // tab // clean(one%left%order_rms(told(k), force), one%left%rms(force))
+        do k = 1, size(listed_orders)
+          orders = orders // tab // clean(one%residual%order_rms(listed_orders(k), force), one%residual%rms(force))
         end do
-        do k = 1, size(told)
-          if (told(k) > size(one%mounted%orders, 2)) exit
+        do k = 1, size(listed_orders)
+          if (listed_orders(k) > size(one%mounted%orders, 2)) exit
           orders = orders // tab
-          if (.not. allocated(one%mounted%reason)) orders = orders // clean(one%mounted%orders(force, told(k)), &
+          if (.not. allocated(one%mounted%reason)) orders = orders // clean(one%mounted%orders(force, listed_orders(k)), &
             & one%mounted%rms(force))
         end do
         orders = orders // newline
@@ -181,10 +184,10 @@ contains
     integer :: i, k
 
     lines = ""
-    sizes = variants(1)%left%turning(axes, turns)
-    scale = max(sizes(turns, :), variants(1)%left%rms([force, force, moment, moment]))
+    sizes = variants(1)%residual%turning(axes, turns)
+    scale = max(sizes(turns, :), variants(1)%residual%rms([force, force, moment, moment]))
     do i = 1, size(variants)
-      sizes = variants(i)%left%turning(axes, turns)
+      sizes = variants(i)%residual%turning(axes, turns)
       lines = lines // variants(i)%label()
       do k = 1, 4
         lines = lines // tab // clean(sizes(turns, k), scale(k))
@@ -196,14 +199,14 @@ contains
       & // tabulated("lrrrr", "counterweight,force with,against,moment with,against" // newline // ",N,N,N m,N m", lines)
   end function turning_lines
 
-  !> Two cells of the table: force and moment with units if `plain`, otherwise their relative changes from `found`.
-  pure function cells(values, found, plain) result(words)
-    real(dp), intent(in) :: values(2), found(2)
+  !> Two cells of the table: force and moment with units if `plain`, otherwise their relative changes from `original`.
+  pure function cells(values, original, plain) result(words)
+    real(dp), intent(in) :: values(2), original(2)
     logical, intent(in) :: plain
     character(len=:), allocatable :: words
 
     words = either(concise(values(force), 5) // " N" // tab // concise(values(moment), 5) // " N m", &
-      & change_words(values(force), found(force), "N") // tab // change_words(values(moment), found(moment), "N m"), plain)
+      & change_words(values(force), original(force), "N") // tab // change_words(values(moment), original(moment), "N m"), plain)
   end function cells
 
   !> The value `part` as text; 0 if it is rounding error relative to `whole`.
@@ -238,14 +241,14 @@ contains
             associate (link => linkage%links(body%link))
               place = one%weights(k)%center(body)
               where (abs(place) <= rounding * norm2(place)) place = 0
-              place = typed(place, units%of(of_length))
+              place = in_input_units(place, units%of(of_length))
               joints = "from=" // quoted(linkage%joints(link%from)%name) // ", to=" // quoted(linkage%joints(link%to)%name) // ","
               line = "  &link name=" // quoted(trim(one%names(k))) // ","
               lines = lines // line // either(" ", newline // "    ", character_count(line // joints) < widest) // joints &
                 & // newline // "    mass=" &
-                & // concise(typed(one%weights(k)%mass(body), units%of(of_mass)), digits) // ", inertia=0, center=" &
+                & // concise(in_input_units(one%weights(k)%mass(body), units%of(of_mass)), digits) // ", inertia=0, center=" &
                 & // concise(place(1), digits) // "," // concise(place(2), digits)
-              if (size(rigid%kinds()) > 3 .and. abs(link%own_z) > 0) lines = lines // ", z=" // concise(typed(link%own_z, &
+              if (size(rigid%kinds()) > 3 .and. abs(link%own_z) > 0) lines = lines // ", z=" // concise(in_input_units(link%own_z, &
                 & units%of(of_length)), digits)
               lines = lines // " /" // newline
             end associate
@@ -262,7 +265,7 @@ contains
     type(rigid_ground_type), intent(in) :: rigid
     class(linkage_type), intent(in) :: linkage
     character(len=:), allocatable :: line, tail
-    logical :: copied, carries
+    logical :: copied, has_counterweight
     integer :: b, i, k
 
     line = ""
@@ -274,20 +277,20 @@ contains
           if (len(name) > len(tail)) copied = copied .or. name(len(name) - len(tail) + 1:) == tail
         end associate
       end do
-      carries = any([(any(variants(i)%weights%body == b), i = 1, size(variants))])
-      if (copied .and. carries) line = line // ", " // tail(2:)
+      has_counterweight = any([(any(variants(i)%weights%body == b), i = 1, size(variants))])
+      if (copied .and. has_counterweight) line = line // ", " // tail(2:)
     end do
     if (line /= "") line = wrapped("  note: &repeat also copies a counterweight that is added to its original, here on " &
       & // line(3:) // newline)
   end function copies_line
 
   !> A value in SI units converted to the units of the input.
-  elemental real(dp) function typed(value, unit)
+  elemental real(dp) function in_input_units(value, unit)
     real(dp), intent(in) :: value
     type(unit_type), intent(in) :: unit
 
-    typed = value * unit%divisor / unit%factor
-  end function typed
+    in_input_units = value * unit%divisor / unit%factor
+  end function in_input_units
 
   !> A name in quotes as in an input file; quotes within the name are doubled.
   pure function quoted(name) result(words)

@@ -9,23 +9,23 @@ module gestell_task_balance_variants
   use gestell_model_quantity, only: find_quantity
   use gestell_model_quantity_rows, only: probe_type, quantity_type
   use gestell_model_linkage, only: linkage_type
-  use gestell_study_balance, only: left_type, measure_left, rigid_ground_type
+  use gestell_study_balance, only: residual_shaking_type, measure_residual, rigid_ground_type
   use gestell_study_balance_bodies, only: counterweight_type, with_counterweights
   use gestell_study_balance_complete, only: balance_force, balanced, not_balanced
   use gestell_study_balance_single, only: best_single
   use gestell_study_vibration_analysis, only: analyse, analysis_type, analysis_options
-  use gestell_study_vibration_statistics, only: statistics_type, take_statistics
+  use gestell_study_vibration_statistics, only: statistics_type, compute_statistics
   use gestell_task_balance_keys, only: balance_options
   use gestell_task_common_configuration, only: configuration_type
   implicit none (type, external)
   private
 
-  public :: plan_variants, solve_variant, take_mounted
+  public :: plan_variants, solve_variant, extract_mounted
 
-  !> Purpose of the counterweights. `as_found`: there are none. `for_force`, `for_moment`, `for_sum`: a single one minimises the
-  !> force, the moment or the weighted sum. `complete`: several cancel the force. `together`: several minimise the force, on links
-  !> with a pivot on the frame only.
-  integer, parameter, public :: as_found = 0, for_force = 1, for_moment = 2, for_sum = 3, complete = 4, together = 5
+  !> Purpose of the counterweights. `original_machine`: there are none. `for_force`, `for_moment`, `for_sum`: a single one minimises
+  !> the force, the moment or the weighted sum. `complete`: several cancel the force. `together`: several minimise the force, on
+  !> links with a pivot on the frame only.
+  integer, parameter, public :: original_machine = 0, for_force = 1, for_moment = 2, for_sum = 3, complete = 4, together = 5
   character(len=8), parameter, public :: aims(0:5) = [character(len=8) :: "found", "force", "moment", "sum", "complete", "together"]
 
   !> Indices of the force and the moment on the ground in arrays such as `rms`
@@ -48,8 +48,8 @@ module gestell_task_balance_variants
 
   !> One variant of the machine.
   type, public :: variant_type
-    !> Purpose of the counterweights, from `as_found` to `together`
-    integer :: aim = as_found
+    !> Purpose of the counterweights, from `original_machine` to `together`
+    integer :: aim = original_machine
     !> Counterweights
     type(counterweight_type), allocatable :: weights(:)
     !> Name of the link that carries each counterweight (`on`), and name of the counterweight as a link of its own (`names`)
@@ -57,7 +57,7 @@ module gestell_task_balance_variants
     !> Total mass of the counterweights (kg)
     real(dp) :: mass = 0
     !> Forces and moments on rigid ground
-    type(left_type) :: left
+    type(residual_shaking_type) :: residual
     !> Forces and vibration on the mounts
     type(mounted_type) :: mounted
   contains
@@ -89,10 +89,10 @@ contains
 
     allocate(all(3 + 3 * size(rigid%bodies)))
     allocate(all(1)%weights(0))
-    call measure_left(rigid, all(1)%weights, speed, all(1)%left)
+    call measure_residual(rigid, all(1)%weights, speed, all(1)%residual)
     length = options%length
     if (.not. length > 0) length = 1
-    associate (rms => all(1)%left%rms)
+    associate (rms => all(1)%residual%rms)
       if (.not. options%length > 0 .and. minval(rms) > 0) length = rms(moment) / rms(force)
     end associate
     associate (kinds => rigid%kinds())
@@ -125,7 +125,7 @@ contains
       all(n)%aim = merge(complete, together, state == balanced)
     end if
     do b = 2, n
-      call measure_left(rigid, all(b)%weights, speed, all(b)%left)
+      call measure_residual(rigid, all(b)%weights, speed, all(b)%residual)
     end do
     allocate(variants, source=all(:n))
     do b = 1, n
@@ -167,7 +167,7 @@ contains
     character(len=:), allocatable :: label
 
     select case (self%aim)
-    case (as_found)
+    case (original_machine)
       label = "original"
     case (complete)
       label = "complete"
@@ -197,12 +197,12 @@ contains
     options%all_vibrations = .false.
     options%modes = .false.
     if (.not. allocated(failure)) call analyse(frame, options, configuration%accuracy, analysis, failure)
-    call take_mounted(analysis, options%harmonics, variant%mounted, failure)
+    call extract_mounted(analysis, options%harmonics, variant%mounted, failure)
   end subroutine solve_variant
 
   !> Extracts forces and vibration from a solved machine. If `failure` is allocated, its message becomes the reason for the missing
   !> vibration, and `failure` is deallocated.
-  subroutine take_mounted(analysis, orders, mounted, failure)
+  subroutine extract_mounted(analysis, orders, mounted, failure)
     type(analysis_type), intent(in) :: analysis
     !> Number of orders whose rms values are extracted
     integer, intent(in) :: orders
@@ -219,7 +219,7 @@ contains
       if (.not. (allocated(analysis%vibration) .and. .not. allocated(failure))) exit
       call find_quantity(analysis%frame, none, quantities(i), quantity, failure)
       if (i == moment .and. .not. allocated(failure)) call whole_moment(analysis%frame, quantity, failure)
-      if (.not. allocated(failure)) call take_statistics(analysis%vibration, quantity, statistics, failure)
+      if (.not. allocated(failure)) call compute_statistics(analysis%vibration, quantity, statistics, failure)
       if (allocated(failure)) exit
       mounted%rms(i) = statistics%rms
       mounted%rms_error(i) = statistics%error
@@ -238,7 +238,7 @@ contains
         mounted%motion_error(:dofs) = analysis%vibration%peak_error(:dofs)
       end associate
     end if
-  end subroutine take_mounted
+  end subroutine extract_mounted
 
   !> Extends `quantity`, the moment about zeta, to the moments about all three axes if the frame moves in space. Fails as
   !> `find_quantity` does.

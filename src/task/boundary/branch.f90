@@ -7,7 +7,7 @@ module gestell_task_boundary_branch
   implicit none (type, external)
   private
 
-  public :: passed
+  public :: lies_on_any
 
   !> A branch: part of a path of vibrations on which lambda is monotonic (lambda: coordinate of the parameter, 0 to 1 over its
   !> range).
@@ -16,9 +16,9 @@ module gestell_task_boundary_branch
     type(point_type), allocatable :: points(:)
     !> Lengths of the arcs between neighbouring points, shape (points - 1).
     real(dp), allocatable :: arcs(:)
-    !> For the lower and the upper end of the branch. `turns`: true if this end is a turning point. `lost`: true if the continuation
-    !> failed at this end.
-    logical :: turns(2) = .false., lost(2) = .false.
+    !> For the lower and the upper end of the branch. `turning_ends`: true if this end is a turning point. `lost`: true if the
+    !> continuation failed at this end.
+    logical :: turning_ends(2) = .false., lost(2) = .false.
     !> Error bounds of lambda at those ends that are turning points.
     real(dp) :: errors(2) = 0
     !> Lengths and angles (m, m, rad) by which the coordinates of the motion are scaled, as in `path_family_type`.
@@ -69,7 +69,7 @@ contains
   end function motion_at
 
   !> True if one of the branches, not considering number `except`, has the given motion at lambda = `t`.
-  logical function passed(branches, t, motion, except)
+  logical function lies_on_any(branches, t, motion, except)
     type(branch_type), intent(in) :: branches(:)
     real(dp), intent(in) :: t
     !> The motion (m, m, rad) at this lambda
@@ -78,18 +78,18 @@ contains
     integer, intent(in), optional :: except
     integer :: i
 
-    passed = .false.
+    lies_on_any = .false.
     do i = 1, size(branches)
       if (present(except)) then
         if (i == except) cycle
       end if
-      passed = passes(branches(i), t, motion)
-      if (passed) return
+      lies_on_any = lies_on(branches(i), t, motion)
+      if (lies_on_any) return
     end do
-  end function passed
+  end function lies_on_any
 
   !> True if the branch has the given motion at lambda = `t`, within the error of the cubic interpolation.
-  logical function passes(self, t, motion)
+  logical function lies_on(self, t, motion)
     type(branch_type), intent(in) :: self
     real(dp), intent(in) :: t
     type(series_type), intent(in) :: motion
@@ -99,8 +99,8 @@ contains
     integer :: j, k
 
     ends = self%ends()
-    passes = t >= ends(1) .and. t <= ends(2)
-    if (.not. passes) return
+    lies_on = t >= ends(1) .and. t <= ends(2)
+    if (.not. lies_on) return
     own = self%motion_at(t)
     difference = 0
     size_of_both = 0
@@ -113,7 +113,7 @@ contains
         end associate
       end do
     end do
-    passes = difference <= alike**2 * size_of_both
+    lies_on = difference <= alike**2 * size_of_both
 
   contains
 
@@ -125,6 +125,6 @@ contains
       if (k <= ubound(of, 1)) coefficient = of(k, j)
     end function coefficient
 
-  end function passes
+  end function lies_on
 
 end module gestell_task_boundary_branch

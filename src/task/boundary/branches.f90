@@ -11,10 +11,11 @@ module gestell_task_boundary_branches
   use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_model_frame, only: frame_type
   use gestell_model_exact_varied_frame, only: varied_frame, varied_frame_type
-  use gestell_task_boundary_branch, only: branch_type, passed
-  use gestell_task_boundary_line_borders, only: add_rest, border_rest_type, border_type, borders_on, line_along, open_border_type
+  use gestell_task_boundary_branch, only: branch_type, lies_on_any
+  use gestell_task_boundary_line_borders, only: add_open_parts, border_rest_type, border_type, borders_on, line_along, &
+    & open_border_type
   use gestell_task_boundary_line, only: border_options, coordinate, line_type, parameter_at, sensitivity
-  use gestell_task_boundary_line_found, only: search_type
+  use gestell_task_boundary_line_search_result, only: search_type
   use gestell_task_boundary_line_search, only: merged, range_nodes, search_line
   use gestell_task_boundary_vibrations, only: bare_frame, trace_branches
   use gestell_system_family, only: family_type
@@ -39,7 +40,7 @@ module gestell_task_boundary_branches
   character(len=*), parameter, public :: turning_point = "turning_point"
   character(len=*), parameter :: no_vibration = "none"
   !> Distance from a turning point, relative to the range, within which no other border is sought.
-  real(dp), parameter :: beside_turn = 1.0e-6_dp
+  real(dp), parameter :: turn_clearance = 1.0e-6_dp
 
 contains
 
@@ -79,12 +80,12 @@ contains
     do i = 1, size(branches) - 1
       ends = abs(branches(i)%ends() - branches(i + 1)%ends())
       do side = 1, 2
-        if (branches(i)%turns(side) .and. .not. ends(side) > 0) call refine_turn(family, branches(i:i + 1), side)
+        if (branches(i)%turning_ends(side) .and. .not. ends(side) > 0) call refine_turning_point(family, branches(i:i + 1), side)
       end do
     end do
     do i = 1, size(branches)
       family%branch = branches(i)
-      ends = branches(i)%ends() + merge(beside_turn, 0.0_dp, branches(i)%turns) * [1, -1]
+      ends = branches(i)%ends() + merge(turn_clearance, 0.0_dp, branches(i)%turning_ends) * [1, -1]
       if (.not. ends(2) > ends(1)) then
         ends = branches(i)%ends()
         call add_open(axis, ends(1), ends(2), rest)
@@ -92,14 +93,14 @@ contains
       end if
       call line_along(family, [axis], 1, [axis%from], options, line)
       line%start = ends(1)
-      line%way = ends(2) - ends(1)
+      line%direction = ends(2) - ends(1)
       call search_line(line, nodes_of(branches(i), line, axis%count), search, error)
       if (allocated(error)) return
-      call add_rest(line, search, rest)
-      if (any(branches(i)%turns) .and. is_never_kept(search)) cycle
+      call add_open_parts(line, search, rest)
+      if (any(branches(i)%turning_ends) .and. is_always_unstable(search)) cycle
       number = number + 1
       borders = [borders, borders_on(line, search, number)]
-      call add_turns(family, options%tolerance, number, search, borders)
+      call add_turning_points(family, options%tolerance, number, search, borders)
     end do
     borders = borders(ascending(sign(1.0_dp, axis%to - axis%from) * borders%value))
   end subroutine find_branch_borders
@@ -116,7 +117,7 @@ contains
     logical :: taken(size(branch%points))
     integer :: i
 
-    t = (branch%points%lambda - line%start(1)) / line%way(1)
+    t = (branch%points%lambda - line%start(1)) / line%direction(1)
     taken = .false.
     changed = 0
     do i = 2, size(t)
@@ -162,7 +163,7 @@ contains
       do side = 1, 2
         if (.not. lost(side, i)) cycle
         ! Another branch passes through this end.
-        if (passed(branches, ends(side, i), branches(i)%motion_at(ends(side, i)), except=i)) cycle
+        if (lies_on_any(branches, ends(side, i), branches(i)%motion_at(ends(side, i)), except=i)) cycle
         next = max(0.0_dp, maxval(ends(2, :), mask=lost(2, :) .and. ends(2, :) < ends(1, i)))
         if (side == 2) next = min(1.0_dp, minval(ends(1, :), mask=lost(1, :) .and. ends(1, :) > ends(2, i)))
         call add_open(axis, min(next, ends(side, i)), max(next, ends(side, i)), rest)
@@ -183,27 +184,27 @@ contains
   !> True if an odd number of real multipliers exceeds 1 along the whole branch. A single point proves nothing: the branch may be
   !> unstable there because of a tongue at +1, as at 2 w = 2 Omega (w: natural frequency) in a machine that repeats after half a
   !> turn. Points near a turning point, where a multiplier equals 1 within its error, are ignored.
-  pure logical function is_never_kept(search)
+  pure logical function is_always_unstable(search)
     type(search_type), intent(in) :: search
     integer :: i, above, known
 
     known = 0
-    is_never_kept = .true.
+    is_always_unstable = .true.
     do i = 1, size(search%marks)
       associate (mark => search%marks(i), is_real => .not. abs(aimag(search%marks(i)%z)) > 0)
         if (any(is_real .and. abs(real(mark%z)) <= mark%noise)) cycle
         known = known + 1
         above = count(is_real .and. real(mark%z) > 0)
-        is_never_kept = is_never_kept .and. modulo(above, 2) == 1
+        is_always_unstable = is_always_unstable .and. modulo(above, 2) == 1
       end associate
     end do
-    is_never_kept = is_never_kept .and. known > 0
-  end function is_never_kept
+    is_always_unstable = is_always_unstable .and. known > 0
+  end function is_always_unstable
 
   !> Refines the turning point at end `side`, where the two branches of `pair` meet. Near it, the parameter and the mean square
   !> difference of the two motions are smooth functions of each other. Neville extrapolation to zero difference gives the turning
   !> point. Cancellation costs digits; the last change of the extrapolation is taken as the error.
-  subroutine refine_turn(family, pair, side)
+  subroutine refine_turning_point(family, pair, side)
     type(branch_family_type), intent(inout) :: family
     type(branch_type), intent(inout) :: pair(2)
     integer, intent(in) :: side
@@ -238,7 +239,7 @@ contains
       pair(i)%points(at(i))%lambda = table(1)
       pair(i)%errors(side) = abs(table(1) - before)
     end do
-  end subroutine refine_turn
+  end subroutine refine_turning_point
 
   !> Computes the mean square difference between the scaled motions of two branches at lambda = `t`. Fails if Newton's method does
   !> not converge to both branches, or if both motions are equal.
@@ -271,7 +272,7 @@ contains
 
   !> Adds the turning points at the ends of the family's branch. At a turning point a multiplier equals 1 within its error, so the
   !> verdict next to it is taken from the nearest system whose verdict is decided.
-  pure subroutine add_turns(family, tolerance, number, search, borders)
+  pure subroutine add_turning_points(family, tolerance, number, search, borders)
     type(branch_family_type), intent(in) :: family
     real(dp), intent(in) :: tolerance
     integer, intent(in) :: number
@@ -286,7 +287,7 @@ contains
     ends = family%branch%ends()
     decided = pack([(i, i = 1, size(search%marks))], search%marks%verdict /= undecided)
     do side = 1, 2
-      if (.not. family%branch%turns(side)) cycle
+      if (.not. family%branch%turning_ends(side)) cycle
       verdict = undecided
       if (size(decided) > 0) verdict = search%marks(decided(merge(1, size(decided), side == 1)))%verdict
       border%value = parameter_at(family%axis, ends(side))
@@ -302,7 +303,7 @@ contains
       end if
       borders = [borders, border]
     end do
-  end subroutine add_turns
+  end subroutine add_turning_points
 
   !> Linearises the frame about its vibration on the branch. Fails if Newton's method does not converge to this vibration.
   subroutine member(self, parameters, system, error)
@@ -313,7 +314,7 @@ contains
     type(varied_frame_type), allocatable :: varied
     class(frame_type), allocatable :: frame
     real(dp), allocatable :: steps(:)
-    real(dp), parameter :: greatest_step = 0.1_dp
+    real(dp), parameter :: max_step = 0.1_dp
 
     call bare_frame(self%bare, parameters, frame, error)
     if (allocated(error)) return
@@ -321,7 +322,7 @@ contains
     varied = varied_frame(frame, self%branch%motion_at(coordinate(self%axis, parameters(1))))
     call iterate(frame, self%accuracy, .false., varied, steps, error)
     if (allocated(error)) return
-    if (steps(1) > greatest_step) then
+    if (steps(1) > max_step) then
       call fatal_error(error, "the vibration has left the branch", failed_computation)
       return
     end if

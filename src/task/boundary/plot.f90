@@ -9,7 +9,7 @@ module gestell_task_boundary_plot
   use gestell_task_boundary_level_line, only: level_type
   use gestell_task_boundary_level_plane, only: level_kinds, level_states
   use gestell_task_boundary_level_plot, only: level_meanings, level_title, plot_levels
-  use gestell_task_boundary_map_plot, only: empty, found, plot_curves
+  use gestell_task_boundary_map_plot, only: empty_label, count_words, plot_curves
   use gestell_task_boundary_solution, only: border_results_type
   use gestell_task_range_plan, only: sweep_plan_type
   implicit none (type, external)
@@ -72,7 +72,7 @@ contains
           & // concise(places(i), 9) // "," // concise(values(i)%arg_rad / acos(-1.0_dp) + 0.04_dp, 4) &
           & // " rotate by 90 left font ',12'" // newline
       end do
-      list = empty(size(values)) // "plot NaN notitle"
+      list = empty_label(size(values)) // "plot NaN notitle"
       do i = 1, size(kinds)
         if (any(values%kind == kinds(i))) list = list // ", 'boundary.csv' using (strcol('kind') eq '" // trim(kinds(i)) &
           & // "' ? X(column(2)) : 1e290):(column('arg_rad') / pi) with impulses lt " // text(i) // " notitle" &
@@ -81,7 +81,8 @@ contains
       end do
       if (any([values%above, values%below] == "unstable")) list = list // unstable_entry
     end associate
-    figure = new_figure("boundary", "Stability boundaries over " // trim(plan%paths(1)) // ": " // found(size(results%values)), &
+    figure = new_figure("boundary", "Stability boundaries over " // trim(plan%paths(1)) // ": " &
+      & // count_words(size(results%values)), &
       & lines // list // marks%entries // newline, width=800, height=440)
   end function plot_values
 

@@ -9,12 +9,12 @@ module gestell_task_boundary_report
   use gestell_task_boundary_level_line, only: level_type
   use gestell_task_boundary_line_borders, only: border_rest_type, nearest_type
   use gestell_task_boundary_line_functions, only: flutter, kind_names
-  use gestell_task_boundary_map_report, only: curve_lines, curves_over, more_listed, most_listed, unsearched_lines, words
+  use gestell_task_boundary_map_report, only: curve_lines, curves_over, more_listed, max_listed, unsearched_lines, words
   use gestell_task_boundary_solution, only: border_results_type
   implicit none (type, external)
   private
 
-  public :: report_borders, report_search, summary, way_to
+  public :: report_borders, report_search, summary, nearest_words
 
   character, parameter :: newline = new_line("a")
 
@@ -75,13 +75,14 @@ contains
     report = newline
     if (allocated(results%map)) then
       report = report // curve_lines(results%map, plan%paths)
-      if (results%middle /= "") report = report // "  at the centre of the ranges the quantity is: " // trim(results%middle) &
+      if (results%side_at_centre /= "") report = report // "  at the centre of the ranges the quantity is: " &
+        & // trim(results%side_at_centre) &
         & // newline
     else
       report = report // value_lines(results, present(level)) // open_lines(results%rest, tolerance, present(level))
     end if
     if (allocated(results%curve)) then
-      if (max(size(results%values), size(results%rest%places)) > most_listed) report = report // more_listed
+      if (max(size(results%values), size(results%rest%places)) > max_listed) report = report // more_listed
       if (.not. results%curve%complete) report = report // "  note: the curve is not fully refined; more search points may " &
         & // "reveal more crossings" // newline
       report = report // "  based on " // counted(size(results%curve%points), "point") // " of the curve, listed in level.csv" &
@@ -91,7 +92,7 @@ contains
     report = report // newline // "  Machine of the input: " // trim(results%nearest(1)%verdict) &
       & // ". Nearest values that are not unstable:" // newline
     do k = 1, size(results%nearest)
-      report = report // "    " // way_to(trim(plan%paths(k)), results%nearest(k)) // newline
+      report = report // "    " // nearest_words(trim(plan%paths(k)), results%nearest(k)) // newline
     end do
   end function report_borders
 
@@ -105,11 +106,11 @@ contains
     report = ""
     if (size(results%values) == 0) then
       report = "  the level is not crossed in the range" // newline
-      if (.not. of_level) report = "  no boundary " // where_none(results%rest) // newline
+      if (.not. of_level) report = "  no boundary " // empty_words(results%rest) // newline
       return
     end if
     listed = size(results%values)
-    if (of_level) listed = min(listed, most_listed)
+    if (of_level) listed = min(listed, max_listed)
     do i = 1, listed
       associate (v => results%values(i))
         report = report // concise(v%value, 13) // tab // concise(v%error, 2) // tab // trim(v%below) // tab // trim(v%above) // tab
@@ -149,7 +150,7 @@ contains
     line = line // " over " // trim(plan%paths(1)) // ": "
     if (size(results%values) == 0) then
       if (present(level)) line = line // "none in the range"
-      if (.not. present(level)) line = line // "none " // where_none(results%rest)
+      if (.not. present(level)) line = line // "none " // empty_words(results%rest)
     end if
     do i = 1, min(size(results%values), most)
       if (i > 1) line = line // ", "
@@ -159,13 +160,13 @@ contains
   end function summary
 
   !> Words for a result without borders. "In the range" is used only if the search has left no place undecided.
-  pure function where_none(rest) result(words)
+  pure function empty_words(rest) result(words)
     type(border_rest_type), intent(in) :: rest
     character(len=:), allocatable :: words
 
     words = "in the range"
     if (size(rest%places) > 0) words = "found, but the search is not complete"
-  end function where_none
+  end function empty_words
 
   !> Lines of the report about the places where a border, or a crossing of a level, cannot be excluded.
   pure function open_lines(rest, tolerance, of_level) result(report)
@@ -176,16 +177,16 @@ contains
     integer :: i
 
     report = unsearched_lines(rest%thin, 2 * tolerance, rest%left_out)
-    do i = 1, min(size(rest%places), most_listed)
+    do i = 1, min(size(rest%places), max_listed)
       report = report // "  open: there may be a " // trim(merge("crossing", "boundary", of_level)) // " at " &
         & // concise(rest%places(i)%value, 13) // ", within " // concise(rest%places(i)%width, 2) // newline
     end do
-    if (size(rest%places) > most_listed .and. .not. of_level) report = report // more_listed
+    if (size(rest%places) > max_listed .and. .not. of_level) report = report // more_listed
   end function open_lines
 
   !> Describes the nearest machine along a parameter that is not unstable: value of the parameter, distance from the given value,
   !> and verdict.
-  pure function way_to(path, nearest) result(sentence)
+  pure function nearest_words(path, nearest) result(sentence)
     character(len=*), intent(in) :: path
     type(nearest_type), intent(in) :: nearest
     character(len=:), allocatable :: sentence
@@ -199,6 +200,6 @@ contains
     else
       sentence = path // ": none in the range"
     end if
-  end function way_to
+  end function nearest_words
 
 end module gestell_task_boundary_report

@@ -7,7 +7,7 @@ module gestell_task_boundary_solution
   use gestell_task_boundary_branches, only: find_branch_borders
   use gestell_task_boundary_line_borders, only: border_accuracy, border_rest_type, border_type, find_borders, nearest_stable, &
     & nearest_type
-  use gestell_task_boundary_line, only: border_options, usual_tolerance
+  use gestell_task_boundary_line, only: border_options, default_tolerance
   use gestell_task_boundary_map, only: border_map_type, trace_borders
   use gestell_task_resonance_curve, only: resonance_curve_type
   implicit none (type, external)
@@ -29,7 +29,7 @@ module gestell_task_boundary_solution
     !> its error.
     type(resonance_curve_type), allocatable :: curve
     !> For a level over two parameters, if there is no curve: side of the level at the centre of the ranges.
-    character(len=10) :: middle = ""
+    character(len=10) :: side_at_centre = ""
   end type border_results_type
 
 contains
@@ -69,7 +69,7 @@ contains
     if (allocated(error) .or. size(base) == 0) return
     allocate(results%nearest(size(base)))
     do k = 1, size(base)
-      call nearest_stable(family, base, k, grid%axes, fine%accuracy, min(options%tolerance, usual_tolerance), &
+      call nearest_stable(family, base, k, grid%axes, fine%accuracy, min(options%tolerance, default_tolerance), &
         & results%nearest(k), error, fine%executor)
       if (allocated(error)) return
     end do

@@ -3,8 +3,8 @@
 module gestell_task_boundary_task
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
-  use gestell_input_machine_quantities, only: kind_of_measure
-  use gestell_input_namelist_document, only: group_type, groups_named, has, the_group
+  use gestell_input_machine_quantities, only: read_measure
+  use gestell_input_namelist_document, only: group_type, groups_named, has, group_named
   use gestell_input_namelist_message, only: input_error
   use gestell_input_schema_read, only: read
   use gestell_output_result, only: result_type
@@ -14,12 +14,12 @@ module gestell_task_boundary_task
   use gestell_task_boundary_level_line, only: level_line_type, level_type
   use gestell_task_boundary_level_plane, only: level_kinds, level_plane_type, level_states
   use gestell_task_boundary_level_search, only: find_levels, level_results_type
-  use gestell_task_boundary_line, only: border_options, coordinate, most_searched, usual_tolerance
+  use gestell_task_boundary_line, only: border_options, coordinate, most_searched, default_tolerance
   use gestell_task_boundary_line_borders, only: border_accuracy, line_along, usual_deviation
   use gestell_task_boundary_map, only: trace_curves
   use gestell_task_boundary_map_plot, only: over_chart
   use gestell_task_boundary_plot, only: plot_borders
-  use gestell_task_boundary_report, only: report_borders, report_search, summary, way_to
+  use gestell_task_boundary_report, only: report_borders, report_search, summary, nearest_words
   use gestell_task_boundary_solution, only: border_results_type, solve_borders
   use gestell_task_boundary_tables, only: border_table, curve_table
   use gestell_task_common_configuration, only: configuration_type
@@ -52,7 +52,7 @@ contains
     self%name = "boundary"
     self%meaning = "stability boundary, or level of a quantity, over the parameters of `&sweep`"
     self%tables = [character(len=longest_table) :: "boundary", "level"]
-    self%about = all_machines
+    self%scope = all_machines
   end subroutine describe
 
   !> Reads the group &boundary. Fails if an axis has a single value or includes standstill, if there are too many search points, or
@@ -65,8 +65,8 @@ contains
     type(group_type) :: group
     integer :: k
 
-    if (.not. self%ordered) return
-    group = the_group(configuration%document, "boundary")
+    if (.not. self%requested) return
+    group = group_named(configuration%document, "boundary")
     ranges = groups_named(configuration%document, "sweep")
     associate (plan => configuration%plan)
       do k = 1, size(ranges)
@@ -77,7 +77,7 @@ contains
       call limit_points(plan%grid, ranges, most_searched, error)
       if (.not. allocated(error)) call refuse_standstill(ranges, plan, error)
       if (.not. allocated(error)) call read(group, boundary_keys, "tolerance", self%tolerance, error, &
-        & default=merge(usual_tolerance, usual_deviation, size(ranges) == 1))
+        & default=merge(default_tolerance, usual_deviation, size(ranges) == 1))
     end associate
     if (allocated(error)) return
     if (has(group, "quantity")) then
@@ -101,7 +101,7 @@ contains
     real(dp) :: limit
     integer :: k, kind
 
-    call kind_of_measure(group, boundary_keys, "measure", kind, error)
+    call read_measure(group, boundary_keys, "measure", kind, error)
     if (.not. allocated(error)) call read(group, boundary_keys, "quantity", name, error)
     if (allocated(error)) return
     allocate(self%level)
@@ -149,16 +149,17 @@ contains
     if (allocated(error)) return
     associate (plan => context%configuration%plan)
       call result%add(border_table(plan, results, self%level), plot_borders(plan, results, self%level))
-      if (allocated(results%map)) call result%draw_over("sweep", over_chart(results%map))
+      if (allocated(results%map)) call result%add_curves("sweep", over_chart(results%map))
       if (allocated(results%curve)) call result%add(curve_table(plan, results%curve%points, self%level))
       call result%warn("", summary(plan, results, self%level))
       if (allocated(results%nearest)) then
         do k = 1, size(results%nearest)
           call result%warn("", "Nearest machine that is not unstable: " &
-            & // way_to(trim(plan%paths(k)), results%nearest(k)))
+            & // nearest_words(trim(plan%paths(k)), results%nearest(k)))
         end do
       end if
-      call result%say(report_search(plan, self%tolerance, self%level) // report_borders(plan, results, self%tolerance, self%level))
+      call result%write_lines(report_search(plan, self%tolerance, self%level) // report_borders(plan, results, self%tolerance, &
+        & self%level))
     end associate
   end subroutine run
 
@@ -219,7 +220,7 @@ contains
         plane%speed_axis = findloc(plan%paths == speed, .true., dim=1)
         allocate(results%map)
         call trace_curves(plane, plan%grid, results%map, error)
-        if (.not. allocated(error) .and. results%map%curves == 0) call plane%in_the_middle(results%middle, error)
+        if (.not. allocated(error) .and. results%map%curves == 0) call plane%find_side_at_centre(results%side_at_centre, error)
       else
         associate (axis => plan%grid%axes(1))
           call line_along(family, [axis], 1, [axis%from], options, line%line_type)

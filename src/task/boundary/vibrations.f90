@@ -5,11 +5,11 @@ module gestell_task_boundary_vibrations
   use gestell_math_series_trigonometric, only: series_type
   use gestell_model_frame, only: frame_type
   use gestell_model_exact_varied_frame, only: varied_frame, varied_frame_type
-  use gestell_task_boundary_branch, only: branch_type, passed
+  use gestell_task_boundary_branch, only: branch_type, lies_on_any
   use gestell_task_boundary_line, only: border_options, parameter_at
-  use gestell_task_common_executor, only: executor_type, spread_over, work_type
+  use gestell_task_common_executor, only: executor_type, distribute_over, work_type
   use gestell_task_common_record, only: record_type
-  use gestell_system_family, only: family_type, take_member
+  use gestell_system_family, only: family_type, create_member
   use gestell_system_periodic, only: periodic_system
   use gestell_study_frame_model, only: settle
   use gestell_study_grid, only: axis_type
@@ -58,9 +58,9 @@ module gestell_task_boundary_vibrations
   end type trail_type
 
   !> Lengths of the first arc, the longest arc and the shortest arc.
-  real(dp), parameter :: short_arc = 1.0e-3_dp, long_arc = 0.05_dp, least_arc = 1.0e-9_dp
+  real(dp), parameter :: short_arc = 1.0e-3_dp, long_arc = 0.05_dp, min_arc = 1.0e-9_dp
   !> Maximum number of steps along a path, and of linear systems that are solved for a path.
-  integer, parameter :: most_steps = 3000, most_systems = 20000
+  integer, parameter :: max_steps = 3000, max_systems = 20000
 
   !> Text of the progress line while vibrations are followed.
   character(len=*), parameter :: following = "following vibrations"
@@ -101,27 +101,27 @@ contains
       if (.not. allocated(error)) call settle(frame, "exact", options%accuracy, settled, error)
       if (allocated(error)) cycle
       family%units = units_of(frame)
-      family%left = most_systems
+      family%left = max_systems
       select type (settled)
       class is (varied_frame_type)
         if (.not. settled%newton) cycle
-        if (passed(branches, starts(i), settled%motion)) cycle
+        if (lies_on_any(branches, starts(i), settled%motion)) cycle
         samples = max(first_samples, 2 * ubound(settled%motion%cosine, 1) + 2)
         q = values_of(settled%motion, samples) / spread(family%units, 1, samples)
       end select
-      call walk(family, q, starts(i), -1, branches, down)
-      call walk(family, q, starts(i), 1, branches, up)
-      call split(family, down, up, branches)
+      call follow_path(family, q, starts(i), -1, branches, down)
+      call follow_path(family, q, starts(i), 1, branches, up)
+      call add_branches(family, down, up, branches)
     end do
     if (associated(options%executor)) call options%executor%show(following, 1.0_dp)
   end subroutine trace_branches
 
   !> Follows the path of vibrations from motion `q` at `start` until it meets one of the `branches`, leaves the range, or the
-  !> continuation fails. `way`: initial direction, 1 upward or -1 downward.
-  subroutine walk(family, q, start, way, branches, trail)
+  !> continuation fails. `direction`: initial direction, 1 upward or -1 downward.
+  subroutine follow_path(family, q, start, direction, branches, trail)
     type(line_path_type), intent(inout) :: family
     real(dp), intent(in) :: q(:, :), start
-    integer, intent(in) :: way
+    integer, intent(in) :: direction
     type(branch_type), intent(in) :: branches(:)
     type(trail_type), intent(out) :: trail
     type(point_type) :: at, next
@@ -131,14 +131,14 @@ contains
     logical :: easy
     integer :: k
 
-    call first_point(family, q, start, way, at, error)
+    call first_point(family, q, start, direction, at, error)
     if (allocated(error)) return
     ! Each step adds its end and possibly a turning point before it.
-    allocate(trail%points(2 * most_steps + 2), trail%arcs(0), trail%errors(0))
+    allocate(trail%points(2 * max_steps + 2), trail%arcs(0), trail%errors(0))
     call trail%add(at, 0.0_dp, 0.0_dp)
     angles = family%angles
     arc = short_arc
-    do k = 1, most_steps
+    do k = 1, max_steps
       if (associated(family%executor)) call family%executor%show(following, at%lambda)
       target = merge(1.0_dp, 0.0_dp, at%rise > 0)
       if (abs(target - at%lambda) <= short_arc) then
@@ -158,7 +158,7 @@ contains
       end if
       if (allocated(error)) then
         arc = arc / 4
-        if (arc < least_arc) return
+        if (arc < min_arc) return
         cycle
       end if
       call move_alloc(angles, before)
@@ -169,24 +169,24 @@ contains
       if (size(before) == size(angles) .and. size(angles) > 0) allowed = max(arc / 4, minval(0.5_dp &
         & * max(angles(:, 1), angles(:, 2)) * arc / max(abs(angles(:, 1) - before(:, 1)), tiny(arc))))
       rest = arc
-      if (at%rise * next%rise < 0) call add_turn(family, at, next, rest, trail)
+      if (at%rise * next%rise < 0) call add_turning_point(family, at, next, rest, trail)
       call trail%add(next, rest, 0.0_dp)
       at = next
-      trail%lost = .not. passed(branches, at%lambda, motion_of(family, at%q))
+      trail%lost = .not. lies_on_any(branches, at%lambda, motion_of(family, at%q))
       if (.not. trail%lost) return
       arc = min(merge(2 * arc, arc, easy), long_arc, allowed)
       if (family%turn(at%q) > furthest_turn) return
     end do
-  end subroutine walk
+  end subroutine follow_path
 
   !> Adds the turning point on the arc between two points to `trail`, by the secant method for the zero of d(lambda)/ds. `arc`: on
   !> entry its whole length, on return the length behind the turning point.
-  subroutine add_turn(family, from, to, arc, trail)
+  subroutine add_turning_point(family, from, to, arc, trail)
     type(line_path_type), intent(inout) :: family
     type(point_type), intent(in) :: from, to
     real(dp), intent(inout) :: arc
     type(trail_type), intent(inout) :: trail
-    integer, parameter :: most_iterations = 20
+    integer, parameter :: max_iterations = 20
     real(dp), parameter :: flat = 1.0e-7_dp, inside = 0.02_dp
     type(point_type) :: middle, best
     type(error_type), allocatable :: error
@@ -200,7 +200,7 @@ contains
     slope_high = to%rise
     turn = arc / 2
     best%rise = huge(x)
-    do k = 1, most_iterations
+    do k = 1, max_iterations
       x = slope_low / (slope_low - slope_high)
       ! If a point cannot be solved, try the next one beside it.
       if (allocated(error)) x = 0.5_dp + 0.3_dp / k
@@ -226,7 +226,7 @@ contains
     best%rise = 0
     call trail%add(best, turn, x)
     arc = max(arc - turn, tiny(arc))
-  end subroutine add_turn
+  end subroutine add_turning_point
 
   pure subroutine add(self, point, arc, error)
     class(trail_type), intent(inout) :: self
@@ -240,7 +240,7 @@ contains
   end subroutine add
 
   !> Joins the path `down` (reversed) and the path `up`, and adds each part between turning points to `branches`.
-  subroutine split(family, down, up, branches)
+  subroutine add_branches(family, down, up, branches)
     type(line_path_type), intent(in) :: family
     type(trail_type), intent(in) :: down, up
     type(branch_type), allocatable, intent(inout) :: branches(:)
@@ -273,25 +273,25 @@ contains
       call move_alloc(longer, branches)
       first = k
     end do
-  end subroutine split
+  end subroutine add_branches
 
   !> True if lambda reverses its direction at point `k`, inside a path. At a turning point with zero slope the reversal may appear
   !> one point earlier or later.
   pure logical function turns_at(whole, k)
     type(trail_type), intent(in) :: whole
     integer, intent(in) :: k
-    logical :: back(-1:1), flat(-1:1)
+    logical :: reversed(-1:1), flat(-1:1)
     integer :: i
 
-    back = .false.
+    reversed = .false.
     flat = .false.
     do i = max(k - 1, 2), min(k + 1, whole%count - 1)
       associate (lambda => whole%points(i - 1:i + 1)%lambda)
-        back(i - k) = (lambda(2) - lambda(1)) * (lambda(3) - lambda(2)) < 0
+        reversed(i - k) = (lambda(2) - lambda(1)) * (lambda(3) - lambda(2)) < 0
       end associate
       flat(i - k) = .not. abs(whole%points(i)%rise) > 0
     end do
-    turns_at = (flat(0) .and. any(back)) .or. (back(0) .and. .not. any(flat))
+    turns_at = (flat(0) .and. any(reversed)) .or. (reversed(0) .and. .not. any(flat))
   end function turns_at
 
   !> Makes a branch from the points `first` to `last` of a path and puts them in ascending order of lambda. `lost`: true for each
@@ -303,23 +303,23 @@ contains
     logical, intent(in) :: lost(2)
     type(branch_type) :: branch
     integer :: i, k, n
-    logical :: back
+    logical :: reversed
 
     n = last - first + 1
-    back = whole%points(last)%lambda < whole%points(first)%lambda
+    reversed = whole%points(last)%lambda < whole%points(first)%lambda
     allocate(branch%points(n), branch%arcs(n - 1))
     do i = 1, n
-      k = merge(last + 1 - i, first - 1 + i, back)
+      k = merge(last + 1 - i, first - 1 + i, reversed)
       branch%points(i) = whole%points(k)
-      if (back) branch%points(i)%along = -branch%points(i)%along
-      if (back) branch%points(i)%rise = -branch%points(i)%rise
-      if (i < n) branch%arcs(i) = whole%arcs(merge(k, k + 1, back))
+      if (reversed) branch%points(i)%along = -branch%points(i)%along
+      if (reversed) branch%points(i)%rise = -branch%points(i)%rise
+      if (i < n) branch%arcs(i) = whole%arcs(merge(k, k + 1, reversed))
     end do
-    branch%turns = [first > 1, last < whole%count]
-    branch%lost = lost .and. .not. branch%turns
-    if (back) branch%turns = branch%turns([2, 1])
-    if (back) branch%lost = branch%lost([2, 1])
-    branch%errors = merge(whole%errors([last, first]), whole%errors([first, last]), back)
+    branch%turning_ends = [first > 1, last < whole%count]
+    branch%lost = lost .and. .not. branch%turning_ends
+    if (reversed) branch%turning_ends = branch%turning_ends([2, 1])
+    if (reversed) branch%lost = branch%lost([2, 1])
+    branch%errors = merge(whole%errors([last, first]), whole%errors([first, last]), reversed)
     branch%units = family%units
   end function branch_of
 
@@ -345,7 +345,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     class(periodic_system), allocatable :: system
 
-    call take_member(bare, parameters, system, error)
+    call create_member(bare, parameters, system, error)
     if (allocated(error)) return
     select type (system)
     class is (frame_type)
@@ -366,7 +366,7 @@ contains
     work%family = self
     work%q = q
     work%ends = ends
-    call spread_over(work, 2, error, self%executor)
+    call distribute_over(work, 2, error, self%executor)
     if (allocated(error)) return
     next = work%next
     if (size(next(2)%q, 1) < size(next(1)%q, 1)) call next_iterate(self, q, ends(2), size(next(1)%q, 1), next(2), error)

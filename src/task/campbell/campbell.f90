@@ -9,10 +9,10 @@ module gestell_task_campbell
   use gestell_study_member, only: member_type
   use gestell_study_mode_solution, only: solve_modes
   use gestell_study_mode_tracking, only: track
-  use gestell_study_mode_type, only: mode_type, most_dofs
+  use gestell_study_mode, only: mode_type, max_dofs
   use gestell_study_speeds, only: check_orders, check_speeds
   use gestell_system_second_order, only: second_order_system
-  use gestell_task_common_executor, only: executor_type, spread_over, work_type
+  use gestell_task_common_executor, only: executor_type, distribute_over, work_type
   use gestell_task_common_record, only: record_type
   use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
@@ -29,7 +29,7 @@ module gestell_task_campbell
     !> Harmonics to be used instead of all from 1 to `orders`
     integer, allocatable :: harmonics(:)
   contains
-    procedure :: sought
+    procedure :: requested_harmonics
   end type campbell_options
 
   !> The modes of the machine at one speed.
@@ -41,16 +41,16 @@ module gestell_task_campbell
     !> True if a machine exists at this speed and at least one mode was identified
     logical :: solved = .false.
     !> Modes in the order of their numbers; only the first `dofs` are used
-    type(mode_type) :: modes(most_dofs)
+    type(mode_type) :: modes(max_dofs)
     !> Number of turns of the crank in the period
     integer :: turns = 1
     !> `dofs`: number of degrees of freedom, 0 without a machine. `free`: the degrees of freedom (1: xi, 2: eta, 3: psi, ...) of the
     !> components of the mode shapes
-    integer :: dofs = 0, free(most_dofs) = 0
+    integer :: dofs = 0, free(max_dofs) = 0
     !> True if the modes certainly match those of the previous point. Also true for the first point and after a gap
     logical :: unambiguous = .true.
     !> Mean mass matrix; only its first `dofs` rows and columns are used
-    real(dp) :: mass(most_dofs, most_dofs) = 0
+    real(dp) :: mass(max_dofs, max_dofs) = 0
   end type campbell_point_type
 
   !> A Campbell diagram.
@@ -79,7 +79,7 @@ module gestell_task_campbell
   end type speeds_type
 
   !> Maximum number of times that an interval of speeds is halved to match the modes
-  integer, parameter :: most_halvings = 7
+  integer, parameter :: max_halvings = 7
 
 contains
 
@@ -97,9 +97,9 @@ contains
     type(error_type), allocatable, intent(out) :: error
     class(executor_type), intent(inout), optional :: executor
     type(speeds_type) :: work
-    type(campbell_point_type), allocatable :: known(:)
+    type(campbell_point_type), allocatable :: solved_points(:)
     type(campbell_point_type) :: point, last
-    real(dp), allocatable :: wanted(:)
+    real(dp), allocatable :: missing_speeds(:)
     integer :: i
 
     call check_speeds(speeds, error)
@@ -107,27 +107,27 @@ contains
     if (allocated(error)) return
     work%family => family
     work%options = options
-    wanted = speeds
-    allocate(known(0))
+    missing_speeds = speeds
+    allocate(solved_points(0))
     ! Each round solves all bisections that the previous round requested.
-    do while (size(wanted) > 0)
-      work%speeds = wanted
+    do while (size(missing_speeds) > 0)
+      work%speeds = missing_speeds
       if (allocated(work%points)) deallocate(work%points)
-      allocate(work%points(size(wanted)))
-      call spread_over(work, size(wanted), error, executor)
+      allocate(work%points(size(missing_speeds)))
+      call distribute_over(work, size(missing_speeds), error, executor)
       if (allocated(error)) return
-      known = [known, work%points]
+      solved_points = [solved_points, work%points]
       ! Follow the modes from speed to speed, using the solved points in between where needed, and collect the speeds of points that
       ! are still missing.
       campbell = campbell_type(points=[campbell_point_type ::], free=[integer ::])
-      wanted = [real(dp) ::]
+      missing_speeds = [real(dp) ::]
       last = campbell_point_type()
       do i = 1, size(speeds)
-        point = known(i)
-        call count_in(point, campbell)
-        if (point%solved .and. last%solved) call connect(known, last, point, most_halvings, campbell, wanted)
+        point = solved_points(i)
+        call record_solution(point, campbell)
+        if (point%solved .and. last%solved) call connect(solved_points, last, point, max_halvings, campbell, missing_speeds)
         campbell%points = [campbell%points, point]
-        if (point%solved) call remember(point, last)
+        if (point%solved) call update_latest(point, last)
       end do
     end do
     call number_modes(campbell)
@@ -167,20 +167,20 @@ contains
   end subroutine check_campbell_options
 
   !> Numbers of the harmonics whose crossings with modes are sought.
-  pure function sought(self)
+  pure function requested_harmonics(self)
     class(campbell_options), intent(in) :: self
-    integer, allocatable :: sought(:)
+    integer, allocatable :: requested_harmonics(:)
     integer :: k
 
     if (allocated(self%harmonics)) then
-      sought = self%harmonics
+      requested_harmonics = self%harmonics
     else
-      sought = [(k, k = 1, self%orders)]
+      requested_harmonics = [(k, k = 1, self%orders)]
     end if
-  end function sought
+  end function requested_harmonics
 
   !> Counts the solution `point` in `campbell`, and records its degrees of freedom.
-  pure subroutine count_in(point, campbell)
+  pure subroutine record_solution(point, campbell)
     type(campbell_point_type), intent(in) :: point
     type(campbell_type), intent(inout) :: campbell
 
@@ -188,10 +188,10 @@ contains
     campbell%modes = point%dofs
     campbell%free = point%free(:point%dofs)
     campbell%solutions = campbell%solutions + 1
-  end subroutine count_in
+  end subroutine record_solution
 
   !> Updates the latest known modes `last`. A mode that is not identified at `point` keeps its previous data.
-  pure subroutine remember(point, last)
+  pure subroutine update_latest(point, last)
     type(campbell_point_type), intent(in) :: point
     type(campbell_point_type), intent(inout) :: last
     integer :: k
@@ -199,42 +199,42 @@ contains
     last%speed = point%speed
     last%mass = point%mass
     last%solved = .true.
-    do k = 1, most_dofs
+    do k = 1, max_dofs
       if (point%modes(k)%identified .or. .not. last%modes(k)%identified) last%modes(k) = point%modes(k)
     end do
-  end subroutine remember
+  end subroutine update_latest
 
   !> Reorders the modes of `point` so that they match those of `last`. Where the matching is uncertain, points in between are used.
-  !> If such a point is not among the solved points `known`, its speed is appended to `wanted`.
-  pure recursive subroutine connect(known, last, point, halvings, campbell, wanted)
-    type(campbell_point_type), intent(in) :: known(:), last
+  !> If such a point is not among the solved points `solved_points`, its speed is appended to `missing_speeds`.
+  pure recursive subroutine connect(solved_points, last, point, halvings, campbell, missing_speeds)
+    type(campbell_point_type), intent(in) :: solved_points(:), last
     type(campbell_point_type), intent(inout) :: point
     integer, intent(in) :: halvings
     type(campbell_type), intent(inout) :: campbell
-    real(dp), allocatable, intent(inout) :: wanted(:)
+    real(dp), allocatable, intent(inout) :: missing_speeds(:)
     type(campbell_point_type) :: middle, nearer
     real(dp) :: speed
-    logical :: like
+    logical :: matched
     integer :: f, i
 
     f = campbell%modes
-    call track(last%modes(:f), point%mass(:f, :f), base_frequency(point), point%modes(:f), like, point%unambiguous)
-    if (like .or. halvings == 0) return
+    call track(last%modes(:f), point%mass(:f, :f), base_frequency(point), point%modes(:f), matched, point%unambiguous)
+    if (matched .or. halvings == 0) return
     speed = (last%speed + point%speed) / 2
-    i = findloc(abs(known%speed - speed) > 0, .false., dim=1)
+    i = findloc(abs(solved_points%speed - speed) > 0, .false., dim=1)
     if (i == 0) then
-      wanted = [wanted, speed]
+      missing_speeds = [missing_speeds, speed]
       return
     end if
-    middle = known(i)
-    call count_in(middle, campbell)
+    middle = solved_points(i)
+    call record_solution(middle, campbell)
     if (.not. middle%solved) return
     middle%ordered = .false.
-    call connect(known, last, middle, halvings - 1, campbell, wanted)
+    call connect(solved_points, last, middle, halvings - 1, campbell, missing_speeds)
     campbell%points = [campbell%points, middle]
     nearer = last
-    call remember(middle, nearer)
-    call connect(known, nearer, point, halvings - 1, campbell, wanted)
+    call update_latest(middle, nearer)
+    call connect(solved_points, nearer, point, halvings - 1, campbell, missing_speeds)
   end subroutine connect
 
   !> Computes the modes at one speed, in ascending order of their frequencies. `point` stays unsolved if no machine exists at this

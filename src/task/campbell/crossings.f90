@@ -7,8 +7,8 @@ module gestell_task_campbell_crossings
     & base_frequency, solve_point
   use gestell_system_family, only: family_type
   use gestell_study_mode_tracking, only: track
-  use gestell_study_mode_type, only: mode_type
-  use gestell_task_common_executor, only: executor_type, spread_over, work_type
+  use gestell_study_mode, only: mode_type
+  use gestell_task_common_executor, only: executor_type, distribute_over, work_type
   use gestell_task_common_record, only: record_type
   use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
@@ -54,7 +54,7 @@ module gestell_task_campbell_crossings
     !> Points on both sides of the zero or jump
     type(campbell_point_type) :: sides(2)
   contains
-    procedure :: point_at, knows, locks, value
+    procedure :: point_at, is_identified, is_locked, value
   end type search_type
 
   !> Parallel work: each piece is one search.
@@ -67,10 +67,10 @@ module gestell_task_campbell_crossings
   end type searches_type
 
   !> Relative accuracy of the speed of a crossing, if the errors of the frequencies permit it
-  real(dp), parameter :: exact = 1.0e-11_dp
-  integer, parameter :: most_steps = 100
+  real(dp), parameter :: speed_accuracy = 1.0e-11_dp
+  integer, parameter :: max_steps = 100
   !> Minimum change of a frequency that counts as a jump, relative to the frequency of the period
-  real(dp), parameter :: jumping = 1.0e-6_dp
+  real(dp), parameter :: least_jump = 1.0e-6_dp
   !> Maximum number of jumps
   integer, parameter :: most_jumps = 40
   !> Functions whose zeros are sought. `detuning`: frequency of the mode minus `multiple` times the frequency of the period; zero in
@@ -107,7 +107,7 @@ contains
       call fatal_error(error, "the modes must be those of solve_campbell", invalid_input)
       return
     end if
-    harmonics = options%sought()
+    harmonics = options%requested_harmonics()
     halves = 2 * maxval([0, harmonics])
     do round = 1, most_jumps
       work%campbell = campbell
@@ -120,7 +120,7 @@ contains
         work%searches(i)%multiple = (1 + mod(i - 1, halves)) / 2.0_dp
         work%searches(i)%harmonic = maxval([0, pack(harmonics, 2 * harmonics == 1 + mod(i - 1, halves))])
       end do
-      call spread_over(work, size(work%searches), error, executor)
+      call distribute_over(work, size(work%searches), error, executor)
       if (allocated(error)) return
       crossings = [crossing_type ::]
       do i = 1, size(work%searches)
@@ -192,13 +192,13 @@ contains
     type(campbell_point_type), intent(out) :: point
     type(error_type), allocatable, intent(out) :: error
 
-    logical :: like
+    logical :: matched
 
     call solve_point(self%family, speed, self%options, point, error)
     associate (f => point%dofs)
       if (f > 0) self%solutions = self%solutions + 1
       if (allocated(error) .or. .not. point%solved) return
-      call track(near%modes(:f), point%mass(:f, :f), base_frequency(point), point%modes(:f), like, point%unambiguous)
+      call track(near%modes(:f), point%mass(:f, :f), base_frequency(point), point%modes(:f), matched, point%unambiguous)
     end associate
   end subroutine point_at
 
@@ -218,30 +218,30 @@ contains
     r = points(first + 1)
     last = first + 1
     first = last
-    if (.not. (search%knows(l) .and. search%knows(r))) return
+    if (.not. (search%is_identified(l) .and. search%is_identified(r))) return
     crossing%mode = search%mode
     crossing%order = search%multiple / l%turns
     crossing%harmonic = search%harmonic
     f = [search%value(l, detuning), search%value(r, detuning)]
-    if (search%locks(l)) then
+    if (search%is_locked(l)) then
       ! The interval begins at the start of the range or after a gap; otherwise it was found before.
       within = l
       if (last > 2) then
-        if (search%knows(points(last - 2))) return
+        if (search%is_identified(points(last - 2))) return
       end if
-    else if (search%locks(r)) then
+    else if (search%is_locked(r)) then
       within = r
     else if (f(1) * f(2) > 0) then
       return
     else
-      if (abs(r%speed - l%speed) <= 4 * exact * abs(l%speed)) return
+      if (abs(r%speed - l%speed) <= 4 * speed_accuracy * abs(l%speed)) return
       call find_root(search, detuning, l, r, within, crossing%error, error)
       if (allocated(error) .or. .not. within%solved) return
-      search%jump = abs(search%value(within, detuning)) > jumping * base_frequency(within) &
-        & .and. .not. search%locks(within)
+      search%jump = abs(search%value(within, detuning)) > least_jump * base_frequency(within) &
+        & .and. .not. search%is_locked(within)
       search%point = last
       if (search%jump) return
-      if (.not. search%locks(within)) then
+      if (.not. search%is_locked(within)) then
         if (crossing%harmonic == 0) return
         crossing%speed = within%speed
         crossing%ends = within%speed
@@ -252,8 +252,8 @@ contains
     end if
 
     ! Find the other end of the interval.
-    do while (last < size(points) .and. search%locks(r))
-      if (.not. search%knows(points(last + 1))) exit
+    do while (last < size(points) .and. search%is_locked(r))
+      if (.not. search%is_identified(points(last + 1))) exit
       last = last + 1
       r = points(last)
     end do
@@ -273,22 +273,22 @@ contains
     type(crossing_type), intent(inout) :: crossing
     type(error_type), allocatable, intent(out) :: error
     type(campbell_point_type) :: edge
-    real(dp) :: doubt(2)
+    real(dp) :: uncertainty(2)
 
     crossing%ends = [l%speed, r%speed]
-    doubt = 0
-    if (.not. search%locks(l)) then
-      call find_root(search, discriminant, l, within, edge, doubt(1), error)
+    uncertainty = 0
+    if (.not. search%is_locked(l)) then
+      call find_root(search, discriminant, l, within, edge, uncertainty(1), error)
       if (allocated(error)) return
       crossing%ends(1) = edge%speed
     end if
-    if (.not. search%locks(r)) then
-      call find_root(search, discriminant, within, r, edge, doubt(2), error)
+    if (.not. search%is_locked(r)) then
+      call find_root(search, discriminant, within, r, edge, uncertainty(2), error)
       if (allocated(error)) return
       crossing%ends(2) = edge%speed
     end if
     crossing%speed = sum(crossing%ends) / 2
-    crossing%error = maxval(doubt)
+    crossing%error = maxval(uncertainty)
     crossing%locked = abs(crossing%ends(2) - crossing%ends(1)) > 2 * crossing%error
     call search%point_at(crossing%speed, within, edge, error)
     crossing%at = edge%modes(search%mode)
@@ -296,7 +296,7 @@ contains
 
   !> Finds a zero of the function `kind` between two points at which its signs differ. The search for a zero of the detuning also
   !> ends at a point where the mode is locked.
-  subroutine find_root(own, kind, l, r, root, doubt, error)
+  subroutine find_root(own, kind, l, r, root, uncertainty, error)
     !> The search for one mode and one multiple; on return its `sides` are the last points on both sides of the zero
     type(search_type), intent(inout) :: own
     !> `detuning` or `discriminant`
@@ -305,7 +305,7 @@ contains
     !> The point at the zero; not solved if the search met a speed at which no machine exists
     type(campbell_point_type), intent(out) :: root
     !> Bound on the error of the zero (1/min)
-    real(dp), intent(out) :: doubt
+    real(dp), intent(out) :: uncertainty
     type(error_type), allocatable, intent(out) :: error
     type(root_search_type) :: search
     type(campbell_point_type) :: ends(2), new
@@ -314,17 +314,17 @@ contains
 
     ends = [r, l]
     call search%start(r%speed, own%value(r, kind), l%speed, own%value(l, kind))
-    doubt = search%width()
-    do k = 1, most_steps
+    uncertainty = search%width()
+    do k = 1, max_steps
       own%sides = ends
       if ((ends(2)%speed - ends(1)%speed) * (r%speed - l%speed) < 0) own%sides = ends([2, 1])
       root = ends(minloc(abs(search%f), dim=1))
-      tolerance = exact * abs(root%speed)
+      tolerance = speed_accuracy * abs(root%speed)
       ! Error of the function value, from the error of the frequency or of the difference of the exponents
       noise = root%modes(own%mode)%error
       if (kind == discriminant) noise = 2 * noise * sqrt(abs(own%value(root, kind))) + noise**2
       associate (rise => abs(search%f(1) - search%f(2)))
-        doubt = max(search%width() * min(1.0_dp, noise / max(rise, tiny(noise))), min(tolerance, search%width()))
+        uncertainty = max(search%width() * min(1.0_dp, noise / max(rise, tiny(noise))), min(tolerance, search%width()))
         if (search%found(tolerance) .or. noise > rise) return
       end associate
       next = search%next(tolerance)
@@ -332,11 +332,11 @@ contains
         call own%point_at(next, ends(nearer), new, error)
       end associate
       if (allocated(error)) return
-      if (.not. own%knows(new)) then
+      if (.not. own%is_identified(new)) then
         root%solved = .false.
         return
       end if
-      if (kind == detuning .and. own%locks(new)) then
+      if (kind == detuning .and. own%is_locked(new)) then
         root = new
         return
       end if
@@ -357,29 +357,29 @@ contains
       value = m%frequency() - self%multiple * base_frequency(point)
       if (kind == detuning) return
       value = -value**2
-      if (self%locks(point)) value = ((m%growth - m%partner_growth) / 2)**2
+      if (self%is_locked(point)) value = ((m%growth - m%partner_growth) / 2)**2
     end associate
   end function value
 
   !> True if the mode is identified at the point.
-  pure logical function knows(self, point)
+  pure logical function is_identified(self, point)
     class(search_type), intent(in) :: self
     type(campbell_point_type), intent(in) :: point
 
-    knows = point%solved .and. point%modes(self%mode)%identified
-  end function knows
+    is_identified = point%solved .and. point%modes(self%mode)%identified
+  end function is_identified
 
   !> True if two real multipliers lock the mode to the multiple of the period's frequency. They must differ by more than their
   !> errors: at an ordinary crossing they are equal, and rounding alone can make them real.
-  pure logical function locks(self, point)
+  pure logical function is_locked(self, point)
     class(search_type), intent(in) :: self
     type(campbell_point_type), intent(in) :: point
     real(dp), parameter :: rounding = 1.0e-6_dp
 
     associate (base => base_frequency(point), m => point%modes(self%mode))
-      locks = m%real_pair .and. abs(m%frequency() - self%multiple * base) < rounding * base &
+      is_locked = m%real_pair .and. abs(m%frequency() - self%multiple * base) < rounding * base &
         & .and. abs(m%growth - m%partner_growth) > 2 * m%error
     end associate
-  end function locks
+  end function is_locked
 
 end module gestell_task_campbell_crossings

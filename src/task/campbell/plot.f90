@@ -4,8 +4,8 @@ module gestell_task_campbell_plot
   use gestell_base_text, only: concise, either, newline, text
   use gestell_math_sorting, only: ascending
   use gestell_output_picture_script, only: figure_type, new_figure, span
-  use gestell_output_picture_marks, only: apart, chart_marks, marks_type, with_room
-  use gestell_output_picture_panels, only: key_line, layout_line, with_rim
+  use gestell_output_picture_marks, only: apart, chart_marks, marks_type, choose_spaced
+  use gestell_output_picture_panels, only: key_line, layout_line, range_with_margin
   use gestell_task_campbell, only: campbell_type
   use gestell_task_campbell_crossings, only: crossing_type
   implicit none (type, external)
@@ -16,7 +16,7 @@ module gestell_task_campbell_plot
   !> Maximum number of order lines that are labelled
   integer, parameter :: most_named = 12
   !> Width of a label relative to the axis
-  real(dp), parameter :: beside = 0.043_dp
+  real(dp), parameter :: label_width = 0.043_dp
   !> Intervals of locked modes are marked if their width is at least this fraction of the half width of the resonance.
   real(dp), parameter :: noticeable = 0.1_dp
 
@@ -146,7 +146,7 @@ contains
     end do
     named = pack(orders, orders * abs(last) / 60 > top .and. orders * minval(abs(speeds)) / 60 <= top)
     named = named(:min(size(named), most_named))
-    spaced = apart(sign(60 * top / named, last), beside * abs(last - speeds(1)), [speeds(1), last])
+    spaced = apart(sign(60 * top / named, last), label_width * abs(last - speeds(1)), [speeds(1), last])
     do k = 1, size(named)
       lines = lines // name(named(k), "first " // concise(spaced(k), 7) // ",graph 1 center offset 0,0.6")
     end do
@@ -173,26 +173,26 @@ contains
     type(marks_type) :: marks
     character(len=:), allocatable :: lines
     real(dp) :: range(2), frequencies(size(crossings))
-    integer, allocatable :: mine(:)
+    integer, allocatable :: of_mode(:)
     integer :: i, k
 
     frequencies = [(crossings(i)%at%frequency() / (2 * pi), i = 1, size(crossings))]
     range = campbell%ends()
     marks = marks_of(campbell, range, input)
-    lines = "set title heading noenhanced" // newline // "set xrange " // with_rim(range(1), range(2)) // newline &
+    lines = "set title heading noenhanced" // newline // "set xrange " // range_with_margin(range(1), range(2)) // newline &
       & // "set yrange " // from_zero([1.0_dp, 1.1_dp * frequencies]) // newline &
       & // "set xlabel 'crank speed (rpm)'; set ylabel 'frequency (Hz)'" // newline &
       & // "set bmargin 6; set key at screen 0.5,screen 0.01 bottom center horizontal samplen 2" // newline // marks%lines &
       & // "set style textbox opaque noborder margins 0.3,0.3" // newline
     do k = 1, maxval([0, crossings%mode])
-      mine = pack([(i, i = 1, size(crossings))], crossings%mode == k)
+      of_mode = pack([(i, i = 1, size(crossings))], crossings%mode == k)
       ! low orders get their labels first
-      mine = mine(ascending((crossings(mine)%order)))
-      mine = pack(mine, with_room((crossings(mine)%speed), beside * abs(range(2) - range(1))))
-      do i = 1, size(mine)
-        lines = lines // "set label '" // concise(crossings(mine(i))%order, 4) // "×' at " &
-          & // concise(crossings(mine(i))%speed, 9) // "," &
-          & // concise(frequencies(mine(i)), 6) // " center offset 0,0.9 font ',12' boxed" // newline
+      of_mode = of_mode(ascending((crossings(of_mode)%order)))
+      of_mode = pack(of_mode, choose_spaced((crossings(of_mode)%speed), label_width * abs(range(2) - range(1))))
+      do i = 1, size(of_mode)
+        lines = lines // "set label '" // concise(crossings(of_mode(i))%order, 4) // "×' at " &
+          & // concise(crossings(of_mode(i))%speed, 9) // "," &
+          & // concise(frequencies(of_mode(i)), 6) // " center offset 0,0.9 font ',12' boxed" // newline
       end do
     end do
     lines = lines // "plot NaN notitle"

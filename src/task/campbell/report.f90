@@ -9,14 +9,14 @@ module gestell_task_campbell_report
   use gestell_output_report_warnings, only: judge_range
   use gestell_task_campbell, only: campbell_type
   use gestell_task_campbell_crossings, only: crossing_type
-  use gestell_study_mode_type, only: mode_type
+  use gestell_study_mode, only: mode_type
   implicit none (type, external)
   private
 
   public :: campbell_verdict, report_campbell
 
   !> Maximum number of rows in a table of the report.
-  integer, parameter, public :: most_listed = 60
+  integer, parameter, public :: max_listed = 60
   !> Minimum width of an interval, relative to the speed, to be reported by its ends; a narrower one is reported by its width
   real(dp), parameter :: wide = 1.0e-4_dp
 
@@ -96,7 +96,7 @@ contains
       return
     end if
     rows = ""
-    do i = 1, min(size(crossings), most_listed)
+    do i = 1, min(size(crossings), max_listed)
       associate (c => crossings(i))
         rows = rows // text(c%mode) // tab // concise(c%order, 4) // tab // fixed(c%speed, 5) // tab &
           & // fixed(c%at%frequency() / (2 * pi), 4) // tab // ratio(c%at) // tab
@@ -112,7 +112,7 @@ contains
       end associate
     end do
     report = newline // tabulated("rrrrrl", "mode,order,crossing,frequency,damping" // newline // ",,rpm,Hz,ratio", rows)
-    if (size(crossings) > most_listed) report = report // "  ... all crossings in crossings.csv" // newline
+    if (size(crossings) > max_listed) report = report // "  ... all crossings in crossings.csv" // newline
   end function crossing_lines
 
   !> True if the interval in which the mode is locked is wide compared with the resonance, or if the vibration grows in it.

@@ -8,7 +8,7 @@ module gestell_task_campbell_task
   use gestell_output_table, only: new_table, table_type
   use gestell_output_table_unit, only: hertz, per_second, plain, rpm
   use gestell_model_frame, only: dof_names
-  use gestell_study_mode_type, only: mode_type, most_dofs
+  use gestell_study_mode, only: mode_type, max_dofs
   use gestell_task_common_task, only: all_speeds, longest_table, task_type
   use gestell_task_campbell, only: campbell_options, campbell_type, solve_campbell
   use gestell_task_campbell_crossings, only: crossing_type, find_crossings
@@ -47,8 +47,8 @@ contains
     self%name = "campbell"
     self%meaning = "natural frequencies and damping over the crank speed"
     self%tables = [character(len=longest_table) :: "campbell", "crossings"]
-    self%about = all_speeds
-    self%judges = .true.
+    self%scope = all_speeds
+    self%gives_verdict = .true.
   end subroutine describe
 
   !> Computes the Campbell diagram and adds tables, pictures and report.
@@ -88,7 +88,7 @@ contains
     call result%judge(judgement)
     call result%warn("", "Campbell diagram: " // counted(diagram%campbell%modes, "mode") // ", " &
       & // counted(size(diagram%crossings), "crossing") // " with orders of the crank")
-    call result%say(report_campbell(diagram%campbell, diagram%crossings))
+    call result%write_lines(report_campbell(diagram%campbell, diagram%crossings))
   end subroutine run
 
   !> Computes modes and crossings over the speeds of the sweep. Stores the result in `context` for other tasks.
@@ -98,10 +98,10 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(locked_family_type) :: family
 
-    if (allocated(context%kept)) then
-      select type (kept => context%kept)
+    if (allocated(context%stored_result)) then
+      select type (stored_result => context%stored_result)
       type is (diagram_type)
-        diagram = kept
+        diagram = stored_result
         return
       end select
     end if
@@ -111,7 +111,7 @@ contains
     call solve_campbell(family, context%configuration%speeds(), diagram%options, diagram%campbell, error, context%executor)
     if (.not. allocated(error)) call find_crossings(family, diagram%options, diagram%campbell, diagram%crossings, error, &
       & context%executor)
-    if (.not. allocated(error)) allocate(context%kept, source=diagram)
+    if (.not. allocated(error)) allocate(context%stored_result, source=diagram)
   end subroutine follow_modes
 
   !> Table campbell.csv: one row for each mode at each speed. Mode shapes are scaled so that their largest component is real and
@@ -119,7 +119,7 @@ contains
   pure type(table_type) function campbell_table(campbell, verdict) result(table)
     type(campbell_type), intent(in) :: campbell
     character(len=*), intent(in) :: verdict
-    integer, parameter :: columns = 7 + 2 * most_dofs
+    integer, parameter :: columns = 7 + 2 * max_dofs
     real(dp) :: values(columns, campbell%modes * size(campbell%points))
     integer :: i, k
 
@@ -141,7 +141,7 @@ contains
       call table%add("share", plain, "share of the strongest component in the mean square", values(5, :))
       call table%add("frequency_error", hertz, "error bound of the frequency", values(6, :))
       call table%add("growth_error", per_second, "error bound of the growth rate", values(7, :))
-      do k = 1, merge(most_dofs, 3, any(campbell%free > 3))
+      do k = 1, merge(max_dofs, 3, any(campbell%free > 3))
         call table%add(trim(dof_names(k)) // "_re", plain, "real part of the mode shape", values(6 + 2 * k, :))
         call table%add(trim(dof_names(k)) // "_im", plain, "imaginary part of the mode shape", values(7 + 2 * k, :))
       end do
@@ -159,8 +159,8 @@ contains
   pure function numbers(mode, free) result(row)
     type(mode_type), intent(in) :: mode
     integer, intent(in) :: free(:)
-    real(dp) :: row(7 + 2 * most_dofs)
-    complex(dp) :: shape(most_dofs), all(most_dofs)
+    real(dp) :: row(7 + 2 * max_dofs)
+    complex(dp) :: shape(max_dofs), all(max_dofs)
     integer :: k
 
     row = ieee_value(1.0_dp, ieee_quiet_nan)
@@ -173,7 +173,7 @@ contains
     all(free) = shape(:size(free))
     row(:7) = [mode%frequency() / (2 * pi), mode%growth, mode%partner_growth, mode%damping_ratio(), mode%share(), &
       & mode%error / (2 * pi), mode%error]
-    row(8:) = [(real(all(k)), aimag(all(k)), k = 1, most_dofs)]
+    row(8:) = [(real(all(k)), aimag(all(k)), k = 1, max_dofs)]
   end function numbers
 
 end module gestell_task_campbell_task

@@ -3,7 +3,7 @@ module gestell_task_common_configuration
   use gestell_base_error, only: error_type, impossible_mechanism
   use gestell_base_kinds, only: dp
   use gestell_floquet_period_monodromy, only: accuracy_type
-  use gestell_input_namelist_document, only: document_type, group_type, the_group
+  use gestell_input_namelist_document, only: document_type, group_type, group_named
   use gestell_input_machine_frame, only: read_frame
   use gestell_input_machine_groups, only: read_units
   use gestell_input_schema_read, only: read
@@ -51,7 +51,7 @@ module gestell_task_common_configuration
     procedure :: speeds
     procedure :: harmonics
     procedure :: turns
-    procedure :: want_forces
+    procedure :: request_forces
   end type configuration_type
 
 contains
@@ -149,13 +149,13 @@ contains
     associate (doc => configuration%document, analysis => configuration%analysis, accuracy => configuration%accuracy)
       analysis%stability = .false.
       analysis%response = .false.
-      call read(the_group(doc, "case"), case_keys, "title", configuration%title, error)
-      if (.not. allocated(error)) call read(the_group(doc, "resonance"), resonance_keys, "orders", configuration%orders, error)
-      group = the_group(doc, "response")
+      call read(group_named(doc, "case"), case_keys, "title", configuration%title, error)
+      if (.not. allocated(error)) call read(group_named(doc, "resonance"), resonance_keys, "orders", configuration%orders, error)
+      group = group_named(doc, "response")
       if (.not. allocated(error)) call read(group, response_keys, "points", analysis%points, error)
       if (.not. allocated(error)) call read(group, response_keys, "harmonics", analysis%harmonics, error)
 
-      group = the_group(doc, "model")
+      group = group_named(doc, "model")
       if (.not. allocated(error)) call read(group, model_keys, "coefficients", coefficients, error)
       if (allocated(error)) return
       analysis%averaged = coefficients == "averaged"
@@ -171,7 +171,7 @@ contains
           & // "' there is only one vibration", error)
       end if
 
-      group = the_group(doc, "accuracy")
+      group = group_named(doc, "accuracy")
       if (.not. allocated(error)) call read(group, accuracy_keys(), "tolerance", accuracy%tolerance, error)
       if (.not. allocated(error)) call read(group, accuracy_keys(), "method", accuracy%method, error)
       if (.not. allocated(error)) call read(group, accuracy_keys(), "steps", accuracy%steps, error)
@@ -183,11 +183,11 @@ contains
   end subroutine read_model
 
   !> Requests the motion data for all forces on the ground, including the forces of guides: the HTML page reports them.
-  pure subroutine want_forces(self)
+  pure subroutine request_forces(self)
     class(configuration_type), intent(inout) :: self
 
     if (allocated(self%impossible) .or. .not. self%analysis%vibration()) return
     self%analysis%rows = max(self%analysis%rows, merge(velocities, guide_forces, size(self%frame%free) == self%frame%dofs()))
-  end subroutine want_forces
+  end subroutine request_forces
 
 end module gestell_task_common_configuration

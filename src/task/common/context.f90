@@ -23,7 +23,7 @@ module gestell_task_common_context
     !> `reports`: true if a report is printed. `one_line`: true if a single line of results is requested.
     logical :: reports = .true., one_line = .false.
     !> True if all rows of all tables must be kept in memory after they are written.
-    logical :: keeps_rows = .false.
+    logical :: keep_all_rows = .false.
     !> True if an unstable machine changes the exit code.
     logical :: fails_if_unstable = .false.
     !> Number of the part of a sweep that this run computes, and number of parts.
@@ -34,10 +34,10 @@ module gestell_task_common_context
     !> Results of the machine of the input.
     type(analysis_type) :: analysis
     !> Result that a task stores here for a later task.
-    class(*), allocatable :: kept
+    class(*), allocatable :: stored_result
   contains
     procedure :: members
-    procedure :: entitle
+    procedure :: fill_header
   end type context_type
 
 contains
@@ -57,7 +57,7 @@ contains
   end subroutine members
 
   !> Fills in the header of all tables from the name of the input and the settings of the command line.
-  subroutine entitle(self, input, settings)
+  subroutine fill_header(self, input, settings)
     class(context_type), intent(inout) :: self
     character(len=*), intent(in) :: input
     type(setting_type), intent(in) :: settings(:)
@@ -67,7 +67,7 @@ contains
     self%head%model = self%configuration%model()
     self%head%held_by = trim(self%configuration%frame%held_by)
     self%head%settings = settings
-  end subroutine entitle
+  end subroutine fill_header
 
   !> Opens the journal in the folder where the files are written. The executor stores finished pieces of work in it, and reads the
   !> pieces of an interrupted run from it.

@@ -9,7 +9,7 @@ module gestell_task_common_executor
   implicit none (type, external)
   private
 
-  public :: spread_over
+  public :: distribute_over
 
   !> Work that consists of independent pieces with the numbers 1, 2, ...
   type, abstract, public :: work_type
@@ -24,7 +24,7 @@ module gestell_task_common_executor
     procedure(start), deferred :: start
     procedure(add), deferred :: add
     procedure(clear), deferred :: clear
-    procedure(show_part), nopass, deferred :: show_part
+    procedure(show_fraction), nopass, deferred :: show_fraction
   end type progress_type
 
   !> Distributes pieces of work over threads, and stores finished pieces in a journal.
@@ -34,18 +34,18 @@ module gestell_task_common_executor
     !> Journal of finished pieces; not allocated: nothing is stored.
     type(journal_type), allocatable :: journal
     !> True if several processes cooperate; tasks whose work cannot be shared are then skipped.
-    logical :: together = .false.
-    !> Number of calls of `spread` so far; together with the number of a piece it identifies a result in the journal.
+    logical :: has_many_processes = .false.
+    !> Number of calls of `distribute` so far; together with the number of a piece it identifies a result in the journal.
     integer, private :: rounds = 0
   contains
-    procedure :: spread
+    procedure :: distribute
     procedure :: show
-    procedure, nopass :: leads
+    procedure, nopass :: is_leader
     procedure, nopass :: share_of
     procedure, nopass :: share_error
     procedure, nopass :: share_marks
     procedure, nopass :: compare
-    procedure, nopass :: workers
+    procedure, nopass :: workers_line
   end type executor_type
 
   abstract interface
@@ -82,20 +82,20 @@ module gestell_task_common_executor
       class(progress_type), intent(inout) :: self
     end subroutine clear
 
-    !> Displays the current activity `doing` and the finished fraction `part` (0 to 1).
-    subroutine show_part(doing, part)
+    !> Displays the current activity `activity` and the finished fraction `part` (0 to 1).
+    subroutine show_fraction(activity, part)
       import :: dp
       implicit none (type, external)
-      character(len=*), intent(in) :: doing
+      character(len=*), intent(in) :: activity
       real(dp), intent(in) :: part
-    end subroutine show_part
+    end subroutine show_fraction
   end interface
 
 contains
 
   !> Computes these pieces of `work` in parallel. If a piece fails, pieces after it are skipped. Returns the error of the first
   !> piece in `pieces` that failed.
-  subroutine spread(self, work, pieces, error, points)
+  subroutine distribute(self, work, pieces, error, points)
     class(executor_type), intent(inout) :: self
     class(work_type), intent(inout) :: work
     integer, intent(in) :: pieces(:)
@@ -106,31 +106,31 @@ contains
     type(record_type) :: record
     integer(int64) :: weights(size(pieces))
     integer(int64), allocatable :: words(:)
-    logical :: known(size(pieces)), keeps
+    logical :: is_stored(size(pieces)), has_journal
     integer :: i, failed, first_failed
 
     weights = 1
     if (present(points)) weights = points
     first_failed = huge(first_failed)
     self%rounds = self%rounds + 1
-    keeps = allocated(self%journal)
-    known = .false.
+    has_journal = allocated(self%journal)
+    is_stored = .false.
     ! Results of an interrupted run are read instead of computed.
-    do i = 1, merge(size(pieces), 0, keeps)
+    do i = 1, merge(size(pieces), 0, has_journal)
       call self%journal%find(self%rounds, pieces(i), words)
       if (size(words) == 0) cycle
       call record%begin(words)
       call work%exchange(pieces(i), record)
-      known(i) = record%is_complete()
+      is_stored(i) = record%is_complete()
     end do
-    if (allocated(self%progress)) call self%progress%start(sum(weights, mask=.not. known))
+    if (allocated(self%progress)) call self%progress%start(sum(weights, mask=.not. is_stored))
     !$omp parallel do schedule(dynamic, 1) private(own, failed) firstprivate(record)
     do i = 1, size(pieces)
       !$omp atomic read
       failed = first_failed
-      if (i > failed .or. known(i)) cycle
+      if (i > failed .or. is_stored(i)) cycle
       call work%compute(pieces(i), own)
-      if (keeps) then
+      if (has_journal) then
         call record%begin()
         if (.not. allocated(own)) call work%exchange(pieces(i), record)
       end if
@@ -140,13 +140,13 @@ contains
         first_failed = i
         call move_alloc(own, error)
       end if
-      if (keeps) call self%journal%keep(self%rounds, pieces(i), record%words)
+      if (has_journal) call self%journal%store(self%rounds, pieces(i), record%words)
       if (allocated(self%progress)) call self%progress%add(weights(i))
       !$omp end critical (input_and_output)
     end do
     !$omp end parallel do
     if (allocated(self%progress)) call self%progress%clear()
-  end subroutine spread
+  end subroutine distribute
 
   !> Default of `exchange`, which does nothing: the piece is computed again after an interruption. Overriding versions write the
   !> result of piece `k` to the record or read it from there (gestell_task_common_record).
@@ -161,7 +161,7 @@ contains
 
   !> Computes pieces 1 to `count` of `work`: by the `executor` if present, otherwise one after the other. Returns the error of the
   !> first piece that failed.
-  subroutine spread_over(work, count, error, executor)
+  subroutine distribute_over(work, count, error, executor)
     class(work_type), intent(inout) :: work
     integer, intent(in) :: count
     type(error_type), allocatable, intent(out) :: error
@@ -169,26 +169,26 @@ contains
     integer :: k
 
     if (present(executor)) then
-      call executor%spread(work, [(k, k = 1, count)], error)
+      call executor%distribute(work, [(k, k = 1, count)], error)
       return
     end if
     do k = 1, count
       call work%compute(k, error)
       if (allocated(error)) return
     end do
-  end subroutine spread_over
+  end subroutine distribute_over
 
   !> True if this process is the one that prints the report and writes the files.
-  logical function leads()
-    leads = .true.
-  end function leads
+  logical function is_leader()
+    is_leader = .true.
+  end function is_leader
 
   !> For each of the numbers 1 to `count`: true if this process must compute it. Each number is computed by one process only.
-  function share_of(count) result(mine)
+  function share_of(count) result(is_own)
     integer, intent(in) :: count
-    logical :: mine(count)
+    logical :: is_own(count)
 
-    mine = .true.
+    is_own = .true.
   end function share_of
 
   !> Passes an error of one process to all processes. Here there is only one process: does nothing.
@@ -218,19 +218,19 @@ contains
   end subroutine compare
 
   !> Line of the report that lists the participating processes; empty if there is only this one.
-  function workers() result(line)
+  function workers_line() result(line)
     character(len=:), allocatable :: line
 
     line = ""
-  end function workers
+  end function workers_line
 
-  !> Displays the current activity `doing` and the finished fraction `part` (0 to 1). At 1 the display is removed.
-  subroutine show(self, doing, part)
+  !> Displays the current activity `activity` and the finished fraction `part` (0 to 1). At 1 the display is removed.
+  subroutine show(self, activity, part)
     class(executor_type), intent(inout) :: self
-    character(len=*), intent(in) :: doing
+    character(len=*), intent(in) :: activity
     real(dp), intent(in) :: part
 
-    if (allocated(self%progress)) call self%progress%show_part(doing, part)
+    if (allocated(self%progress)) call self%progress%show_fraction(activity, part)
   end subroutine show
 
 end module gestell_task_common_executor

@@ -1,10 +1,10 @@
 !> Journal of a run: a file with the results of all finished pieces of work. After an interruption, the next run reads these results
 !> instead of computing them again.
 module gestell_task_common_journal
-  use gestell_base_files, only: close_file, create_file, file_size, remove_file, rename_file, write_whole
+  use gestell_base_files, only: close_file, create_file, file_size, remove_file, rename_file, write_bytes
   use gestell_base_hash, only: mix_text
   use gestell_base_version, only: version
-  use gestell_output_file_output, only: growing
+  use gestell_output_file_output, only: temporary_ending
   use gestell_output_file_sealed, only: read_words, sealed, unseal, word_bytes
   use gestell_output_file_staging, only: journal_name
   use, intrinsic :: iso_c_binding, only: c_int
@@ -33,7 +33,7 @@ module gestell_task_common_journal
     logical, private :: failed = .false.
   contains
     procedure :: find
-    procedure :: keep
+    procedure :: store
   end type journal_type
 
 contains
@@ -46,7 +46,7 @@ contains
     integer(int64), intent(in) :: content
     integer(int64) :: fingerprint
     integer :: record(2), first
-    logical :: sound, torn
+    logical :: is_valid, truncated
 
     journal%name = folder // "/" // journal_name
     journal%fingerprint = content
@@ -56,11 +56,11 @@ contains
     call read_words(journal%name, journal%words)
     first = 1
     do while (first <= size(journal%words))
-      call unseal(journal%words, first, fingerprint, record, sound, torn)
-      if (sound .and. fingerprint /= journal%fingerprint) exit
+      call unseal(journal%words, first, fingerprint, record, is_valid, truncated)
+      if (is_valid .and. fingerprint /= journal%fingerprint) exit
       ! A run that was killed may leave an incomplete last record.
-      journal%damaged = .not. (sound .or. torn)
-      if (.not. sound .or. record(2) <= record(1)) exit
+      journal%damaged = .not. (is_valid .or. truncated)
+      if (.not. is_valid .or. record(2) <= record(1)) exit
       journal%begins = [journal%begins, record(1)]
       journal%ends = [journal%ends, record(2)]
       first = record(2) + 2
@@ -87,7 +87,7 @@ contains
   end subroutine find
 
   !> Stores the result of a piece. If the file cannot be written, the journal is closed and the run continues without it.
-  subroutine keep(self, round, piece, words)
+  subroutine store(self, round, piece, words)
     class(journal_type), intent(inout) :: self
     integer, intent(in) :: round, piece
     integer(int64), intent(in) :: words(:)
@@ -101,18 +101,18 @@ contains
     if (done .or. self%handle < 0) return
     call close_file(self%handle, done)
     self%handle = -1
-  end subroutine keep
+  end subroutine store
 
   !> Creates the file and copies the records of an earlier run to its beginning. `done`: false if this failed.
   subroutine begin(journal, done)
     class(journal_type), intent(inout) :: journal
     logical, intent(out) :: done
 
-    call create_file(journal%name // growing, journal%handle)
+    call create_file(journal%name // temporary_ending, journal%handle)
     done = journal%handle >= 0
     if (done .and. size(journal%ends) > 0) call append(journal, journal%words(:journal%ends(size(journal%ends)) + 1), done)
-    if (done) call rename_file(journal%name // growing, journal%name, done)
-    if (.not. done) call remove_file(journal%name // growing)
+    if (done) call rename_file(journal%name // temporary_ending, journal%name, done)
+    if (.not. done) call remove_file(journal%name // temporary_ending)
   end subroutine begin
 
   subroutine append(journal, words, done)
@@ -120,7 +120,7 @@ contains
     integer(int64), intent(in) :: words(:)
     logical, intent(out) :: done
 
-    call write_whole(journal%handle, transfer(words, repeat(" ", word_bytes * size(words))), done)
+    call write_bytes(journal%handle, transfer(words, repeat(" ", word_bytes * size(words))), done)
   end subroutine append
 
 end module gestell_task_common_journal

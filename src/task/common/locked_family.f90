@@ -11,13 +11,13 @@ module gestell_task_common_locked_family
   !> Family of machines from which several threads may request members at the same time.
   type, extends(settled_family_type), public :: locked_family_type
   contains
-    procedure :: bare_member
+    procedure :: inner_member
   end type locked_family_type
 
 contains
 
   !> Makes the member with these parameters; only one thread at a time does so.
-  subroutine bare_member(self, parameters, system, error)
+  subroutine inner_member(self, parameters, system, error)
     class(locked_family_type), intent(in) :: self
     real(dp), intent(in) :: parameters(:)
     class(periodic_system), allocatable, intent(out) :: system
@@ -25,8 +25,8 @@ contains
 
     ! Use the lock for writing: reading and writing must not overlap.
     !$omp critical (input_and_output)
-    call self%settled_family_type%bare_member(parameters, system, error)
+    call self%settled_family_type%inner_member(parameters, system, error)
     !$omp end critical (input_and_output)
-  end subroutine bare_member
+  end subroutine inner_member
 
 end module gestell_task_common_locked_family

@@ -29,12 +29,14 @@ module gestell_task_common_task
     !> Names of all tables that the task may write. Only tables named here are moved to the final folder of results.
     character(len=longest_table), allocatable :: tables(:)
     !> Machines that the task examines: one of the constants from `own_machine` to `unsolved_machine`
-    integer :: about = own_machine
-    !> `judges`: true if the task gives a verdict. `brief`: true if it contributes to the line of --one-line. `pictured`: true if
-    !> --plot and --report draw its picture even if it is not requested. `shared`: true if several runs can share its work.
-    logical :: judges = .false., brief = .false., pictured = .false., shared = .false.
-    !> `ordered`: true if the input requests the task. `implied`: true if --plot or --report needs its picture (see `pictured`).
-    logical :: ordered = .false., implied = .false.
+    integer :: scope = own_machine
+    !> `gives_verdict`: true if the task gives a verdict. `brief`: true if it contributes to the line of --one-line.
+    !> `drawn_with_plot`: true if
+    !> --plot and --report draw its picture even if it is not requested. `shareable`: true if several runs can share its work.
+    logical :: gives_verdict = .false., brief = .false., drawn_with_plot = .false., shareable = .false.
+    !> `requested`: true if the input requests the task. `needed_for_picture`: true if --plot or --report needs its picture (see
+    !> `drawn_with_plot`).
+    logical :: requested = .false., needed_for_picture = .false.
   contains
     procedure(describe), deferred :: describe
     procedure, nopass :: extend => extend_nothing
@@ -42,7 +44,7 @@ module gestell_task_common_task
     procedure, nopass :: prepare => prepare_nothing
     procedure :: preview => no_preview
     procedure(run), deferred :: run
-    procedure :: settle => settle_nothing
+    procedure :: conclude => conclude_nothing
   end type task_type
 
   !> Container for a task of any type.
@@ -110,12 +112,12 @@ contains
     end associate
   end function no_preview
 
-  !> Default of `settle`, which does nothing. Overriding versions do what remains after all files have been published.
-  subroutine settle_nothing(self)
+  !> Default of `conclude`, which does nothing. Overriding versions do what remains after all files have been published.
+  subroutine conclude_nothing(self)
     class(task_type), intent(inout) :: self
 
     associate (unused => self)
     end associate
-  end subroutine settle_nothing
+  end subroutine conclude_nothing
 
 end module gestell_task_common_task

@@ -22,7 +22,7 @@ module gestell_task_critical
   use gestell_study_vibration_motion, only: whole_motion
   use gestell_study_vibration_small_motion, only: moved, moved_type
   use gestell_system_second_order, only: second_order_system
-  use gestell_task_common_executor, only: executor_type, spread_over, work_type
+  use gestell_task_common_executor, only: executor_type, distribute_over, work_type
   use gestell_task_common_record, only: record_type
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use, intrinsic :: iso_fortran_env, only: int64
@@ -87,7 +87,7 @@ module gestell_task_critical
   !> Accuracy of the speed of a peak, in half widths
   real(dp), parameter :: exact = 1.0e-3_dp
   !> Maximum number of rounds that improve the speeds of peaks
-  integer, parameter :: most_rounds = 40
+  integer, parameter :: max_rounds = 40
   !> Speeds count as equal if their relative distance is smaller than this
   real(dp), parameter :: same = 4 * epsilon(1.0_dp)
 
@@ -118,10 +118,10 @@ contains
     work%options = options
     work%crossings = pack(crossings, crossings%harmonic > 0)
     allocate(work%critical(size(work%crossings)))
-    call spread_over(work, size(work%crossings), error, executor)
+    call distribute_over(work, size(work%crossings), error, executor)
     if (allocated(error)) return
     call move_alloc(work%critical, critical)
-    call give_away(critical)
+    call remove_duplicates(critical)
   end subroutine find_critical
 
   !> Finds the peaks near crossing `k`.
@@ -136,7 +136,7 @@ contains
     type(speed_point_type), allocatable :: points(:)
     type(speed_point_type) :: beside
     real(dp), allocatable :: speeds(:)
-    real(dp) :: half, step(2), won
+    real(dp) :: half, step(2), gain_of_step
     integer :: i, round, quantity
 
     associate (options => self%options, crossing => self%crossings(k), critical => self%critical(k))
@@ -149,7 +149,7 @@ contains
         if (critical%outcome == unbounded) critical%verdict = merge(undamped, undecided, mode%neutral)
         if (critical%outcome == unbounded) then
           ! if the order does not excite the mode just beside an undamped crossing, there is no peak
-          call respond(self%family, options, crossing%speed * (1 + aside), crossing%harmonic, beside, error)
+          call solve_at_speed(self%family, options, crossing%speed * (1 + aside), crossing%harmonic, beside, error)
           if (.not. allocated(error) .and. has_vibration(beside%state)) then
             if (beside%values(part_of_order, amplitude) < options%accuracy%tolerance) critical%outcome = no_peak
           end if
@@ -160,10 +160,10 @@ contains
       half = min(max(half, reach * crossing%error), most_reach * abs(crossing%speed))
       allocate(curve%points(0))
       speeds = [(crossing%speed + half * (2.0_dp * (i - 1) / (samples - 1) - 1), i = 1, samples)]
-      do round = 1, most_rounds
+      do round = 1, max_rounds
         allocate(points(size(speeds)))
         do i = 1, size(speeds)
-          call respond(self%family, options, speeds(i), crossing%harmonic, points(i), error)
+          call solve_at_speed(self%family, options, speeds(i), crossing%harmonic, points(i), error)
           if (allocated(error)) return
         end do
         call curve%insert(points, refined=.false.)
@@ -179,16 +179,16 @@ contains
           associate (i => tops(quantity)%point, enough => exact * critical%half_width)
             if (i == 0) cycle
             if (curve%points(i + 1)%speed - curve%points(i - 1)%speed <= 2 * enough) cycle
-            call step_to_top(curve, tops(quantity), step(quantity), won)
+            call step_to_top(curve, tops(quantity), step(quantity), gain_of_step)
             ! A parabola through points far apart is less accurate than its step.
             if (abs(step(quantity)) <= enough / 4) step(quantity) = 0
           end associate
         end do
-        call curve%new_ones(pack(tops%speed + step, abs(step) > 0), same, speeds)
+        call curve%select_new(pack(tops%speed + step, abs(step) > 0), same, speeds)
         if (size(speeds) == 0) exit
       end do
       do quantity = amplitude, force
-        if (tops(quantity)%point > 0) call take_top(curve%points(tops(quantity)%point), tops(quantity), options, critical)
+        if (tops(quantity)%point > 0) call record_peak(curve%points(tops(quantity)%point), tops(quantity), options, critical)
       end do
       critical%outcome = merge(peak, no_peak, critical%found(amplitude))
     end associate
@@ -207,7 +207,7 @@ contains
   end subroutine exchange
 
   !> Removes each peak that was also found from another crossing, if that crossing is nearer to it in half widths.
-  pure subroutine give_away(critical)
+  pure subroutine remove_duplicates(critical)
     type(critical_type), intent(inout) :: critical(:)
     integer :: i, k, quantity
 
@@ -242,7 +242,7 @@ contains
       distance = abs(one%speed(quantity) - one%crossing%speed) / one%half_width
     end function distance
 
-  end subroutine give_away
+  end subroutine remove_duplicates
 
   !> Finds the maximum of a quantity that is nearest to the crossing, if it is near enough. `apart`: distance between the samples
   !> (1/min). `top%point` is 0 if there is no such maximum.
@@ -272,7 +272,7 @@ contains
 
   !> Records a peak, and updates the worst verdict and the largest motion. Rejects an amplitude that the accuracy cannot distinguish
   !> from zero. Also rejects a force that rises too much for the share of this order: it is the peak of another order.
-  subroutine take_top(point, top, options, critical)
+  subroutine record_peak(point, top, options, critical)
     type(curve_point_type), intent(in) :: point
     type(maximum_type), intent(in) :: top
     type(campbell_options), intent(in) :: options
@@ -292,10 +292,10 @@ contains
     critical%moved%turn = max(critical%moved%turn, point%moved%turn)
     critical%moved%displacement = max(critical%moved%displacement, point%moved%displacement)
     critical%moved%size = point%moved%size
-  end subroutine take_top
+  end subroutine record_peak
 
   !> Computes amplitude, force and verdict at one speed. If the resonance is unbounded, the point gets the state `in_resonance`.
-  subroutine respond(family, options, speed, multiple, point, error)
+  subroutine solve_at_speed(family, options, speed, multiple, point, error)
     class(family_type), intent(in) :: family
     type(campbell_options), intent(in) :: options
     real(dp), intent(in) :: speed
@@ -322,7 +322,7 @@ contains
     else if (failure%cause == resonance) then
       point%state = in_resonance
     end if
-  end subroutine respond
+  end subroutine solve_at_speed
 
   !> Computes amplitude and force from the periodic vibration of a frame or of its averaged model.
   subroutine measure(system, floquet, multiple, point, error)

@@ -4,7 +4,7 @@ module gestell_task_critical_plot
   use gestell_base_text, only: concise, either, newline, text
   use gestell_output_picture_script, only: figure_type, new_figure, axis_unit_type, pick_unit
   use gestell_output_picture_marks, only: apart, beyond_colour, marks_type
-  use gestell_output_picture_panels, only: height_of, key_line, layout_line, with_rim
+  use gestell_output_picture_panels, only: height_of, key_line, layout_line, range_with_margin
   use gestell_task_campbell, only: campbell_type
   use gestell_task_campbell_plot, only: count_or_no, marks_of
   use gestell_task_critical, only: amplitude, critical_type, force
@@ -45,7 +45,8 @@ contains
     if (descends) speeds = [speeds(2), speeds(1)]
     if (any([(any(critical(i)%found) .and. .not. critical(i)%moved%small(), i = 1, size(critical))])) marks%entries = &
       & ", keyentry with linespoints lt 1 dt 1 lc rgb '#" // beyond_colour // "' title 'beyond small motions'" // marks%entries
-    lines = layout_line(2, 1) // marks%lines // "set xrange " // with_rim(speeds(1), speeds(2)) // newline // key_line(.true.) &
+    lines = layout_line(2, 1) // marks%lines // "set xrange " // range_with_margin(speeds(1), speeds(2)) // newline &
+      & // key_line(.true.) &
       & // "tint(name) = strcol('small_motion') eq '0' ? 0x" // beyond_colour // " : 0x0072B2" // newline &
       & // "set format x ''" // newline // panel(critical, amplitude, speeds, "m", 0.0_dp, marks%entries) // key_line(.false.) &
       & // "set format x; set xlabel 'crank speed (rpm)'" // newline // "unset label" // newline &

@@ -9,7 +9,7 @@ module gestell_task_critical_report
   use gestell_output_report_verdict, only: judgement_type
   use gestell_output_report_warnings, only: judge_range
   use gestell_task_campbell, only: campbell_type
-  use gestell_task_campbell_report, only: campbell_verdict, most_listed
+  use gestell_task_campbell_report, only: campbell_verdict, max_listed
   use gestell_task_critical, only: amplitude, critical_type, force, no_peak, peak, self_excited
   implicit none (type, external)
   private
@@ -17,7 +17,7 @@ module gestell_task_critical_report
   public :: critical_verdict, report_critical
 
   !> Peaks are listed if their order has at least this share of the mean square of the vibration
-  real(dp), parameter :: least_share = 0.01_dp
+  real(dp), parameter :: min_share = 0.01_dp
 
 contains
 
@@ -43,12 +43,12 @@ contains
     quiet = 0
     do i = 1, size(critical)
       associate (c => critical(i))
-        if (c%outcome == no_peak .or. (c%outcome == peak .and. c%share < least_share)) then
+        if (c%outcome == no_peak .or. (c%outcome == peak .and. c%share < min_share)) then
           quiet = quiet + 1
           cycle
         end if
         listed = listed + 1
-        if (listed > most_listed) cycle
+        if (listed > max_listed) cycle
         rows = rows // text(c%crossing%mode) // tab // concise(c%crossing%order, 4) // tab
         if (c%outcome == peak) then
           rows = rows // fixed(c%speed(amplitude), 5) // tab // concise(c%half_width, 3) // tab &
@@ -68,7 +68,7 @@ contains
     if (listed > 0) report = report // tabulated("rrrrrrl", "mode,order,peak at,half width,amplitude,ground force" // newline &
       & // ",,rpm,rpm,mm,N", rows)
     if (listed == 0) report = report // "  no order of the crank has a noticeable peak" // newline
-    if (listed > most_listed) report = report // "  ... the rest is in critical.csv" // newline
+    if (listed > max_listed) report = report // "  ... the rest is in critical.csv" // newline
     if (quiet > 0) report = report // "  " // counted(quiet, "more crossing") // " without a noticeable peak" // newline
   end function report_critical
 

@@ -4,7 +4,7 @@ module gestell_task_critical_task
   use gestell_base_kinds, only: dp, pi
   use gestell_base_text, only: concise, text
   use gestell_input_wording, only: counted
-  use gestell_output_report_warnings, only: beyond_small
+  use gestell_output_report_warnings, only: motion_warning
   use gestell_output_report_verdict, only: judgement_type
   use gestell_output_result, only: result_type
   use gestell_output_table, only: new_table, table_type
@@ -35,8 +35,8 @@ contains
     self%name = "critical"
     self%meaning = "critical speeds: the crank speeds at which the vibration has a peak"
     self%tables = [character(len=longest_table) :: "critical"]
-    self%about = all_speeds
-    self%judges = .true.
+    self%scope = all_speeds
+    self%gives_verdict = .true.
   end subroutine describe
 
   !> Finds the critical speeds and adds table, picture and report.
@@ -63,7 +63,8 @@ contains
     call result%add(table_of(critical, turns, judgement%words), plot_critical(critical, diagram%campbell, &
       & context%configuration%plan%base))
     call result%judge(judgement)
-    warning = beyond_small(pack([(critical(i)%moved, i = 1, size(critical))], [(any(critical(i)%found), i = 1, size(critical))]), &
+    warning = motion_warning(pack([(critical(i)%moved, i = 1, size(critical))], [(any(critical(i)%found), i = 1, &
+      & size(critical))]), &
       & model_of_modes)
     call result%warn("undecided", warning)
     found = [(critical(i)%found(amplitude), i = 1, size(critical))]
@@ -76,7 +77,7 @@ contains
           & // concise(peak%crossing%order, 4) // ")")
       end associate
     end if
-    call result%say(report_critical(critical, context%configuration%orders, turns, judgement%words, warning))
+    call result%write_lines(report_critical(critical, context%configuration%orders, turns, judgement%words, warning))
   end subroutine run
 
   !> Table critical.csv of the critical speeds. The period has `turns` turns of the crank.

@@ -3,7 +3,7 @@
 module gestell_task_design_conditions
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp, pi
-  use gestell_input_namelist_document, only: count_groups, group_type, the_group
+  use gestell_input_namelist_document, only: count_groups, group_type, group_named
   use gestell_input_namelist_message, only: input_error
   use gestell_input_schema_read, only: read
   use gestell_input_wording, only: lower
@@ -42,7 +42,7 @@ contains
     if (all(lower(paths) /= "drive.speed_rpm")) speeds = [configuration%frame%speed]
     if (count_groups(configuration%document, "sweep") > 0) then
       if (any(lower(paths) == "drive.speed_rpm")) then
-        call input_error(the_group(configuration%document, "sweep"), "parameter", "the speed cannot vary here, since &design " &
+        call input_error(group_named(configuration%document, "sweep"), "parameter", "the speed cannot vary here, since &design " &
           & // "changes it", error)
         return
       end if
@@ -50,7 +50,7 @@ contains
       if (allocated(error)) return
       speeds = configuration%speeds() * pi / 30 / configuration%turns()
     end if
-    group = the_group(configuration%document, "robust")
+    group = group_named(configuration%document, "robust")
     call read(group, robust_keys, "speed_percent", scatter(1), error)
     if (.not. allocated(error)) call read(group, robust_keys, "mounting_percent", scatter(2), error)
     if (.not. allocated(error)) call read(group, robust_keys, "damping_percent", scatter(3), error)
@@ -62,7 +62,7 @@ contains
     of_damping = factors_within(scatter(3))
     conditions = [((((condition_type(speeds(s), of_speed(i), of_stiffness(j), of_damping(k)), i = 1, size(of_speed)), &
       & j = 1, size(of_stiffness)), k = 1, size(of_damping)), s = 1, size(speeds))]
-    call lay_lines(conditions, of_stiffness, of_damping, lines)
+    call build_lines(conditions, of_stiffness, of_damping, lines)
   end subroutine read_conditions
 
   !> Factors at which a number with this relative tolerance is evaluated: nominal value and both limits, or 1 alone without a
@@ -77,7 +77,7 @@ contains
 
   !> Defines the lines on which designs are examined: a line in speed for each combination of stiffness and damping factors, and
   !> lines in stiffness at the lowest and the highest speed for each damping factor.
-  subroutine lay_lines(conditions, of_stiffness, of_damping, lines)
+  subroutine build_lines(conditions, of_stiffness, of_damping, lines)
     type(condition_type), intent(in) :: conditions(:)
     !> Factors by which the stiffness and the damping of the mounts are multiplied
     real(dp), intent(in) :: of_stiffness(:), of_damping(:)
@@ -90,7 +90,7 @@ contains
     start%speed = conditions(1)%speed
     speeds = conditions%speed * conditions%speed_factor
     if (.not. abs(start%speed) > 0) speeds = conditions%speed_factor
-    speeds = unlike(speeds(ascending(abs(speeds))))
+    speeds = without_repeats(speeds(ascending(abs(speeds))))
     if (size(speeds) > 1) then
       do k = 1, size(of_damping)
         start%damping_factor = of_damping(k)
@@ -101,7 +101,7 @@ contains
       end do
     end if
     if (size(of_stiffness) == 1) return
-    ends = unlike([speeds(1), speeds(size(speeds))])
+    ends = without_repeats([speeds(1), speeds(size(speeds))])
     do k = 1, size(of_damping)
       start%damping_factor = of_damping(k)
       do e = 1, size(ends)
@@ -111,15 +111,15 @@ contains
         lines = [lines, range_line_type(start, of_stiffness)]
       end do
     end do
-  end subroutine lay_lines
+  end subroutine build_lines
 
   !> The values of an ascending list without repetitions.
-  pure function unlike(list) result(left)
+  pure function without_repeats(list) result(distinct)
     real(dp), intent(in) :: list(:)
-    real(dp), allocatable :: left(:)
+    real(dp), allocatable :: distinct(:)
     real(dp), parameter :: same = 1.0e-12_dp
 
-    left = pack(list, [.true., abs(list(2:) - list(:size(list) - 1)) > same * abs(list(2:))])
-  end function unlike
+    distinct = pack(list, [.true., abs(list(2:) - list(:size(list) - 1)) > same * abs(list(2:))])
+  end function without_repeats
 
 end module gestell_task_design_conditions

@@ -6,7 +6,7 @@ module gestell_task_design_keys
   private
 
   !> Minimum number of points of the trade-off curve between two objectives, if it is requested.
-  integer, parameter, public :: fewest_of_curve = 3
+  integer, parameter, public :: min_curve_points = 3
 
   type(key_type), parameter, public :: design_keys(*) = [ &
     & key_type("design", "parameter", text_key, "number that may change: a path as in `--set`"), &

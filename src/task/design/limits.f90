@@ -6,7 +6,7 @@ module gestell_task_design_limits
   use gestell_input_namelist_document, only: group_type, has
   use gestell_input_namelist_message, only: input_error
   use gestell_input_schema_read, only: read
-  use gestell_study_design_goal, only: goal_type, of_machine
+  use gestell_study_design_goal, only: goal_type, machine_goal
   use gestell_study_design_perturbed_members, only: find_members, members_type
   use gestell_system_family, only: family_type
   use gestell_study_measure, only: peak_measure, rms_measure
@@ -14,7 +14,7 @@ module gestell_task_design_limits
   implicit none (type, external)
   private
 
-  public :: read_limit, refuse_contradictions, refuse_masses
+  public :: read_limit, check_contradictions, check_mass_limits
 
   !> Rounding error allowed in a sum of masses, relative to the mass of the machine.
   real(dp), parameter :: rounding = 1.0e-9_dp
@@ -50,7 +50,7 @@ contains
 
   !> Fails if a lower limit exceeds an upper limit of the same quantity. A lower limit of the rms is also compared with an upper
   !> limit of the peak, because the peak is at least the rms.
-  subroutine refuse_contradictions(groups, goals, error)
+  subroutine check_contradictions(groups, goals, error)
     type(group_type), intent(in) :: groups(:)
     type(goal_type), intent(in) :: goals(:)
     type(error_type), allocatable, intent(out) :: error
@@ -64,7 +64,7 @@ contains
         return
       end do
     end do
-  end subroutine refuse_contradictions
+  end subroutine check_contradictions
 
   !> True if the two limits contradict each other: `low` demands a value above the limit of `high`, and its quantity cannot exceed
   !> the quantity of `high`.
@@ -80,7 +80,7 @@ contains
 
   !> Fails if no machine within the ranges meets a limit of the mass. Each parameter contributes to the mass independently of the
   !> others, so varying one parameter at a time yields the extreme masses.
-  subroutine refuse_masses(groups, goals, family, start, ranges, error)
+  subroutine check_mass_limits(groups, goals, family, start, ranges, error)
     !> Groups &constraint of the input
     type(group_type), intent(in) :: groups(:)
     !> Goals with these limits, one for each group
@@ -95,7 +95,7 @@ contains
     logical :: known
     integer :: g, k, side
 
-    if (.not. any(goals%about == of_machine .and. goals%offset > 0)) return
+    if (.not. any(goals%about == machine_goal .and. goals%offset > 0)) return
     mass(0) = mass_at(start)
     if (.not. known) return
     added = mass(0)
@@ -125,14 +125,14 @@ contains
     !> Total mass (kg) of the machine with the parameters `x`. Sets `known` to false if this machine does not exist.
     real(dp) function mass_at(x)
       real(dp), intent(in) :: x(:)
-      type(members_type) :: there
+      type(members_type) :: machine
 
       mass_at = 0
-      call find_members(family, x, there, known, failure)
+      call find_members(family, x, machine, known, failure)
       known = known .and. .not. allocated(failure)
-      if (known) mass_at = there%frame%mass + there%frame%mechanism%mass
+      if (known) mass_at = machine%frame%mass + machine%frame%mechanism%mass
     end function mass_at
 
-  end subroutine refuse_masses
+  end subroutine check_mass_limits
 
 end module gestell_task_design_limits

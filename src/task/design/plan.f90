@@ -4,25 +4,25 @@ module gestell_task_design_plan
   use gestell_base_key, only: key_type
   use gestell_base_kinds, only: dp
   use gestell_input_machine_family, only: document_family_type, new_document_family
-  use gestell_input_machine_quantities, only: kind_of_measure
+  use gestell_input_machine_quantities, only: read_measure
   use gestell_base_words, only: word_length
-  use gestell_input_namelist_document, only: count_groups, document_type, group_type, groups_named, has, the_group
-  use gestell_input_namelist_message, only: in_group, input_error
+  use gestell_input_namelist_document, only: count_groups, document_type, group_type, groups_named, has, group_named
+  use gestell_input_namelist_message, only: locate_in_group, input_error
   use gestell_input_schema_locate, only: target_type
   use gestell_input_schema_path, only: get_path
   use gestell_input_schema_read, only: read
   use gestell_input_schema_units, only: unit_symbol
   use gestell_input_wording, only: lower, shown
   use gestell_study_design, only: is_convex
-  use gestell_study_design_goal, only: goal_type, new_goal, of_machine
+  use gestell_study_design_goal, only: goal_type, new_goal, machine_goal
   use gestell_study_design_perturbed_members, only: along_speed, mass_part, other_part, part_names
   use gestell_study_design_problem, only: design_options
   use gestell_system_family, only: family_type
   use gestell_system_periodic, only: periodic_system
   use gestell_task_common_configuration, only: configuration_type
   use gestell_task_design_conditions, only: read_conditions
-  use gestell_task_design_keys, only: constraint_keys, design_keys, fewest_of_curve, objective_keys
-  use gestell_task_design_limits, only: read_limit, refuse_contradictions, refuse_masses
+  use gestell_task_design_keys, only: constraint_keys, design_keys, min_curve_points, objective_keys
+  use gestell_task_design_limits, only: read_limit, check_contradictions, check_mass_limits
   use gestell_task_design_range, only: range_line_type
   use gestell_task_range_plan, only: find_number, overlap
   implicit none (type, external)
@@ -95,15 +95,16 @@ contains
     type(error_type), allocatable, intent(out) :: error
 
     if (configuration%analysis%averaged) then
-      call input_error(the_group(configuration%document, "model"), "coefficients", "must be 'periodic' for the task " &
+      call input_error(group_named(configuration%document, "model"), "coefficients", "must be 'periodic' for the task " &
         & // "'design'", error)
       return
     end if
     call read_parameters(configuration, plan, error)
     if (.not. allocated(error)) call read_goals(configuration, "objective", objective_keys, plan%options%objectives, error)
     if (.not. allocated(error)) call read_goals(configuration, "constraint", constraint_keys, plan%options%constraints, error)
-    if (.not. allocated(error)) call read_choices(configuration%document, plan, error)
-    if (.not. allocated(error)) call refuse_masses(groups_named(configuration%document, "constraint"), plan%options%constraints, &
+    if (.not. allocated(error)) call read_shared_keys(configuration%document, plan, error)
+    if (.not. allocated(error)) call check_mass_limits(groups_named(configuration%document, "constraint"), &
+      & plan%options%constraints, &
       & plan%family, plan%start, reshape([plan%options%lower, plan%options%upper], [size(plan%start), 2]), error)
     if (allocated(error)) return
     call read_conditions(configuration, plan%all_paths, plan%options%conditions, plan%lines, plan%robust, error)
@@ -137,7 +138,7 @@ contains
 
     groups = groups_named(configuration%document, "design")
     n = size(groups)
-    if (n == 0) call input_error(the_group(configuration%document, "case"), "tasks", &
+    if (n == 0) call input_error(group_named(configuration%document, "case"), "tasks", &
       & "the task 'design' needs a group &design with parameter, from and to", error)
     if (n > most_parameters) call input_error(groups(most_parameters + 1), "", &
       & "exceeds the maximum of 40 parameters of a design", error)
@@ -154,9 +155,9 @@ contains
     call new_document_family(plan%family%inner, configuration%document, configuration%schema, configuration%units, plan%all_paths, &
       & error, plan%start(plan%owners))
     if (allocated(error)) then
-      call in_group(groups(1), error)
+      call locate_in_group(groups(1), error)
     else
-      call try_values(groups, plan, error)
+      call check_range_ends(groups, plan, error)
     end if
 
   contains
@@ -174,7 +175,7 @@ contains
       associate (options => plan%options, target => targets(size(targets)), doc => configuration%document, &
         & rules => configuration%schema%keys)
         plan%paths(i) = adjustl(path)
-        options%part(i) = merge(other_part, part_of(plan%paths(i)), has(group, "with"))
+        options%part(i) = merge(other_part, link_property(plan%paths(i)), has(group, "with"))
         options%body(i) = findloc([(same_link(plan%paths(k), plan%paths(i)), k = 1, i)], .true., dim=1)
         options%link(i) = 0
         ! With several mechanisms a group may describe several links, and their axes are rotated, so the link is not identified.
@@ -224,14 +225,14 @@ contains
   end subroutine read_parameters
 
   !> Property of a link that a path such as "link(rod).mass" names; `other_part` if the path names no such property.
-  pure integer function part_of(path) result(part)
+  pure integer function link_property(path) result(part)
     character(len=*), intent(in) :: path
     integer :: closing
 
     closing = index(path, ").")
     part = other_part
     if (index(lower(path), "link(") == 1 .and. closing > 0) part = findloc(part_names == lower(path(closing + 2:)), .true., dim=1)
-  end function part_of
+  end function link_property
 
   !> True if both paths name the same link.
   pure logical function same_link(one, other)
@@ -256,7 +257,7 @@ contains
   end function value_in_file
 
   !> Checks both ends of each range, with the other parameters at their start values. Fails if the input would be invalid there.
-  subroutine try_values(groups, plan, error)
+  subroutine check_range_ends(groups, plan, error)
     type(group_type), intent(in) :: groups(:)
     type(design_plan_type), intent(in) :: plan
     type(error_type), allocatable, intent(out) :: error
@@ -269,14 +270,14 @@ contains
         x(i) = merge(plan%options%lower(i), plan%options%upper(i), side == 1)
         call plan%family%inner%check(x(plan%owners), error)
         if (.not. allocated(error)) cycle
-        call in_group(groups(i), error)
+        call locate_in_group(groups(i), error)
         return
       end do
     end do
-  end subroutine try_values
+  end subroutine check_range_ends
 
   !> Reads the goals of all groups with this name (`objective` or `constraint`). Fails if there is no objective, and as `new_goal`,
-  !> `read_limit` and `refuse_contradictions` do.
+  !> `read_limit` and `check_contradictions` do.
   subroutine read_goals(configuration, name, keys, goals, error)
     type(configuration_type), intent(in) :: configuration
     character(len=*), intent(in) :: name
@@ -290,12 +291,12 @@ contains
 
     groups = groups_named(configuration%document, name)
     allocate(goals(size(groups)))
-    if (size(groups) == 0 .and. name == "objective") call input_error(the_group(configuration%document, "case"), "tasks", &
+    if (size(groups) == 0 .and. name == "objective") call input_error(group_named(configuration%document, "case"), "tasks", &
       & "the task 'design' needs a group &objective with a quantity", error)
     if (allocated(error)) return
     do i = 1, size(groups)
       call read(groups(i), keys, "quantity", quantity, error)
-      if (.not. allocated(error)) call kind_of_measure(groups(i), keys, "measure", kind, error)
+      if (.not. allocated(error)) call read_measure(groups(i), keys, "measure", kind, error)
       if (allocated(error)) return
       call new_goal(configuration%frame, configuration%probes, trim(adjustl(quantity)), kind, goals(i), reason)
       if (allocated(reason)) then
@@ -303,7 +304,7 @@ contains
           & error)
         return
       end if
-      if (goals(i)%about == of_machine .and. goals(i)%measure%quantity == "added_mass") then
+      if (goals(i)%about == machine_goal .and. goals(i)%measure%quantity == "added_mass") then
         goals(i)%offset = configuration%frame%mass + configuration%frame%mechanism%mass
       end if
       if (name == "objective") then
@@ -315,11 +316,11 @@ contains
       end if
       if (allocated(error)) return
     end do
-    if (name == "constraint") call refuse_contradictions(groups, goals, error)
+    if (name == "constraint") call check_contradictions(groups, goals, error)
   end subroutine read_goals
 
   !> Reads the keys that may be given in any one of several groups, such as `starts` and `combine`.
-  subroutine read_choices(doc, plan, error)
+  subroutine read_shared_keys(doc, plan, error)
     type(document_type), intent(in) :: doc
     type(design_plan_type), intent(inout) :: plan
     type(error_type), allocatable, intent(out) :: error
@@ -329,27 +330,29 @@ contains
 
     designs = groups_named(doc, "design")
     objectives = groups_named(doc, "objective")
-    call read(designs(having(designs, "starts")), design_keys, "starts", plan%starts, error)
-    if (.not. allocated(error)) call read(objectives(having(objectives, "combine")), objective_keys, "combine", combine, error)
-    if (.not. allocated(error)) call read(objectives(having(objectives, "trade_off")), objective_keys, "trade_off", plan%curve, &
+    call read(designs(first_with_key(designs, "starts")), design_keys, "starts", plan%starts, error)
+    if (.not. allocated(error)) call read(objectives(first_with_key(objectives, "combine")), objective_keys, "combine", combine, &
+      & error)
+    if (.not. allocated(error)) call read(objectives(first_with_key(objectives, "trade_off")), objective_keys, "trade_off", &
+      & plan%curve, &
       & error)
     if (allocated(error)) return
     plan%options%largest = combine == "largest"
-    i = having(objectives, "trade_off")
+    i = first_with_key(objectives, "trade_off")
     if (plan%curve > 0 .and. size(objectives) /= 2) then
       call input_error(objectives(i), "trade_off", "needs exactly two groups &objective", error)
-    else if (plan%curve > 0 .and. plan%curve < fewest_of_curve) then
+    else if (plan%curve > 0 .and. plan%curve < min_curve_points) then
       call input_error(objectives(i), "trade_off", "must be 0 or at least 3", error)
     end if
-  end subroutine read_choices
+  end subroutine read_shared_keys
 
   !> Index of the first group in which this key is given; 1 if no group has it.
-  pure integer function having(groups, key)
+  pure integer function first_with_key(groups, key)
     type(group_type), intent(in) :: groups(:)
     character(len=*), intent(in) :: key
     integer :: i
 
-    having = max(1, findloc([(has(groups(i), key), i = 1, size(groups))], .true., dim=1))
-  end function having
+    first_with_key = max(1, findloc([(has(groups(i), key), i = 1, size(groups))], .true., dim=1))
+  end function first_with_key
 
 end module gestell_task_design_plan

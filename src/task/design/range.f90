@@ -13,11 +13,11 @@ module gestell_task_design_range
   use gestell_base_kinds, only: dp
   use gestell_model_frame, only: frame_type
   use gestell_study_design_evaluation, only: design_options, range_type, top_type
-  use gestell_study_design_goal, only: goal_type, of_multipliers, of_torque
-  use gestell_study_design_motion, only: usual_phases
+  use gestell_study_design_goal, only: goal_type, multiplier_goal, torque_goal
+  use gestell_study_design_motion, only: default_phase_count
   use gestell_study_design_perturbed_members, only: condition_type, find_members, joined, members_type, remember
   use gestell_study_design_range_climb, only: climb_type
-  use gestell_study_design_range_top, only: climb_from, look, look_beside_end
+  use gestell_study_design_range_top, only: climb_from, evaluate_condition, search_near_end
   use gestell_system_family, only: family_type
   use gestell_study_speed_point, only: speed_point_type
   use gestell_task_resonance_points, only: curve_points_type
@@ -35,14 +35,14 @@ module gestell_task_design_range
   end type range_line_type
 
   !> A range that consists of lines, for the search for a design (see `range_type`).
-  type, extends(range_type), public :: lines_type
+  type, extends(range_type), public :: range_of_lines_type
     type(range_line_type), allocatable :: lines(:)
   contains
     procedure :: find_tops
-  end type lines_type
+  end type range_of_lines_type
 
   !> Worst values of the goals of one machine over the range.
-  type, public :: survey_type
+  type, public :: range_survey_type
     !> Largest excess of each goal over its limit, shape (goals).
     real(dp), allocatable :: excess(:)
     !> Number of the line on which each goal has its largest excess, shape (goals).
@@ -51,20 +51,20 @@ module gestell_task_design_range
     type(condition_type), allocatable :: conditions(:)
     !> True if the machine has a stable vibration at all computed points of all lines
     logical :: known = .true.
-  end type survey_type
+  end type range_survey_type
 
   !> A line through the range with the points computed on it.
   type, extends(curve_points_type) :: curve_type
     type(range_line_type) :: line
   end type curve_type
 
-  !> `near`: a maximum is ignored if it lies below the largest one by more than this fraction of the goal's magnitude. `room`: an
-  !> interval is halved if its extrapolated maximum exceeds both ends by more than this fraction.
-  real(dp), parameter :: near = 0.25_dp, room = 0.01_dp
+  !> `near`: a maximum is ignored if it lies below the largest one by more than this fraction of the goal's magnitude. `min_rise`:
+  !> an interval is halved if its extrapolated maximum exceeds both ends by more than this fraction.
+  real(dp), parameter :: near = 0.25_dp, min_rise = 0.01_dp
   !> Two points of a line count as equal if their relative distance is smaller.
   real(dp), parameter :: same = 1.0e-9_dp
   !> Maximum number of rounds in which points are added to a line, and maximum number of points on a line.
-  integer, parameter :: most_rounds = 16, most_points = 3000
+  integer, parameter :: max_rounds = 16, max_points = 3000
   !> Two computed values of the same maximum agree if their relative difference is at most this.
   real(dp), parameter :: agreement = 1.0e-6_dp
 
@@ -72,7 +72,7 @@ contains
 
   !> Finds the maxima of the goals on the lines, as far as they are close to the worst values.
   subroutine find_tops(self, members, goals, tops, known, error)
-    class(lines_type), intent(in) :: self
+    class(range_of_lines_type), intent(in) :: self
     !> The machine, and copies of it with one parameter changed
     type(members_type), intent(in) :: members
     type(goal_type), intent(in) :: goals(:)
@@ -85,11 +85,11 @@ contains
     integer :: l
 
     do l = 1, size(curves)
-      call look_along(members, goals, self%lines(l), curves(l), error, self%enough)
+      call sample_line(members, goals, self%lines(l), curves(l), error, self%enough)
       if (allocated(error)) return
     end do
     known = all([(all(curves(l)%points%state == stable), l = 1, size(curves))])
-    if (known) call climb_all(members, goals, curves, .false., tops, error, self%enough)
+    if (known) call refine_maxima(members, goals, curves, .false., tops, error, self%enough)
   end subroutine find_tops
 
   !> Computes the worst values of the goals of the machine with the parameters `x` along all lines. Fails if `x` or the goals are
@@ -105,7 +105,7 @@ contains
     !> that the model finds without starting from a neighbouring point.
     logical, intent(in) :: reported
     !> Worst values of the goals, with their conditions
-    type(survey_type), intent(out) :: survey
+    type(range_survey_type), intent(out) :: survey
     type(error_type), allocatable, intent(out) :: error
     type(members_type) :: members
     logical :: known
@@ -128,7 +128,7 @@ contains
     type(design_options), intent(in) :: options
     type(range_line_type), intent(in) :: lines(:)
     logical, intent(in) :: reported
-    type(survey_type), intent(out) :: survey
+    type(range_survey_type), intent(out) :: survey
     type(error_type), allocatable, intent(out) :: error
     type(members_type) :: members
     type(goal_type), allocatable :: goals(:)
@@ -137,7 +137,7 @@ contains
     type(goal_type) :: stability
     integer :: k, l
 
-    stability%about = of_multipliers
+    stability%about = multiplier_goal
     stability%measure%quantity = "rho_max"
     stability%limit = 1
     goals = options%goals()
@@ -147,12 +147,12 @@ contains
     allocate(survey%line(size(goals)), source=1)
     members%frame = machine
     members%setting = options%setting_type
-    call remember(members, usual_phases(), any(goals%about == of_torque))
+    call remember(members, default_phase_count(), any(goals%about == torque_goal))
     do l = 1, size(curves)
-      call look_along(members, goals, lines(l), curves(l), error)
+      call sample_line(members, goals, lines(l), curves(l), error)
       if (allocated(error)) return
     end do
-    call climb_all(members, goals, curves, reported, tops, error)
+    call refine_maxima(members, goals, curves, reported, tops, error)
     if (allocated(error)) return
     do k = 1, size(tops)
       associate (g => tops(k)%goal)
@@ -170,7 +170,7 @@ contains
   end subroutine survey_machine
 
   !> Computes points on a line: the given ones, then further ones until no more are needed.
-  subroutine look_along(members, goals, line, curve, error, enough)
+  subroutine sample_line(members, goals, line, curve, error, enough)
     type(members_type), intent(in) :: members
     type(goal_type), intent(in) :: goals(:)
     type(range_line_type), intent(in) :: line
@@ -179,31 +179,31 @@ contains
     !> Points are no longer added once the excess of a goal is larger than this, shape (goals)
     real(dp), intent(in), optional :: enough(:)
     type(speed_point_type), allocatable :: points(:)
-    real(dp), allocatable :: wanted(:), new(:)
+    real(dp), allocatable :: requested(:), new(:)
     integer :: g, i, round
 
     curve%line = line
     allocate(curve%points(0))
     curve%descends = line%places(size(line%places)) < line%places(1)
     new = line%places
-    do round = 1, most_rounds
+    do round = 1, max_rounds
       allocate(points(size(new)))
       do i = 1, size(new)
-        call look(members, goals, line%start%moved_to(new(i)), .true., points(i), error)
+        call evaluate_condition(members, goals, line%start%moved_to(new(i)), .true., points(i), error)
         if (allocated(error)) return
       end do
       call curve%insert(points, refined=round > 1)
       deallocate(points)
-      if (is_enough(curve, enough)) exit
-      wanted = crossing_speeds(curve, counts=is_high(curve, goals))
-      if (any(goals%about == of_multipliers)) wanted = [wanted, crossing_speeds(curve, pairs=.true.)]
+      if (exceeds_enough(curve, enough)) exit
+      requested = crossing_speeds(curve, counts=is_high(curve, goals))
+      if (any(goals%about == multiplier_goal)) requested = [requested, crossing_speeds(curve, pairs=.true.)]
       do g = 1, size(goals)
-        wanted = [wanted, roomy_places(curve, goals(g), excesses(curve, g))]
+        requested = [requested, refinement_points(curve, goals(g), excesses(curve, g))]
       end do
-      call curve%new_ones(wanted, same, new)
-      if (size(new) == 0 .or. size(curve%points) + size(new) > most_points) exit
+      call curve%select_new(requested, same, new)
+      if (size(new) == 0 .or. size(curve%points) + size(new) > max_points) exit
     end do
-  end subroutine look_along
+  end subroutine sample_line
 
   !> For each point: true if a goal reaches at least half of its worst value there. True everywhere if the multipliers are a goal.
   pure function is_high(curve, goals) result(high)
@@ -217,19 +217,19 @@ contains
     do g = 1, size(goals)
       excess = excesses(curve, g)
       if (maxval(excess) <= -huge(1.0_dp)) cycle
-      high = high .or. goals(g)%about == of_multipliers .or. excess >= maxval(excess) - size_of(goals(g), maxval(excess)) / 2
+      high = high .or. goals(g)%about == multiplier_goal .or. excess >= maxval(excess) - magnitude_of(goals(g), maxval(excess)) / 2
     end do
   end function is_high
 
   !> True if the excess of some goal is larger than `enough` at some point; false if `enough` is not present.
-  pure logical function is_enough(curve, enough)
+  pure logical function exceeds_enough(curve, enough)
     type(curve_type), intent(in) :: curve
     real(dp), intent(in), optional :: enough(:)
     integer :: g
 
-    is_enough = present(enough)
-    if (is_enough) is_enough = any([(maxval(excesses(curve, g)) > enough(g), g = 1, size(enough))])
-  end function is_enough
+    exceeds_enough = present(enough)
+    if (exceeds_enough) exceeds_enough = any([(maxval(excesses(curve, g)) > enough(g), g = 1, size(enough))])
+  end function exceeds_enough
 
   !> Excess of goal number `g` over its limit at all points of the curve.
   pure function excesses(curve, g)
@@ -242,18 +242,18 @@ contains
   end function excesses
 
   !> Magnitude of a goal whose excess over its limit is `excess`, as a scale for differences.
-  pure real(dp) function size_of(goal, excess)
+  pure real(dp) function magnitude_of(goal, excess)
     type(goal_type), intent(in) :: goal
     real(dp), intent(in) :: excess
 
-    size_of = max(abs(excess + goal%limit), abs(goal%limit))
+    magnitude_of = max(abs(excess + goal%limit), abs(goal%limit))
     ! For multipliers: their distance from 1, the growth or decay of free vibrations.
-    if (goal%about == of_multipliers) size_of = max(abs(excess), abs(goal%limit - 1), sqrt(epsilon(size_of)))
-  end function size_of
+    if (goal%about == multiplier_goal) magnitude_of = max(abs(excess), abs(goal%limit - 1), sqrt(epsilon(magnitude_of)))
+  end function magnitude_of
 
   !> Midpoints of the intervals to be halved. In these intervals the straight lines through the two points on either side meet above
   !> the worst value.
-  function roomy_places(curve, goal, excess) result(places)
+  function refinement_points(curve, goal, excess) result(places)
     type(curve_type), intent(in) :: curve
     type(goal_type), intent(in) :: goal
     real(dp), intent(in) :: excess(:)
@@ -274,14 +274,14 @@ contains
         top = (excess(i + 1) - excess(i) + rise(2) * h) / sum(rise)
         if (top <= 0 .or. top >= h) cycle
         top = excess(i) + rise(1) * top
-        if (top <= worst .or. top - maxval(excess(i:i + 1)) <= room * size_of(goal, worst)) cycle
+        if (top <= worst .or. top - maxval(excess(i:i + 1)) <= min_rise * magnitude_of(goal, worst)) cycle
         places = [places, (p(i)%speed + p(i + 1)%speed) / 2]
       end do
     end associate
-  end function roomy_places
+  end function refinement_points
 
   !> Refines, for each goal, all maxima that are close to its worst value. Refines none if a goal already exceeds `enough`.
-  subroutine climb_all(members, goals, curves, reported, tops, error, enough)
+  subroutine refine_maxima(members, goals, curves, reported, tops, error, enough)
     type(members_type), intent(in) :: members
     type(goal_type), intent(in) :: goals(:)
     type(curve_type), intent(in) :: curves(:)
@@ -299,11 +299,11 @@ contains
     do g = 1, size(goals)
       worst = maxval([(maxval(excesses(curves(l), g)), l = 1, size(curves))])
       if (worst <= -huge(worst)) cycle
-      least = worst - near * size_of(goals(g), worst)
+      least = worst - near * magnitude_of(goals(g), worst)
       ! For stability without a limit: the worst point, and all unstable points.
       if (reported .and. g == size(goals)) least = min(worst, 0.0_dp)
       do l = 1, size(curves)
-        place = tops_of(excesses(curves(l), g), least)
+        place = local_maxima(excesses(curves(l), g), least)
         found = reshape([found, [(g, l, place(k), k = 1, size(place))]], [3, size(found, 2) + size(place)])
       end do
     end do
@@ -311,14 +311,14 @@ contains
     do k = 1, size(tops)
       tops(k)%goal = found(1, k)
       tops(k)%line = found(2, k)
-      call climb_one(members, goals(found(1, k)), curves(found(2, k)), found(3, k), reported, tops(k), error, &
-        & any([(is_enough(curves(l), enough), l = 1, size(curves))]))
+      call refine_maximum(members, goals(found(1, k)), curves(found(2, k)), found(3, k), reported, tops(k), error, &
+        & any([(exceeds_enough(curves(l), enough), l = 1, size(curves))]))
       if (allocated(error)) return
     end do
-  end subroutine climb_all
+  end subroutine refine_maxima
 
   !> Indices of the local maxima among values along a line, without those smaller than `least`.
-  pure function tops_of(values, least) result(places)
+  pure function local_maxima(values, least) result(places)
     real(dp), intent(in) :: values(:), least
     integer, allocatable :: places(:)
     real(dp), parameter :: nothing = -huge(1.0_dp)
@@ -327,10 +327,10 @@ contains
     associate (before => [nothing, values(:size(values) - 1)], after => [values(2:), nothing])
       places = pack([(i, i = 1, size(values))], values > nothing .and. values >= least .and. values > before .and. values >= after)
     end associate
-  end function tops_of
+  end function local_maxima
 
   !> Refines the maximum near point `i` of a curve; neither neighbour of this point has a larger value.
-  subroutine climb_one(members, goal, curve, i, reported, top, error, skipped)
+  subroutine refine_maximum(members, goal, curve, i, reported, top, error, skipped)
     type(members_type), intent(in) :: members
     type(goal_type), intent(in) :: goal
     type(curve_type), intent(in) :: curve
@@ -358,7 +358,7 @@ contains
       else
         k = merge(2, size(p) - 1, i == 1)
         if (p(k)%state /= stable) return
-        call look_beside_end(members, goal, start, [p(k)%speed, p(i)%speed], goal%level([p(k)%values(1, g), &
+        call search_near_end(members, goal, start, [p(k)%speed, p(i)%speed], goal%level([p(k)%values(1, g), &
           & p(i)%values(1, g)]), places, levels, error)
         if (allocated(error) .or. .not. levels(2) > max(levels(1), levels(3))) return
         top%inside = .true.
@@ -366,16 +366,16 @@ contains
       call climb_from(members, goal, start, places, levels, climb, error, top%motion)
       if (allocated(error)) return
       if (reported) then
-        call look(members, [goal], start%moved_to(climb%top), .false., point, error)
+        call evaluate_condition(members, [goal], start%moved_to(climb%top), .false., point, error)
         if (allocated(error)) return
         ! A vibration found from its neighbour may belong to another branch.
         if (.not. climb%smooth .or. abs(point%values(1, 1) - goal%excess_at(climb%highest)) > agreement &
-          & * size_of(goal, point%values(1, 1))) call climb_from(members, goal, start, places, levels, climb, error)
+          & * magnitude_of(goal, point%values(1, 1))) call climb_from(members, goal, start, places, levels, climb, error)
         if (allocated(error)) return
       end if
       top%condition = start%moved_to(climb%top)
       top%excess = max(top%excess, goal%excess_at(climb%highest))
     end associate
-  end subroutine climb_one
+  end subroutine refine_maximum
 
 end module gestell_task_design_range

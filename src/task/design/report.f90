@@ -6,22 +6,22 @@ module gestell_task_design_report
   use gestell_input_wording, only: counted
   use gestell_output_report_text_table, only: tab, tabulated
   use gestell_output_report_verdict, only: section
-  use gestell_study_design_goal, only: goal_type, of_machine
+  use gestell_study_design_goal, only: goal_type, machine_goal
   use gestell_study_design_reported_goals, only: reported_goals_type
   use gestell_task_design_plan, only: design_plan_type
   use gestell_task_design_search, only: design_type
-  use gestell_task_design_starts, only: is_there
+  use gestell_task_design_starts, only: has_machine
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_positive_inf, ieee_value
   implicit none (type, external)
   private
 
-  public :: design_headline, limit_state, limit_worth, report_design, worst_of
+  public :: design_headline, limit_state, relaxation_gain, report_design, worst_of
 
   character, parameter :: newline = new_line("a")
   !> If the proved relative gap is at most this, the report calls the design a global optimum.
-  real(dp), parameter :: proved = 1.0e-6_dp
+  real(dp), parameter :: negligible_gap = 1.0e-6_dp
   !> Relative error of the highest maximum found over a range: its refinement ends when a step gains less than 1e-12.
-  real(dp), parameter :: of_place = 1.0e-7_dp
+  real(dp), parameter :: maximum_tolerance = 1.0e-7_dp
   !> Relative deviation from the limit that counts as meeting an equality.
   real(dp), parameter :: equality = 1.0e-6_dp
   !> Relative deviation from the limit that is allowed for a property of the machine: parameters are written with nine digits only.
@@ -41,7 +41,8 @@ contains
     numbers = [reported%values(g, max(c, 1)), reported%errors(g, max(c, 1)), 0.0_dp]
     if (c == 0) return
     numbers(3) = design%options%conditions(c)%drive_rpm(design%turns)
-    if (size(design%options%conditions) > 1 .and. design%goals(g)%about /= of_machine) numbers(2) = numbers(2) + of_place &
+    if (size(design%options%conditions) > 1 .and. design%goals(g)%about /= machine_goal) numbers(2) = numbers(2) &
+      & + maximum_tolerance &
       & * abs(numbers(1))
     ! The error is infinite if there is no vibration at one of the conditions.
     if (.not. all(ieee_is_finite(reported%values(g, :)))) numbers(2) = ieee_value(1.0_dp, ieee_positive_inf)
@@ -58,7 +59,7 @@ contains
     allowed = 0
     unknown = error
     if (goal%sense == 0) allowed = equality * goal%scale()
-    if (goal%about == of_machine) then
+    if (goal%about == machine_goal) then
       ! Properties of the machine are exact to rounding, but the parameters are written with nine digits.
       allowed = max(allowed, error + written * goal%scale())
       unknown = 0
@@ -78,7 +79,7 @@ contains
       if (.not. best%feasible .and. design%conflict > 0) then
         words = "proved: every machine within these ranges exceeds a limit by at least " // concise(100 * design%conflict, 3) &
           & // " %"
-      else if (best%feasible .and. design%gap <= proved) then
+      else if (best%feasible .and. design%gap <= negligible_gap) then
         words = "global optimum: no machine within these ranges is better by more than " &
           & // concise(100 * max(design%gap, 0.0_dp), 2) // " % of the value before"
       else
@@ -172,7 +173,7 @@ contains
         if (g <= n) then
           lines = lines // "objective" // tab
         else
-          worth = limit_worth(design, g - n)
+          worth = relaxation_gain(design, g - n)
           lines = lines // trim(signs(goal%sense)) // " " // concise(goal%limit, 5) // " " &
             & // trim(limit_state(goal, after(1), after(2))) // tab
           if (worth > 0) lines = lines // concise(worth, 2) // " %"
@@ -189,17 +190,17 @@ contains
   end function goal_lines
 
   !> Percentage by which the objective decreases if limit number `c` is relaxed by 1 %; 0 if the limits are not met.
-  pure real(dp) function limit_worth(design, c)
+  pure real(dp) function relaxation_gain(design, c)
     type(design_type), intent(in) :: design
     integer, intent(in) :: c
     integer :: g
 
-    limit_worth = 0
+    relaxation_gain = 0
     associate (best => design%found(design%best))
       g = size(design%goals) - size(best%price) + c
-      if (best%feasible .and. best%objective > 0) limit_worth = best%price(c) * abs(design%goals(g)%limit) / best%objective
+      if (best%feasible .and. best%objective > 0) relaxation_gain = best%price(c) * abs(design%goals(g)%limit) / best%objective
     end associate
-  end function limit_worth
+  end function relaxation_gain
 
   function parameter_lines(plan, design) result(lines)
     type(design_plan_type), intent(in) :: plan
@@ -215,11 +216,11 @@ contains
         if (price > 0) lines = lines // "at lower end"
         if (price < 0) lines = lines // "at upper end"
         lines = lines // tab
-        if (ieee_is_finite(design%shares(k))) lines = lines // concise(100 * design%shares(k), 3) // " %"
+        if (ieee_is_finite(design%reset_losses(k))) lines = lines // concise(100 * design%reset_losses(k), 3) // " %"
         lines = lines // newline
       end associate
     end do
-    if (any(ieee_is_finite(design%shares))) then
+    if (any(ieee_is_finite(design%reset_losses))) then
       lines = tabulated("lrrllr", ",,,,,loss if" // newline // "parameter,before,after,range,,reset alone", lines)
     else
       lines = tabulated("lrrllr", "parameter,before,after,range,,", lines)
@@ -233,7 +234,7 @@ contains
 
     lines = ""
     do k = 1, size(design%found)
-      if (.not. is_there(design%found(k))) then
+      if (.not. has_machine(design%found(k))) then
         lines = lines // text(k) // tab // tab // "no machine or no vibration" // newline
       else
         associate (one => design%found(k))

@@ -4,7 +4,7 @@ module gestell_task_design_search
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise
   use gestell_math_optimum_minimax, only: optimum_type
-  use gestell_study_design, only: is_convex, prove, prove_conflict, search_from
+  use gestell_study_design, only: is_convex, bound_gap, prove_conflict, search_from
   use gestell_model_frame, only: frame_type
   use gestell_study_design_goal, only: goal_type
   use gestell_study_design_perturbed_members, only: find_members, joined, members_type
@@ -13,8 +13,8 @@ module gestell_task_design_search
   use gestell_system_family, only: family_type
   use gestell_task_design_improved, only: digits
   use gestell_task_design_plan, only: design_plan_type
-  use gestell_task_design_range, only: lines_type, survey_machine, survey_range, survey_type
-  use gestell_task_design_starts, only: better, is_there, judge_by, search_starts
+  use gestell_task_design_range, only: range_of_lines_type, survey_machine, survey_range, range_survey_type
+  use gestell_task_design_starts, only: better, has_machine, set_range_values, search_starts
   use gestell_task_common_executor, only: executor_type
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   implicit none (type, external)
@@ -23,14 +23,14 @@ module gestell_task_design_search
   !> A proved conflict of limits below this relative amount counts as rounding error.
   real(dp), parameter :: negligible = 1.0e-9_dp
 
-  public :: find_curve, find_design, value_of
+  public :: find_curve, find_design, objective_at
 
   !> A point of the trade-off curve between two objectives.
-  type, public :: trade_type
+  type, public :: trade_off_point_type
     real(dp) :: values(2) = 0
     real(dp), allocatable :: x(:)
     logical :: converged = .false.
-  end type trade_type
+  end type trade_off_point_type
 
   !> The best design and its evaluation.
   type, public :: design_type
@@ -53,8 +53,8 @@ module gestell_task_design_search
     !> Values of the goals for the machine of the input (`before`) and for the design (`after`).
     type(reported_goals_type) :: before, after
     !> Relative increase of the objective if only this parameter is reset to its original value, shape (parameters).
-    real(dp), allocatable :: shares(:)
-    type(trade_type), allocatable :: curve(:)
+    real(dp), allocatable :: reset_losses(:)
+    type(trade_off_point_type), allocatable :: curve(:)
     !> Turns of the drive in a period.
     integer :: turns = 1
   end type design_type
@@ -75,7 +75,7 @@ contains
     !> Distributes the starts over threads
     class(executor_type), intent(inout), optional :: executor
     type(members_type) :: found
-    type(survey_type) :: before, after
+    type(range_survey_type) :: before, after
     type(optimum_type) :: base
     logical :: known
     integer :: k
@@ -84,11 +84,11 @@ contains
     if (allocated(error)) return
     design%turns = plan%turns
     design%over_range = plan%options
-    if (plan%covers()) design%over_range%range = lines_type(lines=plan%lines)
+    if (plan%covers()) design%over_range%range = range_of_lines_type(lines=plan%lines)
     call survey_machine(machine, plan%options, plan%lines, .true., before, error)
     if (allocated(error)) return
     do k = 1, plan%starts
-      if (.not. is_there(design%found(k))) cycle
+      if (.not. has_machine(design%found(k))) cycle
       if (design%best == 0) design%best = k
       if (better(design%found(k), design%found(design%best))) design%best = k
     end do
@@ -100,7 +100,7 @@ contains
       ! it.
       call survey_range(family, plan%options, plan%lines, plan%base, .false., after, error)
       if (allocated(error)) return
-      call judge_by(plan%options, after, base)
+      call set_range_values(plan%options, after, base)
       if (after%known .and. better(base, design%found(design%best))) then
         base%x = plan%base
         base%converged = .false.
@@ -124,7 +124,7 @@ contains
       if (allocated(error)) return
       if (design%conflict < negligible) design%conflict = 0
     end if
-    call find_shares(family, plan, design, error)
+    call find_reset_losses(family, plan, design, error)
   end subroutine find_design
 
   !> Computes the proved gap of the best design. It follows from the duality gap of a convex problem, and from the fact that
@@ -144,21 +144,21 @@ contains
       if (.not. before > 0) before = best%objective
       if (.not. before > 0) return
       if (all(plan%options%objectives%measure%quantity /= "added_mass")) design%gap = best%objective / before
-      if (plan%convex) design%gap = min(design%gap, prove(plan%options, best) / before)
+      if (plan%convex) design%gap = min(design%gap, bound_gap(plan%options, best) / before)
     end associate
   end subroutine find_gap
 
   !> The number rounded to the reported digits: the reported parameters then reproduce the reported values.
   real(dp) function rounded(x)
     real(dp), intent(in) :: x
-    character(len=:), allocatable :: typed
+    character(len=:), allocatable :: digits_text
 
-    typed = concise(x, digits)
-    read (typed, *) rounded
+    digits_text = concise(x, digits)
+    read (digits_text, *) rounded
   end function rounded
 
   !> Computes the increase of the objective if each parameter alone is reset to its original value; NaN if there is no such machine.
-  subroutine find_shares(family, plan, design, error)
+  subroutine find_reset_losses(family, plan, design, error)
     class(family_type), intent(in) :: family
     type(design_plan_type), intent(in) :: plan
     type(design_type), intent(inout) :: design
@@ -166,19 +166,19 @@ contains
     real(dp) :: x(size(design%x)), best
     integer :: k
 
-    allocate(design%shares(size(design%x)))
-    best = value_of(family, design%over_range, design%x, error)
+    allocate(design%reset_losses(size(design%x)))
+    best = objective_at(family, design%over_range, design%x, error)
     do k = 1, size(x)
       if (allocated(error)) return
       x = design%x
       x(k) = plan%base(k)
-      design%shares(k) = value_of(family, design%over_range, x, error) / best - 1
+      design%reset_losses(k) = objective_at(family, design%over_range, x, error) / best - 1
     end do
-  end subroutine find_shares
+  end subroutine find_reset_losses
 
   !> Objective of the machine with the parameters `x`; NaN if this machine or its vibration does not exist. Fails if the goals are
   !> invalid.
-  real(dp) function value_of(family, options, x, error) result(value)
+  real(dp) function objective_at(family, options, x, error) result(value)
     class(family_type), intent(in) :: family
     type(design_options), intent(in) :: options
     real(dp), intent(in) :: x(:)
@@ -190,7 +190,7 @@ contains
     call evaluate_goals(family, options, options%objectives, x, .false., at, error)
     if (allocated(error) .or. .not. at%known) return
     value = options%combined([(maxval(at%value, at%group == g), g = 1, size(options%objectives))])
-  end function value_of
+  end function objective_at
 
   !> Computes the trade-off curve: the minimum of the first objective for several upper limits of the second. The limits range from
   !> the second objective's value at the minimum of the first one to its own minimum.

@@ -4,20 +4,20 @@ module gestell_task_design_starts
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
   use gestell_math_optimum_minimax, only: optimum_type
-  use gestell_study_design, only: halton, limits_alone, search_from
+  use gestell_study_design, only: halton, feasibility_options, search_from
   use gestell_study_design_evaluation, only: design_options
   use gestell_system_family, only: family_type
   use gestell_task_design_plan, only: design_plan_type
-  use gestell_task_design_range, only: lines_type, range_line_type, survey_range, survey_type
-  use gestell_task_common_executor, only: executor_type, spread_over, work_type
+  use gestell_task_design_range, only: range_of_lines_type, range_line_type, survey_range, range_survey_type
+  use gestell_task_common_executor, only: executor_type, distribute_over, work_type
   use gestell_task_common_record, only: record_type
   implicit none (type, external)
   private
 
-  public :: better, is_there, judge_by, search_starts
+  public :: better, has_machine, set_range_values, search_starts
 
   !> Work for several threads: local searches, one piece for each start.
-  type, extends(work_type) :: starts_type
+  type, extends(work_type) :: search_work_type
     class(family_type), pointer :: family => null()
     type(design_plan_type), pointer :: plan => null()
     real(dp), allocatable :: starts(:, :)
@@ -25,23 +25,23 @@ module gestell_task_design_starts
   contains
     procedure :: compute
     procedure :: exchange
-  end type starts_type
+  end type search_work_type
 
   !> Work for several threads: improving optima over the whole range, one piece for each optimum.
-  type, extends(starts_type) :: covers_type
+  type, extends(search_work_type) :: extension_work_type
   contains
     procedure :: compute => cover
-  end type covers_type
+  end type extension_work_type
 
   !> Number of optima that are improved over the whole range: the best distinct ones.
-  integer, parameter :: most_covered = 3
-  !> Maximum number of rounds of `cover_range` for one optimum.
-  integer, parameter :: most_rounds = 4
+  integer, parameter :: max_extended = 3
+  !> Maximum number of rounds of `extend_to_range` for one optimum.
+  integer, parameter :: max_rounds = 4
   !> Residual of the optimality conditions at which a search has converged. Near a sharp resonance, derivatives are only as accurate
   !> as the position of the maximum, so the usual tolerance of a search cannot be reached.
-  real(dp), parameter :: stationary = 1.0e-5_dp
+  real(dp), parameter :: converged_stationarity = 1.0e-5_dp
   !> An excess below this fraction of the limit's scale counts as zero.
-  real(dp), parameter :: met = 1.0e-9_dp
+  real(dp), parameter :: negligible_excess = 1.0e-9_dp
 
 contains
 
@@ -55,9 +55,9 @@ contains
     type(error_type), allocatable, intent(out) :: error
     !> Distributes the starts over threads
     class(executor_type), intent(inout), optional :: executor
-    type(starts_type) :: work
-    type(covers_type) :: covers
-    type(survey_type) :: survey
+    type(search_work_type) :: work
+    type(extension_work_type) :: covers
+    type(range_survey_type) :: survey
     integer :: first(plan%starts), k, n
     integer, allocatable :: distinct(:)
 
@@ -68,34 +68,34 @@ contains
     do k = 2, plan%starts
       work%starts(:, k) = plan%options%lower + halton(k - 1, size(plan%start)) * (plan%options%upper - plan%options%lower)
     end do
-    call spread_over(work, plan%starts, error, executor)
+    call distribute_over(work, plan%starts, error, executor)
     if (allocated(error)) return
     call move_alloc(work%found, found)
     if (.not. plan%covers()) return
     ! Extend each distinct optimum only once.
     first = [(first_of(k), k = 1, plan%starts)]
-    distinct = pack([(k, k = 1, plan%starts)], [(first(k) == k .and. is_there(found(k)), k = 1, plan%starts)])
+    distinct = pack([(k, k = 1, plan%starts)], [(first(k) == k .and. has_machine(found(k)), k = 1, plan%starts)])
     do k = 1, size(distinct)
       call survey_range(family, plan%options, plan%lines, found(distinct(k))%x, .false., survey, error)
       if (allocated(error)) return
-      call judge_by(plan%options, survey, found(distinct(k)))
+      call set_range_values(plan%options, survey, found(distinct(k)))
       found(distinct(k))%converged = .false.
     end do
-    do n = 1, min(most_covered, size(distinct))
+    do n = 1, min(max_extended, size(distinct))
       do k = n + 1, size(distinct)
         if (better(found(distinct(k)), found(distinct(n)))) distinct([n, k]) = distinct([k, n])
       end do
     end do
     covers%family => family
     covers%plan => plan
-    n = min(most_covered, size(distinct))
+    n = min(max_extended, size(distinct))
     allocate(covers%found(n))
     covers%found = found(distinct(:n))
-    call spread_over(covers, n, error, executor)
+    call distribute_over(covers, n, error, executor)
     if (allocated(error)) return
     found(distinct(:n)) = covers%found
     do k = 1, plan%starts
-      if (is_there(found(k))) found(k) = found(first(k))
+      if (has_machine(found(k))) found(k) = found(first(k))
     end do
 
   contains
@@ -106,7 +106,7 @@ contains
       real(dp), parameter :: same = 1.0e-3_dp
 
       do f = 1, n - 1
-        if (.not. (is_there(found(f)) .and. is_there(found(n)))) cycle
+        if (.not. (has_machine(found(f)) .and. has_machine(found(n)))) cycle
         if (all(abs(found(f)%x - found(n)%x) <= same * (plan%options%upper - plan%options%lower))) return
       end do
       f = n
@@ -118,7 +118,7 @@ contains
   !> whole range. Each search considers only the lines on which a goal was at its worst. If other lines become worst at the new
   !> optimum, they are added and the search is repeated (exchange method). Violated limits are first met by minimising the largest
   !> excess. Fails as `survey_range` does.
-  subroutine cover_range(family, options, lines, optimum, error)
+  subroutine extend_to_range(family, options, lines, optimum, error)
     class(family_type), intent(in) :: family
     type(design_options), intent(in) :: options
     type(range_line_type), intent(in) :: lines(:)
@@ -126,7 +126,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(design_options) :: own, limits
     type(optimum_type) :: next
-    type(survey_type) :: survey
+    type(range_survey_type) :: survey
     logical :: used(size(lines))
     integer :: round, evaluations
     logical :: agrees, feasible
@@ -136,20 +136,20 @@ contains
     evaluations = optimum%evaluations
     call survey_range(family, options, lines, optimum%x, .false., survey, error)
     if (allocated(error)) return
-    call judge_by(options, survey, optimum)
+    call set_range_values(options, survey, optimum)
     next = optimum
-    do round = 1, most_rounds
+    do round = 1, max_rounds
       used(survey%line) = .true.
-      own%range = lines_type(lines=pack(lines, used))
+      own%range = range_of_lines_type(lines=pack(lines, used))
       feasible = next%feasible
       if (.not. feasible) then
-        call limits_alone(own, limits)
-        call search_from(family, limits, (next%x), next, error, stationary)
+        call feasibility_options(own, limits)
+        call search_from(family, limits, (next%x), next, error, converged_stationarity)
         if (.not. allocated(error)) feasible = next%objective <= 0
         evaluations = evaluations + next%evaluations
         next%price = spread(0.0_dp, 1, size(options%constraints))
       end if
-      if (feasible .and. .not. allocated(error)) call search_from(family, own, (next%x), next, error, stationary)
+      if (feasible .and. .not. allocated(error)) call search_from(family, own, (next%x), next, error, converged_stationarity)
       if (allocated(error)) then
         ! There is no vibration at some of the conditions.
         deallocate(error)
@@ -159,18 +159,18 @@ contains
       call survey_range(family, options, lines, next%x, .false., survey, error)
       if (allocated(error)) return
       agrees = survey%known .and. all(used(survey%line))
-      call judge_by(options, survey, next)
+      call set_range_values(options, survey, next)
       next%converged = agrees .and. next%converged
       if (.not. better(optimum, next)) optimum = next
       if (agrees .or. .not. survey%known) exit
     end do
     optimum%evaluations = evaluations
-  end subroutine cover_range
+  end subroutine extend_to_range
 
   !> Sets the objective, the violation and the feasibility of an optimum to the values found over the range.
-  pure subroutine judge_by(options, survey, optimum)
+  pure subroutine set_range_values(options, survey, optimum)
     type(design_options), intent(in) :: options
-    type(survey_type), intent(in) :: survey
+    type(range_survey_type), intent(in) :: survey
     type(optimum_type), intent(inout) :: optimum
     integer :: n
 
@@ -178,9 +178,9 @@ contains
     associate (over => survey%excess(n + 1:n + size(options%constraints)))
       optimum%objective = options%combined(survey%excess(:n))
       optimum%violation = maxval([0.0_dp, over])
-      optimum%feasible = survey%known .and. all(over <= met * options%constraints%scale())
+      optimum%feasible = survey%known .and. all(over <= negligible_excess * options%constraints%scale())
     end associate
-  end subroutine judge_by
+  end subroutine set_range_values
 
   !> True if `one` is the better optimum: meeting the limits comes before a small objective.
   pure logical function better(one, other)
@@ -192,16 +192,16 @@ contains
   end function better
 
   !> True if the search found a machine with a vibration at its start.
-  pure logical function is_there(optimum)
+  pure logical function has_machine(optimum)
     type(optimum_type), intent(in) :: optimum
 
-    is_there = allocated(optimum%x)
-    if (is_there) is_there = size(optimum%x) > 0
-  end function is_there
+    has_machine = allocated(optimum%x)
+    if (has_machine) has_machine = size(optimum%x) > 0
+  end function has_machine
 
   !> Searches from start number `k`.
   recursive subroutine compute(self, k, error)
-    class(starts_type), intent(inout) :: self
+    class(search_work_type), intent(inout) :: self
     integer, intent(in) :: k
     type(error_type), allocatable, intent(out) :: error
 
@@ -215,15 +215,15 @@ contains
 
   !> Improves optimum number `k` over the whole range.
   recursive subroutine cover(self, k, error)
-    class(covers_type), intent(inout) :: self
+    class(extension_work_type), intent(inout) :: self
     integer, intent(in) :: k
     type(error_type), allocatable, intent(out) :: error
 
-    call cover_range(self%family, self%plan%options, self%plan%lines, self%found(k), error)
+    call extend_to_range(self%family, self%plan%options, self%plan%lines, self%found(k), error)
   end subroutine cover
 
   subroutine exchange(self, k, record)
-    class(starts_type), intent(inout) :: self
+    class(search_work_type), intent(inout) :: self
     integer, intent(in) :: k
     type(record_type), intent(inout) :: record
 

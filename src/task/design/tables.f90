@@ -7,9 +7,9 @@ module gestell_task_design_tables
   use gestell_study_measure, only: measure_names
   use gestell_task_design_keys, only: limit_keys
   use gestell_task_design_plan, only: design_plan_type
-  use gestell_task_design_report, only: limit_state, limit_worth, worst_of
+  use gestell_task_design_report, only: limit_state, relaxation_gain, worst_of
   use gestell_task_design_search, only: design_type
-  use gestell_task_design_starts, only: is_there
+  use gestell_task_design_starts, only: has_machine
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   implicit none (type, external)
   private
@@ -41,7 +41,7 @@ contains
         & // "% of the range", [(abs(best%bound_price(k)) * (order%upper(k) - order%lower(k)) &
         & / max(abs(best%objective), tiny(1.0_dp)), k = 1, n)])
       call table%add("back_alone", percent, "increase of the objective if this parameter alone is reset; NaN: no such machine", &
-        & 100 * design%shares)
+        & 100 * design%reset_losses)
     end associate
   end function parameter_table
 
@@ -70,7 +70,7 @@ contains
         if (g <= n) cycle
         role(g) = limit_keys(goal%sense)
         limit(g) = goal%limit
-        worth(g) = limit_worth(design, g - n)
+        worth(g) = relaxation_gain(design, g - n)
         state(g) = limit_state(goal, after(1, g), after(2, g))
       end associate
     end do
@@ -143,7 +143,7 @@ contains
     state = "no machine"
     do k = 1, size(design%found)
       associate (one => design%found(k))
-        if (.not. is_there(one)) cycle
+        if (.not. has_machine(one)) cycle
         x(:, k) = one%x
         objective(k) = one%objective
         violation(k) = one%violation

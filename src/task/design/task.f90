@@ -38,8 +38,8 @@ contains
     self%name = "design"
     self%meaning = "the best machine within the ranges and limits given by `&design` and `&constraint`"
     self%tables = [character(len=longest_table) :: "design", "design_goals", "design_range", "design_starts", "design_trade_off"]
-    self%about = unsolved_machine
-    self%judges = .true.
+    self%scope = unsolved_machine
+    self%gives_verdict = .true.
   end subroutine describe
 
   subroutine extend(schema)
@@ -57,7 +57,7 @@ contains
     type(configuration_type), intent(inout) :: configuration
     type(error_type), allocatable, intent(out) :: error
 
-    if (self%ordered) call read_design(configuration, self%plan, error)
+    if (self%requested) call read_design(configuration, self%plan, error)
   end subroutine read_task
 
   subroutine run(self, context, result, error)
@@ -92,7 +92,7 @@ contains
       call design_headline(design, state, words)
       call result%warn(state, words)
       call judge(judged, result)
-      call result%say(report_design(plan, design, verdict))
+      call result%write_lines(report_design(plan, design, verdict))
     end associate
   end subroutine run
 

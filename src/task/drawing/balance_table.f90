@@ -22,35 +22,35 @@ contains
   function balance_table(frame) result(lines)
     class(frame_type), intent(in) :: frame
     character(len=:), allocatable :: lines, rows, turning, shaft
-    type(space_shaking_type) :: found
+    type(space_shaking_type) :: forces
     logical :: nothing
     integer :: k, i
 
     lines = newline // "SHAKING FORCES AND COUPLES of all mechanisms on a frame at rest"
-    call shaking_in_space(frame, found)
-    if (.not. all(ieee_is_finite(found%rms) .and. ieee_is_finite(found%peak))) then
+    call shaking_in_space(frame, forces)
+    if (.not. all(ieee_is_finite(forces%rms) .and. ieee_is_finite(forces%peak))) then
       lines = lines // ":" // newline // "  they overflow double precision" // newline
       return
     end if
     rows = ""
     turning = ""
-    do k = 1, min(highest * frame%mechanism%turns, size(found%series(1)%amplitude))
+    do k = 1, min(highest * frame%mechanism%turns, size(forces%series(1)%amplitude))
       ! fractional orders are listed only if they are not zero
-      nothing = all([(found%series(i)%amplitude(k) <= found%noise(i), i = 1, 6)])
+      nothing = all([(forces%series(i)%amplitude(k) <= forces%noise(i), i = 1, 6)])
       if (nothing .and. modulo(k, frame%mechanism%turns) > 0) cycle
-      rows = rows // order_of(k, frame%mechanism%turns) // cells([(found%series(i)%amplitude(k), i = 1, 6)], found%noise) &
+      rows = rows // order_of(k, frame%mechanism%turns) // cells([(forces%series(i)%amplitude(k), i = 1, 6)], forces%noise) &
         & // newline
-      if (all([found%force(k, :), found%couple(k, :)] <= found%noise([1, 1, 4, 4]))) cycle
-      turning = turning // order_of(k, frame%mechanism%turns) // cells([found%force(k, :), found%couple(k, :)], &
-        & found%noise([1, 1, 4, 4])) // newline
+      if (all([forces%force(k, :), forces%couple(k, :)] <= forces%noise([1, 1, 4, 4]))) cycle
+      turning = turning // order_of(k, frame%mechanism%turns) // cells([forces%force(k, :), forces%couple(k, :)], &
+        & forces%noise([1, 1, 4, 4])) // newline
     end do
-    rows = rows // "peak" // cells(found%peak, found%noise) // newline // "rms" // cells(found%rms, found%noise) // newline
+    rows = rows // "peak" // cells(forces%peak, forces%noise) // newline // "rms" // cells(forces%rms, forces%noise) // newline
     lines = lines // ", amplitudes" // newline // tabulated("rrrrrrr", "order,fx,fy,fz,mx,my,mz" // newline &
       & // ",N,N,N,N m,N m,N m", rows) // "  couples about O; orders are multiples of the crank speed" // newline
     ! the axis of the shaft is mentioned only if it is not zeta
     shaft = ""
-    if (found%shaft(3) < 1) shaft = " (" // concise(found%shaft(1), 3) // ", " // concise(found%shaft(2), 3) // ", " &
-      & // concise(found%shaft(3), 3) // ")"
+    if (forces%shaft(3) < 1) shaft = " (" // concise(forces%shaft(1), 3) // ", " // concise(forces%shaft(2), 3) // ", " &
+      & // concise(forces%shaft(3), 3) // ")"
     if (turning /= "") lines = lines // wrapped("  components across the shaft" // shaft // ", as vectors that rotate " &
       & // "with the crank and against it:" // newline) // tabulated("rrrrr", "order,force with,against,couple with,against" &
       & // newline &

@@ -2,7 +2,7 @@
 module gestell_task_drawing
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp, pi
-  use gestell_input_namelist_document, only: the_group
+  use gestell_input_namelist_document, only: group_named
   use gestell_input_namelist_message, only: input_error
   use gestell_model_frame, only: frame_type
   use gestell_model_linkage, only: linkage_type
@@ -39,7 +39,7 @@ contains
     self%name = "drawing"
     self%meaning = "positions of the mechanism through one turn, as a table and a picture"
     self%tables = [character(len=longest_table) :: "mechanism"]
-    self%pictured = .true.
+    self%drawn_with_plot = .true.
   end subroutine describe
 
   !> Fails if the task is requested and the mechanism has no joints and links to draw.
@@ -48,11 +48,11 @@ contains
     type(configuration_type), intent(inout) :: configuration
     type(error_type), allocatable, intent(out) :: error
 
-    if (.not. self%ordered) return
+    if (.not. self%requested) return
     select type (mechanism => configuration%frame%mechanism)
     type is (linkage_type)
     class default
-      call input_error(the_group(configuration%document, "mass_functions"), "", "the task 'drawing' needs joints " &
+      call input_error(group_named(configuration%document, "mass_functions"), "", "the task 'drawing' needs joints " &
         & // "and links: mass functions have nothing to draw", error)
     end select
   end subroutine read_drawing

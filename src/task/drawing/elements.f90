@@ -38,34 +38,35 @@ contains
     end do
   end function new_columns
 
-  !> Gnuplot columns with the position of joint `i` along the two axes `seen`, for example "4:5".
-  pure function joint(self, i, seen) result(words)
+  !> Gnuplot columns with the position of joint `i` along the two axes `view_axes`, for example "4:5".
+  pure function joint(self, i, view_axes) result(words)
     class(columns_type), intent(in) :: self
-    integer, intent(in) :: i, seen(2)
+    integer, intent(in) :: i, view_axes(2)
     character(len=:), allocatable :: words
 
-    words = text(self%joints(seen(1), i)) // ":" // text(self%joints(seen(2), i))
+    words = text(self%joints(view_axes(1), i)) // ":" // text(self%joints(view_axes(2), i))
   end function joint
 
-  !> Gnuplot columns with the centre of mass of link `i` along the two axes `seen`, for example "4:5".
-  pure function link(self, i, seen) result(words)
+  !> Gnuplot columns with the centre of mass of link `i` along the two axes `view_axes`, for example "4:5".
+  pure function link(self, i, view_axes) result(words)
     class(columns_type), intent(in) :: self
-    integer, intent(in) :: i, seen(2)
+    integer, intent(in) :: i, view_axes(2)
     character(len=:), allocatable :: words
 
-    words = text(self%links(seen(1), i)) // ":" // text(self%links(seen(2), i))
+    words = text(self%links(view_axes(1), i)) // ":" // text(self%links(view_axes(2), i))
   end function link
 
   !> Gnuplot columns with the position of the first of two `joints` and the vector from it to the second one.
-  pure function between(self, joints, seen) result(words)
+  pure function between(self, joints, view_axes) result(words)
     class(columns_type), intent(in) :: self
-    integer, intent(in) :: joints(2), seen(2)
+    integer, intent(in) :: joints(2), view_axes(2)
     character(len=:), allocatable :: words
     integer :: k
 
-    words = self%joint(joints(1), seen)
+    words = self%joint(joints(1), view_axes)
     do k = 1, 2
-      words = words // ":($" // text(self%joints(seen(k), joints(2))) // " - $" // text(self%joints(seen(k), joints(1))) // ")"
+      words = words // ":($" // text(self%joints(view_axes(k), joints(2))) // " - $" // text(self%joints(view_axes(k), joints(1))) &
+        & // ")"
     end do
   end function between
 

@@ -53,17 +53,17 @@ contains
     allocate(placed%guides(3, 2, size(diagram%sliders)))
     do k = 1, n
       do i = 1, size(mechanism)
-        placed%joints(:, i, k) = there(plane(i), [diagram%joints(:, i, k), z(i)])
+        placed%joints(:, i, k) = point_in_space(plane(i), [diagram%joints(:, i, k), z(i)])
       end do
       do i = 1, size(linkage%links)
-        placed%centers(:, i, k) = there(linkage%links(i)%plane, [diagram%centers(:, i, k), linkage%links(i)%z])
+        placed%centers(:, i, k) = point_in_space(linkage%links(i)%plane, [diagram%centers(:, i, k), linkage%links(i)%z])
       end do
     end do
     do i = 1, size(diagram%sliders)
       associate (slider => diagram%sliders(i))
         do k = 1, 2
           end_point = slider%guide%point + slider%travel(k) * [cos(slider%guide%angle), sin(slider%guide%angle)]
-          placed%guides(:, k, i) = there(plane(slider%joint), [end_point, z(slider%joint)])
+          placed%guides(:, k, i) = point_in_space(plane(slider%joint), [end_point, z(slider%joint)])
           if (any(slider%guide%carriers > 0)) placed%guides(:, k, i) = placed%joints(:, slider%joint, 1)
         end do
       end associate
@@ -72,19 +72,19 @@ contains
   contains
 
     !> Position in the frame's axes (m) of a point given in the plane with this `number`.
-    pure function there(number, point)
+    pure function point_in_space(number, point)
       integer, intent(in) :: number
       real(dp), intent(in) :: point(3)
-      real(dp) :: there(3)
+      real(dp) :: point_in_space(3)
       integer :: p
 
-      there = frame%space%origin + point
+      point_in_space = frame%space%origin + point
       do p = 1, size(frame%space%planes)
         associate (own => frame%space%planes(p))
-          if (own%linkage%links(1)%plane == number) there = own%origin + matmul(own%axes, point)
+          if (own%linkage%links(1)%plane == number) point_in_space = own%origin + matmul(own%axes, point)
         end associate
       end do
-    end function there
+    end function point_in_space
 
   end subroutine place_in_space
 

@@ -63,7 +63,7 @@ contains
     do i = 1, size(at_origin)
       at_origin(i) = diagram%grounded(i) .and. norm2(diagram%joints(:, i, 1) - frame%origin) < 1.0e-6_dp * extent
     end do
-    hull = outline(carried(frame, diagram, probes), 0.025_dp * extent)
+    hull = outline(points_of_frame(frame, diagram, probes), 0.025_dp * extent)
     allocate(mounts%points(2, 0), mounts%ends(0), stiff%points(2, 0), stiff%ends(0))
     do i = 1, size(frame%supports)
       call draw_mount(mounts, stiff, frame%supports(i), (low + high) / 2, 0.12_dp * extent)
@@ -106,7 +106,7 @@ contains
   end function plot_mechanism
 
   !> Points that the frame carries (m), shape (2, points): F, supports, probes, joints on the frame, and ends of the guides on it.
-  pure function carried(frame, diagram, probes) result(points)
+  pure function points_of_frame(frame, diagram, probes) result(points)
     class(frame_type), intent(in) :: frame
     type(diagram_type), intent(in) :: diagram
     type(probe_type), intent(in) :: probes(:)
@@ -133,7 +133,7 @@ contains
       end associate
     end do
     points = all%points
-  end function carried
+  end function points_of_frame
 
   !> Gnuplot commands that draw the frame's outline, the axes at F and O, and the numbers of the supports.
   pure function frame_lines(frame, at_origin, hull, extent) result(lines)

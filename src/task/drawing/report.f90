@@ -13,7 +13,7 @@ module gestell_task_drawing_report
   use gestell_study_balance, only: examine, rigid_ground_type
   use gestell_study_balance_bodies, only: counterweight_type
   use gestell_study_balance_complete, only: balance_force, balanced, balanced_already
-  use gestell_task_forces_reactions, only: static_force, support_places
+  use gestell_task_forces_reactions, only: static_force, support_positions
   use gestell_task_drawing_balance_table, only: balance_table
   use gestell_task_separation_torque_roll, only: axis_line
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
@@ -23,7 +23,7 @@ module gestell_task_drawing_report
   public :: report_mechanism, report_transmission
 
   !> Transmission angles (deg) below this limit are reported as poor
-  real(dp), parameter :: poor = 40
+  real(dp), parameter :: poor_angle = 40
 
 contains
 
@@ -32,14 +32,14 @@ contains
     class(frame_type), intent(in) :: frame
     character(len=:), allocatable :: lines, rows, motion
     type(diagnosis_type) :: diagnosis
-    type(error_type), allocatable :: unprepared
+    type(error_type), allocatable :: failure
     real(dp) :: size_of_all
     integer :: i
 
     lines = ""
     select type (mechanism => frame%mechanism)
     class is (linkage_type)
-      call diagnose(mechanism, diagnosis, unprepared)
+      call diagnose(mechanism, diagnosis, failure)
       lines = newline // "MECHANISM" // newline // "  mobility " // text(diagnosis%mobility) // " (" &
         & // text(diagnosis%links) // " links including the frame, " // counted(diagnosis%pairs, "pair")
       if (diagnosis%higher_pairs > 0) lines = lines // ", " // counted(diagnosis%higher_pairs, "higher pair")
@@ -87,7 +87,7 @@ contains
     integer :: i, k
 
     rows = ""
-    places = support_places(frame)
+    places = support_positions(frame)
     do i = 1, size(places, 2)
       rows = rows // text(i) // " at (" // concise(places(1, i), 4)
       do k = 2, size(places, 1)
@@ -142,7 +142,7 @@ contains
     line = "  smallest transmission angle " // concise(angle, 3) // " deg at joint '" // mechanism%joints(worst)%name &
       & // "', crank angle " &
       & // fixed(diagnosis%joints(worst)%transmission_at * mechanism%turns * 180 / pi, 1) // " deg"
-    if (angle < poor) line = line // "  <- poor"
+    if (angle < poor_angle) line = line // "  <- poor"
     line = line // newline
     if (diagnosis%joints(nearest)%margin < huge(1.0_dp)) line = line // "  nearest dead point: reached if a length of joint '" &
       & // mechanism%joints(nearest)%name // "' changes by " // concise(diagnosis%joints(nearest)%margin, 3) // " m" // newline
@@ -194,45 +194,45 @@ contains
   function shaking_lines(frame) result(lines)
     class(frame_type), intent(in) :: frame
     character(len=:), allocatable :: lines, rows
-    type(shaking_type) :: found
-    type(error_type), allocatable :: unprepared
+    type(shaking_type) :: forces
+    type(error_type), allocatable :: failure
     character(len=*), parameter :: ratios(3) = [character(len=8) :: "fx", ", fy", ", moment"]
     real(dp) :: noise(3)
     integer :: k, i
 
-    call shaking(frame%mechanism, frame%speed, found, unprepared, frame%even_in_space())
+    call shaking(frame%mechanism, frame%speed, forces, failure, frame%uniform_in_space())
     lines = newline // "SHAKING FORCES of the mechanism on a frame at rest"
-    if (.not. all(ieee_is_finite(found%rms) .and. ieee_is_finite(found%peak))) then
+    if (.not. all(ieee_is_finite(forces%rms) .and. ieee_is_finite(forces%peak))) then
       lines = lines // ": they overflow double precision" // newline
       return
     end if
     ! Amplitudes below this limit are rounding error: relative to the larger of the two forces, and to the terms whose sum they are.
-    noise(:2) = 1.0e-11_dp * max(maxval(found%series(1)%amplitude), maxval(found%series(2)%amplitude))
-    noise(3) = 1.0e-11_dp * maxval(found%series(3)%amplitude)
+    noise(:2) = 1.0e-11_dp * max(maxval(forces%series(1)%amplitude), maxval(forces%series(2)%amplitude))
+    noise(3) = 1.0e-11_dp * maxval(forces%series(3)%amplitude)
     noise = max(noise, 1.0e-12_dp * frame%speed**2 * frame%mechanism%terms(:3))
     rows = ""
-    do k = 1, min(8 * frame%mechanism%turns, size(found%series(1)%amplitude))
+    do k = 1, min(8 * frame%mechanism%turns, size(forces%series(1)%amplitude))
       ! fractional orders are listed only if they are not zero
-      if (modulo(k, frame%mechanism%turns) > 0 .and. all([(found%series(i)%amplitude(k) < noise(i), i = 1, 3)])) cycle
+      if (modulo(k, frame%mechanism%turns) > 0 .and. all([(forces%series(i)%amplitude(k) < noise(i), i = 1, 3)])) cycle
       rows = rows // order_of(k, frame%mechanism%turns)
       do i = 1, 3
-        associate (amplitude => found%series(i)%amplitude(k))
-          rows = rows // tab // either(concise(amplitude, 5) // tab // degrees(found%series(i)%phase(k)), "0" // tab // "-", &
+        associate (amplitude => forces%series(i)%amplitude(k))
+          rows = rows // tab // either(concise(amplitude, 5) // tab // degrees(forces%series(i)%phase(k)), "0" // tab // "-", &
             & amplitude >= noise(i) .and. amplitude > 0)
         end associate
       end do
       rows = rows // newline
     end do
-    rows = rows // "peak" // sizes(found%peak(:3)) // "rms" // sizes(found%rms(:3))
+    rows = rows // "peak" // sizes(forces%peak(:3)) // "rms" // sizes(forces%rms(:3))
     lines = lines // ", amplitudes and phases" // newline &
       & // tabulated("rrrrrrr", "order,fx,,fy,,moment about O" // newline // ",N,deg,N,deg,N m,deg", rows) &
-      & // "  resultant force: peak " // concise(found%peak(4), 5) // " N, rms " // concise(found%rms(4), 5) // " N" // newline &
+      & // "  resultant force: peak " // concise(forces%peak(4), 5) // " N, rms " // concise(forces%rms(4), 5) // " N" // newline &
       & // "  mean ratio of successive amplitudes: "
     do i = 1, 3
-      lines = lines // trim(ratios(i)) // " " // concise(decay(found%series(i)%amplitude), 2)
+      lines = lines // trim(ratios(i)) // " " // concise(amplitude_ratio(forces%series(i)%amplitude), 2)
     end do
-    lines = lines // newline // "  unbalance of order 1  with the crank     " // vector(found%unbalance(1)) // newline &
-      & // "                        against the crank  " // vector(found%unbalance(2)) // newline // balance_lines(frame)
+    lines = lines // newline // "  unbalance of order 1  with the crank     " // vector(forces%unbalance(1)) // newline &
+      & // "                        against the crank  " // vector(forces%unbalance(2)) // newline // balance_lines(frame)
 
   contains
 
@@ -269,14 +269,14 @@ contains
     character(len=*), parameter :: head = "  complete balance      "
     type(rigid_ground_type) :: rigid
     type(counterweight_type), allocatable :: weights(:)
-    type(error_type), allocatable :: unprepared
+    type(error_type), allocatable :: failure
     integer :: state, k
 
     lines = ""
     select type (mechanism => frame%mechanism)
     class is (linkage_type)
-      call examine(mechanism, frame%even_in_space(), [0.0_dp, 0.0_dp], rigid, unprepared)
-      if (allocated(unprepared)) return
+      call examine(mechanism, frame%uniform_in_space(), [0.0_dp, 0.0_dp], rigid, failure)
+      if (allocated(failure)) return
       call balance_force(rigid, weights, state)
       if (state == balanced_already) then
         lines = head // "not needed: the force is already balanced" // newline
@@ -308,16 +308,16 @@ contains
   end function degrees
 
   !> Mean ratio of the amplitudes of successive orders, from the largest amplitude to the last one above rounding error.
-  pure real(dp) function decay(amplitude)
+  pure real(dp) function amplitude_ratio(amplitude)
     real(dp), intent(in) :: amplitude(:)
     integer :: first, last
 
-    decay = 0
+    amplitude_ratio = 0
     first = maxloc(amplitude, dim=1)
     if (.not. amplitude(first) > 0) return
     last = findloc(amplitude > 1.0e-11_dp * amplitude(first), .true., dim=1, back=.true.)
-    if (last > first) decay = (amplitude(last) / amplitude(first))**(1.0_dp / (last - first))
-  end function decay
+    if (last > first) amplitude_ratio = (amplitude(last) / amplitude(first))**(1.0_dp / (last - first))
+  end function amplitude_ratio
 
   !> The lowest and highest value in words. Values below 1e-9 of the mechanism's size count as zero.
   function extent(values, size_of_all) result(words)

@@ -20,7 +20,7 @@ module gestell_task_drawing_views
   public :: plot_views
 
   character(len=6), parameter :: colours(6) = [character(len=6) :: "D55E00", "0072B2", "009E73", "CC79A7", "E69F00", "56B4E9"]
-  character(len=*), parameter :: none_of_links = "555555"
+  character(len=*), parameter :: unlinked_colour = "555555"
   !> `bold`: row of mechanism.csv whose position is drawn bold. `step`: distance of the rows drawn faint. `last_row`: last of these
   !> rows
   integer, parameter :: bold = 60, step = 60, last_row = 359
@@ -105,24 +105,24 @@ contains
       real(dp) :: length
       type(drawing_type) :: body, springs
       real(dp), allocatable :: hull(:, :)
-      integer :: seen(2), i
+      integer :: view_axes(2), i
       logical :: on_the_right
 
-      seen = [right(view), upward(view)]
+      view_axes = [right(view), upward(view)]
       call append(body, reshape([0.0_dp, 0.0_dp], [2, 1]))
       do i = 1, size(frame%supports)
-        call append(body, reshape(frame%supports(i)%position(seen), [2, 1]))
-        call draw_springs(springs, frame%supports(i), seen, 0.10_dp * extent)
+        call append(body, reshape(frame%supports(i)%position(view_axes), [2, 1]))
+        call draw_springs(springs, frame%supports(i), view_axes, 0.10_dp * extent)
       end do
       do i = 1, size(diagram%grounded)
-        if (diagram%grounded(i)) call append(body, placed%joints(seen, i, 1:1))
+        if (diagram%grounded(i)) call append(body, placed%joints(view_axes, i, 1:1))
       end do
       do i = 1, size(diagram%sliders)
-        call append(body, placed%guides(seen, :, i))
+        call append(body, placed%guides(view_axes, :, i))
       end do
       do i = 1, size(probes)
         associate (place => place_of(probes(i)))
-          call append(body, reshape(place(seen), [2, 1]))
+          call append(body, reshape(place(view_axes), [2, 1]))
         end associate
       end do
       hull = outline(body%points, 0.025_dp * extent)
@@ -139,39 +139,40 @@ contains
         & // either("-0.6", "0.6", view == 3) // " font ',11' front" // newline
       do i = 1, size(frame%supports)
         lines = lines // "set label " // text(10 + i) // " '" // text(i) // "' at " &
-          & // pair(frame%supports(i)%position(seen)) // " center offset 0,-0.9 font ',11' boxed front" // newline
+          & // pair(frame%supports(i)%position(view_axes)) // " center offset 0,-0.9 font ',11' boxed front" // newline
       end do
       lines = lines // "$springs" // text(view) // " << END" // newline // "x,y" // newline
       if (size(frame%supports) > 0) lines = lines // springs%data_lines()
       lines = lines // "END" // newline
       words = ""
       do i = 1, size(diagram%sliders)
-        if (.not. norm2(placed%guides(seen, 2, i) - placed%guides(seen, 1, i)) > 0) cycle
-        lines = lines // "set arrow " // text(10 + i) // " from " // pair(placed%guides(seen, 1, i)) // " to " &
-          & // pair(placed%guides(seen, 2, i)) // " nohead lt 1 dt 1 lw 6 lc rgb '#D0D5DA' back" // newline
+        if (.not. norm2(placed%guides(view_axes, 2, i) - placed%guides(view_axes, 1, i)) > 0) cycle
+        lines = lines // "set arrow " // text(10 + i) // " from " // pair(placed%guides(view_axes, 1, i)) // " to " &
+          & // pair(placed%guides(view_axes, 2, i)) // " nohead lt 1 dt 1 lw 6 lc rgb '#D0D5DA' back" // newline
       end do
-      words = bars(linkage, diagram, columns, seen, .false.)
+      words = bars(linkage, diagram, columns, view_axes, .false.)
       if (size(frame%supports) > 0) words = words // ", \" // newline // "  $springs" // text(view) &
         & // " using 1:2 with lines lt 7 dt 1 lw 1 notitle"
       do i = 1, size(frame%supports)
-        words = words // element("::0::0", point_columns(frame%supports(i)%position(seen)), &
+        words = words // element("::0::0", point_columns(frame%supports(i)%position(view_axes)), &
           & "points lt 1 pt 5 ps 0.6 lc rgb '#000000' notitle")
       end do
-      words = words // bars(linkage, diagram, columns, seen, .true.)
+      words = words // bars(linkage, diagram, columns, view_axes, .true.)
       do i = 1, size(linkage%links)
-        at = columns%link(i, seen)
+        at = columns%link(i, view_axes)
         words = words // element("::row::row", at, "points lt 1 pt " // merge("5 ps 1.5", "7 ps 0.7", linkage%links(i)%to == 0) &
           & // " lc rgb '#" // colour(linkage, i) // "' notitle")
       end do
       do i = 1, size(linkage%joints)
-        words = words // element("::row::row", columns%joint(i, seen), "points lt 1 pt 7 ps 0.5 lc rgb '#" &
-          & // merge("000000", "FFFFFF", diagram%grounded(i)) // "' notitle") // element("::row::row", columns%joint(i, seen), &
+        words = words // element("::row::row", columns%joint(i, view_axes), "points lt 1 pt 7 ps 0.5 lc rgb '#" &
+          & // merge("000000", "FFFFFF", diagram%grounded(i)) // "' notitle") // element("::row::row", columns%joint(i, &
+          & view_axes), &
           & "points lt 1 pt 6 ps 0.5 lw 1 lc rgb '#000000' notitle")
       end do
       do i = 1, size(probes)
         associate (place => place_of(probes(i)))
-          at = point_columns(place(seen))
-          on_the_right = place(seen(1)) > sum(hull(1, :)) / size(hull, 2)
+          at = point_columns(place(view_axes))
+          on_the_right = place(view_axes(1)) > sum(hull(1, :)) / size(hull, 2)
         end associate
         words = words // element("::0::0", at, "points lt 1 pt 12 ps 1.4 lw 2 lc rgb '#CC0000' notitle") &
           & // element("::0::0", at // ":(" // plotted(trim(probes(i)%name)) // ")", "labels " &
@@ -210,12 +211,12 @@ contains
     place = [probe%position(1), probe%position(2), probe%z]
   end function place_of
 
-  !> Draws the springs of a support as they appear in the view with the axes `seen`. `length` (m) is that of a spring parallel to
-  !> the view.
-  subroutine draw_springs(drawing, support, seen, length)
+  !> Draws the springs of a support as they appear in the view with the axes `view_axes`. `length` (m) is that of a spring parallel
+  !> to the view.
+  subroutine draw_springs(drawing, support, view_axes, length)
     type(drawing_type), intent(inout) :: drawing
     type(support_type), intent(in) :: support
-    integer, intent(in) :: seen(2)
+    integer, intent(in) :: view_axes(2)
     real(dp), intent(in) :: length
     !> Springs that appear shorter than this fraction of `length` are not drawn
     real(dp), parameter :: shortest = 0.25_dp
@@ -224,10 +225,10 @@ contains
     integer :: axis, i
 
     do axis = 1, 3
-      along = support%axes(seen, axis)
+      along = support%axes(view_axes, axis)
       if (.not. support%stiffness(axis) > 0 .or. norm2(along) < shortest) cycle
       ! springs point away from F
-      if (dot_product(along, support%position(seen)) < 0) along = -along
+      if (dot_product(along, support%position(view_axes)) < 0) along = -along
       across = [-along(2), along(1)] / norm2(along)
       points(:, 1) = 0
       points(:, 2) = 0.25_dp * along
@@ -237,7 +238,7 @@ contains
       points(:, turns + 3) = 0.75_dp * along
       points(:, turns + 4) = along
       points(:, turns + 5) = along
-      points = spread(support%position(seen), 2, turns + 5) + length * points
+      points = spread(support%position(view_axes), 2, turns + 5) + length * points
       call append(drawing, points)
       call append(drawing, reshape([points(:, turns + 4) + 0.18_dp * length * across, points(:, turns + 4) &
         & - 0.18_dp * length * across], [2, 2]))
@@ -245,11 +246,11 @@ contains
   end subroutine draw_springs
 
   !> Parts of the plot command that draw the bars: bold in one position if `in_full`, otherwise faint over the period.
-  pure function bars(linkage, diagram, columns, seen, in_full) result(words)
+  pure function bars(linkage, diagram, columns, view_axes, in_full) result(words)
     class(linkage_type), intent(in) :: linkage
     type(diagram_type), intent(in) :: diagram
     type(columns_type), intent(in) :: columns
-    integer, intent(in) :: seen(2)
+    integer, intent(in) :: view_axes(2)
     logical, intent(in) :: in_full
     character(len=:), allocatable :: words, at
     integer :: i
@@ -258,7 +259,7 @@ contains
     do i = 1, size(diagram%bars)
       associate (bar => diagram%bars(i))
         if (bar%slides .and. .not. in_full) cycle
-        at = columns%between(bar%joints, seen)
+        at = columns%between(bar%joints, view_axes)
         if (in_full) then
           words = words // element("::row::row", at, "vectors nohead lt 1 " // merge("dt (6,4) lw 1.2", "dt 1 lw 3.5    ", &
             & bar%slides) // " lc rgb '#" // colour(linkage, bar%link) // "' notitle")
@@ -275,7 +276,7 @@ contains
     class(linkage_type), intent(in) :: linkage
     integer, intent(in) :: link
 
-    colour = none_of_links
+    colour = unlinked_colour
     if (link > 0) colour = colours(1 + mod(original(linkage, link) - 1, size(colours)))
   end function colour
 

@@ -13,8 +13,9 @@ module gestell_task_forces
   use gestell_task_common_task, only: longest_table, task_type
   use gestell_task_common_configuration, only: configuration_type
   use gestell_task_common_context, only: context_type
-  use gestell_task_forces_reactions, only: find_reactions, has_part, most_parts, part_names, parts_of, reaction_type, &
-    & support_places, whole_force
+  use gestell_task_forces_reactions, only: find_reactions, has_component, component_count, component_names, components_of, &
+    & reaction_type, &
+    & support_positions, force_magnitude
   use gestell_task_forces_plot, only: plot_histories, plot_orders, plot_summary
   use gestell_task_forces_report, only: force_lines
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_quiet_nan, ieee_value
@@ -28,7 +29,7 @@ module gestell_task_forces
     procedure :: run
   end type forces_task
 
-  type(unit_type), parameter :: units(most_parts) = [newton, newton, newton, newton_metre, newton, newton_metre, newton_metre]
+  type(unit_type), parameter :: units(component_count) = [newton, newton, newton, newton_metre, newton, newton_metre, newton_metre]
 
 contains
 
@@ -38,7 +39,7 @@ contains
     self%name = "forces"
     self%meaning = "force of each support on the ground"
     self%tables = [character(len=longest_table) :: "supports", "supports_history", "supports_harmonics"]
-    self%judges = .true.
+    self%gives_verdict = .true.
     self%brief = .true.
   end subroutine describe
 
@@ -48,7 +49,7 @@ contains
     type(configuration_type), intent(inout) :: configuration
     type(error_type), allocatable, intent(out) :: error
 
-    if (self%ordered) configuration%analysis%rows = max(configuration%analysis%rows, merge(velocities, guide_forces, &
+    if (self%requested) configuration%analysis%rows = max(configuration%analysis%rows, merge(velocities, guide_forces, &
       & size(configuration%frame%free) == configuration%frame%dofs()))
   end subroutine read_forces
 
@@ -83,40 +84,42 @@ contains
         end if
       end if
       peak = ieee_value(peak, ieee_quiet_nan)
-      if (allocated(reactions)) peak = reactions(size(reactions))%statistics(whole_force)%peak
-      call result%brief%expect(1 + size(support_places(frame), 2))
+      if (allocated(reactions)) peak = reactions(size(reactions))%statistics(force_magnitude)%peak
+      call result%brief%expect(1 + size(support_positions(frame), 2))
       call result%brief%add("f_peak", newton, "peak magnitude of the total force on the ground", [peak])
-      do i = 1, size(support_places(frame), 2)
-        if (allocated(reactions)) peak = reactions(i)%statistics(whole_force)%peak
+      do i = 1, size(support_positions(frame), 2)
+        if (allocated(reactions)) peak = reactions(i)%statistics(force_magnitude)%peak
         call result%brief%add("support(" // text(i) // ").f_peak", newton, "peak magnitude of the force of the support", [peak])
       end do
-      call result%fail(failure)
+      call result%record_failure(failure)
       if (.not. allocated(reactions)) return
       table = summary(reactions, frame)
       call result%add(table, plot_summary(table, reactions))
       turn = turns_in_words(frame%mechanism%turns)
       histories = new_table("supports_history", "Forces over " // turn, "Forces of every support over " // turn // ".")
       call add_turn(histories, frame, size(reactions(1)%history, 1) - 1)
-      call histories%expect(sum([(size(parts_of(reactions(i))), i = 1, size(reactions))]))
+      call histories%expect(sum([(size(components_of(reactions(i))), i = 1, size(reactions))]))
       harmonics = new_table("supports_harmonics", "Forces by orders", &
         & "Amplitudes of the forces of the supports over the orders of the crank speed.")
       call add_orders(harmonics, frame, last)
       ! Two columns: amplitude and phase.
-      call harmonics%expect(2 * sum([(count(parts_of(reactions(i)) /= whole_force), i = 1, size(reactions))]))
+      call harmonics%expect(2 * sum([(count(components_of(reactions(i)) /= force_magnitude), i = 1, size(reactions))]))
       do i = 1, size(reactions)
-        parts = parts_of(reactions(i))
+        parts = components_of(reactions(i))
         do k = 1, size(parts)
-          column = trim(part_names(parts(k))) // "_" // trim(reactions(i)%name)
+          column = trim(component_names(parts(k))) // "_" // trim(reactions(i)%name)
           associate (unit => units(parts(k)))
             call histories%add(column, unit, "force or moment on the ground", reactions(i)%history(:, parts(k)))
-            if (parts(k) /= whole_force) call add_harmonics(harmonics, column, unit, reactions(i)%statistics(parts(k))%series(1), &
+            if (parts(k) /= force_magnitude) call add_harmonics(harmonics, column, unit, &
+              & reactions(i)%statistics(parts(k))%series(1), &
               & last)
           end associate
         end do
       end do
       call result%add(histories, plot_histories(histories, reactions, frame))
       call result%add(harmonics, plot_orders(harmonics, reactions, last, frame%mechanism%turns))
-      call result%say_section("FORCES ON THE GROUND " // either("due to the motion", "without weight", any(reactions%weighed)) &
+      call result%write_section("FORCES ON THE GROUND " // either("due to the motion", "without weight", &
+        & any(reactions%includes_weight)) &
         & // "; f: magnitude; %: share of rms^2", force_lines(reactions, frame))
     end associate
   end subroutine run
@@ -137,7 +140,7 @@ contains
       call table%add(axes(k), metre, "position in the frame's axes", [(reactions(i)%position(k), i = 1, size(reactions))])
     end do
     ! the total has all components
-    parts = parts_of(reactions(size(reactions)))
+    parts = components_of(reactions(size(reactions)))
     do n = 1, size(parts)
       k = parts(n)
       peak = 0
@@ -146,7 +149,7 @@ contains
       crest = 0
       angle = 0
       do i = 1, size(reactions)
-        if (.not. has_part(reactions(i), k)) cycle
+        if (.not. has_component(reactions(i), k)) cycle
         associate (found => reactions(i)%statistics(k))
           peak(i) = found%peak
           error(i) = found%peak_error
@@ -155,7 +158,7 @@ contains
           angle(i) = sign(360.0_dp, frame%speed) * frame%mechanism%turns * found%peak_phase
         end associate
       end do
-      part = trim(part_names(k))
+      part = trim(component_names(k))
       call table%add(part // "_peak", units(k), "largest absolute value over the period", peak, bounds=error)
       call table%add(part // "_rms", units(k), "root mean square over the period", rms)
       call table%add(part // "_crest", plain, "crest factor, peak / rms; 0 if the rms is 0", crest)
@@ -164,19 +167,19 @@ contains
     do n = 1, size(parts)
       orders = 0
       do i = 1, size(reactions)
-        if (has_part(reactions(i), parts(n))) orders(i) = reactions(i)%statistics(parts(n))%strongest()
+        if (has_component(reactions(i), parts(n))) orders(i) = reactions(i)%statistics(parts(n))%strongest()
       end do
-      call add_order_column(table, trim(part_names(parts(n))) // "_strongest_order", &
+      call add_order_column(table, trim(component_names(parts(n))) // "_strongest_order", &
         & "order of the crank speed with the largest amplitude; 0: none", orders, frame%mechanism%turns)
     end do
-    if (.not. any(reactions%weighed)) return
+    if (.not. any(reactions%includes_weight)) return
     do k = 1, size(reactions(1)%position)
       call table%add("static_f" // axes(k), newton, "static force along " // axes(k), &
         & [(reactions(i)%static(k), i = 1, size(reactions))])
     end do
     call table%add("least_compression", newton, "minimum of the force along gravity, static force included", &
       & (reactions%least_compression), &
-      & bounds=(reactions%least_error))
+      & bounds=(reactions%min_error))
   end function summary
 
 end module gestell_task_forces

@@ -10,7 +10,7 @@ module gestell_task_forces_plot
   use gestell_output_table, only: table_type
   use gestell_output_table_turn, only: amplitude_of
   use gestell_output_table_unit, only: newton
-  use gestell_task_forces_reactions, only: along_x, along_y, along_z, has_part, part_names, parts_of, reaction_type
+  use gestell_task_forces_reactions, only: along_x, along_y, along_z, has_component, component_names, components_of, reaction_type
   implicit none (type, external)
   private
 
@@ -78,12 +78,12 @@ contains
 
     titles = titles_of(reactions)
     ! the total has all components
-    parts = parts_of(reactions(size(reactions)))
+    parts = components_of(reactions(size(reactions)))
     lines = layout_line(size(parts), 1)
     do k = 1, size(parts)
-      own = pack([(i, i = 1, size(reactions))], [(has_part(reactions(i), parts(k)), i = 1, size(reactions))])
+      own = pack([(i, i = 1, size(reactions))], [(has_component(reactions(i), parts(k)), i = 1, size(reactions))])
       do i = 1, size(reactions)
-        columns(i) = trim(part_names(parts(k))) // "_" // reactions(i)%name
+        columns(i) = trim(component_names(parts(k))) // "_" // reactions(i)%name
       end do
       lines = lines // turn_axis(frame, k == size(parts)) // key_line(k == 1) // history_panel(table, label_of(parts(k)), "1", &
         & columns(own), titles(own), own)
@@ -98,7 +98,7 @@ contains
       integer, intent(in) :: part
       character(len=:), allocatable :: label
 
-      associate (name => part_names(part))
+      associate (name => component_names(part))
         label = either("moment", "force", scan(name, "m") > 0)
         if (scan(name, "xyz") > 0) label = label // " " // name(2:2)
         if (name == "m" .and. size(reactions(1)%position) == 3) label = label // " z"
@@ -123,7 +123,7 @@ contains
     n = size(reactions(1)%position)
     lines = layout_line(n, 1) // "set grid noxtics ytics" // newline
     do k = 1, n
-      associate (part => part_names(axes(k)))
+      associate (part => component_names(axes(k)))
         do i = 1, size(reactions)
           columns(i) = amplitude_of(part // "_" // reactions(i)%name, newton)
         end do

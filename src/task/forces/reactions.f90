@@ -7,19 +7,21 @@ module gestell_task_forces_reactions
   use gestell_model_quantity, only: find_quantity
   use gestell_model_quantity_rows, only: guide_forces, probe_type, quantity_type, velocities
   use gestell_model_space, only: in_frame, in_space
-  use gestell_study_vibration_statistics, only: history_of, statistics_type, take_least, take_statistics
+  use gestell_study_vibration_statistics, only: history_of, statistics_type, compute_minimum, compute_statistics
   use gestell_study_vibration, only: check_rows, vibration_type
   use gestell_task_common_executor, only: executor_type
   implicit none (type, external)
   private
 
-  public :: find_reactions, has_part, parts_of, static_force, support_places
+  public :: find_reactions, has_component, components_of, static_force, support_positions
 
   !> Components of a reaction: force on the ground along x and y, its magnitude (N), moment about F at rest (N m). In space also the
   !> force along z and the moments about x and y; `moment` is then the moment about z. Supports have no moments.
-  integer, parameter, public :: along_x = 1, along_y = 2, whole_force = 3, moment = 4, along_z = 5, moment_x = 6, moment_y = 7, &
-    & most_parts = 7
-  character(len=2), parameter, public :: part_names(most_parts) = [character(len=2) :: "fx", "fy", "f", "m", "fz", "mx", "my"]
+  integer, parameter, public :: along_x = 1, along_y = 2, force_magnitude = 3, moment = 4, along_z = 5, moment_x = 6, moment_y = &
+    & 7, &
+    & component_count = 7
+  character(len=2), parameter, public :: component_names(component_count) = &
+    & [character(len=2) :: "fx", "fy", "f", "m", "fz", "mx", "my"]
 
   !> A reaction: the force on the ground from one support, the foundation, the guides, or all of them together.
   type, public :: reaction_type
@@ -33,48 +35,48 @@ module gestell_task_forces_reactions
     type(statistics_type), allocatable :: statistics(:)
     !> Values at the times of the vibration's history, shape (points + 1, components)
     real(dp), allocatable :: history(:, :)
-    !> `weighed`: true if the static forces of the weights were computed. `carrying`: true if this is a support that bears load at
-    !> rest
-    logical :: weighed = .false., carrying = .false.
+    !> `includes_weight`: true if the static forces of the weights were computed. `bears_load`: true if this is a support that bears
+    !> load at rest
+    logical :: includes_weight = .false., bears_load = .false.
     !> Static force on the ground due to the weights (N), with two components, or three in space
     real(dp), allocatable :: static(:)
     !> Minimum over the period of the force along gravity, static force included, and its error bound (N). If it is negative, a
     !> support that bears load lifts off.
-    real(dp) :: least_compression = 0, least_error = 0
+    real(dp) :: least_compression = 0, min_error = 0
   end type reaction_type
 
 contains
 
   !> Components that a reaction has, in the order of the report.
-  pure function parts_of(reaction) result(parts)
+  pure function components_of(reaction) result(parts)
     type(reaction_type), intent(in) :: reaction
     integer, allocatable :: parts(:)
 
-    parts = [along_x, along_y, whole_force]
-    if (size(reaction%position) == 3) parts = [along_x, along_y, along_z, whole_force]
+    parts = [along_x, along_y, force_magnitude]
+    if (size(reaction%position) == 3) parts = [along_x, along_y, along_z, force_magnitude]
     if (reaction%turns .and. size(reaction%position) == 3) parts = [parts, moment_x, moment_y]
     if (reaction%turns) parts = [parts, moment]
-  end function parts_of
+  end function components_of
 
   !> True if `part` is one of the components of the reaction.
-  pure logical function has_part(reaction, part)
+  pure logical function has_component(reaction, part)
     type(reaction_type), intent(in) :: reaction
     integer, intent(in) :: part
 
-    has_part = any(parts_of(reaction) == part)
-  end function has_part
+    has_component = any(components_of(reaction) == part)
+  end function has_component
 
   !> Positions of the supports in the frame's axes (m), shape (2, supports), or (3, supports) in space.
-  pure function support_places(frame) result(places)
+  pure function support_positions(frame) result(positions)
     class(frame_type), intent(in) :: frame
-    real(dp), allocatable :: places(:, :)
+    real(dp), allocatable :: positions(:, :)
     integer :: i
 
-    allocate(places(merge(3, 2, allocated(frame%space)), size(frame%supports)))
-    do i = 1, size(places, 2)
-      places(:, i) = frame%supports(i)%position(:size(places, 1))
+    allocate(positions(merge(3, 2, allocated(frame%space)), size(frame%supports)))
+    do i = 1, size(positions, 2)
+      positions(:, i) = frame%supports(i)%position(:size(positions, 1))
     end do
-  end function support_places
+  end function support_positions
 
   !> Computes all reactions: the supports in the frame's order, then the foundation and the guides if there are any, then the total.
   !> Fails as the frame's `check` does, or if `vibration` lacks motion data that the forces need.
@@ -90,45 +92,45 @@ contains
     !> Number of supports after which the progress display is updated
     integer, parameter :: many = 500
     type(quantity_type), allocatable :: parts(:), guide(:)
-    real(dp), allocatable :: places(:, :)
-    logical :: founded, guided
+    real(dp), allocatable :: positions(:, :)
+    logical :: has_foundation, has_guide
     integer :: i, n
 
-    guided = size(frame%free) < frame%dofs()
+    has_guide = size(frame%free) < frame%dofs()
     call frame%check(error)
-    if (.not. allocated(error)) call check_rows(vibration, merge(guide_forces, velocities, guided), error)
+    if (.not. allocated(error)) call check_rows(vibration, merge(guide_forces, velocities, has_guide), error)
     if (allocated(error)) return
-    places = support_places(frame)
-    n = size(places, 2)
-    call force_of(frame, "foundation.", parts)
-    founded = .false.
+    positions = support_positions(frame)
+    n = size(positions, 2)
+    call find_components(frame, "foundation.", parts)
+    has_foundation = .false.
     do i = 1, size(parts)
-      if (allocated(parts(i)%weights)) founded = founded .or. any(abs(parts(i)%weights) > 0)
+      if (allocated(parts(i)%weights)) has_foundation = has_foundation .or. any(abs(parts(i)%weights) > 0)
     end do
-    allocate(reactions(n + count([founded, guided]) + 1))
+    allocate(reactions(n + count([has_foundation, has_guide]) + 1))
     do i = 1, size(reactions)
-      allocate(reactions(i)%position(size(places, 1)), reactions(i)%static(size(places, 1)), source=0.0_dp)
+      allocate(reactions(i)%position(size(positions, 1)), reactions(i)%static(size(positions, 1)), source=0.0_dp)
     end do
-    if (founded) call take_reaction(frame, vibration, "foundation", parts, reactions(n + 1), error)
+    if (has_foundation) call compute_reaction(frame, vibration, "foundation", parts, reactions(n + 1), error)
     if (allocated(error)) return
     do i = 1, n
       if (present(executor) .and. modulo(i, many) == 0) call executor%show("supports", (i - 1.0_dp) / n)
-      call force_of(frame, "support(" // text(i) // ").", parts)
-      reactions(i)%position = places(:, i)
+      call find_components(frame, "support(" // text(i) // ").", parts)
+      reactions(i)%position = positions(:, i)
       reactions(i)%turns = .false.
-      call take_reaction(frame, vibration, text(i), parts, reactions(i), error)
+      call compute_reaction(frame, vibration, text(i), parts, reactions(i), error)
       if (allocated(error)) return
     end do
     if (present(executor) .and. n >= many) call executor%show("supports", 1.0_dp)
-    call force_of(frame, "guide.", guide)
-    if (guided) call take_reaction(frame, vibration, "guide", guide, reactions(size(reactions) - 1), error)
+    call find_components(frame, "guide.", guide)
+    if (has_guide) call compute_reaction(frame, vibration, "guide", guide, reactions(size(reactions) - 1), error)
     if (allocated(error)) return
-    call force_of(frame, "total.", parts)
-    call take_reaction(frame, vibration, "total", parts, reactions(size(reactions)), error)
+    call find_components(frame, "total.", parts)
+    call compute_reaction(frame, vibration, "total", parts, reactions(size(reactions)), error)
   end subroutine find_reactions
 
   !> Adds the static force and the minimum compression to `reaction`. `parts` are the quantities that give its components.
-  subroutine weigh(frame, vibration, parts, reaction, error)
+  subroutine add_static_force(frame, vibration, parts, reaction, error)
     class(frame_type), intent(in) :: frame
     type(vibration_type), intent(in) :: vibration
     type(quantity_type), intent(in) :: parts(:)
@@ -149,17 +151,17 @@ contains
       along%weights = along%weights + down(i) * parts(axes(i))%weights
       if (allocated(along%rounding)) along%rounding = along%rounding + abs(down(i)) * parts(axes(i))%rounding
     end do
-    call take_least(vibration, along, least, reaction%least_error, error)
+    call compute_minimum(vibration, along, least, reaction%min_error, error)
     if (allocated(error)) return
-    reaction%weighed = .true.
+    reaction%includes_weight = .true.
     reaction%static = static_force(frame, trim(reaction%name))
     bearing = dot_product(down(:n), reaction%static)
     reaction%least_compression = bearing + least
     ! The error of the static force is the rounding error of the weights.
-    reaction%least_error = reaction%least_error + 16 * epsilon(bearing) * (norm2(reaction%static) + norm2(frame%weights%weight))
+    reaction%min_error = reaction%min_error + 16 * epsilon(bearing) * (norm2(reaction%static) + norm2(frame%weights%weight))
     ! If a guide carries the frame, the supports bear no load and cannot lift off.
-    reaction%carrying = .not. reaction%turns .and. bearing > roundings * norm2(frame%weights%weight)
-  end subroutine weigh
+    reaction%bears_load = .not. reaction%turns .and. bearing > roundings * norm2(frame%weights%weight)
+  end subroutine add_static_force
 
   !> Static force (N) on the ground that the weights cause in the reaction `name`: two components, or three in space.
   pure function static_force(frame, name) result(force)
@@ -190,7 +192,7 @@ contains
 
   !> Finds the quantities that give the components of a reaction. Its name must end with a dot. For a component that the reaction
   !> does not have, `parts(i)%weights` stays unallocated.
-  subroutine force_of(frame, reaction, parts)
+  subroutine find_components(frame, reaction, parts)
     class(frame_type), intent(in) :: frame
     character(len=*), intent(in) :: reaction
     type(quantity_type), allocatable, intent(out) :: parts(:)
@@ -198,14 +200,14 @@ contains
     type(error_type), allocatable :: error
     integer :: i
 
-    allocate(parts(merge(most_parts, moment, allocated(frame%space))))
+    allocate(parts(merge(component_count, moment, allocated(frame%space))))
     do i = 1, size(parts)
-      call find_quantity(frame, none, reaction // trim(part_names(i)), parts(i), error)
+      call find_quantity(frame, none, reaction // trim(component_names(i)), parts(i), error)
     end do
-  end subroutine force_of
+  end subroutine find_components
 
   !> Computes statistics and history of the reaction `name`. `parts` are the quantities that give its components.
-  subroutine take_reaction(frame, vibration, name, parts, reaction, error)
+  subroutine compute_reaction(frame, vibration, name, parts, reaction, error)
     class(frame_type), intent(in) :: frame
     type(vibration_type), intent(in) :: vibration
     character(len=*), intent(in) :: name
@@ -220,12 +222,12 @@ contains
     allocate(reaction%history(size(vibration%motion_history, 2), size(parts)), source=0.0_dp)
     do i = 1, size(parts)
       if (.not. allocated(parts(i)%weights)) cycle
-      call take_statistics(vibration, parts(i), reaction%statistics(i), error)
+      call compute_statistics(vibration, parts(i), reaction%statistics(i), error)
       if (.not. allocated(error)) call history_of(vibration, parts(i), history, error)
       if (allocated(error)) return
       reaction%history(:, i) = history
     end do
-    if (frame%weights%act) call weigh(frame, vibration, parts, reaction, error)
-  end subroutine take_reaction
+    if (frame%weights%act) call add_static_force(frame, vibration, parts, reaction, error)
+  end subroutine compute_reaction
 
 end module gestell_task_forces_reactions

@@ -3,9 +3,9 @@ module gestell_task_forces_report
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, either, fixed, newline, text
   use gestell_model_frame, only: frame_type
-  use gestell_output_report_significance, only: noise_of, order_words
+  use gestell_output_report_significance, only: zero_if_noise, order_words
   use gestell_output_report_text_table, only: tab, tabulated
-  use gestell_task_forces_reactions, only: along_x, along_y, along_z, moment, moment_x, moment_y, reaction_type, whole_force
+  use gestell_task_forces_reactions, only: along_x, along_y, along_z, moment, moment_x, moment_y, reaction_type, force_magnitude
   implicit none (type, external)
   private
 
@@ -29,7 +29,7 @@ contains
       lines = lines // reaction_line(reactions(i), frame%mechanism%turns) // newline
       if (reactions(i)%turns) cycle
       if (most == 0) most = i
-      if (reactions(i)%statistics(whole_force)%peak > reactions(most)%statistics(whole_force)%peak) most = i
+      if (reactions(i)%statistics(force_magnitude)%peak > reactions(most)%statistics(force_magnitude)%peak) most = i
     end do
     arm = maxval([(norm2(reactions(i)%position), i = 1, size(reactions))])
     if (.not. arm > 0) arm = 1
@@ -38,21 +38,21 @@ contains
         & // ",f peak,error,f rms,strongest" // newline // repeat(",N", axes + 3) // ",order", lines)
     end associate
     if (most > 0) then
-      if (reactions(most)%statistics(whole_force)%peak > 0) lines = lines // "  support " // trim(reactions(most)%name) &
-        & // " has the largest peak: " // concise(reactions(most)%statistics(whole_force)%peak, 5) // " N" // newline
+      if (reactions(most)%statistics(force_magnitude)%peak > 0) lines = lines // "  support " // trim(reactions(most)%name) &
+        & // " has the largest peak: " // concise(reactions(most)%statistics(force_magnitude)%peak, 5) // " N" // newline
     end if
     associate (total => reactions(size(reactions)))
       if (most > 0) then
-        if (total%statistics(whole_force)%peak < reactions(most)%statistics(whole_force)%peak) lines = lines // &
+        if (total%statistics(force_magnitude)%peak < reactions(most)%statistics(force_magnitude)%peak) lines = lines // &
           & "  the forces of the supports partly cancel: the total has a lower peak than one of them" // newline
       end if
-      if (total%statistics(whole_force)%peak > 0) lines = lines // "  peak of the total force: " &
-        & // concise(total%statistics(whole_force)%peak, 5) // " N" // crank_angle(total, whole_force) // newline
+      if (total%statistics(force_magnitude)%peak > 0) lines = lines // "  peak of the total force: " &
+        & // concise(total%statistics(force_magnitude)%peak, 5) // " N" // crank_angle(total, force_magnitude) // newline
       if (size(total%position) == 3) lines = lines // moment_line(moment_x, "xi through ") &
         & // moment_line(moment_y, "eta through ") // moment_line(moment, "zeta through ")
       if (size(total%position) == 2) lines = lines // moment_line(moment, "")
     end associate
-    if (any(reactions%weighed)) lines = lines // static_lines(reactions)
+    if (any(reactions%includes_weight)) lines = lines // static_lines(reactions)
 
   contains
 
@@ -65,7 +65,7 @@ contains
       line = ""
       associate (total => reactions(size(reactions)))
         associate (m => total%statistics(part))
-          if (m%peak * noise_of(m%peak, m%peak_error, arm * total%statistics(whole_force)%peak) > 0) line = &
+          if (m%peak * zero_if_noise(m%peak, m%peak_error, arm * total%statistics(force_magnitude)%peak) > 0) line = &
             & "  peak of the total moment about " // axis // "F: " // concise(m%peak, 5) // " N m" // crank_angle(total, part) &
             & // ", rms " // concise(m%rms, 5) // " N m" // newline
         end associate
@@ -97,15 +97,15 @@ contains
     weight = norm2(reactions(size(reactions))%static)
     do i = 1, size(reactions)
       associate (reaction => reactions(i))
-        lines = lines // labelled(reaction) // tab
+        lines = lines // reaction_label(reaction) // tab
         do k = 1, size(reaction%static)
           lines = lines // concise(merge(0.0_dp, reaction%static(k), abs(reaction%static(k)) <= rounding * weight), 5) // tab
         end do
         if (reaction%name /= "guide") lines = lines // concise(reaction%least_compression, 5) // tab &
-          & // concise(reaction%least_error, 1) // tab
+          & // concise(reaction%min_error, 1) // tab
         ! lift-off matters only for a support that carries load without being bolted
-        if (reaction%carrying .and. reaction%least_compression < reaction%least_error) lines = lines &
-          & // either("LIFTS OFF", "may lift off", reaction%least_compression < -reaction%least_error)
+        if (reaction%bears_load .and. reaction%least_compression < reaction%min_error) lines = lines &
+          & // either("LIFTS OFF", "may lift off", reaction%least_compression < -reaction%min_error)
         lines = lines // newline
       end associate
     end do
@@ -122,9 +122,9 @@ contains
     character(len=:), allocatable :: line
     integer :: order
 
-    line = labelled(reaction) // component(along_x) // component(along_y)
+    line = reaction_label(reaction) // component(along_x) // component(along_y)
     if (size(reaction%position) == 3) line = line // component(along_z)
-    associate (f => reaction%statistics(whole_force))
+    associate (f => reaction%statistics(force_magnitude))
       order = f%strongest()
       line = line // tab // concise(f%peak, 5) // tab // concise(f%peak_error, 1) // tab // concise(f%rms, 5) // tab
       if (order > 0) line = line // order_words(order, f%amplitude(order), f%rms, turns)
@@ -137,15 +137,15 @@ contains
       integer, intent(in) :: part
       character(len=:), allocatable :: words
 
-      associate (f => reaction%statistics(part), whole => reaction%statistics(whole_force))
-        words = tab // concise(noise_of(f%peak, f%peak_error, whole%peak) * f%peak, 5)
+      associate (f => reaction%statistics(part), whole => reaction%statistics(force_magnitude))
+        words = tab // concise(zero_if_noise(f%peak, f%peak_error, whole%peak) * f%peak, 5)
       end associate
     end function component
 
   end function reaction_line
 
   !> Name of a reaction; for a support in the plane, its position follows.
-  pure function labelled(reaction) result(line)
+  pure function reaction_label(reaction) result(line)
     type(reaction_type), intent(in) :: reaction
     character(len=:), allocatable :: line
 
@@ -153,6 +153,6 @@ contains
     if (.not. reaction%turns) line = "support " // line
     if (reaction%turns .or. size(reaction%position) == 3) return
     line = line // " (" // concise(reaction%position(1), 4) // "," // concise(reaction%position(2), 4) // ")"
-  end function labelled
+  end function reaction_label
 
 end module gestell_task_forces_report

@@ -27,8 +27,8 @@ contains
     class(frame_type), intent(in) :: frame
     character(len=:), allocatable :: lines
     type(error_type), allocatable :: failure
-    real(dp), allocatable :: frequencies(:), slow(:)
-    class(frame_type), allocatable :: slower
+    real(dp), allocatable :: frequencies(:), slow_frequencies(:)
+    class(frame_type), allocatable :: slow_frame
 
     call frame%natural_frequencies(frequencies, failure)
     if (allocated(failure)) then
@@ -36,12 +36,13 @@ contains
       return
     end if
     lines = frequency_lines(frequencies, abs(frame%drive_speed()), frame%mechanism%turns, varies(frame))
-    allocate(slower, source=frame)
-    slower%speed = frame%speed / 2
-    slower%period = 2 * frame%period
-    call slower%natural_frequencies(slow, failure)
+    allocate(slow_frame, source=frame)
+    slow_frame%speed = frame%speed / 2
+    slow_frame%period = 2 * frame%period
+    call slow_frame%natural_frequencies(slow_frequencies, failure)
     if (allocated(failure)) return
-    if (any(abs(slow - frequencies) > equal * abs(frequencies))) lines = lines // "  they depend on the speed (gyroscopic " &
+    if (any(abs(slow_frequencies - frequencies) > equal * abs(frequencies))) lines = lines &
+      & // "  they depend on the speed (gyroscopic " &
       & // "moments); task 'campbell' computes them over a range" // newline
   end function report_frequencies
 
@@ -103,7 +104,7 @@ contains
     integer, intent(in) :: turns
     logical, intent(in) :: periodic
     character(len=:), allocatable :: lines
-    real(dp) :: ratio, nearest, away
+    real(dp) :: ratio, nearest, distance
     integer :: k
 
     lines = ""
@@ -119,10 +120,10 @@ contains
       end if
       ratio = frequencies(k) / speed
       nearest = max(1.0_dp, anint(ratio * turns)) / turns
-      away = frequencies(k) / (nearest * speed) - 1
+      distance = frequencies(k) / (nearest * speed) - 1
       lines = lines // concise(frequencies(k) / (2 * pi)) // tab // concise(frequencies(k)) // tab // concise(ratio, 5) // tab &
         & // concise(nearest, merge(9, 4, turns == 1)) // tab // concise(frequencies(k) / nearest * 30 / pi, 5) // tab &
-        & // merge("+", "-", away > 0) // concise(100 * abs(away), 2) // " %" // tab
+        & // merge("+", "-", distance > 0) // concise(100 * abs(distance), 2) // " %" // tab
       if (nearest <= highest_order) then
         if (is_near(ratio * turns, nint(nearest * turns))) lines = lines // "<- near"
       end if
@@ -176,7 +177,7 @@ contains
 
     lines = ""
     if (.not. allocated(resonance)) return
-    if (.not. (resonance%near() .or. resonance%loose())) return
+    if (.not. (resonance%near() .or. resonance%is_free())) return
     call describe_resonance(resonance, lines)
     lines = "  near resonance: " // lines // newline
   end function resonance_lines

@@ -7,25 +7,25 @@ module gestell_task_machine
   use gestell_floquet_multipliers, only: multipliers_type
   use gestell_model_frame, only: dof_names, frame_type
   use gestell_model_space, only: is_rotation
-  use gestell_output_report_warnings, only: beyond_small
+  use gestell_output_report_warnings, only: motion_warning
   use gestell_output_result, only: result_type
   use gestell_output_table, only: new_table, nothing, table_type
   use gestell_output_table_unit, only: metre, plain, radian, unit_type
   use gestell_study_frame_model_model_check, only: check_model
   use gestell_study_vibration_analysis, only: analyse, find_modes
-  use gestell_study_vibration_held, only: unheld
-  use gestell_study_vibration_several, only: several_type
+  use gestell_study_vibration_free_directions, only: describe_free_directions
+  use gestell_study_vibration_vibration_list, only: listed_vibration_type
   use gestell_study_vibration_small_motion, only: moved
   use gestell_output_file_result_files, only: longest_table
   use gestell_task_common_context, only: context_type
   use gestell_task_drawing_report, only: report_transmission
-  use gestell_task_machine_report, only: better_line, evidence_lines, newton_line, tolerance_note, verdict_lines, verdict_sentence
+  use gestell_task_machine_report, only: model_warning, evidence_lines, newton_line, tolerance_note, verdict_lines, verdict_sentence
   use gestell_task_machine_frequencies, only: report_frequencies, resonance_lines
-  use gestell_task_machine_several, only: among, several_lines
+  use gestell_task_machine_vibrations, only: mention_others, several_lines
   implicit none (type, external)
   private
 
-  public :: end_line, solve_machine
+  public :: add_machine_columns, solve_machine
 
   !> Name of the only table that this module writes
   character(len=longest_table), parameter, public :: own_table = "vibrations"
@@ -39,23 +39,23 @@ contains
     type(result_type), intent(inout) :: result
     type(error_type), allocatable, intent(out) :: error
     type(error_type), allocatable :: failure
-    character(len=:), allocatable :: doing
+    character(len=:), allocatable :: activity
     !> If a mechanism needs more steps than this, the progress display says why its solution takes seconds
-    integer, parameter :: many = 10000
-    logical :: slow
+    integer, parameter :: slow_steps = 10000
+    logical :: takes_seconds
 
     associate (configuration => context%configuration, analysis => context%analysis)
-      doing = "near a dead point: at least " // text(configuration%frame%least_steps) // " steps per turn"
-      slow = configuration%frame%least_steps > many .and. allocated(context%executor)
-      if (slow) call context%executor%show(doing, 0.0_dp)
+      activity = "near a dead point: at least " // text(configuration%frame%least_steps) // " steps per turn"
+      takes_seconds = configuration%frame%least_steps > slow_steps .and. allocated(context%executor)
+      if (takes_seconds) call context%executor%show(activity, 0.0_dp)
       call analyse(configuration%frame, configuration%analysis, configuration%accuracy, analysis, failure)
-      if (slow) call context%executor%show(doing, 1.0_dp)
+      if (takes_seconds) call context%executor%show(activity, 1.0_dp)
       if (allocated(failure) .and. .not. (allocated(analysis%multipliers) .and. (configuration%analysis%stability &
         & .or. configuration%analysis%modes))) then
         call move_alloc(failure, error)
         return
       end if
-      call result%fail(failure)
+      call result%record_failure(failure)
       if (allocated(analysis%multipliers)) then
         result%verdict = analysis%multipliers%verdict()
         call result%include_verdict(verdict_named(result%verdict))
@@ -66,59 +66,59 @@ contains
   end subroutine solve_machine
 
   !> Adds the columns that belong to no single task, such as the verdict, to the table of --one-line.
-  subroutine end_line(context, result)
+  subroutine add_machine_columns(context, result)
     type(context_type), intent(in) :: context
     type(result_type), intent(inout) :: result
-    integer :: found
+    integer :: vibration_count
 
     ! a sweep fills the short table itself
     if (result%brief%name /= "") return
-    found = nothing
-    if (allocated(context%analysis%several)) found = size(context%analysis%several)
+    vibration_count = nothing
+    if (allocated(context%analysis%several)) vibration_count = size(context%analysis%several)
     associate (options => context%configuration%analysis)
       if (options%all_vibrations .and. options%judged()) call result%brief%add("vibrations", "number of periodic vibrations " &
-        & // "found", [found])
+        & // "found", [vibration_count])
     end associate
     if (result%verdict /= "" .and. result%brief%number_of("verdict") == 0) call result%brief%add("verdict", &
       & "verdict on the machine", &
       & [result%verdict])
-  end subroutine end_line
+  end subroutine add_machine_columns
 
   !> Reports the verdict, the accuracy of the solution, and the natural frequencies.
   subroutine report(context, result)
     type(context_type), intent(inout) :: context
     type(result_type), intent(inout) :: result
-    type(multipliers_type), allocatable :: better
+    type(multipliers_type), allocatable :: exact
     character(len=:), allocatable :: warning
 
     associate (frame => context%configuration%frame, tasks => context%configuration%analysis, analysis => context%analysis, &
       & accuracy => context%configuration%accuracy)
-      call result%say(report_transmission(frame))
-      call result%leave_room()
+      call result%write_lines(report_transmission(frame))
+      call result%reserve_headlines()
       if (allocated(analysis%multipliers)) then
-        if (tasks%model /= "exact" .and. .not. tasks%averaged) call check_model(frame, accuracy, analysis%multipliers, better)
+        if (tasks%model /= "exact" .and. .not. tasks%averaged) call check_model(frame, accuracy, analysis%multipliers, exact)
         call result%warn(result%verdict, verdict_sentence(analysis%multipliers, frame%period, &
-          & frame%mechanism%turns, among(analysis%several)))
-        call result%say(verdict_lines(analysis%multipliers, frame%mechanism%turns, trim(unheld(frame)), &
+          & frame%mechanism%turns, mention_others(analysis%several)))
+        call result%write_lines(verdict_lines(analysis%multipliers, frame%mechanism%turns, trim(describe_free_directions(frame)), &
           & tolerance_note(analysis, accuracy) /= ""))
       end if
-      call result%say(better_line(better, trim(tasks%model)) // tolerance_note(analysis, accuracy))
+      call result%write_lines(model_warning(exact, trim(tasks%model)) // tolerance_note(analysis, accuracy))
       if (.not. allocated(analysis%multipliers)) call result%detail(newline)
       call result%detail(evidence_lines(analysis, accuracy) // newton_line(analysis%newton))
-      call result%say(several_lines(analysis%several, tasks%all_vibrations))
+      call result%write_lines(several_lines(analysis%several, tasks%all_vibrations))
       if (allocated(analysis%vibration)) then
-        warning = beyond_small([moved(frame, analysis%vibration%peak(:frame%dofs()))], tasks%model)
+        warning = motion_warning([moved(frame, analysis%vibration%peak(:frame%dofs()))], tasks%model)
         call result%warn("undecided", warning)
-        call result%say(warning)
+        call result%write_lines(warning)
       end if
       if (allocated(analysis%resonance)) call find_modes(frame, tasks%averaged, accuracy, analysis)
-      call result%say(resonance_lines(analysis%resonance) // report_frequencies(frame))
+      call result%write_lines(resonance_lines(analysis%resonance) // report_frequencies(frame))
     end associate
   end subroutine report
 
   !> Table vibrations.csv, with a row for each periodic vibration of the machine at its speed.
   pure type(table_type) function table_of(several) result(table)
-    type(several_type), intent(in) :: several(:)
+    type(listed_vibration_type), intent(in) :: several(:)
     type(unit_type) :: units(size(several(1)%peak))
     integer :: i, k, n
 
@@ -144,7 +144,7 @@ contains
     call table%add("verdict", "verdict on this vibration", [(several(i)%multipliers%verdict(), i = 1, n)])
     call table%add("turning_index", "-1 if an odd number of real multipliers exceeds 1, otherwise 1", &
       & [(several(i)%vibration_index(), i = 1, n)])
-    call table%add("told", "1 for the vibration that all other files describe, otherwise 0", [(several(i)%told, i = 1, n)])
+    call table%add("told", "1 for the vibration that all other files describe, otherwise 0", [(several(i)%is_reported, i = 1, n)])
   end function table_of
 
 end module gestell_task_machine

@@ -9,10 +9,10 @@ module gestell_task_machine_report
   use gestell_floquet_solution, only: evidence, evidence_type, liouville_defect
   use gestell_task_common_configuration, only: configuration_type
   use gestell_base_words, only: on_one_line
-  use gestell_input_machine_frame, only: values_out_of_the_plane
+  use gestell_input_machine_frame, only: note_on_ignored_values
   use gestell_input_wording, only: counted
   use gestell_output_report_orders, only: turns_in_words
-  use gestell_output_report_plausibility, only: slips
+  use gestell_output_report_plausibility, only: implausible_values
   use gestell_output_report_wrapping, only: wrapped
   use gestell_output_result, only: result_type
   use gestell_task_stability_report, only: modulus_of, out_of_range
@@ -20,12 +20,12 @@ module gestell_task_machine_report
   use gestell_model_linkage, only: linkage_type
   use gestell_study_vibration_analysis, only: analysis_type
   use gestell_study_frame_model, only: newton_type
-  use gestell_study_vibration_held, only: unheld
+  use gestell_study_vibration_free_directions, only: describe_free_directions
   implicit none (type, external)
   private
 
-  public :: better_line, evidence_lines, newton_line, report_machine, slips_of, tolerance_note, verdict_lines, &
-    & verdict_sentence, warn_of_slips
+  public :: model_warning, evidence_lines, newton_line, report_machine, input_warnings, tolerance_note, verdict_lines, &
+    & verdict_sentence, add_input_warnings
 
 contains
 
@@ -86,7 +86,7 @@ contains
         report = report // "  motor      on the frame: relative speed constant, torque acts on the frame" // newline
       end select
       report = report // gravity_line(frame)
-      warnings = slips_of(configuration)
+      warnings = input_warnings(configuration)
       do while (warnings /= "")
         i = index(warnings, newline)
         report = report // "  warning    " // warnings(:i)
@@ -105,19 +105,19 @@ contains
   end function machine_lines
 
   !> Lists probable typing errors in the input, one per line.
-  function slips_of(configuration) result(lines)
+  function input_warnings(configuration) result(lines)
     type(configuration_type), intent(in) :: configuration
     character(len=:), allocatable :: lines
 
     lines = ""
     if (allocated(configuration%impossible)) return
-    lines = trim(unheld(configuration%frame))
+    lines = trim(describe_free_directions(configuration%frame))
     if (lines /= "") lines = lines // newline
-    lines = lines // slips(configuration%frame) // values_out_of_the_plane(configuration%document)
-  end function slips_of
+    lines = lines // implausible_values(configuration%frame) // note_on_ignored_values(configuration%document)
+  end function input_warnings
 
   !> Adds the warnings in `lines` to the result as headlines. They are not added to the report, which already contains them.
-  pure subroutine warn_of_slips(result, lines)
+  pure subroutine add_input_warnings(result, lines)
     type(result_type), intent(inout) :: result
     character(len=*), intent(in) :: lines
     integer :: first, last
@@ -125,10 +125,10 @@ contains
     first = 1
     do while (first <= len(lines))
       last = first - 1 + index(lines(first:), newline)
-      call result%warn("undecided", lines(first:last), said=.true.)
+      call result%warn("undecided", lines(first:last), printed=.true.)
       first = last + 1
     end do
-  end subroutine warn_of_slips
+  end subroutine add_input_warnings
 
   !> Lines on gravity, total weight and, in space, static deflection; empty without gravity.
   pure function gravity_line(frame) result(line)
@@ -160,14 +160,14 @@ contains
   end function listed
 
   !> Sentence with the verdict and how fast disturbances grow or decay.
-  pure function verdict_sentence(multipliers, period, in_period, others) result(words)
+  pure function verdict_sentence(multipliers, period, period_turns, other_vibrations) result(words)
     type(multipliers_type), intent(in) :: multipliers
     !> Period (s)
     real(dp), intent(in) :: period
     !> Number of turns of the crank in the period
-    integer, intent(in) :: in_period
+    integer, intent(in) :: period_turns
     !> Text on other vibrations of the machine, appended to the sentence
-    character(len=*), intent(in) :: others
+    character(len=*), intent(in) :: other_vibrations
     character(len=:), allocatable :: words
     real(dp) :: turns
 
@@ -180,31 +180,32 @@ contains
     select case (multipliers%verdict())
     case ("stable")
       if (multipliers%error(1) >= 1) then
-        words = words // "disturbances decay within " // turns_in_words(in_period) // "; rounding errors exceed their multipliers"
+        words = words // "disturbances decay within " // turns_in_words(period_turns) &
+          & // "; rounding errors exceed their multipliers"
       else
-        words = words // "disturbances halve within " // concise(turns * in_period, 3) // " turns (" &
+        words = words // "disturbances halve within " // concise(turns * period_turns, 3) // " turns (" &
           & // concise(turns * period, 3) // " s)"
       end if
     case ("undamped")
       words = words // "disturbances neither grow nor decay"
     case ("unstable")
-      words = words // "a disturbance doubles in " // concise(turns * in_period, 3) // " turns (" &
+      words = words // "a disturbance doubles in " // concise(turns * period_turns, 3) // " turns (" &
         & // concise(turns * period, 3) // " s)"
     case default
       words = words // "the error bound of a multiplier includes |rho| = 1"
     end select
-    words = words // others
+    words = words // other_vibrations
   end function verdict_sentence
 
   !> Lines below the verdict: the largest multiplier, the kind of instability, and the cause of an undecided verdict.
-  pure function verdict_lines(multipliers, turns, unheld, at_limit) result(lines)
+  pure function verdict_lines(multipliers, turns, describe_free_directions, at_precision_limit) result(lines)
     type(multipliers_type), intent(in) :: multipliers
     !> Number of turns of the crank in the period
     integer, intent(in) :: turns
     !> Text on directions in which nothing holds the frame; empty if there are none
-    character(len=*), intent(in) :: unheld
+    character(len=*), intent(in) :: describe_free_directions
     !> True if rounding errors prevent Phi(T) from reaching the requested tolerance
-    logical, intent(in) :: at_limit
+    logical, intent(in) :: at_precision_limit
     character(len=:), allocatable :: lines, word
     integer :: worst
 
@@ -215,15 +216,15 @@ contains
       return
     end if
     if (word == "stable" .and. multipliers%error(1) >= 1) return
-    if (word == "unstable") lines = "  the disturbance " // manner(multipliers%arg(1), turns) // newline
+    if (word == "unstable") lines = "  the disturbance " // growth_pattern(multipliers%arg(1), turns) // newline
     if (word == "undamped") lines = "  no damping: all multipliers provably lie on the unit circle (doc/theory.md)" // newline
     lines = lines // "  largest multiplier  |rho| = " // modulus(multipliers, 1) // newline
     if (word == "undecided") then
       worst = maxloc(multipliers%log_abs + log(1 + multipliers%error), dim=1)
       if (worst > 1) lines = lines // "  most critical       |rho| = " // modulus(multipliers, worst) // newline
-      if (unheld /= "") then
-        lines = lines // "  " // unheld // newline
-      else if (at_limit) then
+      if (describe_free_directions /= "") then
+        lines = lines // "  " // describe_free_directions // newline
+      else if (at_precision_limit) then
         lines = lines // "  only rounding errors remain, so a smaller tolerance would not help: the machine lies on the " &
           & // "stability boundary, or its multipliers are very sensitive to its data" // newline
       else
@@ -234,7 +235,7 @@ contains
   end function verdict_lines
 
   !> Says how a disturbance whose multiplier has the argument `arg` (rad) changes from period to period.
-  pure function manner(arg, turns) result(words)
+  pure function growth_pattern(arg, turns) result(words)
     real(dp), intent(in) :: arg
     integer, intent(in) :: turns
     character(len=:), allocatable :: words
@@ -249,7 +250,7 @@ contains
     else
       words = "is not synchronous with the crank (flutter, or combination resonance)"
     end if
-  end function manner
+  end function growth_pattern
 
   !> Modulus of multiplier `k` with the digits that its error bound supports, and this bound. If the modulus overflows or underflows
   !> double precision, it is printed as a power of e.
@@ -282,27 +283,27 @@ contains
     type(analysis_type), intent(in) :: analysis
     type(accuracy_type), intent(in) :: accuracy
     character(len=:), allocatable :: lines
-    type(evidence_type) :: found
+    type(evidence_type) :: facts
 
-    call evidence(analysis%floquet, found)
-    if (found%methods == "averaged") then
+    call evidence(analysis%floquet, facts)
+    if (facts%methods == "averaged") then
       lines = "  accuracy            averaged model in closed form, no integration; " &
         & // either("the state transition matrix has no reliable digit", "relative error of the state transition matrix at most " &
-        & // concise(found%error, 1), found%error >= 1) // ", " // text(found%evaluations) // " evaluations; defect of the trace " &
+        & // concise(facts%error, 1), facts%error >= 1) // ", " // text(facts%evaluations) // " evaluations; defect of the trace " &
         & // defect_in_words(analysis) // newline
       return
     end if
     lines = "  accuracy            " // either("Phi(T) has no reliable digit", "relative error of Phi(T) at most " &
-      & // concise(found%error, 1), found%error >= 1) // " (" // either("tolerance " // concise(accuracy%tolerance, 2), &
+      & // concise(facts%error, 1), facts%error >= 1) // " (" // either("tolerance " // concise(accuracy%tolerance, 2), &
       & "number of steps given", accuracy%steps == 0) // "), by "
-    if (found%steps > 0) lines = lines // found%methods // " with " // counted(found%steps, "step")
-    if (found%factors > 0) lines = lines // " in " // counted(found%factors, "factor")
-    if (found%steps > 0 .and. found%angles > 0) lines = lines // " and "
-    if (found%angles > 0) lines = lines // "reduction on " // counted(found%angles, "angle")
-    lines = lines // ", " // text(found%evaluations) // " evaluations; Liouville's defect " // defect_in_words(analysis)
+    if (facts%steps > 0) lines = lines // facts%methods // " with " // counted(facts%steps, "step")
+    if (facts%factors > 0) lines = lines // " in " // counted(facts%factors, "factor")
+    if (facts%steps > 0 .and. facts%angles > 0) lines = lines // " and "
+    if (facts%angles > 0) lines = lines // "reduction on " // counted(facts%angles, "angle")
+    lines = lines // ", " // text(facts%evaluations) // " evaluations; Liouville's defect " // defect_in_words(analysis)
     if (allocated(analysis%multipliers)) lines = lines // "; condition of the multipliers at most " &
       & // concise(maxval(analysis%multipliers%condition), 2)
-    if (found%parts > 1) lines = lines // "; " // text(found%parts) // " decoupled subsystems were solved separately"
+    if (facts%parts > 1) lines = lines // "; " // text(facts%parts) // " decoupled subsystems were solved separately"
     lines = lines // newline
   end function evidence_lines
 
@@ -323,12 +324,12 @@ contains
     type(analysis_type), intent(in) :: analysis
     type(accuracy_type), intent(in) :: accuracy
     character(len=:), allocatable :: line
-    type(evidence_type) :: found
+    type(evidence_type) :: facts
 
-    call evidence(analysis%floquet, found)
+    call evidence(analysis%floquet, facts)
     line = ""
-    if (found%methods /= "averaged" .and. accuracy%steps == 0 .and. found%error > accuracy%tolerance) line = "  note: the " &
-      & // "tolerance cannot be reached in double precision; the relative error of Phi(T) is at most " // concise(found%error, 1) &
+    if (facts%methods /= "averaged" .and. accuracy%steps == 0 .and. facts%error > accuracy%tolerance) line = "  note: the " &
+      & // "tolerance cannot be reached in double precision; the relative error of Phi(T) is at most " // concise(facts%error, 1) &
       & // newline
   end function tolerance_note
 
@@ -349,15 +350,15 @@ contains
   end function newton_line
 
   !> Line that warns of a wrong verdict: the exact model gives another one than the cheaper `model`. Empty if both agree.
-  pure function better_line(better, model) result(line)
-    type(multipliers_type), intent(in), allocatable :: better
+  pure function model_warning(exact, model) result(line)
+    type(multipliers_type), intent(in), allocatable :: exact
     character(len=*), intent(in) :: model
     character(len=:), allocatable :: line
 
     line = ""
-    if (.not. allocated(better)) return
+    if (.not. allocated(exact)) return
     line = "  BUT frame='" // model // "' is not accurate enough: about its vibration the machine is " &
-      & // trim(better%verdict()) // ", |rho| = " // modulus_of(better, 1, 7) // "; use &model frame='exact'" // newline
-  end function better_line
+      & // trim(exact%verdict()) // ", |rho| = " // modulus_of(exact, 1, 7) // "; use &model frame='exact'" // newline
+  end function model_warning
 
 end module gestell_task_machine_report

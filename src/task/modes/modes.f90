@@ -38,7 +38,7 @@ contains
     type(configuration_type), intent(inout) :: configuration
     type(error_type), allocatable, intent(out) :: error
 
-    configuration%analysis%modes = self%ordered
+    configuration%analysis%modes = self%requested
   end subroutine read_modes
 
   !> Adds the table modes.csv and its picture to the result: the eigenvectors of equation (19) at t = 0.

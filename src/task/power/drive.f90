@@ -7,7 +7,7 @@ module gestell_task_power_drive
   use gestell_model_frame, only: frame_type
   use gestell_model_quantity_rows, only: accelerations, rows_of
   use gestell_task_power_flywheel, only: find_fluctuation, fluctuation_type
-  use gestell_study_vibration_statistics, only: top
+  use gestell_study_vibration_statistics, only: phase_of_maximum
   use gestell_study_vibration, only: check_rows, vibration_type
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none (type, external)
@@ -33,7 +33,7 @@ module gestell_task_power_drive
     !> Mean power of the drive, mean power absorbed by the dampers, and maximum power of the drive (W)
     real(dp) :: drive_mean = 0, dampers_mean = 0, greatest = 0
     !> True if the torque includes the effect of the weights of links and frame
-    logical :: weighed = .false.
+    logical :: includes_weights = .false.
     !> Fluctuation of the drive speed; only allocated if the input gives the inertia of a flywheel
     type(fluctuation_type), allocatable :: fluctuation
   contains
@@ -56,7 +56,7 @@ contains
     integer :: k
 
     known = .false.
-    drive%weighed = frame%weights%act
+    drive%includes_weights = frame%weights%act
     call frame%check(error)
     if (.not. allocated(error)) call check_rows(vibration, accelerations, error)
     if (allocated(error)) return
@@ -80,27 +80,27 @@ contains
       allocate(drive%fluctuation)
       call find_fluctuation(frame, samples(torque, :), torque_error, size(drive%history, 2) - 1, drive%fluctuation)
     end if
-    call take_torque(samples(torque, :), drive%actual, between)
+    call compute_torque(samples(torque, :), drive%actual, between)
     drive%peak_error = torque_error + between
-    call take_torque(samples(rigid_torque, :), drive%rigid, between)
+    call compute_torque(samples(rigid_torque, :), drive%rigid, between)
     drive%greatest = abs(drive%actual%peak * frame%speed * frame%mechanism%turns)
   end subroutine find_drive
 
   !> Computes peak, rms and mean of a torque from equidistant samples over the period. Orders that the samples do not resolve change
   !> the peak by at most `between`.
-  subroutine take_torque(samples, told, between)
+  subroutine compute_torque(samples, statistics, between)
     real(dp), intent(in) :: samples(:)
-    type(torque_type), intent(out) :: told
+    type(torque_type), intent(out) :: statistics
     real(dp), intent(out) :: between
     type(fourier_type) :: series
 
     series = fourier_series(samples)
-    told%peak = sign(series%peak(samples), samples(maxloc(abs(samples), dim=1)))
-    told%peak_phase = top(abs(samples))
-    told%rms = series%rms()
-    told%mean = series%mean
+    statistics%peak = sign(series%peak(samples), samples(maxloc(abs(samples), dim=1)))
+    statistics%peak_phase = phase_of_maximum(abs(samples))
+    statistics%rms = series%rms()
+    statistics%mean = series%mean
     between = series%beyond()
-  end subroutine take_torque
+  end subroutine compute_torque
 
   !> Difference between the mean powers of drive and dampers, relative to the maximum power of the drive; zero apart from numerical
   !> errors.

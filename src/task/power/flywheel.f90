@@ -17,7 +17,7 @@ module gestell_task_power_flywheel
   !> Largest coefficient of irregularity at which the report counts the speed as constant. Inertia forces grow with the square of
   !> the speed, and its change, mostly of second order, adds about as much. Together they change results by up to twice the
   !> coefficient, here 2 %.
-  real(dp), parameter, public :: uneven = 0.01_dp
+  real(dp), parameter, public :: max_irregularity = 0.01_dp
 
   !> Fluctuation of the drive speed over the period.
   type, public :: fluctuation_type

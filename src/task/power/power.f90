@@ -3,7 +3,7 @@ module gestell_task_power
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, either, newline
-  use gestell_input_namelist_document, only: the_group
+  use gestell_input_namelist_document, only: group_named
   use gestell_input_namelist_message, only: input_error
   use gestell_model_quantity_driving, only: damper_watts, drive_watts, rigid_torque, stored_energy, torque
   use gestell_model_quantity_rows, only: accelerations
@@ -38,7 +38,7 @@ contains
     self%name = "power"
     self%meaning = "driving torque and power, and where the power goes"
     self%tables = [character(len=longest_table) :: "power"]
-    self%judges = .true.
+    self%gives_verdict = .true.
     self%brief = .true.
   end subroutine describe
 
@@ -51,14 +51,14 @@ contains
     real(dp) :: unused(1, drive_columns)
     logical :: known
 
-    if (.not. self%ordered) return
+    if (.not. self%requested) return
     configuration%analysis%rows = max(configuration%analysis%rows, accelerations)
     call configuration%frame%mechanism%tabulate_drive([0.0_dp], unused, known)
     if (.not. known) then
-      call input_error(the_group(configuration%document, "mass_functions"), "", "the task 'power' needs the key energy, the " &
+      call input_error(group_named(configuration%document, "mass_functions"), "", "the task 'power' needs the key energy, the " &
         & // "harmonics of sum [m (x'^2 + y'^2) + J phi'^2]", error)
     else if (configuration%analysis%averaged) then
-      call input_error(the_group(configuration%document, "model"), "coefficients", "must be 'periodic' for the task 'power': " &
+      call input_error(group_named(configuration%document, "model"), "coefficients", "must be 'periodic' for the task 'power': " &
         & // "with averaged masses the power does not balance", error)
     end if
   end subroutine read_power
@@ -87,7 +87,7 @@ contains
       peak = ieee_value(peak, ieee_quiet_nan)
       if (known) peak = drive%actual%peak
       call result%brief%add("torque_peak", newton_metre, "maximum torque on the crank, with its sign", [peak])
-      call result%fail(failure)
+      call result%record_failure(failure)
       if (.not. known) return
       table = new_table("power", "Drive", "Driving torque over " // turns_in_words(frame%mechanism%turns) &
         & // ", and the power of drive and dampers.")
@@ -100,8 +100,8 @@ contains
       if (allocated(drive%fluctuation)) call table%add("speed_fluctuation", radian_per_s, "crank speed minus its mean", &
         & drive%fluctuation%history)
       call result%add(table, plot_power(table, frame))
-      call result%say_section("DRIVE, torque on the crank, " // either("with gravity, without process forces", &
-        & "without gravity and process forces", drive%weighed), drive_lines(drive, frame))
+      call result%write_section("DRIVE, torque on the crank, " // either("with gravity, without process forces", &
+        & "without gravity and process forces", drive%includes_weights), drive_lines(drive, frame))
       call result%detail("  power balance: drive and dampers differ by " // concise(drive%defect(), 1) &
         & // " of the maximum power of the drive" // newline)
     end associate

@@ -5,7 +5,7 @@ module gestell_task_power_report
   use gestell_model_frame, only: frame_type
   use gestell_output_report_text_table, only: tab, tabulated
   use gestell_task_power_drive, only: drive_type, torque_type
-  use gestell_task_power_flywheel, only: uneven
+  use gestell_task_power_flywheel, only: max_irregularity
   implicit none (type, external)
   private
 
@@ -22,15 +22,15 @@ contains
     class(frame_type), intent(in) :: frame
     character(len=:), allocatable :: lines
     type(torque_type) :: rigid
-    real(dp) :: whole, ends(2)
+    real(dp) :: angle_per_period, ends(2)
 
     ! The torque of a balanced mechanism on a rigid frame is pure rounding error.
     rigid = drive%rigid
     if (abs(rigid%peak) <= rounding * abs(drive%actual%peak)) rigid = torque_type()
-    whole = sign(360.0_dp, frame%speed) * frame%mechanism%turns
+    angle_per_period = sign(360.0_dp, frame%speed) * frame%mechanism%turns
     lines = tabulated("lrrrrr", ",peak,error,at crank,rms,mean" // newline // ",N m,N m,deg,N m,N m", &
-      & torque_row("on the vibrating frame", drive%actual, concise(drive%peak_error, 1), whole) &
-      & // torque_row("on a frame at rest", rigid, "", whole)) // "  counter-clockwise positive" // newline &
+      & torque_row("on the vibrating frame", drive%actual, concise(drive%peak_error, 1), angle_per_period) &
+      & // torque_row("on a frame at rest", rigid, "", angle_per_period)) // "  counter-clockwise positive" // newline &
       & // "  mean power: drive " // concise(drive%drive_mean, 5) // " W, dampers " // concise(drive%dampers_mean, 5) &
       & // " W; maximum of the drive " // concise(drive%greatest, 4) // " W" // newline
     if (.not. allocated(drive%fluctuation)) return
@@ -39,21 +39,23 @@ contains
       lines = lines // "  speed with the flywheel: " // concise(minval(ends), 6) // " to " // concise(maxval(ends), 6) &
         & // " rpm (to first order), coefficient of irregularity " // concise(fluctuation%irregularity, 4) // " +- " &
         & // concise(fluctuation%error, 1) // newline
-      if (fluctuation%irregularity > uneven) lines = lines // "  note: the speed fluctuates by more than 1 %, so results " &
+      if (fluctuation%irregularity > max_irregularity) lines = lines &
+        & // "  note: the speed fluctuates by more than 1 %, so results " &
         & // "may change by up to about " // concise(200 * fluctuation%irregularity, 2) // " %. For 1 %, flywheel and mechanism " &
-        & // "together need " // concise(fluctuation%inertia * fluctuation%irregularity / uneven, 2) // " kg m^2" // newline
+        & // "together need " // concise(fluctuation%inertia * fluctuation%irregularity / max_irregularity, 2) // " kg m^2" &
+        & // newline
     end associate
   end function drive_lines
 
-  !> Row of the table for one torque. `whole` is the angle (deg) by which the drive turns in a period.
-  pure function torque_row(name, found, error, whole) result(row)
+  !> Row of the table for one torque. `angle_per_period` is the angle (deg) by which the drive turns in a period.
+  pure function torque_row(name, found, error, angle_per_period) result(row)
     character(len=*), intent(in) :: name, error
     type(torque_type), intent(in) :: found
-    real(dp), intent(in) :: whole
+    real(dp), intent(in) :: angle_per_period
     character(len=:), allocatable :: row
 
     row = name // tab // concise(found%peak, 5) // tab // error // tab &
-      & // fixed(whole * found%peak_phase, 1) // tab // concise(found%rms, 5) // tab &
+      & // fixed(angle_per_period * found%peak_phase, 1) // tab // concise(found%rms, 5) // tab &
       & // concise(merge(0.0_dp, found%mean, abs(found%mean) < rounding * abs(found%peak)), 5) // newline
   end function torque_row
 

@@ -39,7 +39,7 @@ contains
 
     self%name = "response"
     self%tables = [character(len=longest_table) :: "probes", "probes_history", "probes_harmonics"]
-    self%judges = .true.
+    self%gives_verdict = .true.
     self%brief = .true.
   end subroutine describe
 
@@ -49,8 +49,8 @@ contains
     type(configuration_type), intent(inout) :: configuration
     type(error_type), allocatable, intent(out) :: error
 
-    self%ordered = self%ordered .and. size(configuration%probes) > 0
-    if (self%ordered) configuration%analysis%rows = max(configuration%analysis%rows, accelerations)
+    self%requested = self%requested .and. size(configuration%probes) > 0
+    if (self%requested) configuration%analysis%rows = max(configuration%analysis%rows, accelerations)
   end subroutine read_probes
 
   !> Computes the vibration at the probes, and adds tables, pictures and report to the result.
@@ -93,7 +93,7 @@ contains
         call result%brief%add("probe(" // trim(probes(i)%name) // ").v_band", mm_per_s, "rms velocity within the band of the " &
           & // "probe", [velocity])
       end do
-      call result%fail(failure)
+      call result%record_failure(failure)
       if (.not. allocated(responses)) return
       names = [(responses(i)%probe%name, i = 1, size(responses))]
       axes = size(responses(1)%parts) / 3 - 1
@@ -120,7 +120,7 @@ contains
       end do
       call result%add(histories, plot_histories(histories, names, axes, frame))
       call result%add(harmonics, plot_orders(harmonics, names, axes, last, frame%mechanism%turns))
-      call result%say_section("VIBRATION AT PROBES, rms in the direction of strongest vibration", probe_lines(responses, &
+      call result%write_section("VIBRATION AT PROBES, rms in the direction of strongest vibration", probe_lines(responses, &
         & frame%period, frame%mechanism%turns, trim(result%verdict)))
       do i = 1, size(responses)
         if (.not. responses(i)%probe%limit > 0) cycle

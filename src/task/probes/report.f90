@@ -5,7 +5,7 @@ module gestell_task_probes_report
   use gestell_base_text, only: concise, either, newline
   use gestell_output_report_orders, only: order_of
   use gestell_output_report_text_table, only: tab, tabulated
-  use gestell_output_report_verdict, only: judged
+  use gestell_output_report_verdict, only: vibration_warning
   use gestell_task_probes_response, only: probe_response_type
   implicit none (type, external)
   private
@@ -53,26 +53,27 @@ contains
     character(len=:), allocatable :: lines
     !> The report warns that the band excludes much of the velocity if the rms of all orders exceeds the rms in the band by this
     !> factor
-    real(dp), parameter :: much = 1.5_dp
+    real(dp), parameter :: significant_ratio = 1.5_dp
     real(dp) :: orders(2), whole
 
     associate (band => response%probe%band, limit => response%probe%limit)
       lines = "  " // trim(response%probe%name) // ": "
-      if (limit > 0) lines = lines // against_limit(response) // "; "
+      if (limit > 0) lines = lines // limit_comparison(response) // "; "
       lines = lines // concise(band(1)) // " to " // concise(band(2)) // " Hz, "
       orders = min(band * period, 1.0e9_dp)
       orders = [max(1, ceiling(orders(1) * (1 - 1.0e-12_dp))), floor(orders(2) * (1 + 1.0e-12_dp))]
       lines = lines // either("no order of the crank", "orders " // order_of(nint(orders(1)), turns) // " to " &
         & // order_of(nint(orders(2)), turns), orders(2) < orders(1)) // newline
-      if (limit > 0 .and. judged(verdict) /= "") lines = lines // "    " // judged(verdict) // newline
+      if (limit > 0 .and. vibration_warning(verdict) /= "") lines = lines // "    " // vibration_warning(verdict) // newline
       whole = response%statistics(2 * size(response%parts) / 3)%rms
-      if (whole > much * response%greatest .and. orders(1) > 1) lines = lines // "    note: much of the velocity lies " // &
+      if (whole > significant_ratio * response%greatest .and. orders(1) > 1) lines = lines &
+        & // "    note: much of the velocity lies " // &
         & "outside the band: rms of all orders " // concise(1000 * whole, 4) // " mm/s" // newline
     end associate
   end function band_lines
 
   !> Words that compare the velocity at a probe with its limit.
-  pure function against_limit(response) result(words)
+  pure function limit_comparison(response) result(words)
     type(probe_response_type), intent(in) :: response
     character(len=:), allocatable :: words, limit
     real(dp) :: ratio
@@ -89,7 +90,7 @@ contains
     case default
       words = "UNDECIDED: equal to " // limit // " within the error"
     end select
-  end function against_limit
+  end function limit_comparison
 
   !> Sentence that compares the velocity at a probe with its limit. `verdict`: verdict on the stability of the machine.
   pure function limit_sentence(response, verdict) result(sentence)
@@ -97,8 +98,8 @@ contains
     character(len=*), intent(in) :: verdict
     character(len=:), allocatable :: sentence
 
-    sentence = trim(response%probe%name) // ": " // concise(1000 * response%greatest, 4) // " mm/s, " // against_limit(response)
-    if (judged(verdict) /= "") sentence = judged(verdict) // "; " // sentence
+    sentence = trim(response%probe%name) // ": " // concise(1000 * response%greatest, 4) // " mm/s, " // limit_comparison(response)
+    if (vibration_warning(verdict) /= "") sentence = vibration_warning(verdict) // "; " // sentence
   end function limit_sentence
 
 end module gestell_task_probes_report

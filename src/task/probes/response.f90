@@ -5,7 +5,7 @@ module gestell_task_probes_response
   use gestell_model_frame, only: frame_type
   use gestell_model_quantity, only: point_parts, point_quantity
   use gestell_model_quantity_rows, only: accelerations, probe_type, quantity_type
-  use gestell_study_vibration_statistics, only: band_rms, history_of, statistics_type, take_statistics
+  use gestell_study_vibration_statistics, only: band_rms, history_of, statistics_type, compute_statistics
   use gestell_study_vibration, only: check_rows, vibration_type
   use gestell_task_common_executor, only: executor_type
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
@@ -76,7 +76,7 @@ contains
       allocate(responses(i)%history(size(vibration%motion_history, 2), n))
       do k = 1, n
         call point_quantity(frame, probes(i), trim(responses(i)%parts(k)), quantity)
-        call take_statistics(vibration, quantity, responses(i)%statistics(k), error)
+        call compute_statistics(vibration, quantity, responses(i)%statistics(k), error)
         if (.not. allocated(error)) call history_of(vibration, quantity, history, error)
         if (allocated(error)) return
         responses(i)%history(:, k) = history

@@ -4,13 +4,13 @@ module gestell_task_quantities
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, newline
   use gestell_input_machine_quantities, only: read_measures, read_quantities
-  use gestell_input_namelist_document, only: group_type, has, the_group
+  use gestell_input_namelist_document, only: group_type, has, group_named
   use gestell_output_report_text_table, only: tab, tabulated
   use gestell_model_quantity_rows, only: quantity_type
   use gestell_output_result, only: result_type
   use gestell_output_table, only: new_table, table_type
   use gestell_output_table_unit, only: new_unit, plain
-  use gestell_study_measure, only: measure_names, measure_type, rows_of, take_measures
+  use gestell_study_measure, only: measure_names, measure_type, rows_of, compute_measures
   use gestell_task_common_task, only: longest_table, task_type
   use gestell_task_common_configuration, only: configuration_type
   use gestell_task_common_context, only: context_type
@@ -37,7 +37,7 @@ contains
 
     self%name = "response"
     self%tables = [character(len=longest_table) :: "quantities"]
-    self%judges = .true.
+    self%gives_verdict = .true.
     self%brief = .true.
   end subroutine describe
 
@@ -52,14 +52,14 @@ contains
 
     allocate(quantities(0))
     associate (doc => configuration%document, frame => configuration%frame, probes => configuration%probes)
-      group = the_group(doc, "response")
+      group = group_named(doc, "response")
       if (has(group, "quantities")) call read_quantities(doc, response_keys, frame, probes, .false., quantities, error)
       if (.not. allocated(error)) call read_measures(group, response_keys, frame, probes, (quantities%name), self%measures, error)
       if (allocated(error)) return
-      self%ordered = self%ordered .and. size(self%measures) > 0
+      self%requested = self%requested .and. size(self%measures) > 0
       call rows_of(frame, probes, self%measures, rows, error)
     end associate
-    if (self%ordered) configuration%analysis%rows = max(configuration%analysis%rows, rows)
+    if (self%requested) configuration%analysis%rows = max(configuration%analysis%rows, rows)
   end subroutine read_task
 
   !> Evaluates the requested quantities, and adds table and report to the result.
@@ -75,7 +75,8 @@ contains
 
     values = ieee_value(values, ieee_quiet_nan)
     if (allocated(context%analysis%vibration)) then
-      call take_measures(context%analysis%frame, context%configuration%probes, context%analysis%vibration, self%measures, values, &
+      call compute_measures(context%analysis%frame, context%configuration%probes, context%analysis%vibration, self%measures, &
+        & values, &
         & error)
       if (allocated(error)) return
       table = new_table("quantities", "Quantities", "Requested quantities of the vibration.", shown=.true.)
@@ -92,7 +93,7 @@ contains
         end do
       end associate
       call result%add(table)
-      call result%say_section("QUANTITIES", tabulated("llrrl", ",,value,error", lines))
+      call result%write_section("QUANTITIES", tabulated("llrrl", ",,value,error", lines))
     end if
     do i = 1, size(self%measures)
       associate (measure => self%measures(i), unit => new_unit(trim(self%measures(i)%unit)))

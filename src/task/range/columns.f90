@@ -17,7 +17,7 @@ module gestell_task_range_columns
   implicit none (type, external)
   private
 
-  public :: find_group, read_order
+  public :: find_group, read_sweep_options
 
   character(len=*), parameter :: fixed_names(*) = column_records%name
 
@@ -26,7 +26,7 @@ contains
   !> Reads the solution method (`engine`), the columns and the measures; any of the groups &sweep may contain these keys. The
   !> mechanism of the frame need not be able to turn. Fails if the groups request different values, or if a name is neither a column
   !> nor a quantity.
-  subroutine read_order(groups, frame, probes, options, error)
+  subroutine read_sweep_options(groups, frame, probes, options, error)
     type(group_type), intent(in) :: groups(:)
     !> Frame whose quantities may be requested
     class(frame_type), intent(in) :: frame
@@ -62,7 +62,7 @@ contains
     call find_group(groups, "measures", group, error)
     if (.not. allocated(error)) call read_measures(group, sweep_keys, frame, probes, quantities, options%measures, error)
     options%probes = probes
-  end subroutine read_order
+  end subroutine read_sweep_options
 
   !> Finds the group from which to read a key that any of the groups may contain: the first group that has the key, or else the
   !> first group. Fails if the groups give different values.

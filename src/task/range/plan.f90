@@ -2,18 +2,18 @@
 module gestell_task_range_plan
   use gestell_base_error, only: error_type, invalid_input
   use gestell_base_kinds, only: dp
-  use gestell_input_namelist_document, only: document_type, group_type, groups_named, has, the_group
+  use gestell_input_namelist_document, only: document_type, group_type, groups_named, has, group_named
   use gestell_input_machine_family, only: document_family_type, new_document_family
   use gestell_base_key, only: integer_key, text_key
   use gestell_base_text, only: text
   use gestell_input_schema_read, only: read
   use gestell_input_schema_locate, only: find_target, target_type
-  use gestell_input_namelist_message, only: in_group, input_error, label
+  use gestell_input_namelist_message, only: locate_in_group, input_error, label
   use gestell_input_schema_path, only: get_path
   use gestell_input_schema, only: find_group_rule, option_group, schema_type
   use gestell_input_wording, only: lower, shown
   use gestell_input_schema_units, only: unit_symbol, units_type
-  use gestell_task_range_columns, only: find_group, read_order
+  use gestell_task_range_columns, only: find_group, read_sweep_options
   use gestell_task_range_keys, only: sweep_keys
   use gestell_model_frame, only: frame_type
   use gestell_model_quantity_rows, only: probe_type
@@ -43,9 +43,9 @@ module gestell_task_range_plan
   end type sweep_plan_type
 
   !> Maximum number of values of an axis that are checked before the computation.
-  integer, parameter :: most_tried = 10000
+  integer, parameter :: most_checked = 10000
   !> Maximum number of points of a sweep. It ensures that the number of tiles fits a default integer.
-  integer(int64), parameter :: most_points = 10_int64**11
+  integer(int64), parameter :: max_points = 10_int64**11
 
 contains
 
@@ -81,7 +81,7 @@ contains
 
     groups = groups_named(doc, "sweep")
     if (size(groups) == 0) then
-      call input_error(the_group(doc, "case"), "tasks", "needs a group &sweep with parameter, from, to and count", error)
+      call input_error(group_named(doc, "case"), "tasks", "needs a group &sweep with parameter, from, to and count", error)
       return
     else if (size(groups) > 2) then
       call input_error(groups(3), "", "at most two groups &sweep are allowed, one for each parameter", error)
@@ -110,9 +110,9 @@ contains
     end if
     call new_grid(plan%grid, axes(:size(groups)), error)
     if (allocated(error)) return
-    call limit_points(plan%grid, groups, most_points, error)
+    call limit_points(plan%grid, groups, max_points, error)
     if (allocated(error)) return
-    call read_order(groups, frame, probes, plan%options, error)
+    call read_sweep_options(groups, frame, probes, plan%options, error)
     plan%grid%one_by_one = plan%options%one_by_one()
     if (.not. allocated(error)) call find_group(groups, "format", group, error)
     if (.not. allocated(error)) call read(group, sweep_keys, "format", plan%format, error)
@@ -122,10 +122,10 @@ contains
     call read_base(doc, schema, plan)
     if (allocated(error)) then
       ! Errors of the mechanism already refer to a line of the input; errors of a path do not, and get a reference to the group.
-      call in_group(groups(1), error)
+      call locate_in_group(groups(1), error)
       return
     end if
-    call try_values(groups, plan, error)
+    call check_values(groups, plan, error)
   end subroutine read_sweep
 
   !> Limits the size of a grid. Fails if the grid has more than `most` points.
@@ -220,7 +220,7 @@ contains
     associate (rule => schema%keys(target%rule))
       if (rule%kind == text_key) then
         call input_error(group, key, "is a text; only numbers can be varied", error)
-      else if (schema%groups(find_group_rule(schema, rule%group))%about == option_group) then
+      else if (schema%groups(find_group_rule(schema, rule%group))%subject == option_group) then
         call input_error(group, key, "&" // trim(rule%group) // " does not describe the machine; only numbers of the " &
           & // "machine can be varied", error)
       else if (rule%kind == integer_key) then
@@ -272,12 +272,12 @@ contains
 
   !> Checks the values of each axis together with the first value of the other axis, and the last values of both together. Of a long
   !> axis, only samples are checked. They include the ends and zero, because most keys allow a range of values and some forbid zero.
-  subroutine try_values(groups, plan, error)
+  subroutine check_values(groups, plan, error)
     type(group_type), intent(in) :: groups(:)
     type(sweep_plan_type), intent(in) :: plan
     type(error_type), allocatable, intent(out) :: error
     real(dp) :: values(size(groups))
-    integer :: i, k, chosen, tried, zero
+    integer :: i, k, chosen, checked, zero
 
     do k = 1, size(groups)
       values = plan%grid%axes%from
@@ -285,32 +285,32 @@ contains
         zero = 1
         if (axis%count > 1) zero = nint(min(max(1 - axis%from / (axis%to - axis%from) * (axis%count - 1), 1.0_dp), &
           & real(axis%count, dp)))
-        tried = min(axis%count, most_tried)
-        do i = 0, tried
+        checked = min(axis%count, most_checked)
+        do i = 0, checked
           ! Evenly spaced values from end to end, and the value closest to zero.
           chosen = zero
-          if (i < tried) chosen = 1 + int(int(i, int64) * (axis%count - 1) / max(1, tried - 1))
+          if (i < checked) chosen = 1 + int(int(i, int64) * (axis%count - 1) / max(1, checked - 1))
           values(k) = axis%value(chosen)
-          call try(groups(k))
+          call check_point(groups(k))
           if (allocated(error)) return
         end do
       end associate
     end do
     values = plan%grid%axes%to
-    call try(groups(size(groups)))
+    call check_point(groups(size(groups)))
 
   contains
 
     !> Checks one set of values. Fails if the values are invalid; the message refers to this group.
-    subroutine try(group)
+    subroutine check_point(group)
       type(group_type), intent(in) :: group
 
       call plan%family%check(values, error)
       if (.not. allocated(error)) return
       error%code = invalid_input
-      call in_group(group, error)
-    end subroutine try
+      call locate_in_group(group, error)
+    end subroutine check_point
 
-  end subroutine try_values
+  end subroutine check_values
 
 end module gestell_task_range_plan

@@ -7,7 +7,7 @@ module gestell_task_registry_page
   use gestell_base_words, only: on_one_line
   use gestell_task_common_configuration, only: configuration_type
   use gestell_task_common_context, only: context_type
-  use gestell_task_forces_reactions, only: along_x, along_y, along_z, find_reactions, reaction_type, whole_force
+  use gestell_task_forces_reactions, only: along_x, along_y, along_z, find_reactions, reaction_type, force_magnitude
   use gestell_task_machine_frequencies, only: frequency_list
   use gestell_output_head, only: setting_type
   use gestell_output_result, only: result_type
@@ -64,7 +64,7 @@ contains
     call page%append(input_table(context%configuration, context%head%settings))
     i = index(report, label) + len(label)
     call page%append("<h2>Report</h2>" // newline // folded("as printed on standard output", report(:i - 1) // input &
-      & // report(i - 1 + index(report(i:), newline):) // newline // result%in_short()))
+      & // report(i - 1 + index(report(i:), newline):) // newline // result%summary_line()))
     if (result%details /= "") call page%append(folded("accuracy of the numerical solution", result%details))
     call page%append(tail())
     call page%complete(error)
@@ -114,7 +114,7 @@ contains
 
     words = "x " // concise(total%statistics(along_x)%peak, 4) // " N, y " // concise(total%statistics(along_y)%peak, 4) // " N"
     if (size(total%position) == 3) words = words // ", z " // concise(total%statistics(along_z)%peak, 4) // " N"
-    words = words // ", magnitude " // concise(total%statistics(whole_force)%peak, 4) // " N"
+    words = words // ", magnitude " // concise(total%statistics(force_magnitude)%peak, 4) // " N"
   end function force_peaks
 
   !> HTML section with the picture of a table and, if the page shows it, the table itself.
@@ -125,7 +125,7 @@ contains
     character(len=:), allocatable :: picture, encoded, rows
 
     words = "<h2>" // escaped(table%heading) // "</h2>" // newline
-    picture = content_of(folder // "/" // table%name // ".svg")
+    picture = content_hash(folder // "/" // table%name // ".svg")
     if (len(picture) > 0) then
       call base64(picture, encoded)
       words = words // "<figure><img alt=""" // escaped(table%heading) // """ src=""data:image/svg+xml;base64," // encoded &
@@ -139,7 +139,7 @@ contains
   end function section
 
   !> Content of a file; empty if the file cannot be read.
-  function content_of(name) result(bytes)
+  function content_hash(name) result(bytes)
     character(len=*), intent(in) :: name
     character(len=:), allocatable :: bytes
     integer(int64) :: size_of
@@ -155,7 +155,7 @@ contains
     if (status == 0) read (unit, iostat=status) bytes
     if (status == 0) close (unit, iostat=status)
     if (status /= 0) bytes = ""
-  end function content_of
+  end function content_hash
 
   !> HTML table of the input as typed, with units, preceded by the settings from the command line.
   function input_table(configuration, settings) result(words)

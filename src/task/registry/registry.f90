@@ -2,9 +2,9 @@
 module gestell_task_registry
   use gestell_base_error, only: error_type
   use gestell_base_words, only: word_length
-  use gestell_input_namelist_document, only: document_type, the_group
+  use gestell_input_namelist_document, only: document_type, group_named
   use gestell_input_schema, only: schema_type
-  use gestell_input_schema_fingerprint, only: content_of
+  use gestell_input_schema_fingerprint, only: content_hash
   use gestell_input_schema_read, only: read
   use gestell_task_common_task, only: all_machines, all_speeds, any_task_type, longest_meaning, longest_table, &
     & task_type
@@ -33,7 +33,7 @@ module gestell_task_registry
   implicit none (type, external)
   private
 
-  public :: all_tables, all_tasks, input_schema, orders_any, read_configuration, read_input
+  public :: all_tables, all_tasks, input_schema, requests_any, read_configuration, read_input
 
   !> Maximum number of tasks.
   integer, parameter :: most = 50
@@ -97,20 +97,21 @@ contains
     call all_tasks(tasks)
     configuration%document = doc
     configuration%schema = schema
-    configuration%content = content_of(doc, schema)
-    call read(the_group(doc, "case"), case_keys_of(names_of(tasks)), "tasks", names, error)
+    configuration%content = content_hash(doc, schema)
+    call read(group_named(doc, "case"), case_keys_of(names_of(tasks)), "tasks", names, error)
     if (allocated(error)) return
     do i = 1, size(tasks)
-      tasks(i)%task%ordered = any(names == tasks(i)%task%name)
+      tasks(i)%task%requested = any(names == tasks(i)%task%name)
     end do
-    call read_machine(configuration, size(names) == 0 .or. any([(tasks(i)%task%ordered .and. tasks(i)%task%about /= all_machines, &
+    call read_machine(configuration, size(names) == 0 .or. any([(tasks(i)%task%requested &
+      & .and. tasks(i)%task%scope /= all_machines, &
       & i = 1, size(tasks))]), error)
     if (allocated(error)) return
-    if (orders_any(tasks, all_machines) .or. orders_any(tasks, all_speeds)) call read_plan(configuration, orders_any(tasks, &
+    if (requests_any(tasks, all_machines) .or. requests_any(tasks, all_speeds)) call read_plan(configuration, requests_any(tasks, &
       & all_speeds), error)
     if (allocated(error)) return
     do i = 1, size(tasks)
-      if (allocated(configuration%impossible) .and. .not. tasks(i)%task%ordered) cycle
+      if (allocated(configuration%impossible) .and. .not. tasks(i)%task%requested) cycle
       call tasks(i)%task%read(configuration, error)
       if (allocated(error)) return
     end do
@@ -153,14 +154,14 @@ contains
     call read_input(doc, input_schema(), tasks, configuration, error)
   end subroutine read_configuration
 
-  !> True if a task is requested that examines these machines (a value of `about`, for example `own_machine`).
-  pure logical function orders_any(tasks, about)
+  !> True if a task is requested that examines these machines (a value of `scope`, for example `own_machine`).
+  pure logical function requests_any(tasks, scope)
     type(any_task_type), intent(in) :: tasks(:)
-    integer, intent(in) :: about
+    integer, intent(in) :: scope
     integer :: i
 
-    orders_any = any([(tasks(i)%task%ordered .and. tasks(i)%task%about == about, i = 1, size(tasks))])
-  end function orders_any
+    requests_any = any([(tasks(i)%task%requested .and. tasks(i)%task%scope == scope, i = 1, size(tasks))])
+  end function requests_any
 
   !> Names of all tasks that can be requested, each name once.
   pure function names_of(tasks) result(names)

@@ -4,8 +4,8 @@ module gestell_task_registry_run
   use gestell_output_result, only: result_type
   use gestell_task_common_task, only: all_speeds, any_task_type, own_machine
   use gestell_task_common_context, only: context_type
-  use gestell_task_machine, only: end_line, solve_machine
-  use gestell_task_registry, only: orders_any
+  use gestell_task_machine, only: add_machine_columns, solve_machine
+  use gestell_task_registry, only: requests_any
   implicit none (type, external)
   private
 
@@ -14,17 +14,17 @@ module gestell_task_registry_run
   !> An object that receives the results of a run as soon as they are available, for example to print them.
   type, abstract, public :: listener_type
   contains
-    procedure(hear), deferred :: hear
+    procedure(receive), deferred :: receive
   end type listener_type
 
   abstract interface
     !> Receives the part of the report in `result` that was added since the last call.
-    subroutine hear(self, result)
+    subroutine receive(self, result)
       import :: listener_type, result_type
       implicit none (type, external)
       class(listener_type), intent(inout) :: self
       type(result_type), intent(inout) :: result
-    end subroutine hear
+    end subroutine receive
   end interface
 
   character, parameter :: newline = new_line("a")
@@ -45,29 +45,29 @@ contains
     logical :: parts, others
     integer :: i
 
-    parts = context%in_parts .or. context%merge .or. context%executor%together
-    others = any([(tasks(i)%task%ordered .and. tasks(i)%task%about /= own_machine, i = 1, size(tasks))])
-    if (.not. parts .and. (orders_any(tasks, own_machine) .or. .not. others)) then
+    parts = context%in_parts .or. context%merge .or. context%executor%has_many_processes
+    others = any([(tasks(i)%task%requested .and. tasks(i)%task%scope /= own_machine, i = 1, size(tasks))])
+    if (.not. parts .and. (requests_any(tasks, own_machine) .or. .not. others)) then
       if (.not. allocated(context%configuration%impossible)) call solve_machine(context, result, error)
       if (allocated(error)) return
     end if
-    if (orders_any(tasks, all_speeds)) then
-      if (context%configuration%plan%grid%axes(1)%from * context%configuration%frame%speed < 0) call result%say(newline &
+    if (requests_any(tasks, all_speeds)) then
+      if (context%configuration%plan%grid%axes(1)%from * context%configuration%frame%speed < 0) call result%write_lines(newline &
         & // "note: the speeds of &sweep and the speed of &drive have opposite directions" // newline)
     end if
     do i = 1, size(tasks)
       associate (task => tasks(i)%task)
-        if (.not. (task%ordered .or. task%implied) .or. parts .and. .not. task%shared) cycle
+        if (.not. (task%requested .or. task%needed_for_picture) .or. parts .and. .not. task%shareable) cycle
         if (context%one_line .and. .not. task%brief) cycle
-        if (allocated(context%configuration%impossible) .and. task%about == own_machine) cycle
+        if (allocated(context%configuration%impossible) .and. task%scope == own_machine) cycle
         ! Results for the machine of the input are reported together, after its headlines; results of other tasks at once.
-        if (present(listener) .and. task%about /= own_machine) call listener%hear(result)
+        if (present(listener) .and. task%scope /= own_machine) call listener%receive(result)
         call task%run(context, result, error)
       end associate
       if (allocated(error)) return
-      if (present(listener) .and. tasks(i)%task%about /= own_machine) call listener%hear(result)
+      if (present(listener) .and. tasks(i)%task%scope /= own_machine) call listener%receive(result)
     end do
-    if (orders_any(tasks, own_machine)) call end_line(context, result)
+    if (requests_any(tasks, own_machine)) call add_machine_columns(context, result)
   end subroutine run_tasks
 
 end module gestell_task_registry_run

@@ -22,7 +22,7 @@ module gestell_task_resonance_curve
   use gestell_task_resonance_seeds, only: crossing_speeds
   use gestell_study_speed_point, only: check_speed_options, solve_speed_point, speed_options, speed_point_type
   use gestell_study_speeds, only: check_speeds
-  use gestell_task_common_executor, only: executor_type, spread_over, work_type
+  use gestell_task_common_executor, only: executor_type, distribute_over, work_type
   use gestell_task_common_record, only: record_type
   implicit none (type, external)
   private
@@ -41,7 +41,7 @@ module gestell_task_resonance_curve
     !> Prominent maxima, sorted by quantity and speed; `finish` sets this list
     type(maximum_type), allocatable :: maxima(:)
   contains
-    procedure :: wanted
+    procedure :: choose_speeds
     procedure :: add
     procedure :: finish
   end type resonance_curve_type
@@ -57,8 +57,8 @@ module gestell_task_resonance_curve
     procedure :: exchange
   end type round_type
 
-  !> `most_refined`: maximum number of speeds added to the grid. `most_rounds`: maximum number of rounds
-  integer, parameter, public :: most_refined = 6000, most_rounds = 100
+  !> `most_refined`: maximum number of speeds added to the grid. `max_rounds`: maximum number of rounds
+  integer, parameter, public :: most_refined = 6000, max_rounds = 100
   !> Minimum height of a listed maximum above each of its flanks, in ln(peak)
   real(dp), parameter, public :: standing_out = 0.05_dp
   !> Relative accuracy of a speed at which the state of the machine changes
@@ -87,7 +87,7 @@ contains
   end subroutine start_curve
 
   !> Returns the speeds of the next round, in the order of the grid. If there are none, the refinement has ended.
-  subroutine wanted(self, speeds)
+  subroutine choose_speeds(self, speeds)
     class(resonance_curve_type), intent(inout) :: self
     real(dp), allocatable, intent(out) :: speeds(:)
     type(maximum_type), allocatable :: maxima(:)
@@ -112,13 +112,13 @@ contains
           & top_speeds(self%curve_points_type, maxima), half_power_speeds(self%curve_points_type, maxima, bent)]
       end do
     end associate
-    call self%new_ones(more, same, speeds)
+    call self%select_new(more, same, speeds)
     room = most_refined - count(self%points%refined)
-    self%complete = size(speeds) <= room .and. (size(speeds) == 0 .or. self%rounds < most_rounds)
-    if (self%rounds >= most_rounds) room = 0
+    self%complete = size(speeds) <= room .and. (size(speeds) == 0 .or. self%rounds < max_rounds)
+    if (self%rounds >= max_rounds) room = 0
     self%rounds = self%rounds + 1
     if (size(speeds) > room) speeds = speeds(:room)
-  end subroutine wanted
+  end subroutine choose_speeds
 
   !> Finds the intervals in which the curve is not resolved (`bent`). The straight line through the two points before an interval is
   !> extrapolated to its far end. The computed point there differs by h times the change of slope (h: width of the interval). The
@@ -206,11 +206,11 @@ contains
     round%family => family
     round%options = options
     do
-      call curve%wanted(round%speeds)
+      call curve%choose_speeds(round%speeds)
       if (size(round%speeds) == 0) exit
       if (allocated(round%points)) deallocate(round%points)
       allocate(round%points(size(round%speeds)))
-      call spread_over(round, size(round%speeds), error, executor)
+      call distribute_over(round, size(round%speeds), error, executor)
       if (allocated(error)) return
       call curve%add(round%points)
     end do

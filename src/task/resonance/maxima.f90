@@ -84,16 +84,16 @@ contains
         last = i - 2 + findloc([known(i:), .true.], .true., dim=1)
         if (rises_into(curve, level, known, i, last, least)) then
           n = n + 1
-          found(n) = without_bounds(curve, q, i, last)
+          found(n) = unbounded_maximum(curve, q, i, last)
         end if
       end if
       if (.not. listed(i)) cycle
       n = n + 1
       associate (point => curve%points(i), maximum => found(n))
         maximum = maximum_type(q, i, point%state, point%strongest(q), point%speed, point%values(1, q))
-        maximum%rise = min(fall(curve, level, known, i, -1), fall(curve, level, known, i, 1))
+        maximum%rise = min(descent(curve, level, known, i, -1), descent(curve, level, known, i, 1))
         maximum%resolved = .not. any(bent(max(i - 1, 1):min(i, size(bent))))
-        maximum%half = [half_of(curve, level, known, jump, i, -1), half_of(curve, level, known, jump, i, 1)]
+        maximum%half = [half_power_speed(curve, level, known, jump, i, -1), half_power_speed(curve, level, known, jump, i, 1)]
         if (.not. maximum%resolved) maximum%half = ieee_value(1.0_dp, ieee_quiet_nan)
         maximum%width = abs(maximum%half(2) - maximum%half(1))
         maximum%damping_ratio = maximum%width / (2 * abs(point%speed))
@@ -101,7 +101,7 @@ contains
           & .or. any(curve%points(max(i - 1, 1):min(i + 1, size(level)))%state /= point%state))
         maximum%small = point%moved%small() .and. .not. maximum%unbounded
         if (maximum%unbounded) maximum%value = ieee_value(1.0_dp, ieee_positive_inf)
-        call tell_jump(curve, known, jump, maximum)
+        call describe_jump(curve, known, jump, maximum)
       end associate
     end do
     allocate(maxima(n))
@@ -125,7 +125,7 @@ contains
     if (any(has_vibration(curve%points(l + 1:i - 1)%state)) .or. any(has_vibration(curve%points(i + 1:r - 1)%state))) return
     if (curve%points(i)%linear .and. r - l > 2) return
     if (.not. (level(i) > level(l) .and. level(i) >= level(r))) return
-    is_top = min(fall(curve, level, known, i, -1), fall(curve, level, known, i, 1)) > least
+    is_top = min(descent(curve, level, known, i, -1), descent(curve, level, known, i, 1)) > least
   end function is_top
 
   !> Number of the nearest point with a value on one side of point `i` (`step` = -1 or 1); 0 if there is none.
@@ -143,7 +143,7 @@ contains
 
   !> Determines whether a maximum of the exact frame lies at a jump or next to points without a vibration. Sets the value on the
   !> other side.
-  pure subroutine tell_jump(curve, known, jump, maximum)
+  pure subroutine describe_jump(curve, known, jump, maximum)
     class(curve_points_type), intent(in) :: curve
     logical, intent(in) :: known(:), jump(0:)
     type(maximum_type), intent(inout) :: maximum
@@ -162,10 +162,10 @@ contains
         maximum%fold = min(curve%points(i)%from_fold, curve%points(k)%from_fold) < at_fold
       end do
     end associate
-  end subroutine tell_jump
+  end subroutine describe_jump
 
   !> Maximum for the points `first` to `last`, which have no value: there the vibration of the linearised equations is unbounded.
-  type(maximum_type) function without_bounds(curve, q, first, last) result(maximum)
+  type(maximum_type) function unbounded_maximum(curve, q, first, last) result(maximum)
     class(curve_points_type), intent(in) :: curve
     integer, intent(in) :: q, first, last
 
@@ -180,7 +180,7 @@ contains
     maximum%resolved = .false.
     maximum%unbounded = .true.
     maximum%small = .false.
-  end function without_bounds
+  end function unbounded_maximum
 
   !> True if the points `first` to `last`, which have no value, are a resonance: the curve rises towards them on both sides by more
   !> than `least`.
@@ -195,30 +195,30 @@ contains
     associate (states => curve%points(first:last)%state)
       if (.not. all(states == in_resonance .or. states == undamped .or. states == undecided .or. states == unstable)) return
     end associate
-    rises_into = min(fall(curve, level, known, first - 1, -1), fall(curve, level, known, last + 1, 1)) > least
+    rises_into = min(descent(curve, level, known, first - 1, -1), descent(curve, level, known, last + 1, 1)) > least
   end function rises_into
 
   !> Depth, in ln(peak), to which the curve falls on one side of point `i`, before it rises above this point or is unknown. For the
   !> exact frame, points without a vibration are skipped.
-  pure real(dp) function fall(curve, level, known, i, step)
+  pure real(dp) function descent(curve, level, known, i, step)
     class(curve_points_type), intent(in) :: curve
     real(dp), intent(in) :: level(:)
     logical, intent(in) :: known(:)
     integer, intent(in) :: i, step
     integer :: k
 
-    fall = 0
+    descent = 0
     k = i + step
     do while (k >= 1 .and. k <= size(level))
       if (.not. known(k) .and. (curve%points(i)%linear .or. has_vibration(curve%points(k)%state))) return
       if (known(k) .and. level(k) > level(i)) return
-      if (known(k)) fall = max(fall, level(i) - level(k))
+      if (known(k)) descent = max(descent, level(i) - level(k))
       k = k + step
     end do
-  end function fall
+  end function descent
 
   !> Half-power speed on one side of the maximum at point `i`. NaN if the curve rises or jumps before this speed.
-  real(dp) function half_of(curve, level, known, jump, i, step) result(speed)
+  real(dp) function half_power_speed(curve, level, known, jump, i, step) result(speed)
     class(curve_points_type), intent(in) :: curve
     real(dp), intent(in) :: level(:)
     logical, intent(in) :: known(:), jump(0:)
@@ -242,22 +242,22 @@ contains
       end if
       k = k + step
     end do
-  end function half_of
+  end function half_power_speed
 
   !> Interpolated speeds of those maxima that are resolved but not yet accurate.
   function top_speeds(curve, maxima) result(speeds)
     class(curve_points_type), intent(in) :: curve
     type(maximum_type), intent(in) :: maxima(:)
     real(dp), allocatable :: speeds(:)
-    real(dp) :: step, won
+    real(dp) :: step, gain_of_step
     integer :: m
 
     allocate(speeds(0))
     do m = 1, size(maxima)
       if (.not. maxima(m)%resolved .or. maxima(m)%jump) cycle
-      call step_to_top(curve, maxima(m), step, won)
+      call step_to_top(curve, maxima(m), step, gain_of_step)
       associate (errors => curve%points(maxima(m)%point)%values(2, maxima(m)%quantity))
-        if (abs(step) <= position * abs(maxima(m)%speed) .and. won <= max(gain, errors / maxima(m)%value)) cycle
+        if (abs(step) <= position * abs(maxima(m)%speed) .and. gain_of_step <= max(gain, errors / maxima(m)%value)) cycle
       end associate
       speeds = [speeds, maxima(m)%speed + step]
     end do
@@ -265,37 +265,37 @@ contains
 
   !> Computes the step (1/min) from the point of a maximum to the top of the parabola through it and its neighbours, and the
   !> relative gain in height. Both are zero if the parabola has no maximum.
-  pure subroutine step_to_top(curve, maximum, step, won)
+  pure subroutine step_to_top(curve, maximum, step, gain_of_step)
     class(curve_points_type), intent(in) :: curve
     !> Maximum whose point has neighbours on both sides
     type(maximum_type), intent(in) :: maximum
-    !> `step`: step (1/min). `won`: relative gain in height
-    real(dp), intent(out) :: step, won
+    !> `step`: step (1/min). `gain_of_step`: relative gain in height
+    real(dp), intent(out) :: step, gain_of_step
     real(dp) :: h(2), rise(2), a, b
 
     step = 0
-    won = 0
+    gain_of_step = 0
     associate (i => maximum%point, q => maximum%quantity)
       h = [maximum%speed - curve%points(i - 1)%speed, curve%points(i + 1)%speed - maximum%speed]
       ! (P_0 / P)^2 - 1 of both neighbours = a h^2 +- b h
-      rise = [rest(curve, q, i, i - 1), rest(curve, q, i, i + 1)]
+      rise = [excess_power(curve, q, i, i - 1), excess_power(curve, q, i, i + 1)]
     end associate
     a = (rise(1) / h(1) + rise(2) / h(2)) / (h(1) + h(2))
     b = (rise(2) / h(2) * h(1) - rise(1) / h(1) * h(2)) / (h(1) + h(2))
     if (.not. a > 0) return
     step = -b / (2 * a)
-    won = b**2 / (8 * a)
+    gain_of_step = b**2 / (8 * a)
   end subroutine step_to_top
 
   !> (P_i / P_k)^2 - 1 for the peaks P at points `i` and `k`, computed without loss of digits if it is small.
-  pure real(dp) function rest(curve, q, i, k)
+  pure real(dp) function excess_power(curve, q, i, k)
     class(curve_points_type), intent(in) :: curve
     integer, intent(in) :: q, i, k
 
     associate (p => curve%points(i)%values(1, q), other => curve%points(k)%values(1, q))
-      rest = (p - other) * (p + other) / max(other**2, tiny(1.0_dp))
+      excess_power = (p - other) * (p + other) / max(other**2, tiny(1.0_dp))
     end associate
-  end function rest
+  end function excess_power
 
   !> Interpolated half-power speeds of the resolved maxima, except those to which an existing point is close enough.
   function half_power_speeds(curve, maxima, bent) result(speeds)
@@ -320,8 +320,8 @@ contains
           end do
           if (any(bent(min(i, k):max(i, k) - 1))) cycle
           if (any(jump(min(i, k):max(i, k) - 1))) cycle
-          if (abs(rest(curve, maxima(m)%quantity, i, k) - 1) <= half_power) cycle
-          if (abs(rest(curve, maxima(m)%quantity, i, k - merge(-1, 1, side == 1)) - 1) <= half_power) cycle
+          if (abs(excess_power(curve, maxima(m)%quantity, i, k) - 1) <= half_power) cycle
+          if (abs(excess_power(curve, maxima(m)%quantity, i, k - merge(-1, 1, side == 1)) - 1) <= half_power) cycle
           speeds = [speeds, half]
         end associate
       end do

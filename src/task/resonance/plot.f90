@@ -9,7 +9,7 @@ module gestell_task_resonance_plot
   use gestell_output_picture_marks, only: apart, beyond_colour, chart_marks, marks_type
   use gestell_output_picture_axis, only: decade_lines, extent_lines
   use gestell_output_report_orders, only: order_as_fraction, order_of
-  use gestell_output_picture_panels, only: height_of, layout_line, with_rim
+  use gestell_output_picture_panels, only: height_of, layout_line, range_with_margin
   use gestell_output_table, only: table_type
   use gestell_model_quantity_rows, only: quantity_type
   use gestell_task_resonance_curve, only: resonance_curve_type
@@ -22,7 +22,7 @@ module gestell_task_resonance_plot
   !> Rows of a quantity's values that contain peak and rms; the amplitudes of the orders follow
   integer, parameter :: of_peak = 1, of_rms = 3
   !> Maximum numbers: panels in one column, all panels, orders that are drawn, and labelled maxima of a quantity
-  integer, parameter :: most_below = 4, most_panels = 10, most_orders = 6, most_labelled = 8
+  integer, parameter :: most_below = 4, most_panels = 10, max_orders = 6, most_labelled = 8
   !> Lower end of a panel: the larger of `depth` times its maximum and `below` times the lowest peak or rms
   real(dp), parameter :: depth = 1.0e-4_dp, below = 0.5_dp
   !> Height of the legend in pixels
@@ -47,7 +47,7 @@ contains
     type(marks_type) :: marks
     !> `found`: states that occur. `visible`: orders that are visible in each panel. `parts`: whether some motions are small, and
     !> whether some are not
-    logical :: found(size(marked)), visible(most_orders, most_panels), parts(2)
+    logical :: found(size(marked)), visible(max_orders, most_panels), parts(2)
     logical :: small(size(curve%points))
     integer, allocatable :: harmonics(:)
     integer :: i, panels, across, rows
@@ -56,7 +56,7 @@ contains
       found(i) = any(curve%points%state == marked(i))
     end do
     panels = min(size(quantities), most_panels)
-    harmonics = curve%options%split_off()
+    harmonics = curve%options%reported_harmonics()
     across = merge(1, 2, panels <= most_below)
     rows = (panels + across - 1) / across
     small = [(curve%points(i)%moved%small(), i = 1, size(small))]
@@ -168,8 +168,8 @@ contains
   pure function visible_orders(curve, quantity) result(visible)
     type(resonance_curve_type), intent(in) :: curve
     integer, intent(in) :: quantity
-    logical :: visible(most_orders)
-    real(dp) :: low, high, most(most_orders)
+    logical :: visible(max_orders)
+    real(dp) :: low, high, most(max_orders)
     integer :: i, k
 
     low = huge(low)
@@ -180,7 +180,7 @@ contains
         if (.not. all(ieee_is_finite(values))) cycle
         low = min(low, values(of_peak), values(of_rms))
         high = max(high, values(of_peak), values(of_rms))
-        do k = 1, min(size(values) - of_rms, most_orders)
+        do k = 1, min(size(values) - of_rms, max_orders)
           most(k) = max(most(k), sqrt(0.5_dp) * values(of_rms + k))
         end do
       end associate
@@ -213,14 +213,14 @@ contains
     real(dp), intent(in) :: input(:)
     type(figure_type) :: figure
     type(marks_type) :: marks
-    character(len=:), allocatable :: lines, mine
+    character(len=:), allocatable :: lines, own_maxima
     character(len=len(quantities%name) + len(quantities%unit) + 3) :: labels(size(quantities))
     real(dp) :: range(2)
     integer :: i
 
     range = curve%points([1, size(curve%points)])%speed
     marks = marks_of(curve, input)
-    lines = "set title heading noenhanced" // newline // "set xrange " // with_rim(range(1), range(2)) // newline &
+    lines = "set title heading noenhanced" // newline // "set xrange " // range_with_margin(range(1), range(2)) // newline &
       & // "set yrange [" // text(size(quantities)) // ".5:0.3]" // newline &
       & // "set xlabel 'crank speed (rpm)'; set ytics noenhanced ("
     do i = 1, size(quantities)
@@ -236,10 +236,10 @@ contains
     end do
     lines = lines // "', int(row) + 1))" // newline // "plot NaN notitle"
     do i = 1, size(quantities)
-      mine = "of($0) == " // text(i)
-      if (any(curve%maxima%quantity == i)) lines = lines // dots(mine, "")
+      own_maxima = "of($0) == " // text(i)
+      if (any(curve%maxima%quantity == i)) lines = lines // dots(own_maxima, "")
       if (any(curve%maxima%quantity == i .and. .not. curve%maxima%small)) lines = lines &
-        & // dots(mine // " && strcol('small_motion') eq '0'", " lc rgb '#" // beyond_colour // "'")
+        & // dots(own_maxima // " && strcol('small_motion') eq '0'", " lc rgb '#" // beyond_colour // "'")
     end do
     if (.not. all(curve%maxima%small)) lines = lines // entry("points lt 1 lc rgb '#" // beyond_colour // "' ps 1.2", &
       & "beyond small motions")
@@ -265,18 +265,18 @@ contains
     real(dp), intent(in) :: range(2)
     character(len=:), allocatable :: lines
     real(dp), allocatable :: spaced(:)
-    integer, allocatable :: mine(:)
+    integer, allocatable :: own_maxima(:)
     integer :: q, i, n
 
     lines = ""
     n = 0
     do q = 1, size(curve%options%names)
-      mine = pack([(i, i = 1, size(curve%maxima))], curve%maxima%quantity == q)
-      if (size(mine) > most_labelled) cycle
-      spaced = apart((curve%maxima(mine)%speed), 0.08_dp * abs(range(2) - range(1)), range)
-      do i = 1, size(mine)
+      own_maxima = pack([(i, i = 1, size(curve%maxima))], curve%maxima%quantity == q)
+      if (size(own_maxima) > most_labelled) cycle
+      spaced = apart((curve%maxima(own_maxima)%speed), 0.08_dp * abs(range(2) - range(1)), range)
+      do i = 1, size(own_maxima)
         n = n + 1
-        lines = lines // "set label " // text(n) // " '" // concise(curve%maxima(mine(i))%value, 4) // "' at " &
+        lines = lines // "set label " // text(n) // " '" // concise(curve%maxima(own_maxima(i))%value, 4) // "' at " &
           & // concise(spaced(i), 9) // "," // text(q) // " center offset 0,0.9 font ',11'" // newline
       end do
     end do

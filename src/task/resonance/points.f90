@@ -25,7 +25,7 @@ module gestell_task_resonance_points
     logical :: descends = .false.
   contains
     procedure :: insert
-    procedure :: new_ones
+    procedure :: select_new
     procedure :: levels
     procedure :: has_values
     procedure :: jumps
@@ -68,7 +68,7 @@ contains
 
   !> Selects those `speeds` that lie within the range and are farther from each existing point than the relative distance `same`.
   !> The result `new` is in the order of the grid.
-  subroutine new_ones(self, speeds, same, new)
+  subroutine select_new(self, speeds, same, new)
     class(curve_points_type), intent(in) :: self
     real(dp), intent(in) :: speeds(:), same
     real(dp), allocatable, intent(out) :: new(:)
@@ -94,7 +94,7 @@ contains
       last = s
     end do
     allocate(new, source=sorted(:n))
-  end subroutine new_ones
+  end subroutine select_new
 
   !> Computes ln(peak) of quantity `q` at all points. `known`: true where a vibration exists and its peak exceeds the error bound;
   !> elsewhere `level` is 0.

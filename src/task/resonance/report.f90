@@ -15,10 +15,10 @@ module gestell_task_resonance_report
   implicit none (type, external)
   private
 
-  public :: report_resonance, verdict_on
+  public :: report_resonance, curve_verdict
 
   !> Maximum number of maxima listed for each quantity
-  integer, parameter :: most_listed = 8
+  integer, parameter :: max_listed = 8
 
 contains
 
@@ -52,12 +52,12 @@ contains
     if (.not. curve%complete) report = report // "  note: the maximum number of speeds does not resolve all details; " &
       & // "choose a smaller range" // newline
     do i = 1, size(quantities)
-      report = report // curve_of(curve, i, quantities(i), turns, model)
+      report = report // curve_lines(curve, i, quantities(i), turns, model)
     end do
   end function report_resonance
 
   !> Worst verdict on the vibrations of the curve. It is printed at the head of the curve and of its files.
-  pure type(judgement_type) function verdict_on(curve) result(judgement)
+  pure type(judgement_type) function curve_verdict(curve) result(judgement)
     type(resonance_curve_type), intent(in) :: curve
     real(dp) :: speeds(size(curve%points))
     integer :: i
@@ -65,32 +65,32 @@ contains
     speeds = [(curve%points(i)%speed, i = 1, size(speeds))]
     judgement = judge_range(speeds, merge(curve%points%state, not_judged, has_vibration(curve%points%state)), "speeds", &
       & "disturbances of these vibrations grow")
-  end function verdict_on
+  end function curve_verdict
 
   !> Lines of the report about quantity `q`: its largest maxima, its jumps and its minimum.
-  pure function curve_of(curve, q, quantity, turns, model) result(report)
+  pure function curve_lines(curve, q, quantity, turns, model) result(report)
     type(resonance_curve_type), intent(in) :: curve
     integer, intent(in) :: q, turns
     type(quantity_type), intent(in) :: quantity
     character(len=*), intent(in) :: model
     character(len=:), allocatable :: report, rows, unit
-    logical :: left(size(curve%maxima))
+    logical :: remaining(size(curve%maxima))
     integer :: i, k, n, jumps, least, most
 
     report = ""
     unit = trim(quantity%unit)
     if (.not. any(curve%has_values())) return
-    left = curve%maxima%quantity == q .and. .not. curve%maxima%unbounded
-    n = count(left)
-    jumps = count(left .and. curve%maxima%jump)
+    remaining = curve%maxima%quantity == q .and. .not. curve%maxima%unbounded
+    n = count(remaining)
+    jumps = count(remaining .and. curve%maxima%jump)
     report = "  " // trim(quantity%name) // ": " // text(n - jumps) // either(" maximum", " maxima", n - jumps == 1)
     if (jumps > 0) report = report // ", " // counted(jumps, "jump")
-    if (n > most_listed) report = report // ", the largest are listed"
+    if (n > max_listed) report = report // ", the largest are listed"
     report = report // newline
     rows = ""
-    do i = 1, min(most_listed, n)
-      k = maxloc(curve%maxima%value, dim=1, mask=left)
-      left(k) = .false.
+    do i = 1, min(max_listed, n)
+      k = maxloc(curve%maxima%value, dim=1, mask=remaining)
+      remaining(k) = .false.
       associate (maximum => curve%maxima(k))
         rows = rows // concise(maximum%speed, 7) // tab // concise(maximum%value, 6) // tab &
           & // either("-" // tab // "-", concise(maximum%width, 4) // tab // concise(maximum%damping_ratio, 4), &
@@ -104,15 +104,15 @@ contains
     end do
     if (n > 0) report = report // tabulated("rrrrrl", "speed,peak,width,damping,order" // newline // "rpm," // unit &
       & // ",rpm,ratio", rows)
-    left = curve%maxima%quantity == q .and. curve%maxima%unbounded
-    n = count(left)
+    remaining = curve%maxima%quantity == q .and. curve%maxima%unbounded
+    n = count(remaining)
     if (n > 0) report = report // "  unbounded at " // counted(n, "speed") // ":"
-    do i = 1, min(most_listed, n)
-      k = findloc(left, .true., dim=1)
-      left(k) = .false.
+    do i = 1, min(max_listed, n)
+      k = findloc(remaining, .true., dim=1)
+      remaining(k) = .false.
       report = report // either(",", "", i > 1) // " " // concise(curve%maxima(k)%speed, 7)
     end do
-    if (n > most_listed) report = report // ", ..."
+    if (n > max_listed) report = report // ", ..."
     if (n > 0) report = report // " rpm" // newline
     least = 0
     most = 0
@@ -127,6 +127,6 @@ contains
       & // concise(curve%points(least)%speed, 5) // " rpm; maximum " // concise(curve%points(most)%values(1, q), 5) // " " // unit &
       & // " at " // concise(curve%points(most)%speed, 5) // " rpm" // either(", an end of the range", "", &
       & most == 1 .or. most == size(curve%points)) // newline
-  end function curve_of
+  end function curve_lines
 
 end module gestell_task_resonance_report

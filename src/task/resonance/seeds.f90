@@ -9,7 +9,7 @@ module gestell_task_resonance_seeds
   public :: crossing_speeds, swings_of_modes
 
   !> Highest order of the crank speed whose crossings are searched
-  integer, parameter, public :: most_orders = 60
+  integer, parameter, public :: max_orders = 60
   !> A point lies on a crossing if the detuning is below `part_of_damping` times the damping, or below `part_of_turns` times the
   !> number of oscillations
   real(dp), parameter :: part_of_damping = 0.25_dp, part_of_turns = 1.0e-7_dp
@@ -25,26 +25,26 @@ contains
     !> true if the details of a crossing at this point are needed; by default all are
     logical, intent(in), optional :: pairs, counts(:)
     real(dp), allocatable :: speeds(:), swings(:, :), damping(:, :)
-    logical :: asked(size(curve%points))
+    logical :: selected(size(curve%points))
     integer :: highest, i, j, k
 
     allocate(speeds(0))
-    asked = .true.
-    if (present(counts)) asked = counts
+    selected = .true.
+    if (present(counts)) selected = counts
     call swings_of_modes(curve, swings, damping)
     if (present(pairs)) then
-      if (pairs) call add_up(swings, damping)
+      if (pairs) call add_modes(swings, damping)
     end if
-    highest = most_orders * maxval([1, curve%points%drive_turns])
+    highest = max_orders * maxval([1, curve%points%drive_turns])
     do i = 1, size(curve%points) - 1
       do j = 1, size(swings, 1)
         associate (a => swings(j, i), b => swings(j, i + 1), s => curve%points(i)%speed, t => curve%points(i + 1)%speed)
           if (min(a, b) < 0) cycle
           do k = max(1, ceiling(min(a, b))), min(highest, floor(min(max(a, b), real(highest, dp))))
             if (found(a, damping(j, i), k)) then
-              if (asked(i)) speeds = [speeds, around(curve, s, damping(j, i) / k)]
+              if (selected(i)) speeds = [speeds, around(curve, s, damping(j, i) / k)]
             else if (found(b, damping(j, i + 1), k)) then
-              if (asked(i + 1)) speeds = [speeds, around(curve, t, damping(j, i + 1) / k)]
+              if (selected(i + 1)) speeds = [speeds, around(curve, t, damping(j, i + 1) / k)]
             else
               ! a s + (b t - a s) (x - s) / (t - s) = k x
               speeds = [speeds, s + (t - s) * (a - k) * s / ((a - k) * s - (b - k) * t)]
@@ -56,7 +56,7 @@ contains
   end function crossing_speeds
 
   !> Replaces the modes by all sums of two modes: numbers of oscillations and dampings are added.
-  pure subroutine add_up(swings, damping)
+  pure subroutine add_modes(swings, damping)
     real(dp), allocatable, intent(inout) :: swings(:, :), damping(:, :)
     real(dp), dimension(size(swings, 1) * (size(swings, 1) + 1) / 2, size(swings, 2)) :: sums, dampings
     integer :: i, j, k
@@ -71,7 +71,7 @@ contains
     end do
     swings = sums
     damping = dampings
-  end subroutine add_up
+  end subroutine add_modes
 
   !> Speeds at one and three half widths from a resonance at `speed`, except those that have a point close by. `half_width` is
   !> relative to the speed.

@@ -6,7 +6,7 @@ module gestell_task_resonance_task
   use gestell_base_text, only: concise
   use gestell_input_machine_quantities, only: read_quantities
   use gestell_model_quantity_rows, only: quantity_type
-  use gestell_output_report_warnings, only: beyond_small
+  use gestell_output_report_warnings, only: motion_warning
   use gestell_output_report_verdict, only: judgement_type
   use gestell_output_result, only: result_type
   use gestell_output_report_orders, only: order_as_fraction
@@ -21,7 +21,7 @@ module gestell_task_resonance_task
   use gestell_task_common_keys, only: resonance_keys
   use gestell_task_resonance_curve, only: resonance_curve_type, solve_curve
   use gestell_task_resonance_plot, only: plot_peaks, plot_resonance
-  use gestell_task_resonance_report, only: report_resonance, verdict_on
+  use gestell_task_resonance_report, only: report_resonance, curve_verdict
   implicit none (type, external)
   private
 
@@ -43,8 +43,8 @@ contains
     self%name = "resonance"
     self%meaning = "resonance curves: vibrations and forces over the crank speed"
     self%tables = [character(len=longest_table) :: "resonance", "peaks"]
-    self%about = all_speeds
-    self%judges = .true.
+    self%scope = all_speeds
+    self%gives_verdict = .true.
   end subroutine describe
 
   !> Reads the quantities of the curves. Fails if a quantity is invalid.
@@ -80,8 +80,8 @@ contains
       options%accuracy = configuration%accuracy
       call solve_curve(family, options, configuration%speeds(), curve, error, context%executor)
       if (allocated(error)) return
-      judgement = verdict_on(curve)
-      warning = beyond_small(pack([(curve%points(k)%moved, k = 1, size(curve%points))], has_vibration(curve%points%state)), &
+      judgement = curve_verdict(curve)
+      warning = motion_warning(pack([(curve%points(k)%moved, k = 1, size(curve%points))], has_vibration(curve%points%state)), &
         & configuration%analysis%model)
       if (any(curve%points%state /= stable)) result%all_stable = .false.
       table = curve_table(self%quantities, curve, turns, judgement%words)
@@ -112,7 +112,8 @@ contains
             & // concise(points(i)%speed, 6) // " rpm")
         end associate
       end do
-      call result%say(report_resonance(self%quantities, curve, turns, judgement%words, warning, configuration%analysis%model))
+      call result%write_lines(report_resonance(self%quantities, curve, turns, judgement%words, warning, &
+        & configuration%analysis%model))
     end associate
   end subroutine run
 
@@ -128,7 +129,7 @@ contains
     integer :: i, k, n
 
     n = size(curve%points)
-    harmonics = curve%options%split_off()
+    harmonics = curve%options%reported_harmonics()
     table = new_table("resonance", "Resonance curves", "Response over the speed. Shaded: unstable; gaps: no periodic vibration.", &
       & verdict)
     call table%add("speed", rpm, "crank speed", [(curve%points(i)%speed, i = 1, n)])

@@ -4,7 +4,7 @@ module gestell_task_response_plot
   use gestell_base_text, only: concise, either, newline, text
   use gestell_output_picture_script, only: figure_type, new_figure, axis_unit_type, panel_heading, pick_unit, span
   use gestell_output_picture_panels, only: bars
-  use gestell_output_report_significance, only: noise_of
+  use gestell_output_report_significance, only: zero_if_noise
   use gestell_output_table, only: table_type
   use gestell_output_table_turn, only: amplitude_of
   use gestell_model_frame, only: frame_type
@@ -40,7 +40,7 @@ contains
       k = (i + 1) / 2 + merge(0, 2 * n, mod(i, 2) == 1)
       first = n * ((k - 1) / n) + 1
       unit = pick_unit(trim(names(k)%unit%words), vibration%peak(k))
-      scale = unit%factor * noise_of(vibration%peak(k), vibration%peak_error(k), maxval(vibration%peak(first:first + n - 1)))
+      scale = unit%factor * zero_if_noise(vibration%peak(k), vibration%peak_error(k), maxval(vibration%peak(first:first + n - 1)))
       ! variations below the error bound, or below rounding error relative to the quantities of the same kind, are not shown
       ! enlarged
       noise = 2 * vibration%peak_error(k)

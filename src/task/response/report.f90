@@ -5,7 +5,7 @@ module gestell_task_response_report
   use gestell_output_report_text_table, only: tab, tabulated
   use gestell_model_frame, only: frame_type
   use gestell_output_report_orders, only: turns_in_words
-  use gestell_output_report_significance, only: noise_of, order_words
+  use gestell_output_report_significance, only: zero_if_noise, order_words
   use gestell_study_vibration, only: vibration_type
   use gestell_model_space, only: is_rotation
   use gestell_task_response_names, only: name_type, names_of
@@ -30,7 +30,7 @@ contains
     do i = 1, size(names)
       if (.not. any(frame%free == 1 + mod(i - 1, frame%dofs()))) cycle
       associate (series => vibration%series(i))
-        noise = noise_of(vibration%peak(i), vibration%peak_error(i), greatest_beside(vibration, frame, i))
+        noise = zero_if_noise(vibration%peak(i), vibration%peak_error(i), largest_of_kind(vibration, frame, i))
         lines = lines // trim(names(i)%words) // tab // concise(names(i)%factor * noise * vibration%peak(i), 5) // tab &
           & // concise(names(i)%factor * vibration%peak_error(i), 1) // tab &
           & // concise(names(i)%factor * noise * vibration%rms(i), 5) // tab // trim(names(i)%small_unit) // tab
@@ -42,8 +42,8 @@ contains
     end do
     lines = tabulated("lrrrll", ",peak,error,rms,,strongest order" // newline // ",,,,,(% of rms^2)", lines)
     if (any([(vibration%peak_error(frame%free(i)) >= vibration%peak(frame%free(i)) .and. vibration%peak(frame%free(i)) > 0 &
-      & .and. noise_of(vibration%peak(frame%free(i)), vibration%peak_error(frame%free(i)), &
-      & greatest_beside(vibration, frame, frame%free(i))) > 0, i = 1, size(frame%free))])) lines = lines // &
+      & .and. zero_if_noise(vibration%peak(frame%free(i)), vibration%peak_error(frame%free(i)), &
+      & largest_of_kind(vibration, frame, frame%free(i))) > 0, i = 1, size(frame%free))])) lines = lines // &
       & "  note: a peak that does not exceed its error is meaningless; reduce accuracy.tolerance or increase accuracy.steps" &
       & // newline
   end function vibration_lines
@@ -67,7 +67,7 @@ contains
 
   !> Largest peak among the quantities of the same kind as quantity `i`, in its unit. The frame's radius of gyration converts
   !> between displacements and rotations, and between forces and moments.
-  pure real(dp) function greatest_beside(vibration, frame, i) result(greatest)
+  pure real(dp) function largest_of_kind(vibration, frame, i) result(greatest)
     type(vibration_type), intent(in) :: vibration
     class(frame_type), intent(in) :: frame
     integer, intent(in) :: i
@@ -81,6 +81,6 @@ contains
     if (first == 2 * n + 1) radius = 1 / radius
     scale = merge(radius, 1.0_dp, is_rotation([(k, k = 1, n)]))
     greatest = maxval(vibration%peak(first:first + n - 1) * scale) / scale(i - first + 1)
-  end function greatest_beside
+  end function largest_of_kind
 
 end module gestell_task_response_report

@@ -32,7 +32,7 @@ contains
     self%name = "response"
     self%meaning = "periodic vibration of the frame and the probes"
     self%tables = [character(len=longest_table) :: "response", "harmonics"]
-    self%judges = .true.
+    self%gives_verdict = .true.
     self%brief = .true.
   end subroutine describe
 
@@ -42,7 +42,7 @@ contains
     type(configuration_type), intent(inout) :: configuration
     type(error_type), allocatable, intent(out) :: error
 
-    configuration%analysis%response = self%ordered
+    configuration%analysis%response = self%requested
   end subroutine read_response
 
   !> Adds tables, pictures and report of the periodic vibration to the result.
@@ -71,7 +71,7 @@ contains
           end do
           call result%add(history, plot_response(history, frame, vibration))
           call result%add(harmonics, plot_harmonics(harmonics, frame, tasks%harmonics, vibration))
-          call result%say_section("PERIODIC VIBRATION", vibration_lines(vibration, frame))
+          call result%write_section("PERIODIC VIBRATION", vibration_lines(vibration, frame))
           call result%detail(closing_lines(vibration, frame%mechanism%turns, tasks%averaged))
         end associate
       end if

@@ -3,13 +3,13 @@ module gestell_task_sensitivity_plan
   use gestell_base_error, only: error_type
   use gestell_base_words, only: word_length
   use gestell_input_namelist_document, only: count_groups, document_type, find_entry, group_type, has, name_of, &
-    & the_group
+    & group_named
   use gestell_input_machine_family, only: document_family_type, new_document_family
   use gestell_base_key, only: real_key
   use gestell_base_text, only: text
   use gestell_input_schema_read, only: read
   use gestell_input_schema_locate, only: find_target, target_type
-  use gestell_input_namelist_message, only: in_group, input_error
+  use gestell_input_namelist_message, only: locate_in_group, input_error
   use gestell_input_schema, only: find_group_rule, option_group, schema_type
   use gestell_input_schema_units, only: units_type
   use gestell_task_sensitivity_keys, only: sensitivity_keys
@@ -44,7 +44,7 @@ contains
     type(group_type) :: group
     integer :: i
 
-    group = the_group(doc, "sensitivity")
+    group = group_named(doc, "sensitivity")
     if (has(group, "parameters")) then
       call read(group, sensitivity_keys, "parameters", plan%paths, error)
       do i = 1, size(plan%paths)
@@ -55,11 +55,11 @@ contains
           & "names '" // trim(plan%paths(i)) // "' twice", error)
       end do
     else
-      call usual_paths(doc, schema, plan%paths)
+      call default_paths(doc, schema, plan%paths)
     end if
     if (allocated(error)) return
     call new_document_family(plan%family, doc, schema, units, plan%paths, error)
-    if (allocated(error) .and. has(group, "parameters")) call in_group(group, error)
+    if (allocated(error) .and. has(group, "parameters")) call locate_in_group(group, error)
   end subroutine read_sensitivity
 
   !> Fails if a path does not name a number of the machine, or names only numbers that are zero or missing.
@@ -76,34 +76,34 @@ contains
     if (allocated(reason)) then
       call input_error(group, "parameters", reason%message, error)
     else if (schema%keys(target%rule)%kind /= real_key .or. &
-      & schema%groups(find_group_rule(schema, schema%keys(target%rule)%group))%about == option_group) then
+      & schema%groups(find_group_rule(schema, schema%keys(target%rule)%group))%subject == option_group) then
       call input_error(group, "parameters", "'" // path // "' is not a numerical key of the machine", error)
-    else if (.not. is_there(doc, target)) then
+    else if (.not. is_nonzero(doc, target)) then
       call input_error(group, "parameters", "'" // path // "' is zero or missing, so it cannot change by a percentage", error)
     end if
   end subroutine check_path
 
   !> True if at least one of the numbers that `target` names is given and is not zero.
-  pure logical function is_there(doc, target)
+  pure logical function is_nonzero(doc, target)
     type(document_type), intent(in) :: doc
     type(target_type), intent(in) :: target
     integer :: i, e, v
 
-    is_there = .false.
+    is_nonzero = .false.
     do i = 1, size(target%groups)
       associate (group => doc%groups(target%groups(i)))
         e = find_entry(group, target%key)
         if (e == 0) cycle
         do v = 1, size(group%entries(e)%values)
           if (target%element > 0 .and. v /= target%element) cycle
-          is_there = is_there .or. abs(group%entries(e)%values(v)%number) > 0
+          is_nonzero = is_nonzero .or. abs(group%entries(e)%values(v)%number) > 0
         end do
       end associate
     end do
-  end function is_there
+  end function is_nonzero
 
   !> Finds the default parameters: speed, masses, moments of inertia, stiffness and damping, as far as they are given and not zero.
-  subroutine usual_paths(doc, schema, paths)
+  subroutine default_paths(doc, schema, paths)
     type(document_type), intent(in) :: doc
     type(schema_type), intent(in) :: schema
     character(len=word_length), allocatable, intent(out) :: paths(:)
@@ -138,16 +138,16 @@ contains
     subroutine add(path)
       character(len=*), intent(in) :: path
       type(target_type) :: target
-      type(error_type), allocatable :: none
+      type(error_type), allocatable :: failure
 
       if (len(path) > word_length) return
-      call find_target(doc, schema, path, "", target, none)
-      if (allocated(none)) return
-      if (.not. is_there(doc, target)) return
+      call find_target(doc, schema, path, "", target, failure)
+      if (allocated(failure)) return
+      if (.not. is_nonzero(doc, target)) return
       used = used + 1
       paths(used) = path
     end subroutine add
 
-  end subroutine usual_paths
+  end subroutine default_paths
 
 end module gestell_task_sensitivity_plan

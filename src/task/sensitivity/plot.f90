@@ -21,7 +21,7 @@ module gestell_task_sensitivity_plot
 contains
 
   !> Plot of the table sensitivity.csv: one row for each parameter of `paths`, with a point for each quantity.
-  function plot_sensitivity(table, quantities, paths, found) result(figure)
+  function plot_sensitivity(table, quantities, paths, derivatives) result(figure)
     !> The table sensitivity.csv
     type(table_type), intent(in) :: table
     !> Paths of the parameters, such as "frame.mass"
@@ -29,7 +29,7 @@ contains
     !> The quantities
     type(quantity_type), intent(in) :: quantities(:)
     !> Derivatives with respect to each parameter, shape (parameters)
-    type(sensitivity_type), intent(in) :: found(:)
+    type(sensitivity_type), intent(in) :: derivatives(:)
     type(figure_type) :: figure
     character(len=:), allocatable :: lines, points, assignments
     real(dp) :: aside
@@ -38,7 +38,7 @@ contains
 
     n = min(size(quantities), most_quantities)
     do i = 1, size(paths)
-      changes(:, i) = found(i)%slope(1, :)
+      changes(:, i) = derivatives(i)%slope(1, :)
       effects(i) = maxval([0.0_dp, abs(changes(:, i))], mask=ieee_is_finite([0.0_dp, changes(:, i)]))
     end do
     ! Rows are sorted by the largest change; parameters without effect come last.

@@ -18,14 +18,14 @@ module gestell_task_sensitivity_report
 contains
 
   !> Section of the report on a sensitivity analysis. `warning`: text on motions too large for the linearised equations, or empty.
-  pure function report_sensitivity(quantities, paths, base, found, warning) result(report)
+  pure function report_sensitivity(quantities, paths, base, derivatives, warning) result(report)
     type(quantity_type), intent(in) :: quantities(:)
     !> Paths of the parameters, such as "frame.mass"
     character(len=*), intent(in) :: paths(:)
     !> Peaks, rms values and verdict of the unchanged machine
     type(sensitivity_base_type), intent(in) :: base
     !> Derivatives with respect to each parameter, shape (parameters)
-    type(sensitivity_type), intent(in) :: found(:)
+    type(sensitivity_type), intent(in) :: derivatives(:)
     character(len=*), intent(in) :: warning
     character(len=:), allocatable :: report
     integer :: i
@@ -33,34 +33,34 @@ contains
     report = section("SENSITIVITY: change in % if a parameter grows by 1 %, largest first", &
       & trim(state_word(base%state))) // warning
     do i = 1, size(quantities)
-      if (found(1)%zero(i)) then
+      if (derivatives(1)%zero(i)) then
         report = report // "  " // trim(quantities(i)%name) // ": zero within its error; nothing excites it" // newline
         cycle
       end if
       report = report // "  " // trim(quantities(i)%name) // ": peak " // concise(base%values(1, i), 6) // " " &
         & // trim(quantities(i)%unit) // ", rms " // concise(base%values(2, i), 6) // newline &
-        & // tabulated("rrrl", "peak,error,rms,parameter", rows(i, paths, found))
+        & // tabulated("rrrl", "peak,error,rms,parameter", rows(i, paths, derivatives))
     end do
   end function report_sensitivity
 
   !> Rows of the table for quantity number `i`, largest change first; parameters without a result come last.
-  pure function rows(i, paths, found) result(report)
+  pure function rows(i, paths, derivatives) result(report)
     integer, intent(in) :: i
     character(len=*), intent(in) :: paths(:)
-    type(sensitivity_type), intent(in) :: found(:)
+    type(sensitivity_type), intent(in) :: derivatives(:)
     character(len=:), allocatable :: report
-    real(dp) :: effect(size(found))
-    integer :: order(size(found)), k, n
+    real(dp) :: effect(size(derivatives))
+    integer :: order(size(derivatives)), k, n
 
     effect = -1
-    do k = 1, size(found)
-      if (found(k)%state(i) /= "failed") effect(k) = abs(found(k)%slope(1, i))
+    do k = 1, size(derivatives)
+      if (derivatives(k)%state(i) /= "failed") effect(k) = abs(derivatives(k)%slope(1, i))
     end do
     order = ascending(-effect)
     report = ""
-    do n = 1, size(found)
+    do n = 1, size(derivatives)
       k = order(n)
-      associate (one => found(k))
+      associate (one => derivatives(k))
         if (effect(k) < 0) report = report // "-" // tab // "-" // tab // "-"
         if (.not. effect(k) < 0) report = report // fixed(one%slope(1, i), 4) // tab // concise(one%error(1, i), 1) // tab &
           & // fixed(one%slope(2, i), 4)

@@ -14,7 +14,7 @@ module gestell_task_sensitivity
   use gestell_system_family, only: family_type
   use gestell_study_vibration_small_motion, only: moved_type
   use gestell_study_speed_point, only: check_speed_options, solve_response, speed_options, speed_point_type
-  use gestell_task_common_executor, only: executor_type, spread_over, work_type
+  use gestell_task_common_executor, only: executor_type, distribute_over, work_type
   use gestell_task_common_record, only: record_type
   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_quiet_nan, ieee_value
   implicit none (type, external)
@@ -56,20 +56,20 @@ module gestell_task_sensitivity
   type, extends(work_type) :: parameters_type
     class(family_type), pointer :: family => null()
     type(sensitivity_base_type) :: base
-    type(sensitivity_type), allocatable :: found(:)
+    type(sensitivity_type), allocatable :: derivatives(:)
   contains
     procedure :: compute
     procedure :: exchange
   end type parameters_type
 
   !> A derivative is undecided if its error, relative to the larger of the derivative and 1, exceeds this.
-  real(dp), parameter :: too_much = 0.02_dp
+  real(dp), parameter :: max_error = 0.02_dp
 
   !> Minimum and maximum number of steps h, h/2, ...; steps are added until the derivatives are accurate enough.
   integer, parameter :: fewest_steps = 3, steps = 7
-  !> `greatest_step`: largest relative change of a parameter. `part_of_distance`: a step may move a multiplier by at most this
+  !> `max_step`: largest relative change of a parameter. `part_of_distance`: a step may move a multiplier by at most this
   !> fraction of its distance from 1.
-  real(dp), parameter :: greatest_step = 1.0e-2_dp, part_of_distance = 0.1_dp
+  real(dp), parameter :: max_step = 1.0e-2_dp, part_of_distance = 0.1_dp
   !> `sharp`: tolerance of the solutions, unless the user requests a smaller one. `least_rounding`: rounding error of a logarithm
   !> that remains then, far from resonance.
   real(dp), parameter :: sharp = 1.0e-12_dp, least_rounding = 1.0e-13_dp
@@ -85,7 +85,7 @@ contains
       state = "zero"
     else if (any(ieee_is_nan(self%slope(:, q)))) then
       state = "failed"
-    else if (any(self%bend(:, q)) .or. any(self%error(:, q) > too_much * max(abs(self%slope(:, q)), 1.0_dp))) then
+    else if (any(self%bend(:, q)) .or. any(self%error(:, q) > max_error * max(abs(self%slope(:, q)), 1.0_dp))) then
       state = "undecided"
     else
       state = "ok"
@@ -93,7 +93,7 @@ contains
   end function state
 
   !> Computes the derivatives with respect to all parameters. Fails if the unchanged machine cannot be solved.
-  subroutine solve_sensitivity(family, parameters, options, base, found, error, executor)
+  subroutine solve_sensitivity(family, parameters, options, base, derivatives, error, executor)
     !> The machine as a function of relative changes of its parameters
     class(family_type), intent(in), target :: family
     !> Number of parameters
@@ -103,7 +103,7 @@ contains
     !> Results of the unchanged machine, from which the changes are measured
     type(sensitivity_base_type), intent(out) :: base
     !> Derivatives with respect to each parameter, shape (parameters)
-    type(sensitivity_type), allocatable, intent(out) :: found(:)
+    type(sensitivity_type), allocatable, intent(out) :: derivatives(:)
     type(error_type), allocatable, intent(out) :: error
     !> Distributes the parameters over threads; several threads may then request members of the family
     class(executor_type), intent(inout), optional :: executor
@@ -113,9 +113,9 @@ contains
     if (allocated(error)) return
     work%family => family
     work%base = base
-    allocate(work%found(parameters))
-    call spread_over(work, parameters, error, executor)
-    call move_alloc(work%found, found)
+    allocate(work%derivatives(parameters))
+    call distribute_over(work, parameters, error, executor)
+    call move_alloc(work%derivatives, derivatives)
   end subroutine solve_sensitivity
 
   recursive subroutine compute(self, k, error)
@@ -123,7 +123,7 @@ contains
     integer, intent(in) :: k
     type(error_type), allocatable, intent(out) :: error
 
-    call solve_parameter(self%family, self%base, k, self%found(k), error)
+    call solve_parameter(self%family, self%base, k, self%derivatives(k), error)
   end subroutine compute
 
   subroutine exchange(self, k, record)
@@ -132,7 +132,7 @@ contains
     type(record_type), intent(inout) :: record
     real(dp), allocatable :: bend(:, :), zero(:)
 
-    associate (one => self%found(k))
+    associate (one => self%derivatives(k))
       call record%pass(one%slope)
       call record%pass(one%error)
       if (allocated(one%bend)) bend = merge(1.0_dp, 0.0_dp, one%bend)
@@ -169,7 +169,7 @@ contains
     end if
     base%options = options
     base%options%orders = 1
-    base%enough = min(options%accuracy%tolerance, too_much)
+    base%enough = min(options%accuracy%tolerance, max_error)
     base%options%accuracy%tolerance = min(options%accuracy%tolerance, sharp)
     base%parameters = parameters
     call solve_response(family, [(0.0_dp, q = 1, parameters)], base%options, point, error)
@@ -188,19 +188,19 @@ contains
     distance = minval(abs(1 - exp(cmplx(max(point%growth, -700.0_dp), 2 * pi * point%turns, dp))))
     swings = max(1.0_dp, maxval(point%averaged_turns))
     base%rounding = least_rounding + 4 * epsilon(distance) / max(distance, epsilon(distance))
-    base%step = min(greatest_step, part_of_distance * distance / (2 * pi * swings))
+    base%step = min(max_step, part_of_distance * distance / (2 * pi * swings))
   end subroutine solve_base
 
   !> Computes the derivatives with respect to parameter `number`. Fails if there is no such parameter, if `base` was not solved by
   !> `solve_base`, or as `solve_response` does.
-  subroutine solve_parameter(family, base, number, found, error)
+  subroutine solve_parameter(family, base, number, derivatives, error)
     !> The machine as a function of relative changes of its parameters
     class(family_type), intent(in) :: family
     !> Results of the unchanged machine, from `solve_base`
     type(sensitivity_base_type), intent(in) :: base
     !> Number of the parameter
     integer, intent(in) :: number
-    type(sensitivity_type), intent(out) :: found
+    type(sensitivity_type), intent(out) :: derivatives
     type(error_type), allocatable, intent(out) :: error
     real(dp), allocatable :: above(:, :, :), below(:, :, :)
     real(dp) :: h(steps)
@@ -212,11 +212,11 @@ contains
       return
     end if
     associate (n => size(base%options%names))
-      allocate(found%slope(changes, n), found%error(changes, n), source=ieee_value(1.0_dp, ieee_quiet_nan))
-      allocate(found%bend(changes, n), source=.false.)
+      allocate(derivatives%slope(changes, n), derivatives%error(changes, n), source=ieee_value(1.0_dp, ieee_quiet_nan))
+      allocate(derivatives%bend(changes, n), source=.false.)
       allocate(above(changes, n, steps), below(changes, n, steps))
     end associate
-    found%zero = .not. (base%values(1, :) > 0 .and. base%relative_error < 1)
+    derivatives%zero = .not. (base%values(1, :) > 0 .and. base%relative_error < 1)
     h = [(base%step / 2**k, k = 0, steps - 1)]
     do k = 1, steps
       call logarithms(h(k), above(:, :, k), known)
@@ -228,8 +228,8 @@ contains
         do change = 1, changes
           if (.not. (base%values(change, q) > 0 .and. base%relative_error(q) < 1)) cycle
           call differentiate(h(:k), above(change, q, :k), below(change, q, :k), log(base%values(change, q)), &
-            & base%rounding, found%slope(change, q), found%error(change, q), found%bend(change, q))
-          enough = enough .and. found%error(change, q) <= base%enough * max(abs(found%slope(change, q)), 1.0_dp)
+            & base%rounding, derivatives%slope(change, q), derivatives%error(change, q), derivatives%bend(change, q))
+          enough = enough .and. derivatives%error(change, q) <= base%enough * max(abs(derivatives%slope(change, q)), 1.0_dp)
         end do
       end do
       if (enough) exit
@@ -283,7 +283,7 @@ contains
     end do
     ! The difference between the slopes on the two sides is proportional to h, unless there is a kink.
     gap = abs(above - middle + (below - middle)) / h
-    bend = gap(n) > 0.75_dp * gap(n - 2) .and. gap(n) / 2 > too_much * max(abs(slope), 1.0_dp)
+    bend = gap(n) > 0.75_dp * gap(n - 2) .and. gap(n) / 2 > max_error * max(abs(slope), 1.0_dp)
     if (.not. bend) return
     slope = table(n, 1)
     error = max(abs(slope - table(n - 1, 1)), gap(n) / 2)

@@ -8,7 +8,7 @@ module gestell_task_sensitivity_task
   use gestell_input_namelist_document, only: count_groups
   use gestell_input_schema, only: group_rule, schema_type
   use gestell_model_quantity_rows, only: quantity_type
-  use gestell_output_report_warnings, only: beyond_small
+  use gestell_output_report_warnings, only: motion_warning
   use gestell_output_result, only: result_type
   use gestell_output_table, only: new_table, table_type
   use gestell_output_table_unit, only: plain
@@ -47,7 +47,7 @@ contains
     self%name = "sensitivity"
     self%meaning = "change of forces and vibrations with each parameter of the machine"
     self%tables = [character(len=longest_table) :: "sensitivity"]
-    self%judges = .true.
+    self%gives_verdict = .true.
   end subroutine describe
 
   subroutine extend(schema)
@@ -62,10 +62,10 @@ contains
     type(error_type), allocatable, intent(out) :: error
 
     ! If the task is not requested, its group is only read to report errors in it.
-    if (.not. (self%ordered .or. count_groups(configuration%document, "sensitivity") > 0)) return
+    if (.not. (self%requested .or. count_groups(configuration%document, "sensitivity") > 0)) return
     call read_quantities(configuration%document, sensitivity_keys, configuration%frame, configuration%probes, .false., &
       & self%quantities, error)
-    if (allocated(error) .or. .not. self%ordered) return
+    if (allocated(error) .or. .not. self%requested) return
     configuration%analysis%verdict = .true.
     call read_sensitivity(configuration%document, configuration%schema, configuration%units, self%plan, error)
   end subroutine read_task
@@ -79,7 +79,7 @@ contains
     type(table_type) :: table
     type(speed_options) :: options
     type(sensitivity_base_type) :: base
-    type(sensitivity_type), allocatable :: found(:)
+    type(sensitivity_type), allocatable :: derivatives(:)
     character(len=verdict_length) :: verdict
     character(len=:), allocatable :: warning
     integer :: k
@@ -89,41 +89,42 @@ contains
       options%names = self%quantities%name
       options%probes = configuration%probes
       options%accuracy = configuration%accuracy
-      call solve_sensitivity(family, size(paths), options, base, found, error, context%executor)
+      call solve_sensitivity(family, size(paths), options, base, derivatives, error, context%executor)
       if (allocated(error)) return
       verdict = state_word(base%state)
-      table = table_of(self%quantities, paths, base, found, verdict)
-      call result%add(table, plot_sensitivity(table, self%quantities, paths, found))
-      warning = beyond_small([base%moved], configuration%analysis%model)
+      table = table_of(self%quantities, paths, base, derivatives, verdict)
+      call result%add(table, plot_sensitivity(table, self%quantities, paths, derivatives))
+      warning = motion_warning([base%moved], configuration%analysis%model)
       call result%warn("undecided", warning)
       do k = 1, size(self%quantities)
-        call result%warn("", strongest(self%quantities(k), k, paths, found))
+        call result%warn("", strongest_influence(self%quantities(k), k, paths, derivatives))
       end do
-      call result%say(report_sensitivity(self%quantities, paths, base, found, warning))
+      call result%write_lines(report_sensitivity(self%quantities, paths, base, derivatives, warning))
     end associate
   end subroutine run
 
   !> Headline on the parameter with the largest effect on the peak of quantity number `q`; empty if no effect could be computed.
-  pure function strongest(quantity, q, paths, found) result(line)
+  pure function strongest_influence(quantity, q, paths, derivatives) result(line)
     type(quantity_type), intent(in) :: quantity
     integer, intent(in) :: q
     character(len=*), intent(in) :: paths(:)
-    type(sensitivity_type), intent(in) :: found(:)
+    type(sensitivity_type), intent(in) :: derivatives(:)
     character(len=:), allocatable :: line
     integer :: i
 
     line = ""
-    i = maxloc([(abs(found(i)%slope(1, q)), i = 1, size(found))], dim=1, mask=[(found(i)%state(q) == "ok", i = 1, size(found))])
+    i = maxloc([(abs(derivatives(i)%slope(1, q)), i = 1, size(derivatives))], dim=1, mask=[(derivatives(i)%state(q) == "ok", i = &
+      & 1, size(derivatives))])
     if (i > 0) line = "Strongest influence on the peak of " // trim(quantity%name) // ": " // trim(paths(i)) // ", " &
-      & // concise(found(i)%slope(1, q), 3) // " % per 1 %"
-  end function strongest
+      & // concise(derivatives(i)%slope(1, q), 3) // " % per 1 %"
+  end function strongest_influence
 
   !> Table sensitivity.csv with a row for each quantity and parameter.
-  pure type(table_type) function table_of(quantities, paths, base, found, verdict) result(table)
+  pure type(table_type) function table_of(quantities, paths, base, derivatives, verdict) result(table)
     type(quantity_type), intent(in) :: quantities(:)
     character(len=*), intent(in) :: paths(:), verdict
     type(sensitivity_base_type), intent(in) :: base
-    type(sensitivity_type), intent(in) :: found(:)
+    type(sensitivity_type), intent(in) :: derivatives(:)
     integer :: i, k, n, m
 
     n = size(quantities)
@@ -134,17 +135,20 @@ contains
     call table%add("unit", "unit of peak and rms", [((quantities(i)%unit, k = 1, m), i = 1, n)])
     call table%add("parameter", "path of the parameter that changes", ([((paths(k), k = 1, m), i = 1, n)]))
     call table%add("peak", plain, "peak for the machine of the input", [((base%values(1, i), k = 1, m), i = 1, n)])
-    call table%add("peak_change_percent_per_percent", plain, "d ln(peak) / d ln(parameter)", [((found(k)%slope(1, i), k = 1, m), &
+    call table%add("peak_change_percent_per_percent", plain, "d ln(peak) / d ln(parameter)", [((derivatives(k)%slope(1, i), k = &
+      & 1, m), &
       & i = 1, n)], error="peak_change_error")
-    call table%add("peak_change_error", plain, "estimated error of the change of the peak", [((found(k)%error(1, i), k = 1, &
+    call table%add("peak_change_error", plain, "estimated error of the change of the peak", [((derivatives(k)%error(1, i), k = 1, &
       & m), i = 1, n)])
     call table%add("rms", plain, "rms for the machine of the input", [((base%values(2, i), k = 1, m), i = 1, n)])
-    call table%add("rms_change_percent_per_percent", plain, "d ln(rms) / d ln(parameter)", [((found(k)%slope(2, i), k = 1, m), &
+    call table%add("rms_change_percent_per_percent", plain, "d ln(rms) / d ln(parameter)", [((derivatives(k)%slope(2, i), k = 1, &
+      & m), &
       & i = 1, n)], error="rms_change_error")
-    call table%add("rms_change_error", plain, "estimated error of the change of the rms", [((found(k)%error(2, i), k = 1, m), &
+    call table%add("rms_change_error", plain, "estimated error of the change of the rms", [((derivatives(k)%error(2, i), k = 1, &
+      & m), &
       & i = 1, n)])
     call table%add("state", "ok; zero: nothing excites the quantity; undecided: error too large; failed: no derivative", &
-      & [((found(k)%state(i), k = 1, m), i = 1, n)])
+      & [((derivatives(k)%state(i), k = 1, m), i = 1, n)])
   end function table_of
 
 end module gestell_task_sensitivity_task

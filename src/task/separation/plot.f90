@@ -12,16 +12,16 @@ module gestell_task_separation_plot
 
   public :: plot_separation
 
-  !> `narrow`: relative width of the range that is drawn for a single speed. `beside`: relative width of the plot beyond each end of
-  !> the range
-  real(dp), parameter :: narrow = 0.04_dp, beside = 0.2_dp
+  !> `narrow`: relative width of the range that is drawn for a single speed. `side_margin`: relative width of the plot beyond each
+  !> end of the range
+  real(dp), parameter :: narrow = 0.04_dp, side_margin = 0.2_dp
 
 contains
 
   !> Picture separation.gp: frequencies of the modes over the speed, and the lines of the orders. Within the range of operation the
   !> margins of the orders are shaded.
-  function plot_separation(found, campbell, harmonics, turns, margin) result(figure)
-    type(separation_type), intent(in) :: found(:)
+  function plot_separation(separations, campbell, harmonics, turns, margin) result(figure)
+    type(separation_type), intent(in) :: separations(:)
     type(campbell_type), intent(in) :: campbell
     !> `harmonics`: numbers of the harmonics of the period. `turns`: turns of the crank in the period
     integer, intent(in) :: harmonics(:), turns
@@ -35,8 +35,9 @@ contains
     range = [minval(abs(campbell%points%speed)), maxval(abs(campbell%points%speed))]
     if (.not. range(2) > range(1)) range = range * [1 - narrow / 2, 1 + narrow / 2]
     orders = real(harmonics, dp) / turns
-    top = maxval([maxval(orders) * range(2) / 60 * (1 + margin / 100), pack((found%frequency), ieee_is_finite(found%frequency))])
-    associate (left => range(1) * (1 - beside), right => range(2) * (1 + beside))
+    top = maxval([maxval(orders) * range(2) / 60 * (1 + margin / 100), pack((separations%frequency), &
+      & ieee_is_finite(separations%frequency))])
+    associate (left => range(1) * (1 - side_margin), right => range(2) * (1 + side_margin))
       lines = "set title heading noenhanced" // newline &
         & // "set xrange [" // concise(left, 7) // ":" // concise(right, 7) // "]" // newline &
         & // "set yrange [0:" // concise(1.05_dp * top, 6) // "]" // newline &

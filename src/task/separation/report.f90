@@ -12,13 +12,13 @@ module gestell_task_separation_report
   public :: report_separation, separation_headline
 
   !> Maximum number of pairs listed in the report that fail or are undecided
-  integer, parameter :: most_listed = 30
+  integer, parameter :: max_listed = 30
 
 contains
 
   !> Table of the modes, each with its nearest order, followed by a table of the pairs of mode and order that do not pass.
-  pure function report_separation(found, speeds, orders, margin, verdict, remark) result(lines)
-    type(separation_type), intent(in) :: found(:)
+  pure function report_separation(separations, speeds, orders, margin, verdict, remark) result(lines)
+    type(separation_type), intent(in) :: separations(:)
     !> Speeds that are examined (1/min), and required distance (%)
     real(dp), intent(in) :: speeds(:), margin
     !> `orders`: range of the orders in words. `verdict`: verdict on the machine. `remark`: text below the table of modes, in space
@@ -27,7 +27,7 @@ contains
     character(len=:), allocatable :: lines, rows, heads, parts
     integer :: first, each, i, listed
 
-    each = max(1, count(found%mode == 1))
+    each = max(1, count(separations%mode == 1))
     lines = newline // "SEPARATION of the modes from order" // either(" 1", "s " // orders, each == 1) // " at " &
       & // concise(speeds(1), 7)
     if (size(speeds) > 1) lines = lines // " to " // concise(speeds(size(speeds)), 7)
@@ -35,39 +35,42 @@ contains
     if (verdict /= "stable") lines = lines // "  " // verdict // newline
     heads = ""
     parts = ""
-    do i = 1, maxval([3, found%dofs])
+    do i = 1, maxval([3, separations%dofs])
       heads = heads // "," // trim(dof_names(i))
-      if (.not. any(found%dofs > 3)) heads = heads // " %"
+      if (.not. any(separations%dofs > 3)) heads = heads // " %"
       parts = parts // ", " // trim(dof_names(i))
     end do
     lines = lines // "  " // parts(3:) // ": shares of the kinetic energy" &
-      & // either(" (%)", "", any(found%dofs > 3)) // "; order: the nearest one; required distance " // concise(margin, 4) &
+      & // either(" (%)", "", any(separations%dofs > 3)) // "; order: the nearest one; required distance " // concise(margin, 4) &
       & // " %" // newline
     rows = ""
-    do first = 1, size(found), each
-      associate (mode => found(first:first + each - 1))
+    do first = 1, size(separations), each
+      associate (mode => separations(first:first + each - 1))
         rows = rows // mode_row(mode(nearest_row(mode)))
       end associate
     end do
-    if (any(found%dofs > 3)) then
-      lines = lines // tabulated(repeat("r", 5 + maxval(found%dofs)) // "l", "mode,Hz,damping" // heads // ",order,distance %,", &
-        & rows) // coupled_line(found(::each)) // remark
+    if (any(separations%dofs > 3)) then
+      lines = lines // tabulated(repeat("r", 5 + maxval(separations%dofs)) // "l", "mode,Hz,damping" // heads &
+        & // ",order,distance %,", &
+        & rows) // coupled_line(separations(::each)) // remark
     else
       lines = lines // tabulated("rrrrrrrrrl", "mode,Hz,damping" // heads // ",order,at Hz,distance %,", rows)
     end if
-    if (all(found%state == "pass")) return
+    if (all(separations%state == "pass")) return
     rows = ""
     listed = 0
-    do i = 1, size(found)
-      if (found(i)%state == "pass") cycle
+    do i = 1, size(separations)
+      if (separations(i)%state == "pass") cycle
       listed = listed + 1
-      if (listed > most_listed) exit
-      rows = rows // text(found(i)%mode) // tab // concise(found(i)%order, 4) // tab // number(found(i)%speed, 6) // tab &
-        & // number(found(i)%frequency, 5) // tab // number(found(i)%excitation, 5) // tab // number(100 * found(i)%distance, 3) &
-        & // tab // trim(found(i)%state) // newline
+      if (listed > max_listed) exit
+      rows = rows // text(separations(i)%mode) // tab // concise(separations(i)%order, 4) // tab // number(separations(i)%speed, &
+        & 6) // tab &
+        & // number(separations(i)%frequency, 5) // tab // number(separations(i)%excitation, 5) // tab // number(100 &
+        & * separations(i)%distance, 3) &
+        & // tab // trim(separations(i)%state) // newline
     end do
     lines = lines // newline // tabulated("rrrrrrl", "mode,order,at rpm,mode's Hz,order's Hz,distance %,", rows)
-    if (listed > most_listed) lines = lines // "  ... all pairs in separation.csv" // newline
+    if (listed > max_listed) lines = lines // "  ... all pairs in separation.csv" // newline
   end function report_separation
 
   !> Index of the order nearest to a mode, whose pairs with all orders are given; 1 if the mode was not identified.
@@ -122,22 +125,22 @@ contains
 
   !> Writes the headline on the mode nearest to an order. `state`: "unstable" if a mode is too near to an order, otherwise "stable"
   !> or "undecided".
-  pure subroutine separation_headline(found, margin, state, words)
-    type(separation_type), intent(in) :: found(:)
+  pure subroutine separation_headline(separations, margin, state, words)
+    type(separation_type), intent(in) :: separations(:)
     !> Minimum distance (%)
     real(dp), intent(in) :: margin
     character(len=:), allocatable, intent(out) :: state, words
     integer :: i
 
     state = "stable"
-    if (any(found%state == "undecided")) state = "undecided"
-    if (any(found%state == "fail")) state = "unstable"
-    i = nearest_row(found)
+    if (any(separations%state == "undecided")) state = "undecided"
+    if (any(separations%state == "fail")) state = "unstable"
+    i = nearest_row(separations)
     words = "Separation: no mode could be identified"
-    if (.not. found(i)%at%identified) return
-    words = "Separation: mode " // text(found(i)%mode) // " (" // concise(found(i)%frequency, 5) // " Hz) is " &
-      & // number(100 * found(i)%distance, 3) // " % away from order " // concise(found(i)%order, 4) // " at " &
-      & // concise(found(i)%speed, 6) // " rpm; required: " // concise(margin, 4) // " %"
+    if (.not. separations(i)%at%identified) return
+    words = "Separation: mode " // text(separations(i)%mode) // " (" // concise(separations(i)%frequency, 5) // " Hz) is " &
+      & // number(100 * separations(i)%distance, 3) // " % away from order " // concise(separations(i)%order, 4) // " at " &
+      & // concise(separations(i)%speed, 6) // " rpm; required: " // concise(margin, 4) // " %"
     if (state == "undecided") words = words // "; for some modes it is undecided"
   end subroutine separation_headline
 

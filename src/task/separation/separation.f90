@@ -2,7 +2,7 @@
 !> share the kinetic energy of each mode.
 module gestell_task_separation
   use gestell_base_kinds, only: dp, pi
-  use gestell_study_mode_type, only: mode_type, most_dofs
+  use gestell_study_mode, only: mode_type, max_dofs
   use gestell_task_campbell, only: campbell_type
   use gestell_task_campbell_crossings, only: crossing_type
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_quiet_nan, ieee_value
@@ -28,7 +28,7 @@ module gestell_task_separation
     !> any speed
     real(dp) :: frequency = 0, excitation = 0, distance = 0, error = 0
     !> Share of each degree of freedom in the mode's kinetic energy
-    real(dp) :: energy(most_dofs) = 0
+    real(dp) :: energy(max_dofs) = 0
     !> Number of degrees of freedom
     integer :: dofs = 3
     !> For a frame in space: share of the rotation about the torque-roll axis in the kinetic energy; negative if unknown
@@ -48,25 +48,26 @@ contains
 
   !> Distances of all modes of a Campbell diagram from these harmonics, sorted by mode and harmonic. The distance is zero if the
   !> mode and the order cross at one of `crossings`.
-  pure function find_separations(campbell, crossings, harmonics, turns, margin) result(found)
+  pure function find_separations(campbell, crossings, harmonics, turns, margin) result(separations)
     type(campbell_type), intent(in) :: campbell
     type(crossing_type), intent(in) :: crossings(:)
     !> `harmonics`: numbers of the harmonics of the period. `turns`: turns of the crank in the period
     integer, intent(in) :: harmonics(:), turns
     !> Required distance, relative to the frequency of the order
     real(dp), intent(in) :: margin
-    type(separation_type) :: found(campbell%modes * size(harmonics))
+    type(separation_type) :: separations(campbell%modes * size(harmonics))
     integer :: i, k, crossing
 
-    do i = 1, size(found)
-      found(i)%mode = 1 + (i - 1) / size(harmonics)
-      found(i)%harmonic = harmonics(1 + mod(i - 1, size(harmonics)))
-      found(i)%order = real(found(i)%harmonic, dp) / turns
+    do i = 1, size(separations)
+      separations(i)%mode = 1 + (i - 1) / size(harmonics)
+      separations(i)%harmonic = harmonics(1 + mod(i - 1, size(harmonics)))
+      separations(i)%order = real(separations(i)%harmonic, dp) / turns
       do k = 1, size(campbell%points)
-        call approach(found(i), campbell%points(k)%speed, campbell%points(k)%modes(found(i)%mode))
+        call update_nearest(separations(i), campbell%points(k)%speed, campbell%points(k)%modes(separations(i)%mode))
       end do
-      crossing = findloc(crossings%mode == found(i)%mode .and. .not. abs(crossings%order - found(i)%order) > 0, .true., dim=1)
-      associate (one => found(i))
+      crossing = findloc(crossings%mode == separations(i)%mode .and. .not. abs(crossings%order - separations(i)%order) > 0, &
+        & .true., dim=1)
+      associate (one => separations(i))
         if (crossing > 0) then
           one%speed = crossings(crossing)%speed
           one%at = crossings(crossing)%at
@@ -84,7 +85,7 @@ contains
   end function find_separations
 
   !> Updates the pair if its mode is nearer to the order at this speed than at the speeds before.
-  pure subroutine approach(self, speed, mode)
+  pure subroutine update_nearest(self, speed, mode)
     type(separation_type), intent(inout) :: self
     real(dp), intent(in) :: speed
     type(mode_type), intent(in) :: mode
@@ -108,7 +109,7 @@ contains
     self%at = mode
     self%frequency = frequency
     self%excitation = excitation
-  end subroutine approach
+  end subroutine update_nearest
 
   !> Computes the shares of the degrees of freedom in the kinetic energy of a vibration q with the mean mass matrix M: Re(conj(q_i)
   !> (M q)_i) / q* M q. The shares add up to 1; one can be negative if M couples two degrees of freedom. M does not depend on the
@@ -116,12 +117,12 @@ contains
   pure subroutine share_energy(campbell, self)
     type(campbell_type), intent(in) :: campbell
     type(separation_type), intent(inout) :: self
-    complex(dp) :: q(most_dofs)
-    real(dp) :: parts(most_dofs)
+    complex(dp) :: q(max_dofs)
+    real(dp) :: parts(max_dofs)
     integer :: solved
 
     self%energy = ieee_value(1.0_dp, ieee_quiet_nan)
-    self%dofs = merge(most_dofs, 3, any(campbell%free > 3))
+    self%dofs = merge(max_dofs, 3, any(campbell%free > 3))
     solved = findloc(campbell%points%solved, .true., dim=1)
     if (.not. self%at%identified .or. solved == 0) return
     q = self%at%shape()

@@ -5,7 +5,7 @@ module gestell_task_separation_task
   use gestell_base_kinds, only: dp, pi
   use gestell_input_machine_family, only: document_family_type, new_document_family
   use gestell_input_machine_frame, only: drive_keys
-  use gestell_input_namelist_document, only: document_type, group_type, groups_named, has, the_group
+  use gestell_input_namelist_document, only: document_type, group_type, groups_named, has, group_named
   use gestell_input_schema, only: group_rule, schema_type
   use gestell_input_schema_read, only: read
   use gestell_input_wording, only: lower
@@ -63,8 +63,8 @@ contains
     self%name = "separation"
     self%meaning = "distance of the natural frequencies from multiples of the crank speed"
     self%tables = [character(len=longest_table) :: "separation", "torque_roll"]
-    self%about = unsolved_machine
-    self%judges = .true.
+    self%scope = unsolved_machine
+    self%gives_verdict = .true.
   end subroutine describe
 
   !> Adds the group &separation to the input schema.
@@ -83,11 +83,11 @@ contains
     type(error_type), allocatable, intent(out) :: error
 
     associate (doc => configuration%document)
-      call read(the_group(doc, "separation"), separation_keys, "orders", self%orders, error)
-      if (.not. allocated(error)) call read(the_group(doc, "separation"), separation_keys, "margin_percent", self%margin, error)
-      if (allocated(error) .or. .not. self%ordered) return
+      call read(group_named(doc, "separation"), separation_keys, "orders", self%orders, error)
+      if (.not. allocated(error)) call read(group_named(doc, "separation"), separation_keys, "margin_percent", self%margin, error)
+      if (allocated(error) .or. .not. self%requested) return
       allocate(self%speeds(1))
-      call read(the_group(doc, "drive"), drive_keys, "speed_rpm", self%speeds(1), error)
+      call read(group_named(doc, "drive"), drive_keys, "speed_rpm", self%speeds(1), error)
       if (allocated(error)) return
       if (runs_over_speed(doc)) then
         if (.not. allocated(configuration%plan)) call read_plan(configuration, .false., error)
@@ -124,7 +124,7 @@ contains
     type(campbell_options) :: options
     type(campbell_type) :: campbell
     type(crossing_type), allocatable :: crossings(:)
-    type(separation_type), allocatable :: found(:)
+    type(separation_type), allocatable :: separations(:)
     type(judgement_type) :: judgement
     character(len=:), allocatable :: state, words
     integer :: turns
@@ -136,52 +136,55 @@ contains
     call solve_campbell(family, self%speeds, options, campbell, error, context%executor)
     if (.not. allocated(error)) call find_crossings(family, options, campbell, crossings, error, context%executor)
     if (allocated(error)) return
-    found = find_separations(campbell, crossings, options%harmonics, turns, self%margin / 100)
-    call share_torque_roll(context%configuration%frame, campbell, found)
+    separations = find_separations(campbell, crossings, options%harmonics, turns, self%margin / 100)
+    call share_torque_roll(context%configuration%frame, campbell, separations)
     judgement = campbell_verdict(campbell)
-    call result%add(table_of(found, turns, trim(family%model), judgement%words), plot_separation(found, campbell, &
+    call result%add(table_of(separations, turns, trim(family%model), judgement%words), plot_separation(separations, campbell, &
       & options%harmonics, turns, self%margin))
     if (allocated(context%configuration%frame%space)) call result%add(axis_table(context%configuration%frame))
     call result%judge(judgement)
-    call separation_headline(found, self%margin, state, words)
+    call separation_headline(separations, self%margin, state, words)
     call result%warn(state, words)
-    call result%say(report_separation(found, self%speeds, range_of(self%orders, turns), self%margin, judgement%words, &
-      & torque_roll_line(found(::size(options%harmonics)))))
+    call result%write_lines(report_separation(separations, self%speeds, range_of(self%orders, turns), self%margin, &
+      & judgement%words, &
+      & torque_roll_line(separations(::size(options%harmonics)))))
   end subroutine run
 
   !> Table separation.csv with a row for each mode and order.
-  pure type(table_type) function table_of(found, turns, model, verdict) result(table)
-    type(separation_type), intent(in) :: found(:)
+  pure type(table_type) function table_of(separations, turns, model, verdict) result(table)
+    type(separation_type), intent(in) :: separations(:)
     integer, intent(in) :: turns
     character(len=*), intent(in) :: model, verdict
     integer :: i, k, n
 
-    n = size(found)
+    n = size(separations)
     table = new_table("separation", "Separation", "Natural frequencies and the orders of the crank with their margins.", &
       & verdict, shown=.true.)
     table%model = model
-    call table%add("mode", "number of the mode", (found%mode))
-    call add_order_column(table, "order", "multiple of the crank speed", (found%harmonic), turns)
-    call table%add("speed", rpm, "speed at which mode and order are closest", (found%speed))
-    call table%add("frequency", hertz, "frequency of the mode at this speed", (found%frequency), &
-      & bounds=[(merge(found(i)%at%error / (2 * pi), &
-      & ieee_value(1.0_dp, ieee_quiet_nan), found(i)%at%identified), i = 1, n)])
-    call table%add("damping_ratio", plain, "damping ratio (Lehr) of the mode at this speed", [(found(i)%at%damping_ratio(), &
+    call table%add("mode", "number of the mode", (separations%mode))
+    call add_order_column(table, "order", "multiple of the crank speed", (separations%harmonic), turns)
+    call table%add("speed", rpm, "speed at which mode and order are closest", (separations%speed))
+    call table%add("frequency", hertz, "frequency of the mode at this speed", (separations%frequency), &
+      & bounds=[(merge(separations(i)%at%error / (2 * pi), &
+      & ieee_value(1.0_dp, ieee_quiet_nan), separations(i)%at%identified), i = 1, n)])
+    call table%add("damping_ratio", plain, "damping ratio (Lehr) of the mode at this speed", [(separations(i)%at%damping_ratio(), &
       & i = 1, n)])
-    call table%add("share", plain, "share of the strongest component in the mean square of the mode", [(found(i)%at%share(), &
+    call table%add("share", plain, "share of the strongest component in the mean square of the mode", [(separations(i)%at%share(), &
       & i = 1, n)])
-    call table%add("excitation", hertz, "frequency of the order at this speed", (found%excitation))
-    call table%add("distance", percent, "distance of mode and order, relative to the order's frequency", 100 * found%distance, &
-      & bounds=100 * found%error)
-    do k = 1, maxval([3, found%dofs])
+    call table%add("excitation", hertz, "frequency of the order at this speed", (separations%excitation))
+    call table%add("distance", percent, "distance of mode and order, relative to the order's frequency", 100 &
+      & * separations%distance, &
+      & bounds=100 * separations%error)
+    do k = 1, maxval([3, separations%dofs])
       call table%add("energy_" // trim(dof_names(k)), plain, "share of " // trim(dof_names(k)) &
         & // " in the kinetic energy of the mode", &
-        & [(found(i)%energy(k), i = 1, n)])
+        & [(separations(i)%energy(k), i = 1, n)])
     end do
-    call table%add("state", "pass, fail or undecided", (found%state))
-    if (any(found%torque_roll >= 0)) call table%add("energy_torque_roll", plain, "share of the motion about the " &
-      & // "torque-roll axis in the kinetic energy of the mode", [(merge(found(i)%torque_roll, ieee_value(1.0_dp, ieee_quiet_nan), &
-      & found(i)%torque_roll >= 0), i = 1, n)])
+    call table%add("state", "pass, fail or undecided", (separations%state))
+    if (any(separations%torque_roll >= 0)) call table%add("energy_torque_roll", plain, "share of the motion about the " &
+      & // "torque-roll axis in the kinetic energy of the mode", [(merge(separations(i)%torque_roll, ieee_value(1.0_dp, &
+      & ieee_quiet_nan), &
+      & separations(i)%torque_roll >= 0), i = 1, n)])
   end function table_of
 
 end module gestell_task_separation_task

@@ -8,7 +8,7 @@ module gestell_task_separation_torque_roll
   use gestell_output_report_wrapping, only: wrapped
   use gestell_output_table, only: new_table, table_type
   use gestell_output_table_unit, only: degree, metre, plain
-  use gestell_study_mode_type, only: assurance
+  use gestell_study_mode, only: assurance
   use gestell_task_campbell, only: campbell_type
   use gestell_task_separation, only: is_decoupled, separation_type
   implicit none (type, external)
@@ -20,10 +20,10 @@ contains
 
   !> Computes the share of the rotation about the torque-roll axis in each mode, as the modal assurance criterion of the mode and
   !> this rotation. Does nothing unless all six degrees of freedom are free.
-  subroutine share_torque_roll(frame, campbell, found)
+  subroutine share_torque_roll(frame, campbell, separations)
     class(frame_type), intent(in) :: frame
     type(campbell_type), intent(in) :: campbell
-    type(separation_type), intent(inout) :: found(:)
+    type(separation_type), intent(inout) :: separations(:)
     type(torque_roll_type) :: roll
     complex(dp) :: shape(6)
     integer :: solved, i
@@ -33,10 +33,10 @@ contains
     associate (mass => campbell%points(solved)%mass)
       call find_torque_roll(mass(in_frame, in_frame), frame%space%planes(1)%axes(:, 3), roll)
       if (.not. roll%known) return
-      do i = 1, size(found)
-        if (.not. found(i)%at%identified) cycle
-        shape = found(i)%at%shape()
-        found(i)%torque_roll = assurance(shape, cmplx(roll%motion(in_space), 0, dp), mass)
+      do i = 1, size(separations)
+        if (.not. separations(i)%at%identified) cycle
+        shape = separations(i)%at%shape()
+        separations(i)%torque_roll = assurance(shape, cmplx(roll%motion(in_space), 0, dp), mass)
       end do
     end associate
   end subroutine share_torque_roll

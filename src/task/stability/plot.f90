@@ -21,15 +21,15 @@ contains
     type(multipliers_type), intent(in) :: multipliers
     type(figure_type) :: figure
     character(len=:), allocatable :: lines, words, around_zero
-    real(dp) :: greatest, modulus(size(multipliers%rho)), bounds(size(multipliers%rho))
-    logical :: seen(size(multipliers%rho))
+    real(dp) :: half_width, modulus(size(multipliers%rho)), bounds(size(multipliers%rho))
+    logical :: visible(size(multipliers%rho))
 
     modulus = abs(multipliers%rho)
     words = trim(multipliers%verdict()) // ", |ρ|max = " // concise(modulus(1), 7)
     ! Multipliers that are too large for a plot with the unit circle appear only in the right panel.
-    seen = modulus < 20
-    greatest = 1.25_dp
-    if (any(seen)) greatest = max(greatest, 1.1_dp * maxval(modulus, mask=seen))
+    visible = modulus < 20
+    half_width = 1.25_dp
+    if (any(visible)) half_width = max(half_width, 1.1_dp * maxval(modulus, mask=visible))
     bounds = min(multipliers%error, 1.0_dp)
     associate (logs => multipliers%log_abs)
       around_zero = span([logs - bounds, logs + bounds, 0.15_dp * maxval(abs(logs), mask=ieee_is_finite(logs))])
@@ -37,14 +37,14 @@ contains
     lines = "set multiplot title heading noenhanced" // newline // panel_heading("in the complex plane; shaded: stable") &
       & // "set lmargin screen 0.09; set rmargin screen 0.47; set bmargin screen 0.15; set tmargin screen 0.8" // newline &
       & // "set size ratio -1" // newline &
-      & // "set xrange [-" // concise(greatest, 4) // ":" // concise(greatest, 4) // "]" // newline &
-      & // "set yrange [-" // concise(greatest, 4) // ":" // concise(greatest, 4) // "]" // newline &
+      & // "set xrange [-" // concise(half_width, 4) // ":" // concise(half_width, 4) // "]" // newline &
+      & // "set yrange [-" // concise(half_width, 4) // ":" // concise(half_width, 4) // "]" // newline &
       & // "set xlabel 'Re ρ'; set ylabel 'Im ρ' offset 1" // newline &
       & // "set object 1 circle at 0,0 size 1 behind fillcolor rgb '#E4EEF5' fillstyle solid 1 border lt -1" // newline &
       & // "set arrow 1 from graph 0,first 0 to graph 1,first 0 nohead lt 8 dt 1 lw 0.6" // newline &
       & // "set arrow 2 from first 0,graph 0 to first 0,graph 1 nohead lt 8 dt 1 lw 0.6" // newline &
       & // "plot NaN notitle"
-    if (any(seen)) lines = lines // ", 'multipliers.csv' using (column('abs') < 20 ? column('re') : 1e3):" &
+    if (any(visible)) lines = lines // ", 'multipliers.csv' using (column('abs') < 20 ? column('re') : 1e3):" &
       & // "(column('im')):(column('abs') * (column('error') < 1 ? column('error') : 1)) with circles lt 2 dt 1 " &
       & // "fs solid 0.3 noborder notitle, 'multipliers.csv' using (column('abs') < 20 ? column('re') : 1e3):'im' " &
       & // "with points lt 2 pt 7 ps 1.1 notitle"

@@ -5,7 +5,7 @@ module gestell_task_stability_report
   use gestell_floquet_multipliers, only: multipliers_type
   use gestell_output_report_text_table, only: tab, tabulated
   use gestell_study_mode_naming, only: modes_of_multipliers
-  use gestell_study_mode_type, only: mode_type
+  use gestell_study_mode, only: mode_type
   implicit none (type, external)
   private
 

@@ -28,7 +28,7 @@ contains
     self%name = "stability"
     self%meaning = "multipliers of the vibration and the verdict on its stability"
     self%tables = [character(len=longest_table) :: "multipliers"]
-    self%judges = .true.
+    self%gives_verdict = .true.
     self%brief = .true.
   end subroutine describe
 
@@ -38,7 +38,7 @@ contains
     type(configuration_type), intent(inout) :: configuration
     type(error_type), allocatable, intent(out) :: error
 
-    configuration%analysis%stability = configuration%analysis%stability .or. self%ordered
+    configuration%analysis%stability = configuration%analysis%stability .or. self%requested
   end subroutine read_stability
 
   !> Adds the table, picture and report of the multipliers to the result.
@@ -76,7 +76,7 @@ contains
       call result%brief%add("verdict", "verdict on the machine", [multipliers%verdict()])
       if (.not. context%reports) return
       call find_modes(frame, context%configuration%analysis%averaged, context%configuration%accuracy, context%analysis)
-      call result%say(multiplier_lines(multipliers, context%analysis%modes, abs(frame%speed), frame%mechanism%turns))
+      call result%write_lines(multiplier_lines(multipliers, context%analysis%modes, abs(frame%speed), frame%mechanism%turns))
     end associate
   end subroutine run
 

@@ -9,8 +9,8 @@
 !> removed last. Files with these names but without `lock` do not belong to a sweep and are not touched.
 module gestell_task_sweep_checkpoint
   use gestell_base_error, only: error_type, failed_computation, fatal_error, wrong_usage
-  use gestell_base_files, only: close_file, file_size, last_reason, link_file, lock_file, open_to_read, open_to_write, read_at, &
-    & remove_file, remove_folder, rename_file, unlock_file, write_whole
+  use gestell_base_files, only: close_file, file_size, system_message, link_file, lock_file, open_to_read, open_to_write, read_at, &
+    & remove_file, remove_folder, rename_file, unlock_file, write_bytes
   use gestell_base_hash, only: mix_text
   use gestell_base_kinds, only: dp
   use gestell_base_version, only: version
@@ -63,7 +63,7 @@ contains
 
   !> Examines the state of a sweep in `folder` without changing anything. Fails if the folder contains points of another input or
   !> version.
-  subroutine open_campaign(campaign, folder, plan, content, error, wanted)
+  subroutine open_campaign(campaign, folder, plan, content, error, selected)
     type(campaign_type), intent(out) :: campaign
     !> Folder that contains sweep.blocks
     character(len=*), intent(in) :: folder
@@ -72,7 +72,7 @@ contains
     integer(int64), intent(in) :: content
     type(error_type), allocatable, intent(out) :: error
     !> True for the tiles to examine; by default all
-    logical, intent(in), optional :: wanted(:)
+    logical, intent(in), optional :: selected(:)
 
     campaign%blocks = folder // "/sweep.blocks"
     campaign%layout = new_layout(plan)
@@ -82,13 +82,14 @@ contains
     call mix_text(campaign%fingerprint, version)
     allocate(campaign%done(plan%grid%tiles()), campaign%damaged(plan%grid%tiles()), source=.false.)
     call compare_origin(campaign, error)
-    if (.not. allocated(error)) call campaign%look(wanted)
+    if (.not. allocated(error)) call campaign%look(selected)
   end subroutine open_campaign
 
-  !> Finds the finished tiles among the `wanted` ones. A tile is finished if its mark is valid and the checksum of its rows agrees.
-  subroutine look(self, wanted)
+  !> Finds the finished tiles among the `selected` ones. A tile is finished if its mark is valid and the checksum of its rows
+  !> agrees.
+  subroutine look(self, selected)
     class(campaign_type), intent(inout) :: self
-    logical, intent(in), optional :: wanted(:)
+    logical, intent(in), optional :: selected(:)
     type(mark_type) :: mark
     integer(c_int) :: rows, marks
     integer :: i
@@ -101,8 +102,8 @@ contains
     if (marks < 0) return
     call open_to_read(file_of(self, "rows"), rows)
     do i = 1, size(self%done)
-      if (present(wanted)) then
-        if (.not. wanted(i)) cycle
+      if (present(selected)) then
+        if (.not. selected(i)) cycle
       end if
       call read_mark(marks, i, mark)
       if (mark%none) cycle
@@ -163,7 +164,7 @@ contains
   end subroutine compare_origin
 
   !> Fails if the folder sweep.blocks no longer exists, or as `compare_origin` does.
-  subroutine check_there(campaign, error)
+  subroutine check_folder_exists(campaign, error)
     type(campaign_type), intent(inout) :: campaign
     type(error_type), allocatable, intent(out) :: error
 
@@ -171,7 +172,7 @@ contains
     if (campaign%has_begun() .or. allocated(error)) return
     call fatal_error(error, campaign%blocks // ": no longer exists: another run has finished this sweep, or it was removed", &
       & failed_computation)
-  end subroutine check_there
+  end subroutine check_folder_exists
 
   !> Reads the file `origin` into `note`, which is empty if the file cannot be read.
   subroutine read_note(campaign, note)
@@ -233,7 +234,7 @@ contains
 
     call lock_file(file_of(self, "lock"), lock, shared=.true.)
     !$omp critical (input_and_output)
-    call check_there(self, error)
+    call check_folder_exists(self, error)
     !$omp end critical (input_and_output)
     if (.not. allocated(error)) then
       mark = mark_type(self%fingerprint, number)
@@ -276,12 +277,12 @@ contains
       return
     end if
     call lock_file(file_of(self, "lock"), lock, shared=.false.)
-    call check_there(self, error)
+    call check_folder_exists(self, error)
     if (.not. allocated(error)) call sum_up(self, summary, error)
     if (.not. allocated(error) .and. present(values)) then
       call read_values(self%layout, file_of(self, "rows"), self%head, values, error)
     end if
-    if (.not. allocated(error)) call name_table(self, staging // "/" // self%layout%file, error)
+    if (.not. allocated(error)) call publish_table(self, staging // "/" // self%layout%file, error)
     self%finished = .not. allocated(error)
     call unlock_file(lock)
   end subroutine finish
@@ -312,7 +313,7 @@ contains
 
   !> Writes the header into the file of the rows, and adds the name of the table as a hard link. If the run is killed before
   !> `clear`, all files still exist. If the file system has no hard links, the file is renamed.
-  subroutine name_table(campaign, name, error)
+  subroutine publish_table(campaign, name, error)
     type(campaign_type), intent(in) :: campaign
     character(len=*), intent(in) :: name
     type(error_type), allocatable, intent(out) :: error
@@ -323,15 +324,15 @@ contains
     call read_note(campaign, note)
     call open_to_write(file_of(campaign, "rows"), handle)
     done = handle >= 0
-    if (done) call write_whole(handle, note(len(first_lines(campaign)) + 1:), done, 1_int64)
+    if (done) call write_bytes(handle, note(len(first_lines(campaign)) + 1:), done, 1_int64)
     call end_writing(handle, done, file_of(campaign, "rows"), error)
     if (allocated(error)) return
     call link_file(file_of(campaign, "rows"), name, done)
     if (.not. done) call rename_file(file_of(campaign, "rows"), name, done)
     if (done) return
-    call fatal_error(error, name // ": cannot be written: " // last_reason(), failed_computation)
-    error%unwritten = .true.
-  end subroutine name_table
+    call fatal_error(error, name // ": cannot be written: " // system_message(), failed_computation)
+    error%write_failed = .true.
+  end subroutine publish_table
 
   !> Removes the folder after `finish`, when the table has its final name. Keeps the files if another run has begun with another
   !> input.

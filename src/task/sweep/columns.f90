@@ -11,7 +11,7 @@ module gestell_task_sweep_columns
   implicit none (type, external)
   private
 
-  public :: columns_of, explained, table_of, verdict_word
+  public :: columns_of, column_table, table_of, verdict_word
 
   !> A column of the table of a sweep.
   type, public :: column_type
@@ -116,7 +116,7 @@ contains
   end function table_of
 
   !> Table with one row for each column of `table`: it explains the columns of a file without names (sweep.npy).
-  pure type(table_type) function explained(table)
+  pure type(table_type) function column_table(table)
     type(table_type), intent(in) :: table
     character(len=word_length + 16) :: names(size(table%columns))
     character(len=100) :: meanings(size(table%columns))
@@ -129,20 +129,20 @@ contains
       meanings(k) = table%columns(k)%meaning
       if (allocated(table%columns(k)%words)) meanings(k) = "0 stable, 1 unstable, 2 undecided, 3 impossible, 4 failed, 5 undamped"
     end do
-    explained = new_table("sweep_columns", "Columns of the sweep", "The columns of sweep.npy.", "")
-    call explained%add("column", "number of the column, from 1", [(k, k = 1, size(table%columns))])
-    call explained%add("name", "name, as in sweep.csv", names)
-    call explained%add("unit", "unit of the numbers", units)
-    call explained%add("meaning", "meaning of the numbers", meanings)
-  end function explained
+    column_table = new_table("sweep_columns", "Columns of the sweep", "The columns of sweep.npy.", "")
+    call column_table%add("column", "number of the column, from 1", [(k, k = 1, size(table%columns))])
+    call column_table%add("name", "name, as in sweep.csv", names)
+    call column_table%add("unit", "unit of the numbers", units)
+    call column_table%add("meaning", "meaning of the numbers", meanings)
+  end function column_table
 
   !> Verdict in words. `number`: the verdict as a number in the results of a sweep.
   elemental character(len=verdict_length) function verdict_word(number) result(word)
     real(dp), intent(in) :: number
-    type(verdict_type) :: judged
+    type(verdict_type) :: point_verdict
 
-    judged = verdict_numbered(nint(number))
-    word = judged%word()
+    point_verdict = verdict_numbered(nint(number))
+    word = point_verdict%word()
   end function verdict_word
 
 end module gestell_task_sweep_columns

@@ -30,10 +30,10 @@ contains
     type(sweep_plan_type), intent(in) :: plan
     character(len=:), allocatable :: line
     type(table_type) :: table
-    real(dp) :: none(plan%options%numbers(), 0, 0)
+    real(dp) :: no_values(plan%options%numbers(), 0, 0)
     integer :: k
 
-    table = table_of(plan, none)
+    table = table_of(plan, no_values)
     line = field(table%columns(1)%key)
     do k = 2, size(table%columns)
       line = line // "," // field(table%columns(k)%key)
@@ -50,7 +50,7 @@ contains
     !> Results, shape (numbers, points of the second axis, points of the first axis)
     real(dp), contiguous, intent(in) :: values(:, :, :)
     character(len=:), allocatable :: lines
-    type(field_type) :: parameters(2), fast(size(values, 2)), judged
+    type(field_type) :: parameters(2), fast(size(values, 2)), point_verdict
     integer :: widths(size(columns)), i, j, k, n, axes, verdict, width
 
     axes = size(grid%axes)
@@ -63,13 +63,13 @@ contains
       parameters(1) = parameter_field(grid%axes(1)%value(first(1) + i - 1))
       do j = 1, size(values, 2)
         parameters(2) = fast(j)
-        if (verdict > 0) judged%word = verdict_word(values(verdict - axes, j, i))
-        judged%length = len_trim(judged%word)
+        if (verdict > 0) point_verdict%word = verdict_word(values(verdict - axes, j, i))
+        point_verdict%length = len_trim(point_verdict%word)
         do k = 1, size(columns)
           width = widths(k)
-          if (k + 1 == verdict) width = width + verdict_length - judged%length
+          if (k + 1 == verdict) width = width + verdict_length - point_verdict%length
           if (k == verdict) then
-            call put(lines, n, judged, 0)
+            call put(lines, n, point_verdict, 0)
           else if (k <= axes) then
             call put(lines, n, parameters(k), width)
           else
@@ -86,7 +86,7 @@ contains
     character(len=*), intent(in) :: line
     type(column_type), intent(in) :: columns(:)
     real(dp), intent(out) :: values(:)
-    type(verdict_type) :: judged
+    type(verdict_type) :: point_verdict
     integer :: begin, k, length, n
 
     begin = 1
@@ -94,8 +94,8 @@ contains
       length = scan(line(begin:), "," // newline) - 1
       n = k - (size(columns) - size(values))
       if (columns(k)%is_verdict) then
-        judged = verdict_named(line(begin:begin + length - 1))
-        values(n) = judged%number()
+        point_verdict = verdict_named(line(begin:begin + length - 1))
+        values(n) = point_verdict%number()
       else if (n > 0) then
         read (line(begin:begin + length - 1), *) values(n)
       end if

@@ -37,7 +37,7 @@ module gestell_task_sweep_layout
   end type piece_type
 
   !> Maximum number of rows of a piece.
-  integer, parameter :: most_rows = 4096
+  integer, parameter :: max_rows = 4096
   !> `number_bytes`: bytes of a number. `head_bytes`: bytes of the header of an array; the format requires a multiple of 64, and 128
   !> suffice for every shape. `before_text`: bytes of the header before its text.
   integer, parameter :: number_bytes = 8, head_bytes = 128, before_text = 10
@@ -96,7 +96,7 @@ contains
     along = 1
     ! Rows of tiles that span the whole second axis are contiguous.
     if (self%place([2, 1]) == self%width * (tile%last(2) - tile%first(2) + 1_int64)) then
-      along = max(1, most_rows / (tile%last(2) - tile%first(2) + 1))
+      along = max(1, max_rows / (tile%last(2) - tile%first(2) + 1))
     end if
     allocate(pieces((tile%last(1) - tile%first(1)) / along + 1))
     do k = 1, size(pieces)

@@ -2,7 +2,7 @@
 !> position of its tile.
 module gestell_task_sweep_marks
   use gestell_base_error, only: error_type
-  use gestell_base_files, only: open_to_write, read_at, write_whole
+  use gestell_base_files, only: open_to_write, read_at, write_bytes
   use gestell_base_text, only: text
   use gestell_output_file_sealed, only: sealed, sealed_head, unseal, word_bytes
   use gestell_task_sweep_rows, only: end_writing
@@ -43,7 +43,7 @@ contains
     bytes = transfer(sealed(mark%fingerprint, [int(mark%tile, int64), mark%checksum, transfer(mark%summary, [0_int64])]), bytes)
     call open_to_write(name, handle)
     done = handle >= 0
-    if (done) call write_whole(handle, bytes, done, place(mark%tile))
+    if (done) call write_bytes(handle, bytes, done, place(mark%tile))
     call end_writing(handle, done, name // ": tile " // text(mark%tile), error)
   end subroutine write_mark
 

@@ -31,30 +31,31 @@ contains
     integer, intent(in) :: turns
     type(summary_type), intent(in) :: summary
     type(figure_type) :: figure
-    character(len=:), allocatable :: label, found
+    character(len=:), allocatable :: label, counts
     integer :: column(sweep_columns), ordered(count(plan%options%columns)), k
 
     label = turns_in_words(turns)
     if (plan%period_varies()) label = "the period of each point"
     label = "ln |ρ|max (growth in " // label // ")"
-    found = summary%tally()
-    if (found /= "") found = ": " // found
+    counts = summary%tally()
+    if (counts /= "") counts = ": " // counts
     ordered = plan%options%ordered()
     ! Numbers of the columns in sweep.csv; 0 for a column that was not requested.
     column = 0
     column(ordered) = [(size(plan%paths) + k, k = 1, size(ordered))]
     if (size(plan%grid%axes) > 1 .and. all(plan%grid%axes%count > 1)) then
-      figure = plot_chart(plan, column, label, found)
+      figure = plot_chart(plan, column, label, counts)
     else
-      figure = plot_curves(plan, maxloc(plan%grid%axes%count, dim=1), column, label, found, summary)
+      figure = plot_curves(plan, maxloc(plan%grid%axes%count, dim=1), column, label, counts, summary)
     end if
   end function plot_sweep
 
-  !> Curves over parameter `k`, the only one that varies. `label`: axis label of the growth. `found`: verdicts that the title lists.
-  function plot_curves(plan, k, column, label, found, summary) result(figure)
+  !> Curves over parameter `k`, the only one that varies. `label`: axis label of the growth. `counts`: verdicts that the title
+  !> lists.
+  function plot_curves(plan, k, column, label, counts, summary) result(figure)
     type(sweep_plan_type), intent(in) :: plan
     integer, intent(in) :: k, column(sweep_columns)
-    character(len=*), intent(in) :: label, found
+    character(len=*), intent(in) :: label, counts
     type(summary_type), intent(in) :: summary
     type(figure_type) :: figure
     type(marks_type) :: marks
@@ -105,7 +106,7 @@ contains
       end associate
     end do
     if (panels == 0) lines = lines // "set yrange [0:1]; plot NaN notitle" // newline
-    figure = new_figure("sweep", "Sweep over " // trim(plan%paths(k)) // found, lines // "unset multiplot" // newline, &
+    figure = new_figure("sweep", "Sweep over " // trim(plan%paths(k)) // counts, lines // "unset multiplot" // newline, &
       & width=800, height=nint(height))
 
   contains
@@ -215,10 +216,10 @@ contains
   end function logarithmic_panel
 
   !> Charts over two parameters: one for ln |rho|, and one for each other column that the input requests.
-  function plot_chart(plan, column, growth_label, found) result(figure)
+  function plot_chart(plan, column, growth_label, counts) result(figure)
     type(sweep_plan_type), intent(in) :: plan
     integer, intent(in) :: column(sweep_columns)
-    character(len=*), intent(in) :: growth_label, found
+    character(len=*), intent(in) :: growth_label, counts
     type(figure_type) :: figure
     character(len=:), allocatable :: lines, charts, multiplot
     integer :: i, across, down, n
@@ -254,7 +255,7 @@ contains
     if (n > 1) multiplot = "set rmargin 19; set multiplot layout " // text(down) // ",2 title heading noenhanced" // newline
     lines = lines // multiplot // charts
     if (n > 1) lines = lines // "unset multiplot" // newline
-    figure = new_figure("sweep", "Chart over " // trim(plan%paths(1)) // " and " // trim(plan%paths(2)) // found, lines, &
+    figure = new_figure("sweep", "Chart over " // trim(plan%paths(1)) // " and " // trim(plan%paths(2)) // counts, lines, &
       & width=merge(1240, 800, n > 1), height=merge(120 + 480 * down, 600, n > 1))
 
   contains

@@ -3,7 +3,7 @@ module gestell_task_sweep_report
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise
   use gestell_task_range_plan, only: sweep_plan_type
-  use gestell_task_sweep_summary, only: big, summary_type, verdict_count_type
+  use gestell_task_sweep_summary, only: integer_text, summary_type, verdict_count_type
   use gestell_input_wording, only: counted
   use gestell_model_frame, only: dof_names
   use gestell_output_report_text_table, only: tab, tabulated
@@ -24,12 +24,12 @@ contains
     character(len=:), allocatable :: report
     integer :: k
 
-    report = newline // "SWEEP  " // big(plan%grid%points()) // " points in " // counted(plan%grid%tiles(), "tile") &
+    report = newline // "SWEEP  " // integer_text(plan%grid%points()) // " points in " // counted(plan%grid%tiles(), "tile") &
       & // ", engine '" // trim(plan%options%engine) // "'" // newline
     do k = 1, size(plan%grid%axes)
       associate (axis => plan%grid%axes(k))
         report = report // "  " // trim(plan%paths(k)) // "  " // concise(axis%from, 9)
-        if (axis%count > 1) report = report // " to " // concise(axis%to, 9) // ", " // big(int(axis%count, int64)) &
+        if (axis%count > 1) report = report // " to " // concise(axis%to, 9) // ", " // integer_text(int(axis%count, int64)) &
           & // " values, " // trim(merge("logarithmic", "linear     ", axis%logarithmic))
         report = report // newline
       end associate
@@ -48,12 +48,12 @@ contains
     rows = ""
     counts = summary%verdict_counts()
     do k = 1, size(counts)
-      rows = rows // trim(counts(k)%verdict%word()) // tab // big(counts(k)%points) // " points" // tab &
+      rows = rows // trim(counts(k)%verdict%word()) // tab // integer_text(counts(k)%points) // " points" // tab &
         & // concise(100 * real(counts(k)%points, dp) / real(summary%points, dp), 3) // " %" // newline
     end do
     report = newline // tabulated("lrr", "", rows)
     if (summary%least <= summary%most) then
-      report = report // "  rho_max from " // within_range(summary%least) // " to " // within_range(summary%most) &
+      report = report // "  rho_max from " // modulus_text(summary%least) // " to " // modulus_text(summary%most) &
         & // ", maximum at"
       do k = 1, size(plan%paths)
         report = report // trim(merge(",", " ", k > 1)) // " " // trim(plan%paths(k)) // " = " &
@@ -66,7 +66,7 @@ contains
     end if
     if (summary%turned > 0 .and. plan%options%model /= "exact") then
       dof = trim(dof_names(summary%furthest))
-      report = report // "  BEYOND SMALL MOTIONS at " // big(summary%turned) // " points: " // dof // " reaches " &
+      report = report // "  BEYOND SMALL MOTIONS at " // integer_text(summary%turned) // " points: " // dof // " reaches " &
         & // concise(summary%greatest_turn, 3) // " rad" // newline // "    the linear equations hold for " // dof // " up to " &
         & // small_motion_limits(0.0_dp) // newline
     end if
@@ -77,19 +77,20 @@ contains
     type(summary_type), intent(in) :: summary
     character(len=:), allocatable :: line
 
-    line = "  the sweep was computed from " // big(summary%solutions) // " solutions"
-    if (summary%checks > 0) line = line // "; " // big(summary%checks) // " points were checked against separate solutions, " &
+    line = "  the sweep was computed from " // integer_text(summary%solutions) // " solutions"
+    if (summary%checks > 0) line = line // "; " // integer_text(summary%checks) &
+      & // " points were checked against separate solutions, " &
       & // "largest deviation of Phi(T) " // concise(summary%deviation, 2)
     line = line // newline
   end function evidence_line
 
   !> Text of a modulus |rho|, or a note that it overflows.
-  pure function within_range(value) result(words)
+  pure function modulus_text(value) result(words)
     real(dp), intent(in) :: value
     character(len=:), allocatable :: words
 
     words = "beyond 1.8e308"
     if (value <= huge(value)) words = concise(value, 9)
-  end function within_range
+  end function modulus_text
 
 end module gestell_task_sweep_report

@@ -1,7 +1,7 @@
 !> Rows of a sweep in the file that becomes its table. Each tile has its own positions in the file.
 module gestell_task_sweep_rows
   use gestell_base_error, only: error_type, failed_computation, fatal_error
-  use gestell_base_files, only: close_file, last_reason, open_to_read, open_to_write, read_at, write_whole
+  use gestell_base_files, only: close_file, system_message, open_to_read, open_to_write, read_at, write_bytes
   use gestell_base_hash, only: hash_start, mix_bytes
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: text
@@ -113,7 +113,7 @@ contains
       last = pieces(k)%last(1) - tile%first(1) + 1
       rows = layout%rows(pieces(k)%first, values(:, :, first:last))
       call mix_bytes(checksum, rows)
-      call write_whole(handle, rows, done, head + layout%place(pieces(k)%first) + 1)
+      call write_bytes(handle, rows, done, head + layout%place(pieces(k)%first) + 1)
     end do
     call end_writing(handle, done, name // ": tile " // text(tile%number), error)
   end subroutine write_tile
@@ -128,13 +128,13 @@ contains
     character(len=:), allocatable :: reason
     logical :: closed
 
-    if (.not. done) reason = last_reason()
+    if (.not. done) reason = system_message()
     closed = .true.
     if (handle >= 0) call close_file(handle, closed)
     if (done .and. closed) return
-    if (done) reason = last_reason()
+    if (done) reason = system_message()
     call fatal_error(error, name // ": cannot be written: " // reason, failed_computation)
-    error%unwritten = .true.
+    error%write_failed = .true.
   end subroutine end_writing
 
 end module gestell_task_sweep_rows

@@ -11,7 +11,7 @@ module gestell_task_sweep_summary
   implicit none (type, external)
   private
 
-  public :: big
+  public :: integer_text
 
   !> A verdict and the number of points with this verdict.
   type, public :: verdict_count_type
@@ -147,18 +147,18 @@ contains
     counts = self%verdict_counts()
     do i = 1, size(counts)
       if (i > 1) words = words // ", "
-      words = words // big(counts(i)%points) // " " // trim(counts(i)%verdict%word())
+      words = words // integer_text(counts(i)%points) // " " // trim(counts(i)%verdict%word())
     end do
   end function tally
 
   !> Text of a whole number that may be large.
-  pure function big(number) result(text)
+  pure function integer_text(number) result(text)
     integer(int64), intent(in) :: number
     character(len=:), allocatable :: text
     character(len=20) :: digits
 
     write (digits, "(i0)") number
     text = trim(digits)
-  end function big
+  end function integer_text
 
 end module gestell_task_sweep_summary

@@ -18,11 +18,11 @@ module gestell_task_sweep_task
   use gestell_task_common_locked_family, only: locked_family_type
   use gestell_task_sweep, only: solve_tile
   use gestell_task_sweep_checkpoint, only: campaign_type, open_campaign
-  use gestell_task_sweep_columns, only: explained, table_of
+  use gestell_task_sweep_columns, only: column_table, table_of
   use gestell_task_range_plan, only: sweep_plan_type
   use gestell_task_sweep_plot, only: plot_sweep
   use gestell_task_sweep_report, only: evidence_line, report_grid, report_sweep
-  use gestell_task_sweep_summary, only: big, summary_type, verdict_count_type
+  use gestell_task_sweep_summary, only: integer_text, summary_type, verdict_count_type
   use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
   private
@@ -36,7 +36,7 @@ module gestell_task_sweep_task
     procedure, nopass :: prepare
     procedure :: preview
     procedure :: run
-    procedure :: settle
+    procedure :: conclude
   end type sweep_task
 
   !> Parallel work: each piece computes one tile. The results are stored in files, or in `values` if this is allocated.
@@ -60,10 +60,10 @@ contains
     self%name = "sweep"
     self%meaning = "results at every point of a line or grid of parameters, given by `&sweep`"
     self%tables = [character(len=longest_table) :: "sweep", "sweep_columns"]
-    self%about = all_machines
-    self%judges = .true.
+    self%scope = all_machines
+    self%gives_verdict = .true.
     self%brief = .true.
-    self%shared = .true.
+    self%shareable = .true.
   end subroutine describe
 
   !> Checks the options of the run. Fails if the exit code depends on the verdict but the verdict is not among the requested
@@ -95,7 +95,7 @@ contains
     type(summary_type) :: summary
     type(verdict_count_type), allocatable :: counts(:)
     type(judgement_type) :: judgement
-    logical, allocatable :: mine(:)
+    logical, allocatable :: own_tiles(:)
     integer :: i
 
     associate (plan => context%configuration%plan)
@@ -104,26 +104,26 @@ contains
       else if (.not. allocated(context%folder)) then
         call compute_all(context, summary, table, error)
         if (allocated(error)) return
-        call result%say(report_grid(plan))
-        call tell_found(context, summary, table, result)
+        call result%write_lines(report_grid(plan))
+        call add_results(context, summary, table, result)
       else
-        mine = [(mod(i - context%part, context%parts) == 0, i = 1, plan%grid%tiles())]
-        call open_together(context, mine, self%campaign, error)
+        own_tiles = [(mod(i - context%part, context%parts) == 0, i = 1, plan%grid%tiles())]
+        call open_shared_campaign(context, own_tiles, self%campaign, error)
         if (allocated(error)) return
         if (any(self%campaign%damaged)) call result%note(context%folder // "/sweep.blocks: " &
           & // counted(count(self%campaign%damaged), "damaged tile") // ": computed again")
-        call result%say(report_grid(plan) // context%executor%workers())
-        if (.not. context%merge) call compute_tiles(context, self%campaign, mine, error)
+        call result%write_lines(report_grid(plan) // context%executor%workers_line())
+        if (.not. context%merge) call compute_tiles(context, self%campaign, own_tiles, error)
         if (allocated(error)) return
         if (context%in_parts) then
-          call result%say(newline // "Part " // text(context%part) // " of " // text(context%parts) // ": " &
-            & // counted(count(mine), "tile") // " done; when all parts are done, --merge writes " &
+          call result%write_lines(newline // "Part " // text(context%part) // " of " // text(context%parts) // ": " &
+            & // counted(count(own_tiles), "tile") // " done; when all parts are done, --merge writes " &
             & // self%campaign%layout%file // newline)
           return
         end if
-        if (context%executor%together) then
+        if (context%executor%has_many_processes) then
           ! Some file systems lose data if two processes write to neighbouring places.
-          call self%campaign%look(context%executor%share_of(size(mine)))
+          call self%campaign%look(context%executor%share_of(size(own_tiles)))
           call context%executor%share_marks(self%campaign%done)
           if (.not. all(self%campaign%done)) then
             call fatal_error(error, context%folder // "/sweep.blocks: was damaged during the run; start the sweep again", &
@@ -131,7 +131,7 @@ contains
             return
           end if
         end if
-        if (context%executor%leads()) call tell_sweep(context, self%campaign, summary, result, error)
+        if (context%executor%is_leader()) call report_finished_sweep(context, self%campaign, summary, result, error)
         call context%executor%share_error(error)
         if (allocated(error)) return
       end if
@@ -141,7 +141,8 @@ contains
     do i = 1, size(counts)
       if (.not. (has_vibration(counts(i)%verdict) .and. counts(i)%verdict > judgement%verdict)) cycle
       judgement%verdict = counts(i)%verdict
-      judgement%words = trim(judgement%verdict%alarm()) // " at " // big(counts(i)%points) // " of " // big(summary%points) &
+      judgement%words = trim(judgement%verdict%alarm()) // " at " // integer_text(counts(i)%points) // " of " &
+        & // integer_text(summary%points) &
         & // " points of the sweep"
     end do
     if (judgement%verdict == stable) judgement%words = "stable"
@@ -149,28 +150,28 @@ contains
     if (judgement%verdict /= not_judged) call result%judge(judgement)
   end subroutine run
 
-  !> Opens the campaign (the stored tiles of the sweep) for the tiles `mine`. If it is new, one process begins it. Then each process
-  !> examines its share of the tiles. Fails if the stored tiles do not belong to this input, or if the folder cannot be made or is
-  !> not visible to all processes.
-  subroutine open_together(context, mine, campaign, error)
+  !> Opens the campaign (the stored tiles of the sweep) for the tiles `own_tiles`. If it is new, one process begins it. Then each
+  !> process examines its share of the tiles. Fails if the stored tiles do not belong to this input, or if the folder cannot be made
+  !> or is not visible to all processes.
+  subroutine open_shared_campaign(context, own_tiles, campaign, error)
     type(context_type), intent(in) :: context
-    logical, intent(in) :: mine(:)
+    logical, intent(in) :: own_tiles(:)
     type(campaign_type), intent(inout) :: campaign
     type(error_type), allocatable, intent(out) :: error
-    logical :: looked(size(mine)), leads
+    logical :: examined(size(own_tiles)), is_leader
 
-    looked = mine .and. context%executor%share_of(size(mine))
-    leads = context%executor%leads()
+    examined = own_tiles .and. context%executor%share_of(size(own_tiles))
+    is_leader = context%executor%is_leader()
     associate (configuration => context%configuration)
-      if (leads) call open_campaign(campaign, context%folder, configuration%plan, configuration%content, error, looked)
-      if (leads .and. .not. (context%merge .or. allocated(error))) then
+      if (is_leader) call open_campaign(campaign, context%folder, configuration%plan, configuration%content, error, examined)
+      if (is_leader .and. .not. (context%merge .or. allocated(error))) then
         call campaign%begin(context%head%lines(new_table("sweep", "", "", "")), error)
       end if
       call context%executor%share_error(error)
       if (allocated(error)) return
-      if (.not. leads) call open_campaign(campaign, context%folder, configuration%plan, configuration%content, error, looked)
+      if (.not. is_leader) call open_campaign(campaign, context%folder, configuration%plan, configuration%content, error, examined)
     end associate
-    if (.not. (leads .or. allocated(error))) then
+    if (.not. (is_leader .or. allocated(error))) then
       if (.not. campaign%has_begun()) call fatal_error(error, context%folder // "/sweep.blocks: is not visible to all processes; " &
         & // "choose an output folder that they share", wrong_usage)
     end if
@@ -178,11 +179,11 @@ contains
     if (allocated(error)) return
     call context%executor%share_marks(campaign%done)
     call context%executor%share_marks(campaign%damaged)
-  end subroutine open_together
+  end subroutine open_shared_campaign
 
   !> Reports the finished sweep: adds the table, its picture and the text. Fails if tiles are missing or the table cannot be
   !> written.
-  subroutine tell_sweep(context, campaign, summary, result, error)
+  subroutine report_finished_sweep(context, campaign, summary, result, error)
     type(context_type), intent(in) :: context
     type(campaign_type), intent(inout) :: campaign
     type(summary_type), intent(out) :: summary
@@ -192,15 +193,15 @@ contains
     real(dp), allocatable :: values(:, :, :)
 
     associate (plan => context%configuration%plan)
-      if (context%keeps_rows) call allocate_values(plan, "--json", values, error)
-      if (.not. context%keeps_rows) allocate(values(plan%options%numbers(), 0, 0))
+      if (context%keep_all_rows) call allocate_values(plan, "--json", values, error)
+      if (.not. context%keep_all_rows) allocate(values(plan%options%numbers(), 0, 0))
       if (.not. allocated(error)) call campaign%finish(context%staging, summary, error, values)
       if (allocated(error)) return
       table = table_of(plan, values)
       table%written = .true.
-      call tell_found(context, summary, table, result)
+      call add_results(context, summary, table, result)
     end associate
-  end subroutine tell_sweep
+  end subroutine report_finished_sweep
 
   !> Allocates memory for all points. Fails if there is not enough memory; the message names the `option` that should be omitted.
   subroutine allocate_values(plan, option, values, error)
@@ -218,7 +219,7 @@ contains
   end subroutine allocate_values
 
   !> Adds the table with its picture and the text of the report to `result`.
-  subroutine tell_found(context, summary, table, result)
+  subroutine add_results(context, summary, table, result)
     type(context_type), intent(in) :: context
     type(summary_type), intent(in) :: summary
     type(table_type), intent(in) :: table
@@ -228,39 +229,39 @@ contains
     associate (plan => context%configuration%plan)
       if (plan%format == "npy" .and. table%written) then
         call result%add(table)
-        call result%add(explained(table))
+        call result%add(column_table(table))
       else
         call result%add(table, plot_sweep(plan, context%configuration%turns(), summary))
       end if
       found = summary%tally()
       if (found /= "") found = ", " // found
-      call result%warn("", "Sweep: " // big(summary%points) // " points" // found)
-      call result%say(report_sweep(plan, summary))
+      call result%warn("", "Sweep: " // integer_text(summary%points) // " points" // found)
+      call result%write_lines(report_sweep(plan, summary))
       call result%detail(evidence_line(summary))
     end associate
-  end subroutine tell_found
+  end subroutine add_results
 
   !> Removes the folder that contains the stored tiles.
-  subroutine settle(self)
+  subroutine conclude(self)
     class(sweep_task), intent(inout) :: self
 
     call self%campaign%clear()
-  end subroutine settle
+  end subroutine conclude
 
-  !> Computes and stores those of the tiles `mine` that are not finished.
-  subroutine compute_tiles(context, campaign, mine, error)
+  !> Computes and stores those of the tiles `own_tiles` that are not finished.
+  subroutine compute_tiles(context, campaign, own_tiles, error)
     type(context_type), intent(inout) :: context
     type(campaign_type), intent(inout) :: campaign
-    logical, intent(in) :: mine(:)
+    logical, intent(in) :: own_tiles(:)
     type(error_type), allocatable, intent(out) :: error
     type(tiles_type) :: work
     integer, allocatable :: pending(:)
     integer :: k
 
-    pending = pack([(k, k = 1, size(mine))], mine .and. .not. campaign%done)
+    pending = pack([(k, k = 1, size(own_tiles))], own_tiles .and. .not. campaign%done)
     call prepare_work(context, work)
     work%campaign = campaign
-    call context%executor%spread(work, pending, error, points_of(work%plan, pending))
+    call context%executor%distribute(work, pending, error, points_of(work%plan, pending))
     campaign = work%campaign
     ! Other processes have finished some of them.
     if (.not. allocated(error)) campaign%done(pending) = .true.
@@ -279,7 +280,7 @@ contains
     call allocate_values(work%plan, "--one-line", work%values, error)
     if (allocated(error)) return
     associate (tiles => [(k, k = 1, work%plan%grid%tiles())])
-      call context%executor%spread(work, tiles, error, points_of(work%plan, tiles))
+      call context%executor%distribute(work, tiles, error, points_of(work%plan, tiles))
     end associate
     if (allocated(error)) return
     call summary%add_points(work%plan%options, [1, 1], work%values)

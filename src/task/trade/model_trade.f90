@@ -40,10 +40,10 @@ module gestell_task_trade_model_trade
     !> Reason why the averaged model has no periodic vibration; unallocated if it has one
     character(len=:), allocatable :: resonance
   contains
-    procedure :: peak_miss
-    procedure :: log_rho_miss
-    procedure :: rho_miss
-    procedure :: worst_miss
+    procedure :: peak_difference
+    procedure :: log_rho_difference
+    procedure :: rho_difference
+    procedure :: worst_difference
   end type model_trade_type
 
   !> Results of one of the `frame_models`.
@@ -81,9 +81,9 @@ contains
     type(evidence_type) :: found
     integer :: n, k
 
-    call find(frame, analysis_options(model="rest"), accuracy, periodic, trade%periodic, error)
+    call solve_model(frame, analysis_options(model="rest"), accuracy, periodic, trade%periodic, error)
     if (allocated(error)) return
-    call find(frame, analysis_options(averaged=.true.), accuracy, averaged, trade%averaged, failure)
+    call solve_model(frame, analysis_options(averaged=.true.), accuracy, averaged, trade%averaged, failure)
     if (allocated(failure)) then
       if (.not. allocated(averaged%multipliers)) then
         call move_alloc(failure, error)
@@ -111,7 +111,7 @@ contains
 
   !> Solves one model and measures its computing time. Fails if there is no periodic vibration; `finding` still has the verdict if
   !> the multipliers exist.
-  subroutine find(frame, options, accuracy, analysis, finding, error)
+  subroutine solve_model(frame, options, accuracy, analysis, finding, error)
     class(frame_type), intent(in) :: frame
     type(analysis_options), intent(in) :: options
     type(accuracy_type), intent(in) :: accuracy
@@ -146,7 +146,7 @@ contains
       times(k) = real(finish - begin, dp) / rate
     end do
     finding%seconds = median(times)
-  end subroutine find
+  end subroutine solve_model
 
   !> Solves the frame with each of the `frame_models`, and measures the computing times.
   subroutine measure_frame_models(frame, accuracy, findings)
@@ -179,7 +179,7 @@ contains
 
   !> Relative error of a peak due to averaging. Zero if it is within the error bounds of both models, or if the averaged model has
   !> no vibration.
-  pure real(dp) function peak_miss(self, quantity) result(miss)
+  pure real(dp) function peak_difference(self, quantity) result(miss)
     class(model_trade_type), intent(in) :: self
     integer, intent(in) :: quantity
     real(dp) :: difference
@@ -190,11 +190,11 @@ contains
       difference = a%peak(i) - p%peak(i)
       if (abs(difference) > a%peak_error(i) + p%peak_error(i)) miss = difference / p%peak(i)
     end associate
-  end function peak_miss
+  end function peak_difference
 
   !> Relative error of ln rho_max due to averaging: of the decay rate of the slowest free vibration, or of the growth rate of the
   !> fastest. Zero if it is within the error bounds.
-  pure real(dp) function log_rho_miss(self) result(miss)
+  pure real(dp) function log_rho_difference(self) result(miss)
     class(model_trade_type), intent(in) :: self
     real(dp) :: difference
 
@@ -203,24 +203,24 @@ contains
       difference = a%log_rho - p%log_rho
       if (abs(difference) > a%log_rho_error + p%log_rho_error) miss = difference / abs(p%log_rho)
     end associate
-  end function log_rho_miss
+  end function log_rho_difference
 
   !> Relative error of rho_max due to averaging; zero if it is within the error bounds.
-  pure real(dp) function rho_miss(self) result(miss)
+  pure real(dp) function rho_difference(self) result(miss)
     class(model_trade_type), intent(in) :: self
 
     miss = 0
-    if (abs(self%log_rho_miss()) > 0) miss = exp(min(self%averaged%log_rho - self%periodic%log_rho, 700.0_dp)) - 1
-  end function rho_miss
+    if (abs(self%log_rho_difference()) > 0) miss = exp(min(self%averaged%log_rho - self%periodic%log_rho, 700.0_dp)) - 1
+  end function rho_difference
 
   !> Largest magnitude among the relative errors of ln rho_max and of all peaks due to averaging.
-  pure real(dp) function worst_miss(self) result(miss)
+  pure real(dp) function worst_difference(self) result(miss)
     class(model_trade_type), intent(in) :: self
     integer :: i, n
 
     n = 0
     if (allocated(self%averaged%peak)) n = size(self%averaged%peak)
-    miss = maxval(abs([self%log_rho_miss(), (self%peak_miss(i), i = 1, n)]))
-  end function worst_miss
+    miss = maxval(abs([self%log_rho_difference(), (self%peak_difference(i), i = 1, n)]))
+  end function worst_difference
 
 end module gestell_task_trade_model_trade

@@ -19,13 +19,13 @@ contains
   function report_trade(trade) result(lines)
     type(trade_type), intent(in) :: trade
     character(len=:), allocatable :: lines, rows
-    real(dp), parameter :: wanted(4) = [1.0e-3_dp, 1.0e-6_dp, 1.0e-9_dp, 1.0e-12_dp]
-    integer :: best(size(wanted)), i
+    real(dp), parameter :: accuracies(4) = [1.0e-3_dp, 1.0e-6_dp, 1.0e-9_dp, 1.0e-12_dp]
+    integer :: best(size(accuracies)), i
 
     rows = ""
-    do i = 1, size(wanted)
-      best(i) = cheapest(trade%rows, wanted(i))
-      rows = rows // concise(wanted(i), 2) // tab
+    do i = 1, size(accuracies)
+      best(i) = cheapest(trade%rows, accuracies(i))
+      rows = rows // concise(accuracies(i), 2) // tab
       if (best(i) == 0) then
         rows = rows // "not reached" // newline
         cycle
@@ -52,32 +52,33 @@ contains
     integer, intent(in) :: turns
     character(len=:), allocatable :: lines, growth, worst
     character(len=24), allocatable :: names(:)
-    real(dp), parameter :: most = log(huge(1.0_dp)) - 1, negligible = 0.01_dp, passable = 0.1_dp
+    real(dp), parameter :: most = log(huge(1.0_dp)) - 1, negligible = 0.01_dp, moderate = 0.1_dp
     integer :: i
 
     growth = "ln |rho| " // either("over " // turns_in_words(turns), "per turn", turns > 1)
     lines = "verdict" // tab // trim(trade%periodic%verdict) // tab // trim(trade%averaged%verdict) &
       & // newline &
-      & // line("largest |rho|", exp(min(trade%periodic%log_rho, most)), exp(min(trade%averaged%log_rho, most)), trade%rho_miss()) &
-      & // line(growth, trade%periodic%log_rho, trade%averaged%log_rho, trade%log_rho_miss())
+      & // line("largest |rho|", exp(min(trade%periodic%log_rho, most)), exp(min(trade%averaged%log_rho, most)), &
+      & trade%rho_difference()) &
+      & // line(growth, trade%periodic%log_rho, trade%averaged%log_rho, trade%log_rho_difference())
     if (allocated(trade%averaged%peak)) then
       names = peak_words(size(trade%averaged%peak) / 3)
       do i = 1, size(names)
         if (trade%periodic%peak(i) > 0) lines = lines &
-          & // line(names(i), trade%periodic%peak(i), trade%averaged%peak(i), trade%peak_miss(i))
+          & // line(names(i), trade%periodic%peak(i), trade%averaged%peak(i), trade%peak_difference(i))
       end do
     end if
     lines = newline // "PERIODIC OR AVERAGED COEFFICIENTS" // newline &
       & // tabulated("lrrr", ",periodic,averaged,difference", lines)
     if (.not. allocated(trade%averaged%peak)) lines = lines // "  " // trade%resonance // newline
-    worst = concise(100 * trade%worst_miss(), 2) // " %"
+    worst = concise(100 * trade%worst_difference(), 2) // " %"
     if (trade%periodic%verdict /= trade%averaged%verdict) then
       lines = lines // "  The two verdicts differ: use the periodic coefficients."
     else if (allocated(trade%resonance)) then
       lines = lines // "  The averaged model has no periodic vibration: use the periodic coefficients."
-    else if (trade%worst_miss() > passable) then
+    else if (trade%worst_difference() > moderate) then
       lines = lines // "  The averaged model differs by up to " // worst // ": use the periodic coefficients."
-    else if (trade%worst_miss() > negligible) then
+    else if (trade%worst_difference() > negligible) then
       lines = lines // "  The averaged model differs by up to " // worst // ": good for a first look, not for final numbers."
     else
       lines = lines // "  The averaged model differs by at most " // worst // ": it suffices for this machine at this speed."
@@ -87,15 +88,15 @@ contains
       & // "resonance." // newline
   end function report_model
 
-  !> Row of the table: a value with periodic and with averaged coefficients, and their relative difference. `miss` is 0 if they
-  !> agree within the error bounds.
-  pure function line(name, periodic, averaged, miss) result(row)
+  !> Row of the table: a value with periodic and with averaged coefficients, and their relative difference. `difference` is 0 if
+  !> they agree within the error bounds.
+  pure function line(name, periodic, averaged, difference) result(row)
     character(len=*), intent(in) :: name
-    real(dp), intent(in) :: periodic, averaged, miss
+    real(dp), intent(in) :: periodic, averaged, difference
     character(len=:), allocatable :: row
 
     row = trim(name) // tab // concise(periodic, 6) // tab // concise(averaged, 6) // tab &
-      & // either(concise(100 * miss, 2) // " %", "within the error", abs(miss) > 0) // newline
+      & // either(concise(100 * difference, 2) // " %", "within the error", abs(difference) > 0) // newline
   end function line
 
   !> Table of the frame's models with verdict, largest modulus, peaks and computing time.

@@ -69,7 +69,7 @@ contains
       call result%add(table, plot_trade(trade, .not. allocated(model%resonance)))
       if (.not. context%reports) return
       call measure_frame_models(configuration%frame, configuration%accuracy, models)
-      call result%say(report_trade(trade) // report_model(model, configuration%turns()) // report_frame_models(models))
+      call result%write_lines(report_trade(trade) // report_model(model, configuration%turns()) // report_frame_models(models))
     end associate
   end subroutine run
 

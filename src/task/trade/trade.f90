@@ -88,7 +88,7 @@ contains
     do i = 1, size(names)
       call new_method(trim(names(i)), method, error)
       if (allocated(error)) return
-      call climb(frame, method, converged, budget / size(names), trade)
+      call measure_method(frame, method, converged, budget / size(names), trade)
       deallocate(method)
       if (present(executor)) call executor%show("measuring", real(i, dp) / size(names))
     end do
@@ -97,7 +97,7 @@ contains
   end subroutine measure_trade
 
   !> Measures one method with more and more steps: each number is 1.5 times the one before.
-  subroutine climb(frame, method, converged, budget, trade)
+  subroutine measure_method(frame, method, converged, budget, trade)
     class(frame_type), intent(in) :: frame
     class(method_type), intent(in) :: method
     type(converged_type), intent(in) :: converged
@@ -106,7 +106,7 @@ contains
     type(trade_row_type) :: row
     type(survey_type) :: survey
     type(error_type), allocatable :: error
-    real(dp) :: spent, wanted
+    real(dp) :: spent, time_needed
     integer :: steps, before
 
     call survey_system(frame, survey, error)
@@ -116,9 +116,9 @@ contains
     steps = max(frame%least_steps, nint(survey%phase_advance / method%order))
     spent = 0
     do
-      call measure_row(frame, method, steps, converged, row, wanted, error)
+      call measure_row(frame, method, steps, converged, row, time_needed, error)
       ! A step that is too long can make the equations singular or overflow. The next number of steps is then tried.
-      spent = spent + wanted
+      spent = spent + time_needed
       if (.not. allocated(error)) then
         if (row%error_phi < 1) trade%rows = [trade%rows, row]
         if (row%error_phi <= 2 * trade%floor_phi) exit
@@ -127,7 +127,7 @@ contains
       if (spent > merge(0.5_dp, 5.0_dp, size(trade%rows) > before) * budget) exit
       steps = ceiling(1.5_dp * steps)
     end do
-  end subroutine climb
+  end subroutine measure_method
 
   !> Measures one row: the median computing time of at least three solutions, and their errors. Fails if matrices are singular or
   !> not finite, or at resonance.

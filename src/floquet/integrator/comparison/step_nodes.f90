@@ -29,7 +29,7 @@ contains
 
     last = 0
     do k = 1, size(from)
-      if (.not. shares_its_start(k)) then
+      if (.not. starts_at_last_end(k)) then
         last = last + 1
         phases(last) = from(k) + inside
       end if
@@ -45,14 +45,14 @@ contains
 
   contains
 
-    logical function shares_its_start(k) result(shares)
+    logical function starts_at_last_end(k) result(shares)
       integer, intent(in) :: k
 
       shares = .false.
       if (k > 1) shares = abs(from(k) - to(k - 1)) < inside
       if (.not. allocated(system%breaks)) return
       shares = shares .and. all(abs(system%breaks / system%period - from(k)) > inside)
-    end function shares_its_start
+    end function starts_at_last_end
 
   end subroutine sample_steps
 

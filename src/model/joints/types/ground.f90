@@ -5,7 +5,7 @@ module gestell_model_joints_types_ground
   use gestell_math_jet, only: jet
   use gestell_model_joints_data, only: check_coordinates, joint_data_type
   use gestell_model_joints_joint, only: form_type, joint_type, point_type, reach_type
-  use gestell_model_joints_path, only: batch, keep, path_type
+  use gestell_model_joints_path, only: batch, set_fixed, path_type
   use gestell_model_joints_placement, only: placement_type
   implicit none (type, external)
   private
@@ -77,7 +77,7 @@ contains
 
     associate (unused_angles => angles, unused_points => points)
     end associate
-    call keep(self%position, here)
+    call set_fixed(self%position, here)
   end subroutine trace
 
   pure function reach(self, points, speeds, accelerations, half_width)

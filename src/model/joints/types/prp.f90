@@ -3,9 +3,9 @@ module gestell_model_joints_types_prp
   use gestell_base_kinds, only: dp
   use gestell_math_jet, only: jet, operator(*), operator(-)
   use gestell_model_joints_data, only: joint_data_type
-  use gestell_model_joints_guide, only: crossing, guide_keys, guide_motion_type, guide_type, meet, &
+  use gestell_model_joints_guide, only: crossing, guide_keys, guide_motion_type, guide_type, intersect_lines, &
     & parallel, second_guide_keys
-  use gestell_model_joints_joint, only: form_type, greatest_change, joint_type, point_type, reach_type, steady, transmission_type
+  use gestell_model_joints_joint, only: form_type, largest_change, joint_type, point_type, reach_type, steady, transmission_type
   use gestell_model_joints_path, only: batch, cross, dot, path_type
   use gestell_model_joints_placement, only: placement_type
   implicit none (type, external)
@@ -87,7 +87,7 @@ contains
     end associate
     call self%guides(1)%trace(points, g1, u1)
     call self%guides(2)%trace(points, g2, u2)
-    call meet(g1, u1, g2, u2, here)
+    call intersect_lines(g1, u1, g2, u2, here)
   end subroutine trace
 
   !> Bounds on the joint's motion. A guide's point g moves at most with v_g, and the guide rotates at most with omega. The sine of
@@ -119,7 +119,7 @@ contains
       call self%guides(i)%line(points, g(i), u(i))
     end do
     sine = cross(u(1), u(2))
-    left = abs(sine%v) - 2 * greatest_change(turning, sine%d, bend + turning**2, half_width)
+    left = abs(sine%v) - 2 * largest_change(turning, sine%d, bend + turning**2, half_width)
     ! If the guides are closer to parallel, `crossing` loses half its digits.
     reach%assembled = left > max(sqrt(epsilon(left)), steady * abs(sine%v))
     if (.not. reach%assembled) return

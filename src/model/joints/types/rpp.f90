@@ -5,7 +5,7 @@ module gestell_model_joints_types_rpp
   use gestell_base_text, only: fixed
   use gestell_math_jet, only: jet, operator(-)
   use gestell_model_joints_data, only: check_finite, joint_data_type
-  use gestell_model_joints_guide, only: crossing, guide_keys, guide_motion_type, guide_type, meet, &
+  use gestell_model_joints_guide, only: crossing, guide_keys, guide_motion_type, guide_type, intersect_lines, &
     & parallel
   use gestell_model_joints_joint, only: form_type, itself, joint_type, one_end, point_type, reach_type, transmission_type
   use gestell_model_joints_path, only: batch, carried, dot, path_type, turn
@@ -98,7 +98,7 @@ contains
     end associate
     call self%guide%trace(points, g, u)
     call turn(u, self%slot_angle, slot)
-    call meet(g, u, points(self%end), slot, here)
+    call intersect_lines(g, u, points(self%end), slot, here)
   end subroutine trace
 
   !> Bounds on the joint's motion. Relative to the guide, the speed of the yoke is at most the speed of `end` divided by the sine of

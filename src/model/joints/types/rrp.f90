@@ -6,7 +6,7 @@ module gestell_model_joints_types_rrp
   use gestell_model_joints_data, only: check_lengths, joint_data_type
   use gestell_model_joints_deviation, only: along_bar, deviation_type, disc, parallelogram
   use gestell_model_joints_guide, only: guide_keys, guide_motion_type, guide_type
-  use gestell_model_joints_joint, only: branch_key, form_type, greatest_change, itself, joint_type, one_end, one_length, &
+  use gestell_model_joints_joint, only: branch_key, form_type, largest_change, itself, joint_type, one_end, one_length, &
     & point_type, reach_type, steady, transmission_type
   use gestell_model_joints_path, only: batch, cross, dot, path_type
   use gestell_model_joints_placement, only: placement_type
@@ -166,7 +166,7 @@ contains
     rate = speeds(self%end) + motion%speed + motion%turning * apart
     bend = accelerations(self%end) + motion%acceleration + 2 * (speeds(self%end) + motion%speed) * motion%turning &
       & + apart * (motion%turning_change + motion%turning**2)
-    farthest = abs(off%v) + greatest_change(rate, off%d, bend, half_width)
+    farthest = abs(off%v) + largest_change(rate, off%d, bend, half_width)
     reach%assembled = farthest < self%length
     if (.not. reach%assembled) return
     cosine = cosine_at(farthest)

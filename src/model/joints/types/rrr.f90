@@ -5,7 +5,7 @@ module gestell_model_joints_types_rrr
   use gestell_math_jet, only: jet, operator(*), operator(+), operator(-), operator(/), sqrt
   use gestell_model_joints_data, only: check_lengths, joint_data_type
   use gestell_model_joints_deviation, only: along_bar, deviation_type, parallelogram
-  use gestell_model_joints_joint, only: branch_key, form_type, greatest_change, itself, joint_type, point_type, reach_type, &
+  use gestell_model_joints_joint, only: branch_key, form_type, largest_change, itself, joint_type, point_type, reach_type, &
     & slack, steady, transmission_type, two_ends, two_lengths
   use gestell_model_joints_path, only: batch, path_type
   implicit none (type, external)
@@ -157,9 +157,9 @@ contains
       least = max(abs(l1 - l2), d%v - v * half_width)
       if (least > v * half_width) then
         bend = sum(accelerations(self%ends)) + v**2 / least
-        change = greatest_change(v, d%d, bend, half_width)
+        change = largest_change(v, d%d, bend, half_width)
       else
-        change = greatest_change(v, v, 0.0_dp, half_width)
+        change = largest_change(v, v, 0.0_dp, half_width)
       end if
       reach%assembled = d%v - change > abs(l1 - l2) .and. d%v + change < l1 + l2
       if (.not. reach%assembled) return

@@ -8,7 +8,7 @@ module gestell_study_design_range_branch
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
   use gestell_study_design_branches, only: maxima_over_turn
-  use gestell_study_design_goal, only: components, goal_type, take_samples
+  use gestell_study_design_goal, only: components, goal_type, sample_goals
   use gestell_study_design_motion, only: motion_type, solve_motion
   use gestell_study_design_perturbed_members, only: condition_type, members_type
   use gestell_study_design_range_climb, only: climb_type, gain, of_smooth
@@ -58,12 +58,12 @@ contains
     h = beside * width
     places = climb%top + [-h, 0.0_dp, h]
     do k = -1, 1
-      call look_over_turn(members, goal, start%moved_to(places(k)), at(k), error, motion)
+      call find_maxima_over_turn(members, goal, start%moved_to(places(k)), at(k), error, motion)
       if (allocated(error) .or. size(at(k)%places) == 0) return
     end do
     levels = reshape([((at(k)%levels(closest(at(k), at(0)%places(b))), k = -1, 1), b = 1, size(at(0)%places))], &
       & [3, size(at(0)%places)])
-    expected = [(levels(2, b) + (1 + margin) * gain_of(levels(:, b)), b = 1, size(levels, 2))]
+    expected = [(levels(2, b) + (1 + margin) * parabola_rise(levels(:, b)), b = 1, size(levels, 2))]
     ! this maximum has been climbed already
     expected(maxloc(at(0)%levels, dim=1)) = -huge(h)
     do
@@ -73,7 +73,7 @@ contains
       call other%start(places, levels(:, b), [max(bounds(1), places(0) - width), min(bounds(2), places(0) + width)], &
         & of_smooth)
       do while (.not. other%done)
-        call look_over_turn(members, goal, start%moved_to(other%next), at(1), error, motion)
+        call find_maxima_over_turn(members, goal, start%moved_to(other%next), at(1), error, motion)
         if (allocated(error) .or. size(at(1)%places) == 0) return
         call other%take(at(1)%levels(closest(at(1), at(0)%places(b))))
       end do
@@ -85,7 +85,7 @@ contains
   end subroutine climb_branches
 
   !> Computes the maxima over the turn under a condition; none if there is no vibration. Fails if the goal is invalid.
-  subroutine look_over_turn(members, goal, condition, turn, error, near)
+  subroutine find_maxima_over_turn(members, goal, condition, turn, error, near)
     type(members_type), intent(in) :: members
     type(goal_type), intent(in) :: goal
     type(condition_type), intent(in) :: condition
@@ -101,12 +101,12 @@ contains
     call solve_motion(members, condition, goal%needs_motion(), motion, failure, near)
     if (allocated(failure)) return
     allocate(samples(size(motion%phases), components(motion%frame), 1))
-    call take_samples([goal], motion%frame, members%setting%probes, motion%phases, motion%q, samples, error)
+    call sample_goals([goal], motion%frame, members%setting%probes, motion%phases, motion%q, samples, error)
     if (allocated(error)) return
     call maxima_over_turn(samples(:, :, 1), turn%places, sizes, unused)
     turn%levels = goal%level(sizes - goal%limit)
     if (present(near)) near = motion
-  end subroutine look_over_turn
+  end subroutine find_maxima_over_turn
 
   !> Index of the maximum nearest to a phase.
   pure integer function closest(turn, place)
@@ -117,14 +117,14 @@ contains
   end function closest
 
   !> Height by which the parabola through three equidistant values rises above the middle one.
-  pure real(dp) function gain_of(f)
+  pure real(dp) function parabola_rise(f)
     real(dp), intent(in) :: f(3)
     real(dp) :: bend
 
     bend = 2 * f(2) - f(1) - f(3)
-    gain_of = max(maxval(f) - f(2), 0.0_dp)
+    parabola_rise = max(maxval(f) - f(2), 0.0_dp)
     ! (f(3) - f(1))^2 / (8 bend)
-    if (8 * bend * abs(f(2)) > (f(3) - f(1))**2) gain_of = max(gain_of, (f(3) - f(1))**2 / (8 * bend))
-  end function gain_of
+    if (8 * bend * abs(f(2)) > (f(3) - f(1))**2) parabola_rise = max(parabola_rise, (f(3) - f(1))**2 / (8 * bend))
+  end function parabola_rise
 
 end module gestell_study_design_range_branch

@@ -12,29 +12,29 @@ module gestell_study_design_range_top
   use gestell_math_sorting, only: ascending
   use gestell_study_design_coordinates, only: coordinates_type, find_coordinates
   use gestell_study_design_evaluation, only: add_condition, goal_branches_type, no_branches
-  use gestell_study_design_goal, only: goal_type, of_multipliers
-  use gestell_study_design_motion, only: coarse, motion_type, solve_motion
+  use gestell_study_design_goal, only: goal_type, multiplier_goal
+  use gestell_study_design_motion, only: derivative_tolerance, motion_type, solve_motion
   use gestell_study_design_perturbed_members, only: condition_type, members_type
   use gestell_study_design_range_branch, only: climb_branches
   use gestell_study_design_range_climb, only: climb_type, of_smooth
   use gestell_study_frame_model_newton, only: rough
-  use gestell_study_speed_point, only: speed_point_type, take_turns
+  use gestell_study_speed_point, only: speed_point_type, compute_turns
   implicit none (type, external)
   private
 
-  public :: climb_from, look, look_beside_end
+  public :: climb_from, evaluate_condition, search_near_end
 
   !> Maximum number of steps of a search.
-  integer, parameter :: most_steps = 40
+  integer, parameter :: max_steps = 40
   !> Maximum number of halvings towards the end of a line.
-  integer, parameter :: most_halvings = 8
+  integer, parameter :: max_halvings = 8
 
 contains
 
   !> Solves the machine at a condition. `point%values(1, g)` is the excess of goal g over its limit. Phase advance and growth of the
   !> free vibrations are set if they can be computed. If there is no solution, `point%state` says so. Fails if the goals are
   !> invalid.
-  subroutine look(members, goals, condition, multipliers, point, error, near)
+  subroutine evaluate_condition(members, goals, condition, multipliers, point, error, near)
     type(members_type), intent(in) :: members
     type(goal_type), intent(in) :: goals(:)
     type(condition_type), intent(in) :: condition
@@ -56,7 +56,7 @@ contains
     call solve_motion(members, condition, any(goals%needs_motion()), motion, failure, near)
     if (allocated(failure)) return
     do g = 1, size(goals)
-      if (goals(g)%about == of_multipliers) cycle
+      if (goals(g)%about == multiplier_goal) cycle
       at = no_branches(0)
       call add_condition(members, motion, goals(g:g), 1, at, error)
       if (allocated(error)) return
@@ -64,16 +64,16 @@ contains
     end do
     point%state = stable
     if (present(near)) near = motion
-    if (.not. (multipliers .or. any(goals%about == of_multipliers))) return
-    call take_free_vibrations(motion, members%setting%accuracy, point, failure)
+    if (.not. (multipliers .or. any(goals%about == multiplier_goal))) return
+    call compute_free_vibrations(motion, members%setting%accuracy, point, failure)
     if (allocated(failure)) return
     do g = 1, size(goals)
-      if (goals(g)%about == of_multipliers) point%values(1, g) = goals(g)%excess(exp(maxval(point%growth)))
+      if (goals(g)%about == multiplier_goal) point%values(1, g) = goals(g)%excess(exp(maxval(point%growth)))
     end do
-  end subroutine look
+  end subroutine evaluate_condition
 
   !> Computes phase advance and growth of the free vibrations. Fails as `solve_floquet` and `solve_multipliers` do.
-  subroutine take_free_vibrations(motion, accuracy, point, error)
+  subroutine compute_free_vibrations(motion, accuracy, point, error)
     type(motion_type), intent(in) :: motion
     type(accuracy_type), intent(in) :: accuracy
     type(speed_point_type), intent(inout) :: point
@@ -84,20 +84,20 @@ contains
     logical :: fits
     integer, allocatable :: by_growth(:)
 
-    call find_coordinates(motion%frame, size(motion%phases), coarse(accuracy), free, fits, motion%quick)
+    call find_coordinates(motion%frame, size(motion%phases), derivative_tolerance(accuracy), free, fits, motion%quick)
     if (fits) then
       ! two real multipliers, as within a tongue of instability: the one that grows more is taken
       by_growth = ascending(-real(free%lambda))
       associate (lambda => free%lambda(by_growth))
-        call take_turns(motion%frame, aimag(lambda) * free%period, real(lambda) * free%period, spread(free%scale, 2, &
+        call compute_turns(motion%frame, aimag(lambda) * free%period, real(lambda) * free%period, spread(free%scale, 2, &
           & size(lambda)) * free%p(:, by_growth, 1), point)
       end associate
       return
     end if
     call solve_floquet(motion%frame, accuracy_type(tolerance=rough), .false., floquet, error)
     if (.not. allocated(error)) call solve_multipliers(floquet, .true., multipliers, error)
-    if (.not. allocated(error)) call take_turns(motion%frame, multipliers%arg, multipliers%log_abs, multipliers%vectors, point)
-  end subroutine take_free_vibrations
+    if (.not. allocated(error)) call compute_turns(motion%frame, multipliers%arg, multipliers%log_abs, multipliers%vectors, point)
+  end subroutine compute_free_vibrations
 
   !> Finds the maximum of a goal along a line of conditions. Fails if the goal is invalid.
   subroutine climb_from(members, goal, start, places, levels, climb, error, motion)
@@ -118,9 +118,9 @@ contains
     real(dp) :: level
 
     ! with a motion from the neighbour this is a step of a larger search: if it is not smooth, a rough position is enough
-    call climb%start(places, levels, places([1, 3]), merge(of_smooth, most_steps, present(motion)))
+    call climb%start(places, levels, places([1, 3]), merge(of_smooth, max_steps, present(motion)))
     do while (.not. climb%done)
-      call look(members, [goal], start%moved_to(climb%next), .false., point, error, motion)
+      call evaluate_condition(members, [goal], start%moved_to(climb%next), .false., point, error, motion)
       if (allocated(error)) return
       level = -huge(level)
       if (point%state == stable) level = goal%level(point%values(1, 1))
@@ -131,7 +131,7 @@ contains
 
   !> Searches for a maximum between the last two points of a line if the goal is larger at the end. The interval is halved until its
   !> middle is higher than the end, or until a parabola has its vertex beyond the end. Fails if the goal is invalid.
-  subroutine look_beside_end(members, goal, start, ends, end_levels, places, levels, error)
+  subroutine search_near_end(members, goal, start, ends, end_levels, places, levels, error)
     !> The machine and its neighbours
     type(members_type), intent(in) :: members
     !> The goal whose maximum is sought
@@ -149,9 +149,9 @@ contains
     places = [ends(1), ends(1), ends(2)]
     levels = [end_levels(1), end_levels(1), end_levels(2)]
     beyond = 0
-    do k = 1, most_halvings
+    do k = 1, max_halvings
       places(2) = (places(1) + places(3)) / 2
-      call look(members, [goal], start%moved_to(places(2)), .false., point, error)
+      call evaluate_condition(members, [goal], start%moved_to(places(2)), .false., point, error)
       if (allocated(error) .or. point%state /= stable) exit
       levels(2) = goal%level(point%values(1, 1))
       if (levels(2) > levels(3)) exit
@@ -165,6 +165,6 @@ contains
       places = places([3, 2, 1])
       levels = levels([3, 2, 1])
     end if
-  end subroutine look_beside_end
+  end subroutine search_near_end
 
 end module gestell_study_design_range_top

@@ -47,7 +47,7 @@ contains
   pure integer function along(self)
     class(level_line_type), intent(in) :: self
 
-    along = maxloc(abs(self%way), dim=1)
+    along = maxloc(abs(self%direction), dim=1)
   end function along
 
   !> Variable x at position `t` on the line.
@@ -57,7 +57,7 @@ contains
 
     x = 1 + t
     associate (k => along(self))
-      if (self%over_speed) x = parameter_at(self%axes(k), self%start(k) + t * self%way(k))
+      if (self%over_speed) x = parameter_at(self%axes(k), self%start(k) + t * self%direction(k))
     end associate
   end function at
 
@@ -68,7 +68,7 @@ contains
 
     t = x - 1
     associate (k => along(self))
-      if (self%over_speed) t = (coordinate(self%axes(k), x) - self%start(k)) / self%way(k)
+      if (self%over_speed) t = (coordinate(self%axes(k), x) - self%start(k)) / self%direction(k)
     end associate
   end function position
 
@@ -79,7 +79,7 @@ contains
 
     value = x
     associate (k => along(self))
-      if (.not. self%over_speed) value = parameter_at(self%axes(k), self%start(k) + (x - 1) * self%way(k))
+      if (.not. self%over_speed) value = parameter_at(self%axes(k), self%start(k) + (x - 1) * self%direction(k))
     end associate
   end function value
 
@@ -104,7 +104,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     real(dp) :: parameters(size(self%axes))
 
-    parameters = parameter_at(self%axes, self%start + self%position(x) * self%way)
+    parameters = parameter_at(self%axes, self%start + self%position(x) * self%direction)
     if (self%over_speed) parameters(along(self)) = x
     call solve_response(self%family, parameters, self%options, point, error)
     point%speed = x

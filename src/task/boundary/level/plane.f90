@@ -8,7 +8,7 @@ module gestell_task_boundary_level_plane
   use gestell_task_boundary_level_line, only: level_line_type
   use gestell_task_boundary_level_search, only: find_levels, level_results_type, side_of
   use gestell_task_boundary_line, only: line_type
-  use gestell_task_boundary_line_found, only: crossing_type, doubt_type, search_type
+  use gestell_task_boundary_line_search_result, only: crossing_type, open_part_type, search_type
   use gestell_task_boundary_map_vertex, only: plane_type
   implicit none (type, external)
   private
@@ -30,13 +30,13 @@ module gestell_task_boundary_level_plane
   contains
     procedure :: probe
     procedure :: search
-    procedure :: in_the_middle
+    procedure :: find_side_at_centre
   end type level_plane_type
 
 contains
 
   !> Sets up the curve of the measured quantity along a line.
-  subroutine number_along(plane, along, curve)
+  subroutine set_up_curve(plane, along, curve)
     class(level_plane_type), intent(in) :: plane
     type(line_type), intent(in) :: along
     type(level_line_type), intent(out) :: curve
@@ -46,9 +46,9 @@ contains
     curve%line_type = along
     curve%options = plane%options
     curve%level = plane%level
-    if (plane%speed_axis > 0) curve%over_speed = abs(along%way(plane%speed_axis)) >= long .and. &
-      & .not. abs(along%way(3 - plane%speed_axis)) > 0
-  end subroutine number_along
+    if (plane%speed_axis > 0) curve%over_speed = abs(along%direction(plane%speed_axis)) >= long .and. &
+      & .not. abs(along%direction(3 - plane%speed_axis)) > 0
+  end subroutine set_up_curve
 
   !> Solves the machine at `u`. On return `point%values(1:2, 1)` contains the measured quantity and its error. Fails if the
   !> parameters are invalid.
@@ -61,7 +61,7 @@ contains
     type(level_line_type) :: curve
 
     call plane%line(u, [1.0_dp, 0.0_dp], along)
-    call number_along(plane, along, curve)
+    call set_up_curve(plane, along, curve)
     call curve%solve(curve%at(0.0_dp), point, error)
   end subroutine solve_at
 
@@ -80,8 +80,8 @@ contains
   end subroutine probe
 
   !> Finds the borders of the level along a line. A crossing is a border if the quantity is certainly above the level on one side
-  !> and certainly within it on the other. Other crossings, and places without a vibration, are listed in `found%doubts`. Fails if
-  !> the parameters are invalid.
+  !> and certainly within it on the other. Other crossings, and places without a vibration, are listed in `found%open_parts`. Fails
+  !> if the parameters are invalid.
   subroutine search(self, along, nodes, found, error)
     class(level_plane_type), intent(in) :: self
     type(line_type), intent(in) :: along
@@ -93,15 +93,15 @@ contains
     type(crossing_type) :: crossing
     integer :: k
 
-    call number_along(self, along, curve)
+    call set_up_curve(self, along, curve)
     call find_levels(curve, curve%at(nodes), results, error)
     if (allocated(error)) return
-    call found%begin()
-    if (.not. results%curve%complete) found%doubts = [doubt_type(0.5_dp, 1.0_dp)]
+    call found%initialise()
+    if (.not. results%curve%complete) found%open_parts = [open_part_type(0.5_dp, 1.0_dp)]
     do k = 1, size(results%crossings)
       associate (here => results%crossings(k))
         if (any([here%below, here%above] == "undecided")) then
-          found%doubts = [found%doubts, doubt_between(here%ends)]
+          found%open_parts = [found%open_parts, open_part_between(here%ends)]
           cycle
         end if
         crossing%t = curve%position(here%x)
@@ -111,24 +111,24 @@ contains
         found%borders = [found%borders, crossing]
       end associate
     end do
-    found%doubts = [found%doubts, (doubt_between(results%places(k)%ends), k = 1, size(results%places))]
+    found%open_parts = [found%open_parts, (open_part_between(results%places(k)%ends), k = 1, size(results%places))]
     call found%sort_borders(2 * along%step())
 
   contains
 
-    pure type(doubt_type) function doubt_between(ends) result(doubt)
+    pure type(open_part_type) function open_part_between(ends) result(open_part)
       real(dp), intent(in) :: ends(2)
 
       associate (t => curve%position(ends))
-        doubt = doubt_type(sum(t) / 2, abs(t(2) - t(1)))
+        open_part = open_part_type(sum(t) / 2, abs(t(2) - t(1)))
       end associate
-    end function doubt_between
+    end function open_part_between
 
   end subroutine search
 
   !> Determines the side of the level on which the quantity lies at the centre of the plane: "within", "above" or "undecided".
   !> Without a vibration the result is "impossible" or "failed". Fails if the parameters are invalid.
-  subroutine in_the_middle(self, side, error)
+  subroutine find_side_at_centre(self, side, error)
     class(level_plane_type), intent(in) :: self
     character(len=10), intent(out) :: side
     type(error_type), allocatable, intent(out) :: error
@@ -137,6 +137,6 @@ contains
     call solve_at(self, [0.5_dp, 0.5_dp], point, error)
     side = side_of(point, self%level)
     if (.not. has_vibration(point%state)) side = merge("impossible", "failed    ", point%state == impossible)
-  end subroutine in_the_middle
+  end subroutine find_side_at_centre
 
 end module gestell_task_boundary_level_plane

@@ -10,7 +10,7 @@ module gestell_task_boundary_level_search
   use gestell_study_speed_point, only: speed_point_type
   use gestell_task_boundary_level_line, only: level_line_type
   use gestell_task_boundary_line_borders, only: border_type, open_border_type
-  use gestell_task_common_executor, only: spread_over, work_type
+  use gestell_task_common_executor, only: distribute_over, work_type
   use gestell_task_common_record, only: record_type
   use gestell_task_resonance_points, only: exchange_point
   use gestell_task_resonance_curve, only: resonance_curve_type, start_curve
@@ -84,11 +84,11 @@ contains
     work%line = line
     call start_curve(results%curve, line%options, nodes, error)
     do while (.not. allocated(error))
-      call results%curve%wanted(work%at)
+      call results%curve%choose_speeds(work%at)
       if (size(work%at) == 0) exit
       if (allocated(work%points)) deallocate(work%points)
       allocate(work%points(size(work%at)))
-      call spread_over(work, size(work%at), error, line%executor)
+      call distribute_over(work, size(work%at), error, line%executor)
       if (.not. allocated(error)) call results%curve%add(work%points)
     end do
     if (.not. allocated(error)) call search_crossings(line, results, error)
@@ -153,7 +153,7 @@ contains
         end do
       end do
     end associate
-    call spread_over(work, size(first), error, line%executor)
+    call distribute_over(work, size(first), error, line%executor)
     if (.not. allocated(error)) results%crossings = work%crossings
   end subroutine search_crossings
 

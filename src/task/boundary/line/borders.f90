@@ -8,7 +8,7 @@ module gestell_task_boundary_line_borders
   use gestell_task_boundary_line_functions, only: kind_names
   use gestell_task_boundary_line, only: border_options, check_search, coordinate, line_type, parameter_at, probe_line, &
     & probe_type, sensitivity
-  use gestell_task_boundary_line_found, only: search_type
+  use gestell_task_boundary_line_search_result, only: search_type
   use gestell_task_boundary_line_search, only: range_nodes, search_line
   use gestell_system_family, only: family_type
   use gestell_study_grid, only: axis_type
@@ -17,7 +17,7 @@ module gestell_task_boundary_line_borders
   implicit none (type, external)
   private
 
-  public :: add_rest, borders_on, find_borders, line_along, nearest_stable
+  public :: add_open_parts, borders_on, find_borders, line_along, nearest_stable
 
   !> Tolerance of the monodromy matrix Phi(T) in the search for borders.
   real(dp), parameter, public :: border_accuracy = 1.0e-12_dp
@@ -110,7 +110,7 @@ contains
     call search_line(line, range_nodes(axis%count), search, error)
     if (allocated(error)) return
     borders = borders_on(line, search, 1)
-    if (present(rest)) call add_rest(line, search, rest)
+    if (present(rest)) call add_open_parts(line, search, rest)
   end subroutine find_borders
 
   !> Converts the crossings found along `line`, which varies one parameter, to borders of the vibration with this number.
@@ -123,9 +123,9 @@ contains
     integer :: i
 
     do i = 1, size(borders)
-      associate (axis => line%axes(1), crossing => search%borders(i), u => line%start(1) + search%borders(i)%t * line%way(1))
+      associate (axis => line%axes(1), crossing => search%borders(i), u => line%start(1) + search%borders(i)%t * line%direction(1))
         borders(i)%value = parameter_at(axis, u)
-        borders(i)%error = abs(sensitivity(axis, u) * line%way(1)) * crossing%error
+        borders(i)%error = abs(sensitivity(axis, u) * line%direction(1)) * crossing%error
         borders(i)%kind = kind_names(crossing%kind)
         borders(i)%arg_rad = crossing%arg
         sides = crossing%verdicts%word()
@@ -139,7 +139,7 @@ contains
 
   !> Adds to `rest` the numbers of meetings, and the places where a border cannot be excluded, that `search` found along `line`. The
   !> line varies one parameter.
-  pure subroutine add_rest(line, search, rest)
+  pure subroutine add_open_parts(line, search, rest)
     type(line_type), intent(in) :: line
     type(search_type), intent(in) :: search
     type(border_rest_type), intent(inout) :: rest
@@ -149,13 +149,14 @@ contains
     rest%meetings = rest%meetings + search%meetings
     rest%thin = rest%thin + search%thin
     rest%left_out = rest%left_out + search%left_out
-    do i = 1, size(search%doubts)
-      associate (axis => line%axes(1), doubt => search%doubts(i), u => line%start(1) + search%doubts(i)%t * line%way(1))
+    do i = 1, size(search%open_parts)
+      associate (axis => line%axes(1), open_part => search%open_parts(i), u => line%start(1) + search%open_parts(i)%t &
+        & * line%direction(1))
         rest%places = [rest%places, open_border_type(parameter_at(axis, u), &
-          & abs(sensitivity(axis, u) * line%way(1)) * doubt%width)]
+          & abs(sensitivity(axis, u) * line%direction(1)) * open_part%width)]
       end associate
     end do
-  end subroutine add_rest
+  end subroutine add_open_parts
 
   !> Varies one parameter from its value in `base` and finds the nearest system that is not unstable: 'stable' or, without damping,
   !> 'undamped' or 'undecided'. This is a border, with its error, or an end of the range, or the system `base` itself.
@@ -187,7 +188,7 @@ contains
     type(verdict_type), allocatable :: verdicts(:)
     real(dp), allocatable :: u(:), errors(:), distances(:)
     logical, allocatable :: outside(:)
-    real(dp) :: home
+    real(dp) :: base_coordinate
     integer :: i
 
     if (size(base) /= size(axes) .or. which < 1 .or. which > size(axes)) then
@@ -212,9 +213,10 @@ contains
       return
     end if
     call line_along(family, axes, which, base, options, line)
-    home = coordinate(axes(which), base(which))
+    base_coordinate = coordinate(axes(which), base(which))
     u = range_nodes(axes(which)%count)
-    if (home > 0 .and. home < 1) u = [pack(u, u < home), home, pack(u, u > home)]
+    if (base_coordinate > 0 .and. base_coordinate < 1) u = [pack(u, u < base_coordinate), base_coordinate, pack(u, &
+      & u > base_coordinate)]
     call search_line(line, u, search, error)
     if (allocated(error)) return
     associate (marks => search%marks, borders => search%borders)
@@ -232,7 +234,7 @@ contains
     nearest%distance = distances(i)
     nearest%there = verdicts(i)%word()
     nearest%error = abs(sensitivity(axes(which), u(i))) * errors(i)
-    nearest%open = count(abs(parameter_at(axes(which), search%doubts%t) - base(which)) < abs(nearest%distance))
+    nearest%open = count(abs(parameter_at(axes(which), search%open_parts%t) - base(which)) < abs(nearest%distance))
   end subroutine nearest_stable
 
   !> Sets up the line through `base` along which only parameter `which` varies.
@@ -252,8 +254,8 @@ contains
     line%family => family
     line%axes = [(axis_type(base(k), base(k), 1, .false.), k = 1, size(axes))]
     line%axes(which) = axes(which)
-    allocate(line%start(size(axes)), line%way(size(axes)), source=0.0_dp)
-    line%way(which) = 1
+    allocate(line%start(size(axes)), line%direction(size(axes)), source=0.0_dp)
+    line%direction(which) = 1
   end subroutine line_along
 
 end module gestell_task_boundary_line_borders

@@ -5,41 +5,41 @@ module gestell_task_boundary_line_crossing
   use gestell_base_verdict, only: operator(/=), operator(==), stable, undecided
   use gestell_math_root_search, only: root_search_type
   use gestell_task_boundary_line, only: line_type, probe_line, probe_type
-  use gestell_task_boundary_line_found, only: crossing_type, search_type
+  use gestell_task_boundary_line_search_result, only: crossing_type, search_type
   use gestell_task_boundary_line_functions, only: border_kinds, divergence, flutter, period_doubling
   implicit none (type, external)
   private
 
-  public :: add_named, separate, verify
+  public :: add_classified, find_borders_between, verify
 
 contains
 
   !> Adds a crossing to `search`. The unstable system next to it supplies the argument of the multiplier. It also supplies the kind
   !> of the crossing if no function of the multipliers changed its sign there.
-  pure subroutine add_named(search, crossing, below, above)
+  pure subroutine add_classified(search, crossing, below, above)
     type(search_type), intent(inout) :: search
     type(crossing_type), intent(in) :: crossing
     !> Systems on both sides of the crossing
     type(probe_type), intent(in) :: below, above
     real(dp), parameter :: real_axis = 1.0e-6_dp
-    type(crossing_type) :: named
+    type(crossing_type) :: classified
 
-    named = crossing
-    named%arg = merge(above%arg, below%arg, crossing%enters)
-    if (named%kind == 0) then
-      named%kind = flutter
-      if (named%arg < real_axis) named%kind = divergence
-      if (named%arg > pi - real_axis) named%kind = period_doubling
+    classified = crossing
+    classified%arg = merge(above%arg, below%arg, crossing%enters)
+    if (classified%kind == 0) then
+      classified%kind = flutter
+      if (classified%arg < real_axis) classified%kind = divergence
+      if (classified%arg > pi - real_axis) classified%kind = period_doubling
     end if
-    if (named%kind == divergence) named%arg = 0
-    if (named%kind == period_doubling) named%arg = pi
-    search%borders = [search%borders, named]
-  end subroutine add_named
+    if (classified%kind == divergence) classified%arg = 0
+    if (classified%kind == period_doubling) classified%arg = pi
+    search%borders = [search%borders, classified]
+  end subroutine add_classified
 
   !> Adds the borders between `l` and `r` to `search`. Finds a zero of the first function of the multipliers that changes its sign,
   !> or else the place where the verdict changes. A zero at which the verdict does not change is not a border. The parts on both
   !> sides of it are searched recursively, down to `depth` 0. Fails if the parameters are invalid.
-  recursive subroutine separate(line, l, r, depth, search, error)
+  recursive subroutine find_borders_between(line, l, r, depth, search, error)
     type(line_type), intent(in) :: line
     !> Systems at both ends of the interval; `l` is at the smaller t
     type(probe_type), intent(in) :: l, r
@@ -56,40 +56,40 @@ contains
     if (depth == 0 .or. l%missing() .or. r%missing()) return
     changes = l%is_unstable() .neqv. r%is_unstable()
     if (.not. r%t - l%t > line%step()) then
-      if (changes) call add_named(search, crossing_type(t=(l%t + r%t) / 2, error=(r%t - l%t) / 2, enters=r%is_unstable(), &
+      if (changes) call add_classified(search, crossing_type(t=(l%t + r%t) / 2, error=(r%t - l%t) / 2, enters=r%is_unstable(), &
         & verdicts=[l%verdict, r%verdict]), l, r)
       return
     end if
-    kind = changing(l, r)
+    kind = changed_function(l, r)
     if (kind == 0 .and. .not. changes) return
     call find_zero(line, kind, l, r, t, obstacle, error)
     if (allocated(error)) return
     if (obstacle%missing()) then
-      call last_before(line, l, obstacle, below, error)
-      if (.not. allocated(error)) call last_before(line, r, obstacle, above, error)
+      call last_system_before(line, l, obstacle, below, error)
+      if (.not. allocated(error)) call last_system_before(line, r, obstacle, above, error)
     else
       call verify(line, l, r, t, crossing, below, above, success, error)
       if (success) then
         crossing%kind = kind
-        call add_named(search, crossing, below, above)
+        call add_classified(search, crossing, below, above)
       end if
     end if
     if (allocated(error)) return
-    call separate(line, l, below, depth - 1, search, error)
-    if (.not. allocated(error)) call separate(line, above, r, depth - 1, search, error)
-  end subroutine separate
+    call find_borders_between(line, l, below, depth - 1, search, error)
+    if (.not. allocated(error)) call find_borders_between(line, above, r, depth - 1, search, error)
+  end subroutine find_borders_between
 
   !> Number of the first border function whose sign differs at `l` and `r`; 0 if there is none.
-  pure integer function changing(l, r) result(kind)
+  pure integer function changed_function(l, r) result(kind)
     type(probe_type), intent(in) :: l, r
 
     do kind = 1, border_kinds
-      if (.not. (l%known(kind) .and. r%known(kind))) cycle
+      if (.not. (l%sign_certain(kind) .and. r%sign_certain(kind))) cycle
       if (kind == flutter .and. (l%reciprocal .neqv. r%reciprocal)) cycle
       if ((l%f(kind) > 0) .neqv. (r%f(kind) > 0)) return
     end do
     kind = 0
-  end function changing
+  end function changed_function
 
   !> Value that changes its sign at a border: border function number `kind` or, for `kind` 0, the verdict as 1 (unstable) or -1.
   pure real(dp) function margin(probe, kind)
@@ -178,7 +178,7 @@ contains
   end subroutine verify
 
   !> Finds, by eight bisections, approximately the last system that exists between `here` and the point `none`, which has no system.
-  subroutine last_before(line, here, none, last, error)
+  subroutine last_system_before(line, here, none, last, error)
     type(line_type), intent(in) :: line
     type(probe_type), intent(in) :: here, none
     type(probe_type), intent(out) :: last
@@ -199,6 +199,6 @@ contains
         last = between
       end if
     end do
-  end subroutine last_before
+  end subroutine last_system_before
 
 end module gestell_task_boundary_line_crossing

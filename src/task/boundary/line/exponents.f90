@@ -24,7 +24,7 @@ module gestell_task_boundary_line_exponents
     !> times the length of the interval. Both have shape (n, 2).
     complex(dp), allocatable :: z(:, :), change(:, :)
     !> Change of z over the interval minus the change that the slopes predict, shape (n).
-    complex(dp), allocatable :: miss(:)
+    complex(dp), allocatable :: mismatch(:)
     !> Errors of z at both ends, shape (n, 2).
     real(dp), allocatable :: noise(:, :)
     !> `ambiguous`: true if another assignment between the multipliers at both ends fits nearly as well. `rough`: true if the cubic
@@ -47,7 +47,7 @@ contains
     !> Step of the difference quotient relative to the line. It changes the phase of a vibration with a thousand oscillations per
     !> period by about a thousandth of a radian.
     real(dp), parameter :: part = 1.0e-7_dp
-    type(probe_type) :: beside
+    type(probe_type) :: neighbour
     logical, allocatable :: free(:)
     real(dp) :: change
     integer :: i, k
@@ -57,14 +57,14 @@ contains
     allocate(node%slope(size(node%at%z)), source=(0.0_dp, 0.0_dp))
     change = part * (ends(2) - ends(1))
     if (t > sum(ends) / 2) change = -change
-    call probe_line(line, t + change, beside, error)
-    if (allocated(error) .or. beside%missing()) return
-    if (size(beside%z) /= size(node%slope)) return
+    call probe_line(line, t + change, neighbour, error)
+    if (allocated(error) .or. neighbour%missing()) return
+    if (size(neighbour%z) /= size(node%slope)) return
     allocate(free(size(node%slope)), source=.true.)
     do i = 1, size(free)
-      k = minloc(abs(wrapped(beside%z - node%at%z(i))), dim=1, mask=free)
+      k = minloc(abs(wrapped(neighbour%z - node%at%z(i))), dim=1, mask=free)
       free(k) = .false.
-      node%slope(i) = wrapped(beside%z(k) - node%at%z(i)) / (beside%t - t)
+      node%slope(i) = wrapped(neighbour%z(k) - node%at%z(i)) / (neighbour%t - t)
     end do
   end subroutine solve_node
 
@@ -74,39 +74,40 @@ contains
     type(node_type), intent(in) :: l, r
     type(stretch_type), intent(out) :: stretch
     !> `weight`: weight of a change of slope relative to a deviation of z. `apart`: any other assignment must have a deviation that
-    !> is larger by at least this factor. Multipliers closer to each other than `alike` may be exchanged.
-    real(dp), parameter :: weight = 0.5_dp, apart = 3, alike = 0.05_dp
-    real(dp), dimension(size(l%slope), size(l%slope)) :: away
+    !> is larger by at least this factor. Multipliers closer to each other than `similar` may be exchanged.
+    real(dp), parameter :: weight = 0.5_dp, apart = 3, similar = 0.05_dp
+    real(dp), dimension(size(l%slope), size(l%slope)) :: difference
     logical, dimension(size(l%slope), size(l%slope)) :: free
     integer :: order(size(l%slope)), place(2), i, k, n
 
     n = size(l%slope)
     stretch%ends = [l%at, r%at]
-    allocate(stretch%z(n, 2), stretch%change(n, 2), stretch%noise(n, 2), stretch%miss(n))
+    allocate(stretch%z(n, 2), stretch%change(n, 2), stretch%noise(n, 2), stretch%mismatch(n))
     associate (h => r%at%t - l%at%t)
       do k = 1, n
         do i = 1, n
-          away(i, k) = size_of(miss_of(i, k, h), l%at%z(i)) + weight * size_of(h * (r%slope(k) - l%slope(i)), l%at%z(i))
+          difference(i, k) = size_of(mismatch_of(i, k, h), l%at%z(i)) + weight * size_of(h * (r%slope(k) - l%slope(i)), l%at%z(i))
         end do
       end do
       free = .true.
       do i = 1, n
-        place = minloc(away, mask=free)
+        place = minloc(difference, mask=free)
         order(place(1)) = place(2)
         free(place(1), :) = .false.
         free(:, place(2)) = .false.
       end do
       do i = 1, n
         do k = i + 1, n
-          if (min(abs(wrapped(l%at%z(i) - l%at%z(k))), abs(wrapped(r%at%z(order(i)) - r%at%z(order(k))))) < alike) cycle
-          if (away(i, order(k)) + away(k, order(i)) < apart * (away(i, order(i)) + away(k, order(k)))) stretch%ambiguous = .true.
+          if (min(abs(wrapped(l%at%z(i) - l%at%z(k))), abs(wrapped(r%at%z(order(i)) - r%at%z(order(k))))) < similar) cycle
+          if (difference(i, order(k)) + difference(k, order(i)) < apart * (difference(i, order(i)) + difference(k, &
+            & order(k)))) stretch%ambiguous = .true.
         end do
       end do
       do i = 1, n
         k = order(i)
-        stretch%miss(i) = miss_of(i, k, h)
+        stretch%mismatch(i) = mismatch_of(i, k, h)
         stretch%z(i, 1) = l%at%z(i)
-        stretch%z(i, 2) = l%at%z(i) + h * (l%slope(i) + r%slope(k)) / 2 + stretch%miss(i)
+        stretch%z(i, 2) = l%at%z(i) + h * (l%slope(i) + r%slope(k)) / 2 + stretch%mismatch(i)
         stretch%change(i, :) = h * [l%slope(i), r%slope(k)]
         stretch%noise(i, :) = [l%at%noise(i), r%at%noise(k)]
       end do
@@ -115,18 +116,18 @@ contains
 
   contains
 
-    pure complex(dp) function miss_of(i, k, h) result(miss)
+    pure complex(dp) function mismatch_of(i, k, h) result(mismatch)
       integer, intent(in) :: i, k
       real(dp), intent(in) :: h
 
-      miss = wrapped(r%at%z(k) - l%at%z(i) - h * (l%slope(i) + r%slope(k)) / 2)
-    end function miss_of
+      mismatch = wrapped(r%at%z(k) - l%at%z(i) - h * (l%slope(i) + r%slope(k)) / 2)
+    end function mismatch_of
 
     !> Magnitude of a deviation of z. If the decay is strong, the real part is divided by the decay.
-    pure real(dp) function size_of(miss, z)
-      complex(dp), intent(in) :: miss, z
+    pure real(dp) function size_of(mismatch, z)
+      complex(dp), intent(in) :: mismatch, z
 
-      size_of = abs(aimag(miss)) + abs(real(miss)) / max(1.0_dp, abs(real(z)))
+      size_of = abs(aimag(mismatch)) + abs(real(mismatch)) / max(1.0_dp, abs(real(z)))
     end function size_of
 
   end subroutine connect
@@ -142,7 +143,7 @@ contains
   pure function z_at(self, x) result(z)
     class(stretch_type), intent(in) :: self
     real(dp), intent(in) :: x
-    complex(dp) :: z(size(self%miss))
+    complex(dp) :: z(size(self%mismatch))
 
     z = (1 + 2 * x) * (1 - x)**2 * self%z(:, 1) + x**2 * (3 - 2 * x) * self%z(:, 2) &
       & + x * (1 - x)**2 * self%change(:, 1) - x**2 * (1 - x) * self%change(:, 2)
@@ -159,16 +160,16 @@ contains
     !> its ends.
     real(dp), parameter :: safety = 2, clear = 10
     integer, parameter :: samples = 8
-    complex(dp) :: z(size(self%miss), 0:samples)
+    complex(dp) :: z(size(self%mismatch), 0:samples)
     integer :: i, k
 
     associate (decay => max(-max(real(self%z(:, 1)), real(self%z(:, 2))), 0.0_dp))
       is_smooth = .not. self%ambiguous .and. all(abs(aimag(self%change(:, 2) - self%change(:, 1))) <= bend + decay) &
-        & .and. all(abs(self%miss) <= near + part * decay)
+        & .and. all(abs(self%mismatch) <= near + part * decay)
     end associate
     do k = 0, samples
       z(:, k) = self%at(real(k, dp) / samples)
-      is_smooth = is_smooth .and. .not. crowded(z(:, k), abs(self%miss))
+      is_smooth = is_smooth .and. .not. three_meet(z(:, k), abs(self%mismatch))
     end do
     do i = 1, size(z, 1)
       if (.not. is_smooth) return
@@ -176,7 +177,7 @@ contains
       ! The growth rate must not change its sign between ends of equal sign.
       associate (ends => real(z(i, [0, samples])), sign_of_both => sign(1.0_dp, real(z(i, 0))))
         if (any(abs(ends) <= clear * self%noise(i, :)) .or. ((ends(1) > 0) .neqv. (ends(2) > 0))) cycle
-        is_smooth = .not. any(sign_of_both * real(z(i, 1:samples - 1)) - safety * abs(real(self%miss(i))) < 0)
+        is_smooth = .not. any(sign_of_both * real(z(i, 1:samples - 1)) - safety * abs(real(self%mismatch(i))) < 0)
       end associate
     end do
   end function is_smooth
@@ -199,15 +200,16 @@ contains
   end function meets_another
 
   !> True if three multipliers meet within the errors of their curves.
-  pure logical function crowded(z, miss)
+  pure logical function three_meet(z, mismatch)
     complex(dp), intent(in) :: z(:)
-    real(dp), intent(in) :: miss(:)
+    real(dp), intent(in) :: mismatch(:)
     real(dp), parameter :: safety = 6, known = 1.0e-5_dp
     integer :: i
 
-    crowded = any([(count(abs(wrapped(z - z(i))) <= safety * (miss + miss(i)) .and. miss + miss(i) > known) > 2, &
+    three_meet = any([(count(abs(wrapped(z - z(i))) <= safety * (mismatch + mismatch(i)) .and. mismatch &
+      & + mismatch(i) > known) > 2, &
       & i = 1, size(z))])
-  end function crowded
+  end function three_meet
 
   !> z with its imaginary part shifted by a multiple of 2 pi into the range from -pi to pi.
   elemental complex(dp) function wrapped(z)

@@ -5,7 +5,7 @@ module gestell_task_boundary_line_follow
   use gestell_base_kinds, only: dp
   use gestell_task_boundary_line_exponents, only: connect, node_type, solve_node, stretch_type
   use gestell_task_boundary_line, only: line_type
-  use gestell_task_common_executor, only: spread_over, work_type
+  use gestell_task_common_executor, only: distribute_over, work_type
   use gestell_task_common_record, only: record_type
   implicit none (type, external)
   private
@@ -13,14 +13,14 @@ module gestell_task_boundary_line_follow
   public :: follow_multipliers
 
   !> The multipliers along a line, interval by interval. Parts of the line without systems have no intervals.
-  type, public :: way_type
+  type, public :: chain_type
     integer :: count = 0
     !> Consecutive intervals between nodes, of which the first `count` are used.
     type(stretch_type), allocatable :: list(:)
     !> Ends of the parts of the line that remain unknown, shape (2, n): a system could not be solved, or systems of different size
     !> meet.
     real(dp), allocatable :: holes(:, :)
-  end type way_type
+  end type chain_type
 
   !> Parallel work: each piece solves one node.
   type, extends(work_type) :: nodes_type
@@ -34,8 +34,8 @@ module gestell_task_boundary_line_follow
   end type nodes_type
 
   !> An interval shorter than `shortest` times the line is not divided. If one of its ends has no system, the limit is
-  !> `beside_nothing`.
-  real(dp), parameter :: shortest = 1.0e-7_dp, beside_nothing = 1.0e-4_dp
+  !> `shortest_at_gap`.
+  real(dp), parameter :: shortest = 1.0e-7_dp, shortest_at_gap = 1.0e-4_dp
   !> Number of nodes above which intervals are no longer divided.
   integer, parameter :: most = 4000
   !> States of an interval. `open`: it must be divided. `done`: it is final. `empty`: it has no systems.
@@ -47,17 +47,17 @@ contains
   !> them where the multipliers deviate from the prediction of their slopes. All intervals that are too long are halved in the same
   !> round. If there are too many nodes, inaccurate curves therefore remain only in the shortest intervals. Fails if the parameters
   !> are invalid.
-  subroutine follow_multipliers(line, t, way, error)
+  subroutine follow_multipliers(line, t, chain, error)
     type(line_type), intent(in), target :: line
     real(dp), intent(in) :: t(:)
-    type(way_type), intent(out) :: way
+    type(chain_type), intent(out) :: chain
     type(error_type), allocatable, intent(out) :: error
     type(nodes_type) :: work
-    type(node_type), allocatable :: nodes(:), more(:)
-    integer, allocatable :: state(:), more_state(:)
+    type(node_type), allocatable :: nodes(:), refined(:)
+    integer, allocatable :: state(:), refined_state(:)
     integer :: i, n
 
-    allocate(way%holes(2, 0))
+    allocate(chain%holes(2, 0))
     work%line => line
     work%ends = t([1, size(t)])
     associate (span => t(size(t)) - t(1))
@@ -73,33 +73,33 @@ contains
         call solve_nodes(work, pack([((nodes(i)%at%t + nodes(i + 1)%at%t) / 2, i = 1, size(state))], state == open), error)
         if (allocated(error)) return
         n = size(work%nodes)
-        allocate(more(size(nodes) + n), more_state(size(state) + n))
+        allocate(refined(size(nodes) + n), refined_state(size(state) + n))
         n = 0
         do i = 1, size(state)
           n = n + 1
-          more(n) = nodes(i)
-          more_state(n) = state(i)
+          refined(n) = nodes(i)
+          refined_state(n) = state(i)
           if (state(i) /= open) cycle
           n = n + 1
-          more_state(n) = open
-          more(n) = work%nodes(n - i)
+          refined_state(n) = open
+          refined(n) = work%nodes(n - i)
         end do
-        more(n + 1) = nodes(size(nodes))
-        call move_alloc(more, nodes)
-        call move_alloc(more_state, state)
+        refined(n + 1) = nodes(size(nodes))
+        call move_alloc(refined, nodes)
+        call move_alloc(refined_state, state)
       end do
     end associate
-    allocate(way%list(size(state)))
+    allocate(chain%list(size(state)))
     do i = 1, size(state)
-      if (alike(nodes(i), nodes(i + 1))) then
-        way%count = way%count + 1
-        call connect(nodes(i), nodes(i + 1), way%list(way%count))
+      if (have_equal_size(nodes(i), nodes(i + 1))) then
+        chain%count = chain%count + 1
+        call connect(nodes(i), nodes(i + 1), chain%list(chain%count))
       else if (.not. any([nodes(i)%at%verdict, nodes(i + 1)%at%verdict] == impossible)) then
-        n = size(way%holes, 2)
-        if (any(way%holes(2, :) >= nodes(i)%at%t)) then
-          way%holes(2, n) = nodes(i + 1)%at%t                      ! neighbouring holes become one
+        n = size(chain%holes, 2)
+        if (any(chain%holes(2, :) >= nodes(i)%at%t)) then
+          chain%holes(2, n) = nodes(i + 1)%at%t                      ! neighbouring holes become one
         else
-          way%holes = reshape([way%holes, nodes(i)%at%t, nodes(i + 1)%at%t], [2, n + 1])
+          chain%holes = reshape([chain%holes, nodes(i)%at%t, nodes(i + 1)%at%t], [2, n + 1])
         end if
       end if
     end do
@@ -114,7 +114,7 @@ contains
     work%t = t
     if (allocated(work%nodes)) deallocate(work%nodes)
     allocate(work%nodes(size(t)))
-    call spread_over(work, size(t), error, work%line%executor)
+    call distribute_over(work, size(t), error, work%line%executor)
   end subroutine solve_nodes
 
   recursive subroutine compute(self, k, error)
@@ -142,21 +142,21 @@ contains
 
     state = open
     associate (h => r%at%t - l%at%t)
-      if (alike(l, r)) then
+      if (have_equal_size(l, r)) then
         call connect(l, r, stretch)
         if (h < shortest * span .or. .not. stretch%rough) state = done
-      else if ((l%at%missing() .and. r%at%missing()) .or. h < beside_nothing * span) then
+      else if ((l%at%missing() .and. r%at%missing()) .or. h < shortest_at_gap * span) then
         state = empty
       end if
     end associate
   end function state_of
 
   !> True if both nodes have systems, and these systems have the same size.
-  pure logical function alike(l, r)
+  pure logical function have_equal_size(l, r)
     type(node_type), intent(in) :: l, r
 
-    alike = .not. (l%at%missing() .or. r%at%missing())
-    if (alike) alike = size(l%at%z) == size(r%at%z)
-  end function alike
+    have_equal_size = .not. (l%at%missing() .or. r%at%missing())
+    if (have_equal_size) have_equal_size = size(l%at%z) == size(r%at%z)
+  end function have_equal_size
 
 end module gestell_task_boundary_line_follow

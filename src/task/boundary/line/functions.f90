@@ -28,13 +28,14 @@ module gestell_task_boundary_line_functions
 
 contains
 
-  !> Computes the functions f+, f- and h. For multipliers in reciprocal pairs the discriminant replaces h. `known`: true for
+  !> Computes the functions f+, f- and h. For multipliers in reciprocal pairs the discriminant replaces h. `sign_certain`: true for
   !> functions that differ from zero by more than the errors of the multipliers.
-  pure subroutine border_functions(multipliers, f, known, reciprocal)
+  pure subroutine border_functions(multipliers, f, sign_certain, reciprocal)
     type(multipliers_type), intent(in) :: multipliers
     real(dp), intent(out) :: f(border_kinds)
-    !> `known`: true for functions that certainly differ from zero. `reciprocal`: true if the multipliers form pairs rho, 1/rho
-    logical, intent(out) :: known(border_kinds), reciprocal
+    !> `sign_certain`: true for functions that certainly differ from zero. `reciprocal`: true if the multipliers form pairs rho,
+    !> 1/rho
+    logical, intent(out) :: sign_certain(border_kinds), reciprocal
     complex(dp), dimension(size(multipliers%rho)) :: w
     complex(dp) :: z(size(w) / 2)
     real(dp) :: radius(size(w)), z_error(size(w) / 2)
@@ -47,55 +48,55 @@ contains
     end associate
     f(divergence) = real(product((w - 1) / size_of(w)))
     f(period_doubling) = real(product((w + 1) / size_of(w)))
-    known(divergence) = all(abs(w - 1) > radius)
-    known(period_doubling) = all(abs(w + 1) > radius)
+    sign_certain(divergence) = all(abs(w - 1) > radius)
+    sign_certain(period_doubling) = all(abs(w + 1) > radius)
     call find_pairs(w, radius, z, z_error, reciprocal)
     if (reciprocal) then
-      call discriminant(z, z_error, f(flutter), known(flutter))
+      call discriminant(z, z_error, f(flutter), sign_certain(flutter))
     else
-      call product_of_pairs(w, radius, f(flutter), known(flutter))
+      call product_of_pairs(w, radius, f(flutter), sign_certain(flutter))
     end if
   end subroutine border_functions
 
-  !> Computes h, the product over pairs of multipliers of (1 - w_i w_k), with scaled factors. `known`: true if each factor differs
-  !> from zero by more than its error.
-  pure subroutine product_of_pairs(w, radius, h, known)
+  !> Computes h, the product over pairs of multipliers of (1 - w_i w_k), with scaled factors. `sign_certain`: true if each factor
+  !> differs from zero by more than its error.
+  pure subroutine product_of_pairs(w, radius, h, sign_certain)
     complex(dp), intent(in) :: w(:)
     real(dp), intent(in) :: radius(:)
     real(dp), intent(out) :: h
-    logical, intent(out) :: known
+    logical, intent(out) :: sign_certain
     complex(dp) :: all_pairs
     integer :: i, k
 
     all_pairs = 1
-    known = .true.
+    sign_certain = .true.
     do i = 1, size(w)
       do k = i + 1, size(w)
         associate (pair => w(i) * w(k), pair_error => abs(w(i)) * radius(k) + (abs(w(k)) + radius(k)) * radius(i))
           all_pairs = all_pairs * ((1 - pair) / size_of(pair))
-          known = known .and. abs(1 - pair) > pair_error
+          sign_certain = sign_certain .and. abs(1 - pair) > pair_error
         end associate
       end do
     end do
     h = real(all_pairs)
   end subroutine product_of_pairs
 
-  !> Computes the discriminant of `z`, the product of (z_i - z_k)**2, with scaled factors. `known`: true if each factor differs from
-  !> zero by more than its error.
-  pure subroutine discriminant(z, error, value, known)
+  !> Computes the discriminant of `z`, the product of (z_i - z_k)**2, with scaled factors. `sign_certain`: true if each factor
+  !> differs from zero by more than its error.
+  pure subroutine discriminant(z, error, value, sign_certain)
     complex(dp), intent(in) :: z(:)
     real(dp), intent(in) :: error(:)
     real(dp), intent(out) :: value
-    logical, intent(out) :: known
+    logical, intent(out) :: sign_certain
     complex(dp) :: all_pairs
     integer :: i, k
 
     all_pairs = 1
-    known = .true.
+    sign_certain = .true.
     do i = 1, size(z)
       do k = i + 1, size(z)
         all_pairs = all_pairs * ((z(i) - z(k)) / (size_of(z(i)) * size_of(z(k))))**2
-        known = known .and. abs(z(i) - z(k)) > error(i) + error(k)
+        sign_certain = sign_certain .and. abs(z(i) - z(k)) > error(i) + error(k)
       end do
     end do
     value = real(all_pairs)

@@ -22,13 +22,13 @@ module gestell_task_boundary_line
   public :: check_search, coordinate, parameter_at, probe_line, sensitivity, skewed
 
   !> Default tolerance of borders along one parameter, relative to the range.
-  real(dp), parameter, public :: usual_tolerance = 1.0e-10_dp
+  real(dp), parameter, public :: default_tolerance = 1.0e-10_dp
 
   !> Options of a search for stability borders.
   type, public :: border_options
     type(accuracy_type) :: accuracy
     !> Allowed error of borders over one parameter, or allowed deviation of curves over two parameters, relative to the ranges.
-    real(dp) :: tolerance = usual_tolerance
+    real(dp) :: tolerance = default_tolerance
     !> Distributes the work over threads, which may request members of the family at the same time.
     class(executor_type), pointer :: executor => null()
   end type border_options
@@ -36,14 +36,14 @@ module gestell_task_boundary_line
   !> Maximum number of search points.
   integer(int64), parameter, public :: most_searched = 10_int64**7
   !> Limits of the tolerance of borders.
-  real(dp), parameter, public :: least_tolerance = 1.0e-13_dp, greatest_tolerance = 0.1_dp
+  real(dp), parameter, public :: min_tolerance = 1.0e-13_dp, greatest_tolerance = 0.1_dp
 
-  !> Line u(t) = `start` + t `way` in the space of a family's parameters.
+  !> Line u(t) = `start` + t `direction` in the space of a family's parameters.
   type, extends(border_options), public :: line_type
     class(family_type), pointer :: family => null()
     type(axis_type), allocatable :: axes(:)
-    !> `start`: coordinates u at t = 0. `way`: change of u from t = 0 to t = 1. Both have shape (parameters).
-    real(dp), allocatable :: start(:), way(:)
+    !> `start`: coordinates u at t = 0. `direction`: change of u from t = 0 to t = 1. Both have shape (parameters).
+    real(dp), allocatable :: start(:), direction(:)
     !> Maximum number of meetings of multipliers that are searched: towards zero speed their number grows without limit.
     integer :: most_meetings = 5000
   contains
@@ -56,8 +56,9 @@ module gestell_task_boundary_line
     type(verdict_type) :: verdict = failed
     !> Functions of the multipliers (see `border_functions`).
     real(dp) :: f(border_kinds) = 0
-    !> `known`: true for the functions in `f` whose sign is certain. `reciprocal`: true if the multipliers form pairs rho, 1/rho.
-    logical :: known(border_kinds) = .false., reciprocal = .false.
+    !> `sign_certain`: true for the functions in `f` whose sign is certain. `reciprocal`: true if the multipliers form pairs rho,
+    !> 1/rho.
+    logical :: sign_certain(border_kinds) = .false., reciprocal = .false.
     !> Argument of the largest multiplier (0 to pi).
     real(dp) :: arg = 0
     !> ln(rho) of all multipliers, with imaginary parts in (-pi, pi]; shape (n).
@@ -90,7 +91,7 @@ contains
       call fatal_error(error, "a search for boundaries needs at least two values on each axis", invalid_input)
     else if (product(real(axes%count, dp)) > most_searched) then
       call fatal_error(error, "the search has more than 1e7 points", invalid_input)
-    else if (.not. (tolerance >= least_tolerance .and. tolerance <= greatest_tolerance)) then
+    else if (.not. (tolerance >= min_tolerance .and. tolerance <= greatest_tolerance)) then
       call fatal_error(error, "the tolerance of boundaries must lie between 1e-13 and 0.1", invalid_input)
     end if
   end subroutine check_search
@@ -99,7 +100,7 @@ contains
   pure real(dp) function step(self)
     class(line_type), intent(in) :: self
 
-    step = self%tolerance / norm2(self%way)
+    step = self%tolerance / norm2(self%direction)
   end function step
 
   !> True if no system exists at this point, or the system could not be solved.
@@ -126,7 +127,7 @@ contains
     call record%pass(self%verdict)
     do i = 1, border_kinds
       call record%pass(self%f(i))
-      call record%pass(self%known(i))
+      call record%pass(self%sign_certain(i))
     end do
     call record%pass(self%reciprocal)
     call record%pass(self%arg)
@@ -146,20 +147,20 @@ contains
     type(error_type), allocatable :: failure
 
     probe%t = t
-    call member%make(line%family, parameter_at(line%axes, line%start + t * line%way), error)
+    call member%make(line%family, parameter_at(line%axes, line%start + t * line%direction), error)
     if (allocated(error)) return
     if (.not. member%is_sound()) then
       probe%verdict = member%state
       return
     end if
     call border_multipliers(member%system, line%accuracy, multipliers, failure)
-    call member%take_failure(failure, error)
+    call member%classify_failure(failure, error)
     if (.not. member%is_sound()) return
     probe%verdict = multipliers%judge()
     probe%arg = abs(multipliers%arg(1))
     probe%z = cmplx(multipliers%log_abs, multipliers%arg, dp)
     probe%noise = multipliers%error
-    call border_functions(multipliers, probe%f, probe%known, probe%reciprocal)
+    call border_functions(multipliers, probe%f, probe%sign_certain, probe%reciprocal)
   end subroutine probe_line
 
   !> Parameter at coordinate `u` of an axis. At `u` = 0 and 1 it is exactly the start and the end of the range.

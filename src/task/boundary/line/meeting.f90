@@ -21,7 +21,7 @@ module gestell_task_boundary_line_meeting
     !> `t`: position at which the two multipliers grow most. `width`: width of the part around it in which they may grow.
     real(dp) :: t = 0, width = 0
     !> The two multipliers at the position with the largest growth found
-    type(pair_type) :: top
+    type(pair_type) :: strongest
     !> On each side of a tongue, the nearest solved position at which both multipliers decay.
     type(pair_type) :: sides(2)
     !> True for each side of the tongue on which a position was found where both multipliers decay.
@@ -49,36 +49,36 @@ contains
     !> A mean growth of at most this multiple of its error counts as zero.
     real(dp), parameter :: neutral = 10
     !> Pairs are followed up to this distance beyond both ends of their interval, relative to its length.
-    real(dp), parameter :: beside = 0.25_dp
-    type(pair_type) :: seen(most), near(3)
+    real(dp), parameter :: overhang = 0.25_dp
+    type(pair_type) :: pairs(most), near(3)
     type(pair_fit_type) :: fit
     real(dp) :: bounds(2), predicted
     integer :: three(3), n
     integer, allocatable :: order(:)
 
-    bounds = path%stretch%ends%t + beside * path%stretch%length() * [-1, 1]
+    bounds = path%stretch%ends%t + overhang * path%stretch%length() * [-1, 1]
     bounds = [max(bounds(1), 0.0_dp), min(bounds(2), 1.0_dp)]
-    call three_about(path, start, rate, bounds, seen(:3), error)
+    call solve_three_pairs(path, start, rate, bounds, pairs(:3), error)
     meeting%t = start
     meeting%width = path%stretch%length()
-    if (allocated(error) .or. any(seen(:3)%at%missing())) return
+    if (allocated(error) .or. any(pairs(:3)%at%missing())) return
     three = [1, 2, 3]
     do n = 3, most
-      meeting%top = seen(maxloc(seen(:n)%growth - clear * seen(:n)%noise, dim=1))
-      if (meeting%top%growth > clear * meeting%top%noise .and. meeting%top%excess() < 0) then
+      meeting%strongest = pairs(maxloc(pairs(:n)%growth - clear * pairs(:n)%noise, dim=1))
+      if (meeting%strongest%growth > clear * meeting%strongest%noise .and. meeting%strongest%decay_margin() < 0) then
         meeting%outcome = tongue
-        call find_outside(path, seen(:n), bounds, meeting, error)
+        call find_decaying_sides(path, pairs(:n), bounds, meeting, error)
         return
       end if
       if (n == most) return
-      near = seen(three)
+      near = pairs(three)
       fit = fit_pair(near)
       associate (low => near(1)%t, high => near(3)%t)
         meeting%width = high - low
         meeting%t = greatest_growth(fit, max(bounds(1), low - beyond * (high - low)), min(bounds(2), high + beyond * (high - low)))
       end associate
       predicted = fit%growth(meeting%t)
-      associate (next => seen(minloc(abs(seen(:n)%t - meeting%t), dim=1)))
+      associate (next => pairs(minloc(abs(pairs(:n)%t - meeting%t), dim=1)))
         if (abs(next%t - meeting%t) <= path%line%step() / 4 + 4 * spacing(next%t)) then
           ! At the maximum the growth is negative, or zero within its error, or it may be positive nearby.
           if (next%growth < -clear * next%noise) then
@@ -92,7 +92,7 @@ contains
           return
         end if
       end associate
-      associate (new => seen(n + 1))
+      associate (new => pairs(n + 1))
         call path%solve(meeting%t, new, error)
         if (allocated(error) .or. new%at%missing()) return
         if (new%growth < -clear * new%noise .and. abs(new%growth - predicted) < part * abs(new%growth)) then
@@ -100,17 +100,17 @@ contains
           return
         end if
       end associate
-      order = ascending(abs(seen(:n + 1)%t - meeting%t))
+      order = ascending(abs(pairs(:n + 1)%t - meeting%t))
       three = order(:3)
-      three = three(ascending((seen(three)%t)))
+      three = three(ascending((pairs(three)%t)))
     end do
   end subroutine search_meeting
 
   !> Finds, on each side of a tongue's maximum, a pair in which both multipliers decay. This is the nearest such pair already
   !> solved. Otherwise the distance from the maximum is doubled until both multipliers decay.
-  subroutine find_outside(path, seen, bounds, meeting, error)
+  subroutine find_decaying_sides(path, pairs, bounds, meeting, error)
     type(pair_path_type), intent(in) :: path
-    type(pair_type), intent(in) :: seen(:)
+    type(pair_type), intent(in) :: pairs(:)
     real(dp), intent(in) :: bounds(2)
     type(meeting_type), intent(inout) :: meeting
     type(error_type), allocatable, intent(out) :: error
@@ -118,34 +118,35 @@ contains
     integer :: side, i
 
     do side = 1, 2
-      associate (here => meeting%sides(side), top => meeting%top%t, way => 2 * side - 3)
+      associate (here => meeting%sides(side), strongest => meeting%strongest%t, direction => 2 * side - 3)
         nearest = huge(nearest)
-        do i = 1, size(seen)
-          if (seen(i)%excess() <= 0 .or. way * (seen(i)%t - top) <= 0 .or. abs(seen(i)%t - top) > nearest) cycle
-          nearest = abs(seen(i)%t - top)
-          here = seen(i)
+        do i = 1, size(pairs)
+          if (pairs(i)%decay_margin() <= 0 .or. direction * (pairs(i)%t - strongest) <= 0 .or. abs(pairs(i)%t &
+            & - strongest) > nearest) cycle
+          nearest = abs(pairs(i)%t - strongest)
+          here = pairs(i)
           meeting%outside(side) = .true.
         end do
-        distance = max(maxval(seen%t) - minval(seen%t), path%line%step())
+        distance = max(maxval(pairs%t) - minval(pairs%t), path%line%step())
         do while (.not. meeting%outside(side))
-          t = top + way * distance
+          t = strongest + direction * distance
           if (side == 1) t = max(t, bounds(1))
           if (side == 2) t = min(t, bounds(2))
-          if (.not. abs(t - top) > 0) exit
+          if (.not. abs(t - strongest) > 0) exit
           call path%solve(t, here, error)
           if (allocated(error)) return
           if (here%at%missing()) exit
-          meeting%outside(side) = here%excess() > 0
+          meeting%outside(side) = here%decay_margin() > 0
           if (.not. abs(t - bounds(side)) > 0) exit
           distance = 2 * distance
         end do
       end associate
     end do
-  end subroutine find_outside
+  end subroutine find_decaying_sides
 
   !> Computes the pair of multipliers at `start` and at equal distances on both sides of it, where the detuning is about three times
   !> the growth.
-  subroutine three_about(path, start, rate, bounds, three, error)
+  subroutine solve_three_pairs(path, start, rate, bounds, three, error)
     type(pair_path_type), intent(in) :: path
     real(dp), intent(in) :: start, rate, bounds(2)
     type(pair_type), intent(out) :: three(3)
@@ -162,28 +163,28 @@ contains
     if (abs(middle - start) > 0) call path%solve(middle, three(2), error)
     if (.not. allocated(error)) call path%solve(middle - s, three(1), error)
     if (.not. allocated(error)) call path%solve(middle + s, three(3), error)
-  end subroutine three_about
+  end subroutine solve_three_pairs
 
-  !> Computes the position of the end of a tongue: the zero of `excess` between a position where both multipliers decay and one
-  !> where the pair grows. Fails if the parameters are invalid.
-  subroutine tongue_end(path, outside, top, t, missing, error)
+  !> Computes the position of the end of a tongue: the zero of `decay_margin` between a position where both multipliers decay and
+  !> one where the pair grows. Fails if the parameters are invalid.
+  subroutine tongue_end(path, outside, strongest, t, missing, error)
     type(pair_path_type), intent(in) :: path
-    !> `outside`: the pair of multipliers where both decay. `top`: the pair where it grows
-    type(pair_type), intent(in) :: outside, top
+    !> `outside`: the pair of multipliers where both decay. `strongest`: the pair where it grows
+    type(pair_type), intent(in) :: outside, strongest
     !> Position of the end of the tongue
     real(dp), intent(out) :: t
     !> True if a system between the two pairs could not be solved
     logical, intent(out) :: missing
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: share = 0.125_dp
-    integer, parameter :: most_steps = 100
+    integer, parameter :: max_steps = 100
     type(root_search_type) :: search
     type(pair_type) :: new
     integer :: k
 
     missing = .false.
-    call search%start(top%t, top%excess(), outside%t, outside%excess())
-    do k = 1, most_steps
+    call search%start(strongest%t, strongest%decay_margin(), outside%t, outside%decay_margin())
+    do k = 1, max_steps
       t = search%root()
       associate (tolerance => share * path%line%step() + 2 * spacing(t))
         if (search%found(tolerance)) return
@@ -191,7 +192,7 @@ contains
       end associate
       missing = new%at%missing()
       if (allocated(error) .or. missing) return
-      call search%take(new%t, new%excess())
+      call search%take(new%t, new%decay_margin())
     end do
     t = search%root()
   end subroutine tongue_end

@@ -6,10 +6,10 @@ module gestell_task_boundary_line_multipliers
   use gestell_floquet_solution_factored, only: factored_type, solve_factored
   use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_floquet_choice_survey, only: survey_system, survey_type
-  use gestell_floquet_multipliers, only: append, arrange, multipliers_type, no_multipliers
+  use gestell_floquet_multipliers, only: append, arrange, multipliers_type, empty_multipliers
   use gestell_floquet_solution, only: floquet_type, solve_floquet, solve_multipliers
   use gestell_system_averaged, only: averaged_system
-  use gestell_system_part, only: find_parts, part_of
+  use gestell_system_subsystem, only: find_subsystems, extract_subsystem
   use gestell_system_periodic, only: periodic_system
   implicit none (type, external)
   private
@@ -32,15 +32,15 @@ contains
     integer, allocatable :: numbers(:), states(:)
     integer :: i, k
 
-    call find_parts(system, numbers, error)
+    call find_subsystems(system, numbers, error)
     if (allocated(error)) return
     if (maxval(numbers) == 1) then
       call solve_part(system, accuracy, multipliers, error)
       return
     end if
-    multipliers = no_multipliers(0)
+    multipliers = empty_multipliers(0)
     do k = 1, maxval(numbers)
-      call part_of(system, pack([(i, i = 1, size(numbers))], numbers == k), part, states)
+      call extract_subsystem(system, pack([(i, i = 1, size(numbers))], numbers == k), part, states)
       call solve_part(part, accuracy, own, error)
       if (allocated(error)) return
       call append(multipliers, own)

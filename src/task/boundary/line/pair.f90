@@ -15,17 +15,17 @@ module gestell_task_boundary_line_pair
   public :: fit_pair, greatest_growth
 
   !> Identifies two multipliers that meet in an interval between nodes.
-  type, public :: pair_name_type
+  type, public :: pair_indices_type
     !> `i`, `k`: indices of the two multipliers. `turns`: number of turns by which the phase of `i` exceeds that of `k` where they
     !> meet.
     integer :: i = 0, k = 0, turns = 0
-  end type pair_name_type
+  end type pair_indices_type
 
   !> A pair of multipliers in an interval between nodes, which can be solved at any position of the line.
   type, public :: pair_path_type
     type(line_type), pointer :: line => null()
     type(stretch_type), pointer :: stretch => null()
-    type(pair_name_type) :: name
+    type(pair_indices_type) :: name
   contains
     procedure :: solve
   end type pair_path_type
@@ -40,7 +40,7 @@ module gestell_task_boundary_line_pair
     !> The system with all its multipliers
     type(probe_type) :: at
   contains
-    procedure :: excess
+    procedure :: decay_margin
   end type pair_type
 
   !> Quadratic polynomials of x = t - `origin` for `mean` and `delta`: coefficients of 1, x and x**2.
@@ -60,8 +60,8 @@ contains
     real(dp), intent(in) :: t
     type(pair_type), intent(out) :: pair
     type(error_type), allocatable, intent(out) :: error
-    complex(dp) :: expected(size(self%stretch%miss)), one, other
-    real(dp) :: away, least
+    complex(dp) :: expected(size(self%stretch%mismatch)), one, other
+    real(dp) :: difference, smallest
     integer :: i, k, best(2)
 
     pair%t = t
@@ -74,15 +74,15 @@ contains
     expected = self%stretch%at((t - self%stretch%ends(1)%t) / self%stretch%length())
     one = expected(self%name%i)
     other = expected(self%name%k) + cmplx(0.0_dp, 2 * pi * self%name%turns, dp)
-    least = huge(least)
+    smallest = huge(smallest)
     best = 1
     associate (z => pair%at%z)
       do i = 1, size(z)
         do k = 1, size(z)
           if (i == k) cycle
-          away = abs(wrapped(z(i) - one)) + abs(wrapped(z(k) - other))
-          if (away >= least) cycle
-          least = away
+          difference = abs(wrapped(z(i) - one)) + abs(wrapped(z(k) - other))
+          if (difference >= smallest) cycle
+          smallest = difference
           best = [i, k]
         end do
       end do
@@ -97,14 +97,14 @@ contains
 
   !> Positive if both multipliers decay, otherwise negative. Smooth except where both grow. Derived from the condition for a
   !> multiplier on the unit circle: (i y - mean)**2 = delta with real y.
-  elemental real(dp) function excess(self)
+  elemental real(dp) function decay_margin(self)
     class(pair_type), intent(in) :: self
     real(dp), parameter :: clear = 10
 
-    excess = real(self%mean)**2 - real(self%delta)
-    if (abs(real(self%mean)) > clear * self%noise) excess = excess - (aimag(self%delta) / (2 * real(self%mean)))**2
-    if (real(self%mean) > clear * self%noise) excess = -abs(excess)
-  end function excess
+    decay_margin = real(self%mean)**2 - real(self%delta)
+    if (abs(real(self%mean)) > clear * self%noise) decay_margin = decay_margin - (aimag(self%delta) / (2 * real(self%mean)))**2
+    if (real(self%mean) > clear * self%noise) decay_margin = -abs(decay_margin)
+  end function decay_margin
 
   !> Fits parabolas to `mean` and `delta` of a pair of multipliers at three positions.
   pure function fit_pair(three) result(fit)

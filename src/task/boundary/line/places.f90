@@ -2,17 +2,17 @@
 module gestell_task_boundary_line_places
   use gestell_base_kinds, only: dp, pi
   use gestell_task_boundary_line_exponents, only: stretch_type
-  use gestell_task_boundary_line_pair, only: pair_name_type
+  use gestell_task_boundary_line_pair, only: pair_indices_type
   implicit none (type, external)
   private
 
-  public :: fastest_within, meetings_on
+  public :: rate_limit, meetings_on
 
   !> Place where two multipliers meet.
   type, public :: place_type
     !> Number of the interval between nodes that contains the place.
     integer :: stretch = 0
-    type(pair_name_type) :: name
+    type(pair_indices_type) :: name
     !> `x`: position in the interval (0 to 1). `rate`: rate at which the phases separate (rad per t).
     real(dp) :: x = 0, rate = 0
   end type place_type
@@ -26,7 +26,7 @@ contains
 
   !> Largest rate such that at most `most` places have this rate or a lower one. If the speed varies, the places with the lowest
   !> rates have the lowest orders and therefore the widest tongues.
-  pure real(dp) function fastest_within(places, most) result(rate)
+  pure real(dp) function rate_limit(places, most) result(rate)
     type(place_type), intent(in) :: places(:)
     integer, intent(in) :: most
     integer, parameter :: halvings = 60
@@ -47,7 +47,7 @@ contains
         end if
       end do
     end associate
-  end function fastest_within
+  end function rate_limit
 
   !> Places where two multipliers of interval `number` meet. Of two conjugate places only one is included.
   pure function meetings_on(stretch, number) result(places)
@@ -61,9 +61,9 @@ contains
     real(dp), parameter :: close = 0.02_dp, below = -0.2_dp, locked = 1.0e-9_dp, safety = 4
     !> Pairs that decay more strongly than this (ln |rho|) are ignored: if they lost stability where they meet, the curves would
     !> show it.
-    real(dp), parameter :: strong = -3
-    complex(dp) :: z(size(stretch%miss), 0:samples)
-    real(dp) :: ahead(0:samples), rest(0:samples), near, x
+    real(dp), parameter :: strong_decay = -3
+    complex(dp) :: z(size(stretch%mismatch), 0:samples)
+    real(dp) :: phase_lead(0:samples), phase_difference(0:samples), near, x
     integer :: i, j, k, turns
     logical :: meets(samples)
 
@@ -73,22 +73,22 @@ contains
     end do
     do i = 1, size(z, 1)
       do j = i + 1, size(z, 1)
-        if (any(maxval(real(z([i, j], :)), dim=2) < strong)) cycle
-        ahead = aimag(z(i, :) - z(j, :))
-        near = close + safety * (abs(stretch%miss(i)) + abs(stretch%miss(j)))
-        do turns = floor((minval(ahead) - near) / (2 * pi)), ceiling((maxval(ahead) + near) / (2 * pi))
-          rest = ahead - 2 * pi * turns
-          if (minval(abs(rest)) > near .and. all(rest > 0 .eqv. rest(0) > 0)) cycle
-          if (maxval(abs(rest)) <= locked) cycle
+        if (any(maxval(real(z([i, j], :)), dim=2) < strong_decay)) cycle
+        phase_lead = aimag(z(i, :) - z(j, :))
+        near = close + safety * (abs(stretch%mismatch(i)) + abs(stretch%mismatch(j)))
+        do turns = floor((minval(phase_lead) - near) / (2 * pi)), ceiling((maxval(phase_lead) + near) / (2 * pi))
+          phase_difference = phase_lead - 2 * pi * turns
+          if (minval(abs(phase_difference)) > near .and. all(phase_difference > 0 .eqv. phase_difference(0) > 0)) cycle
+          if (maxval(abs(phase_difference)) <= locked) cycle
           ! Select the places where the phases meet or, if they do not meet, the place where they are closest.
-          meets = (rest(1:) > 0) .neqv. (rest(:samples - 1) > 0)
-          if (.not. any(meets)) meets(max(minloc(abs(rest), dim=1) - 1, 1)) = .true.
+          meets = (phase_difference(1:) > 0) .neqv. (phase_difference(:samples - 1) > 0)
+          if (.not. any(meets)) meets(max(minloc(abs(phase_difference), dim=1) - 1, 1)) = .true.
           do k = 1, samples
             if (.not. meets(k) .or. sin(aimag(z(j, k))) < below) cycle
-            associate (a => rest(k - 1), b => rest(k))
+            associate (a => phase_difference(k - 1), b => phase_difference(k))
               x = merge(0, 1, abs(a) < abs(b))
               if ((a > 0) .neqv. (b > 0)) x = a / (a - b)
-              places = [places, place_type(number, pair_name_type(i, j, turns), (k - 1 + x) / samples, &
+              places = [places, place_type(number, pair_indices_type(i, j, turns), (k - 1 + x) / samples, &
                 & (b - a) * samples / stretch%length())]
             end associate
           end do

@@ -4,13 +4,13 @@ module gestell_task_boundary_line_search
   use gestell_base_kinds, only: dp
   use gestell_math_sorting, only: ascending
   use gestell_task_boundary_line, only: line_type, probe_type, skewed
-  use gestell_task_boundary_line_crossing, only: add_named, separate, verify
-  use gestell_task_boundary_line_follow, only: follow_multipliers, way_type
-  use gestell_task_boundary_line_found, only: crossing_type, doubt_type, search_type, searches_type
+  use gestell_task_boundary_line_crossing, only: add_classified, find_borders_between, verify
+  use gestell_task_boundary_line_follow, only: follow_multipliers, chain_type
+  use gestell_task_boundary_line_search_result, only: crossing_type, open_part_type, search_type, searches_type
   use gestell_task_boundary_line_meeting, only: meeting_type, open_question, search_meeting, thin, tongue, tongue_end
   use gestell_task_boundary_line_pair, only: pair_path_type
-  use gestell_task_boundary_line_places, only: fastest_within, meetings_on, place_type, places_type
-  use gestell_task_common_executor, only: spread_over
+  use gestell_task_boundary_line_places, only: rate_limit, meetings_on, place_type, places_type
+  use gestell_task_common_executor, only: distribute_over
   implicit none (type, external)
   private
 
@@ -19,7 +19,7 @@ module gestell_task_boundary_line_search
   !> Parallel work: each piece searches one place where two multipliers meet.
   type, extends(searches_type) :: meetings_type
     type(line_type), pointer :: line => null()
-    type(way_type), pointer :: way => null()
+    type(chain_type), pointer :: chain => null()
     type(place_type), allocatable :: places(:)
   contains
     procedure :: compute => search_place
@@ -57,78 +57,78 @@ contains
     type(search_type), intent(out), target :: search
     type(error_type), allocatable, intent(out) :: error
     type(meetings_type) :: work
-    type(way_type), target :: way
+    type(chain_type), target :: chain
     type(places_type), allocatable :: on_stretch(:)
     type(place_type), allocatable :: places(:)
-    real(dp) :: fastest
+    real(dp) :: largest_rate
     integer :: i
 
-    call search%begin()
-    call follow_multipliers(line, nodes, way, error)
+    call search%initialise()
+    call follow_multipliers(line, nodes, chain, error)
     if (allocated(error)) return
-    allocate(on_stretch(way%count))
-    do i = 1, way%count
-      associate (stretch => way%list(i))
+    allocate(on_stretch(chain%count))
+    do i = 1, chain%count
+      associate (stretch => chain%list(i))
         call search%add_mark(stretch%ends(1))
         call search%add_mark(stretch%ends(2))
-        if (stretch%rough) search%doubts = [search%doubts, doubt_type(sum(stretch%ends%t) / 2, stretch%length())]
+        if (stretch%rough) search%open_parts = [search%open_parts, open_part_type(sum(stretch%ends%t) / 2, stretch%length())]
         on_stretch(i)%list = meetings_on(stretch, i)
       end associate
     end do
-    places = [(on_stretch(i)%list, i = 1, way%count)]
-    fastest = fastest_within(places, line%most_meetings)
+    places = [(on_stretch(i)%list, i = 1, chain%count)]
+    largest_rate = rate_limit(places, line%most_meetings)
     if (size(places) > 0) then
       work%line => line
-      work%way => way
-      work%places = pack(places, .not. abs(places%rate) > fastest)
+      work%chain => chain
+      work%places = pack(places, .not. abs(places%rate) > largest_rate)
       allocate(work%found(size(work%places)))
-      call spread_over(work, size(work%places), error, line%executor)
+      call distribute_over(work, size(work%places), error, line%executor)
       if (allocated(error)) return
       do i = 1, size(work%found)
-        call search%take(work%found(i))
+        call search%append(work%found(i))
       end do
     end if
-    call name_left_out(places, fastest, way, search)
+    call list_skipped(places, largest_rate, chain, search)
     call search%sort_marks()
     call close_gaps(line, search, error)
     if (allocated(error)) return
     ! Parts in which systems could not be solved remain open.
-    do i = 1, size(way%holes, 2)
-      search%doubts = [search%doubts, doubt_type(sum(way%holes(:, i)) / 2, way%holes(2, i) - way%holes(1, i))]
+    do i = 1, size(chain%holes, 2)
+      search%open_parts = [search%open_parts, open_part_type(sum(chain%holes(:, i)) / 2, chain%holes(2, i) - chain%holes(1, i))]
     end do
     ! Borders narrower than the resolution are removed afterwards, because they also explain changes of the verdict.
     call search%sort_borders(0.0_dp)
-    call search%name_unexplained()
+    call search%list_unexplained()
     call search%sort_borders(2 * line%step())
   end subroutine search_line
 
-  !> Adds to `search%doubts` each group of neighbouring intervals that contain places left out of the search.
-  pure subroutine name_left_out(places, fastest, way, search)
+  !> Adds to `search%open_parts` each group of neighbouring intervals that contain places left out of the search.
+  pure subroutine list_skipped(places, largest_rate, chain, search)
     type(place_type), intent(in) :: places(:)
-    real(dp), intent(in) :: fastest
-    type(way_type), intent(in) :: way
+    real(dp), intent(in) :: largest_rate
+    type(chain_type), intent(in) :: chain
     type(search_type), intent(inout) :: search
-    type(doubt_type), allocatable :: own(:)
-    logical :: left(0:way%count + 1)
+    type(open_part_type), allocatable :: own(:)
+    logical :: left(0:chain%count + 1)
     integer :: i, first
 
     allocate(own(0))
     left = .false.
     do i = 1, size(places)
-      if (abs(places(i)%rate) <= fastest) cycle
+      if (abs(places(i)%rate) <= largest_rate) cycle
       search%left_out = search%left_out + 1
       left(places(i)%stretch) = .true.
     end do
     first = 0
-    do i = 1, way%count
+    do i = 1, chain%count
       if (left(i) .and. .not. left(i - 1)) first = i
       if (.not. left(i) .or. left(i + 1)) cycle
-      associate (from => way%list(first)%ends(1)%t, to => way%list(i)%ends(2)%t)
-        own = [own, doubt_type((from + to) / 2, to - from)]
+      associate (from => chain%list(first)%ends(1)%t, to => chain%list(i)%ends(2)%t)
+        own = [own, open_part_type((from + to) / 2, to - from)]
       end associate
     end do
-    search%doubts = [own, search%doubts]
-  end subroutine name_left_out
+    search%open_parts = [own, search%open_parts]
+  end subroutine list_skipped
 
   !> Union of two ascending lists, in which equal values occur only once.
   pure function merged(a, b) result(all)
@@ -150,10 +150,10 @@ contains
     type(meeting_type) :: meeting
 
     associate (search => self%found(k), place => self%places(k))
-      call search%begin()
+      call search%initialise()
       search%meetings = 1
       path%line => self%line
-      path%stretch => self%way%list(place%stretch)
+      path%stretch => self%chain%list(place%stretch)
       path%name = place%name
       call search_meeting(path, path%stretch%ends(1)%t + place%x * path%stretch%length(), place%rate, meeting, error)
       if (allocated(error)) return
@@ -163,7 +163,7 @@ contains
       case (thin)
         search%thin = 1
       case (open_question)
-        search%doubts = [doubt_type(meeting%t, meeting%width)]
+        search%open_parts = [open_part_type(meeting%t, meeting%width)]
       case default
         ! no tongue
       end select
@@ -182,19 +182,19 @@ contains
     logical :: missing, success
     integer :: side
 
-    call search%add_mark(meeting%top%at)
+    call search%add_mark(meeting%strongest%at)
     do side = 1, 2
       if (.not. meeting%outside(side)) cycle
       call search%add_mark(meeting%sides(side)%at)
-      call tongue_end(path, meeting%sides(side), meeting%top, t, missing, error)
+      call tongue_end(path, meeting%sides(side), meeting%strongest, t, missing, error)
       if (allocated(error)) return
       if (missing) cycle
-      if (side == 1) call verify(path%line, meeting%sides(1)%at, meeting%top%at, t, crossing, below, above, success, error)
-      if (side == 2) call verify(path%line, meeting%top%at, meeting%sides(2)%at, t, crossing, below, above, success, error)
+      if (side == 1) call verify(path%line, meeting%sides(1)%at, meeting%strongest%at, t, crossing, below, above, success, error)
+      if (side == 2) call verify(path%line, meeting%strongest%at, meeting%sides(2)%at, t, crossing, below, above, success, error)
       if (allocated(error)) return
       call search%add_mark(below)
       call search%add_mark(above)
-      if (success) call add_named(search, crossing, below, above)
+      if (success) call add_classified(search, crossing, below, above)
     end do
   end subroutine add_tongue
 
@@ -213,10 +213,10 @@ contains
     work%marks => search%marks
     work%gaps = pack([(i, i = 1, size(search%marks) - 1)], [(is_open(i), i = 1, size(search%marks) - 1)])
     allocate(work%found(size(work%gaps)))
-    call spread_over(work, size(work%gaps), error, line%executor)
+    call distribute_over(work, size(work%gaps), error, line%executor)
     if (allocated(error)) return
     do i = 1, size(work%found)
-      call search%take(work%found(i))
+      call search%append(work%found(i))
     end do
 
   contains
@@ -242,9 +242,9 @@ contains
     !> Depth of the recursion: up to 2**depth borders in one gap can be separated.
     integer, parameter :: depth = 6
 
-    call self%found(k)%begin()
+    call self%found(k)%initialise()
     associate (i => self%gaps(k))
-      call separate(self%line, self%marks(i), self%marks(i + 1), depth, self%found(k), error)
+      call find_borders_between(self%line, self%marks(i), self%marks(i + 1), depth, self%found(k), error)
     end associate
   end subroutine close_gap
 

@@ -6,7 +6,7 @@ module gestell_task_boundary_map_bands
   implicit none (type, external)
   private
 
-  public :: link_through, opposite_sides, pass_straight
+  public :: link_through, opposite_sides, cross_straight
 
   !> Rectangle low(1) <= u(1) <= high(1), low(2) <= u(2) <= high(2).
   type, public :: box_type
@@ -68,7 +68,7 @@ contains
   !> True if all borders cross the box straight from one side to the other. On the line half way, each border must lie close to the
   !> middle between its two end points, much closer than to its neighbours. Two borders close together (of a tongue or a gap) are
   !> represented by their centre line.
-  pure logical function pass_straight(box, ids, half_way, k, vertices)
+  pure logical function cross_straight(box, ids, half_way, k, vertices)
     type(box_type), intent(in) :: box
     !> `ids`, `half_way`: numbers of the vertices on the two sides and on the line half way. `k`: coordinate that is constant on
     !> these lines
@@ -81,7 +81,7 @@ contains
 
     at = rows(box, ids, half_way, k, vertices)
     n = size(at, 1)
-    pass_straight = n > 0
+    cross_straight = n > 0
     if (n == 0) return
     allocate(position(n, 3))
     do i = 1, n
@@ -104,13 +104,13 @@ contains
     end do
     associate (center => (first(:units, :) + last(:units, :)) / 2)
       associate (bend => abs(center(:, 2) - (center(:, 1) + center(:, 3)) / 2))
-        if (units == 1) pass_straight = bend(1) <= near * gap(0, 1)
+        if (units == 1) cross_straight = bend(1) <= near * gap(0, 1)
         do i = 1, units - 1
-          pass_straight = pass_straight .and. bend(i) + bend(i + 1) <= near * minval(first(i + 1, :) - last(i, :))
+          cross_straight = cross_straight .and. bend(i) + bend(i + 1) <= near * minval(first(i + 1, :) - last(i, :))
         end do
       end associate
     end associate
-  end function pass_straight
+  end function cross_straight
 
   !> Links the two ends of each border that crosses the box through its vertex half way, so that the region lies on the left.
   pure subroutine link_through(box, ids, half_way, k, vertices)

@@ -2,13 +2,13 @@
 module gestell_task_boundary_map_cells
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
-  use gestell_task_boundary_map_bands, only: box_type, link_through, opposite_sides, pass_straight
+  use gestell_task_boundary_map_bands, only: box_type, link_through, opposite_sides, cross_straight
   use gestell_math_sorting, only: ascending
   use gestell_task_boundary_line, only: line_type
-  use gestell_task_boundary_line_found, only: search_type
+  use gestell_task_boundary_line_search_result, only: search_type
   use gestell_task_boundary_line_search, only: short_nodes
   use gestell_task_boundary_map_vertex, only: plane_type, traces_type, vertex_type, vertices_type
-  use gestell_task_common_executor, only: spread_over
+  use gestell_task_common_executor, only: distribute_over
   implicit none (type, external)
   private
 
@@ -53,7 +53,8 @@ contains
     do i = 1, size(u1) - 1
       do j = 1, size(u2) - 1
         box = box_type([u1(i), u2(j)], [u1(i + 1), u2(j + 1)])
-        call around(box, [(k, k = first1(i), first1(i + 2) - 1), (k, k = first2(j), first2(j + 2) - 1)], vertices, sides, enter)
+        call vertices_around(box, [(k, k = first1(i), first1(i + 2) - 1), (k, k = first2(j), first2(j + 2) - 1)], vertices, &
+          & sides, enter)
         if (size(sides) == 0) cycle
         cells = cells + 1
         work%cells(cells) = cell_type(box, sides)
@@ -61,10 +62,10 @@ contains
         work%found(cells)%list = vertices%list(sides)
       end do
     end do
-    call spread_over(work, cells, error, plane%executor)
+    call distribute_over(work, cells, error, plane%executor)
     if (allocated(error)) return
     do k = 1, cells
-      call take(work%cells(k)%sides, work%found(k), vertices)
+      call merge_cell(work%cells(k)%sides, work%found(k), vertices)
     end do
   end subroutine connect_cells
 
@@ -78,7 +79,7 @@ contains
   end subroutine compute
 
   !> Merges the results of a cell into the list of all vertices. `sides`: numbers of the vertices on the sides of the cell.
-  pure subroutine take(sides, found, vertices)
+  pure subroutine merge_cell(sides, found, vertices)
     integer, intent(in) :: sides(:)
     type(vertices_type), intent(in) :: found
     type(vertices_type), intent(inout) :: vertices
@@ -97,7 +98,7 @@ contains
     if (allocated(found%open)) vertices%open = [vertices%open, found%open]
     vertices%thin = vertices%thin + found%thin
     vertices%left_out = vertices%left_out + found%left_out
-  end subroutine take
+  end subroutine merge_cell
 
   !> Links the vertices of `pool` that lie on the sides of `box`. Between them, the sides of the box lie alternately inside and
   !> outside the region.
@@ -119,7 +120,7 @@ contains
     logical :: regular, joined, certain, parallel
     integer :: n, i, k
 
-    call around(box, pool, vertices, ids, enter)
+    call vertices_around(box, pool, vertices, ids, enter)
     n = size(ids)
     if (n == 0) return
     regular = mod(n, 2) == 0
@@ -130,11 +131,11 @@ contains
     associate (size_of => box%high - box%low)
       k = maxloc(size_of, dim=1)
       if (regular .and. n == 2) then
-        certain = .not. tip(box, vertices%list(ids(1))%u, vertices%list(ids(2))%u)
+        certain = .not. has_tip(box, vertices%list(ids(1))%u, vertices%list(ids(2))%u)
         if (.not. certain) k = merge(1, 2, abs(vertices%list(ids(1))%u(1) - vertices%list(ids(2))%u(1)) <= 0)
       else if (regular) then
         associate (sides => opposite_sides(box, ids, vertices))
-          if (n == 4) call mean_tells(plane, box, ids, enter, sides > 0, vertices, joined, certain, error)
+          if (n == 4) call decide_by_mean(plane, box, ids, enter, sides > 0, vertices, joined, certain, error)
           if (allocated(error)) return
           if (sides > 0) parallel = size_of(sides) > flat * size_of(3 - sides)
           if (parallel) k = sides
@@ -156,19 +157,19 @@ contains
   end subroutine connect_cell
 
   !> True if both vertices lie close together on one side of the box. Then a tongue ends at an unknown position inside the box.
-  pure logical function tip(box, u, v)
+  pure logical function has_tip(box, u, v)
     type(box_type), intent(in) :: box
     real(dp), intent(in) :: u(2), v(2)
     real(dp), parameter :: close = 0.5_dp
     logical :: same(2)
 
     same = .not. abs(u - v) > 0
-    tip = any(same([2, 1]) .and. abs(u - v) < close * (box%high - box%low))
-  end function tip
+    has_tip = any(same([2, 1]) .and. abs(u - v) < close * (box%high - box%low))
+  end function has_tip
 
   !> Selects the vertices of `pool` on the sides of the box, counter-clockwise from the corner `box%low`. `enter`: true if this path
   !> around the box enters the region at the vertex.
-  pure subroutine around(box, pool, vertices, ids, enter)
+  pure subroutine vertices_around(box, pool, vertices, ids, enter)
     type(box_type), intent(in) :: box
     integer, intent(in) :: pool(:)
     type(vertices_type), intent(in) :: vertices
@@ -189,7 +190,7 @@ contains
     places = places(ascending(positions(places)))
     ids = pool(places)
     enter = entering(places)
-  end subroutine around
+  end subroutine vertices_around
 
   !> Computes the position of `u` on the counter-clockwise path around the box, and the direction of the path there. The position is
   !> 0 to 4, or -1 if `u` is not on a side.
@@ -222,7 +223,7 @@ contains
   !> chords are assumed to be the ends of a tongue, which lies inside or outside the region. The decision is `certain` if the system
   !> at the mean of the vertices agrees. If it disagrees, the tongue may pass beside the mean, or end. Then both borders of the
   !> tongue are sought on a line through the mean, across the tongue.
-  subroutine mean_tells(plane, box, ids, enter, opposite, vertices, joined, certain, error)
+  subroutine decide_by_mean(plane, box, ids, enter, opposite, vertices, joined, certain, error)
     class(plane_type), intent(in) :: plane
     type(box_type), intent(in) :: box
     integer, intent(in) :: ids(:)
@@ -263,45 +264,45 @@ contains
     associate (sides => search%borders%enters)
       if (size(sides) == 2) certain = (sides(1) .eqv. joined) .and. (sides(2) .neqv. joined)
     end associate
-  end subroutine mean_tells
+  end subroutine decide_by_mean
 
   !> Divides a box by the line through its middle on which coordinate `k` is constant. If the borders are `parallel`, and those on
   !> this line show that all cross the box, they are linked. Otherwise both halves are connected, unless the box is too `small`:
-  !> then `left` is true and the box is not divided. Fails if the parameters are invalid.
-  recursive subroutine divide(plane, box, ids, k, parallel, small, vertices, left, error)
+  !> then `is_final` is true and the box is not divided. Fails if the parameters are invalid.
+  recursive subroutine divide(plane, box, ids, k, parallel, small, vertices, is_final, error)
     class(plane_type), intent(in) :: plane
     type(box_type), intent(in) :: box
     integer, intent(in) :: ids(:), k
     logical, intent(in) :: parallel, small
     type(vertices_type), intent(inout) :: vertices
-    logical, intent(out) :: left
+    logical, intent(out) :: is_final
     type(error_type), allocatable, intent(out) :: error
     type(line_type) :: line
     type(search_type) :: search
     type(box_type) :: half(2)
-    real(dp) :: start(2), way(2)
+    real(dp) :: start(2), direction(2)
     integer :: before, i
 
-    left = small .and. .not. parallel
-    if (left) return
+    is_final = small .and. .not. parallel
+    if (is_final) return
     before = vertices%count
     start = box%low
     start(k) = (box%low(k) + box%high(k)) / 2
-    way = box%high - box%low
-    way(k) = 0
-    call plane%line(start, way, line)
+    direction = box%high - box%low
+    direction(k) = 0
+    call plane%line(start, direction, line)
     call plane%search(line, short_nodes, search, error)
     if (allocated(error)) return
     call vertices%add_search(line, search)
     associate (half_way => [(i, i = before + 1, vertices%count)])
       if (parallel) then
-        if (pass_straight(box, ids, half_way, k, vertices)) then
+        if (cross_straight(box, ids, half_way, k, vertices)) then
           call link_through(box, ids, half_way, k, vertices)
           return
         end if
       end if
-      left = small
-      if (left) return
+      is_final = small
+      if (is_final) return
       half = box
       half(1)%high(k) = start(k)
       half(2)%low(k) = start(k)

@@ -6,13 +6,13 @@ module gestell_task_boundary_map
   use gestell_task_boundary_map_cells, only: connect_cells
   use gestell_task_boundary_line_functions, only: kind_names
   use gestell_task_boundary_line, only: border_options, check_search, line_type, parameter_at, sensitivity, skewed
-  use gestell_task_boundary_line_found, only: searches_type
+  use gestell_task_boundary_line_search_result, only: searches_type
   use gestell_task_boundary_line_search, only: range_nodes
   use gestell_task_boundary_map_refine, only: refine_stretches
   use gestell_task_boundary_map_vertex, only: open_spot_type, plane_type, vertices_type
   use gestell_system_family, only: family_type
   use gestell_study_grid, only: check_grid, grid_type
-  use gestell_task_common_executor, only: executor_type, spread_over
+  use gestell_task_common_executor, only: executor_type, distribute_over
   implicit none (type, external)
   private
 
@@ -112,7 +112,7 @@ contains
     if (allocated(error)) return
     plane%axes = grid%axes
     call search_grid(plane, vertices, error)
-    if (.not. allocated(error)) call follow_curves(plane, vertices, map, error)
+    if (.not. allocated(error)) call assemble_curves(plane, vertices, map, error)
     if (allocated(error)) return
     map%thin = vertices%thin
     map%left_out = vertices%left_out
@@ -142,7 +142,7 @@ contains
     do k = 1, size(u1)
       call plane%line([u1(k), 0.0_dp], [0.0_dp, 1.0_dp], work%lines(size(u2) + k))
     end do
-    call spread_over(work, size(work%lines), error, plane%executor)
+    call distribute_over(work, size(work%lines), error, plane%executor)
     if (allocated(error)) return
     do k = 1, size(work%lines)
       first(k) = vertices%count + 1
@@ -150,12 +150,12 @@ contains
     end do
     first(size(first)) = vertices%count + 1
     call connect_cells(plane, u1, u2, first(size(u2) + 1:), first(:size(u2) + 1), vertices, error)
-    if (.not. allocated(error)) call name_isolated(first(size(first)) - 1, vertices)
+    if (.not. allocated(error)) call list_isolated(first(size(first)) - 1, vertices)
   end subroutine search_grid
 
   !> Adds to `vertices%open` those of the first `number` vertices (on the lines of the grid) that belong to no curve. Their border
   !> could not be followed into the cells on either side.
-  pure subroutine name_isolated(number, vertices)
+  pure subroutine list_isolated(number, vertices)
     integer, intent(in) :: number
     type(vertices_type), intent(inout) :: vertices
     logical :: passed(vertices%count)
@@ -173,7 +173,7 @@ contains
         vertices%open = [vertices%open, open_spot_type(v%u, 2 * v%error * abs(v%inward))]
       end associate
     end do
-  end subroutine name_isolated
+  end subroutine list_isolated
 
   recursive subroutine compute(self, k, error)
     class(lines_type), intent(inout) :: self
@@ -183,12 +183,12 @@ contains
     integer, parameter :: most_nodes = 20
     integer :: along
 
-    along = maxloc(self%lines(k)%way, dim=1)
+    along = maxloc(self%lines(k)%direction, dim=1)
     call self%plane%search(self%lines(k), range_nodes(min(self%plane%axes(along)%count, most_nodes)), self%found(k), error)
   end subroutine compute
 
   !> Assembles the refined curves one after another: first the open curves, then the closed ones.
-  subroutine follow_curves(plane, vertices, map, error)
+  subroutine assemble_curves(plane, vertices, map, error)
     class(plane_type), intent(in) :: plane
     type(vertices_type), intent(in) :: vertices
     type(border_map_type), intent(inout) :: map
@@ -213,7 +213,7 @@ contains
     do closed = 0, 1
       do start = 1, vertices%count
         if (done(start) .or. vertices%list(start)%next == 0 .or. (closed == 0 .and. reached(start))) cycle
-        call follow_curve(vertices, between, start, done, curves)
+        call append_curve(vertices, between, start, done, curves)
         associate (first => size(numbers) + 1)
           extent = maxval([(norm2(curves%list(i)%u - curves%list(first)%u), i = first, curves%count)])
         end associate
@@ -240,10 +240,10 @@ contains
         map%vertices(own) = map%vertices(own(size(own):1:-1))
       end do
     end if
-  end subroutine follow_curves
+  end subroutine assemble_curves
 
   !> Appends the curve that begins at vertex `start`, including the vertices `between` each of its vertices and the next.
-  pure subroutine follow_curve(vertices, between, start, done, curves)
+  pure subroutine append_curve(vertices, between, start, done, curves)
     type(vertices_type), intent(in) :: vertices, between(:)
     integer, intent(in) :: start
     logical, intent(inout) :: done(:)
@@ -262,6 +262,6 @@ contains
       call curves%add(vertices%list(here))
       if (done(here)) return
     end do
-  end subroutine follow_curve
+  end subroutine append_curve
 
 end module gestell_task_boundary_map

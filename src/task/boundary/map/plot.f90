@@ -12,7 +12,7 @@ module gestell_task_boundary_map_plot
   implicit none (type, external)
   private
 
-  public :: empty, found, over_chart, plot_curves
+  public :: empty_label, count_words, over_chart, plot_curves
 
   character, parameter :: newline = new_line("a")
 
@@ -35,9 +35,9 @@ contains
         & // parameter_axis("x", grid%axes(1), with_unit(paths(1), units(1)), 0.0_dp) &
         & // parameter_axis("y", grid%axes(2), with_unit(paths(2), units(2)), 0.0_dp) &
         & // "set key outside bottom center horizontal samplen 3" // newline
-      lines = lines // left_boxes(grid, map)
+      lines = lines // region_boxes(grid, map)
       if (size(plan%base) == 2) lines = lines // input_point(grid%axes, plan%base)
-      list = empty(map%curves) // "plot NaN notitle"
+      list = empty_label(map%curves) // "plot NaN notitle"
       if (map%curves > 0) list = list // ", $side using 1:3:1:2:3:4 with boxxyerror " // unstable_fill // " notitle" &
         & // shaded_entry // "'" // side // "'"
       do i = 1, size(kinds)
@@ -57,7 +57,7 @@ contains
           & // trim(meanings(i)) // "'"
       end do
     end associate
-    figure = new_figure("boundary", title // ": " // found(map%curves), lines // list // newline, width=800, height=560)
+    figure = new_figure("boundary", title // ": " // count_words(map%curves), lines // list // newline, width=800, height=560)
   end function plot_curves
 
   !> Plot commands that draw the curves over a chart of the same parameters.
@@ -71,7 +71,7 @@ contains
   end function over_chart
 
   !> Data block $side: boxes that fill the region on the left of the curves. Columns: x from, x to, y from, y to.
-  pure function left_boxes(grid, map) result(lines)
+  pure function region_boxes(grid, map) result(lines)
     type(grid_type), intent(in) :: grid
     type(border_map_type), intent(in) :: map
     character(len=:), allocatable :: lines
@@ -105,24 +105,24 @@ contains
         & // newline
     end do
     lines = lines // "END" // newline
-  end function left_boxes
+  end function region_boxes
 
   !> Label "none found" for a plot without curves; empty if there are curves.
-  pure function empty(number) result(line)
+  pure function empty_label(number) result(line)
     integer, intent(in) :: number
     character(len=:), allocatable :: line
 
     line = ""
     if (number == 0) line = "set label 1 'none found' at graph 0.5,graph 0.5 center textcolor rgb '#444444'" // newline
-  end function empty
+  end function empty_label
 
   !> Text that states the number of borders found.
-  pure function found(number) result(words)
+  pure function count_words(number) result(words)
     integer, intent(in) :: number
     character(len=:), allocatable :: words
 
     words = text(number) // " found"
     if (number == 0) words = "none found"
-  end function found
+  end function count_words
 
 end module gestell_task_boundary_map_plot

@@ -3,10 +3,10 @@ module gestell_task_boundary_map_refine
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
   use gestell_task_boundary_line, only: line_type
-  use gestell_task_boundary_line_found, only: search_type
+  use gestell_task_boundary_line_search_result, only: search_type
   use gestell_task_boundary_line_search, only: short_nodes
   use gestell_task_boundary_map_vertex, only: plane_type, traces_type, vertex_of, vertex_type, vertices_type
-  use gestell_task_common_executor, only: spread_over
+  use gestell_task_common_executor, only: distribute_over
   implicit none (type, external)
   private
 
@@ -40,7 +40,7 @@ contains
     do i = 1, size(first)
       work%ends(:, i) = vertices%list([first(i), vertices%list(first(i))%next])
     end do
-    call spread_over(work, size(first), error, plane%executor)
+    call distribute_over(work, size(first), error, plane%executor)
     if (allocated(error)) return
     do i = 1, size(first)
       between(first(i)) = work%found(i)
@@ -74,7 +74,7 @@ contains
     if (divisions == 0) return
     if (norm2(q%u - p%u) <= merge(plane%precision(), plane%tolerance, p%kind == q%kind)) return
     do k = 1, size(parts)
-      call cross(plane, p, q, parts(k), p%kind == q%kind, middle, found, near, error)
+      call find_border_across(plane, p, q, parts(k), p%kind == q%kind, middle, found, near, error)
       if (allocated(error)) return
       if (.not. near) exit
     end do
@@ -91,18 +91,18 @@ contains
 
   !> Finds the border on the line across the connection from `p` to `q`, at the fraction `part` of its length. Of several borders it
   !> selects the nearest with the region on the left, because the border of a narrow tongue may lie on either side. `near`: true if
-  !> `near_will_do` and the border, or the edge of the ranges, is not farther away than the allowed deviation.
-  subroutine cross(plane, p, q, part, near_will_do, vertex, found, near, error)
+  !> `near_suffices` and the border, or the edge of the ranges, is not farther away than the allowed deviation.
+  subroutine find_border_across(plane, p, q, part, near_suffices, vertex, found, near, error)
     class(plane_type), intent(in) :: plane
     type(vertex_type), intent(in) :: p, q
     real(dp), intent(in) :: part
-    logical, intent(in) :: near_will_do
+    logical, intent(in) :: near_suffices
     type(vertex_type), intent(out) :: vertex
     logical, intent(out) :: found, near
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: growth = 4
     real(dp) :: middle(2), left(2), outward(2), distance, edge, farthest
-    logical :: inside, inside_there, missing
+    logical :: inside, inside_beyond, missing
 
     found = .false.
     near = .false.
@@ -112,22 +112,22 @@ contains
     if (allocated(error) .or. missing) return
     ! If the region is wide, probing on one side is enough.
     outward = merge(-left, left, inside)
-    edge = to_edge(middle, outward)
-    near = near_will_do .and. edge <= plane%tolerance
+    edge = distance_to_edge(middle, outward)
+    near = near_suffices .and. edge <= plane%tolerance
     if (near) return
-    call plane%probe(middle + min(plane%tolerance, edge) * outward, inside_there, missing, error)
+    call plane%probe(middle + min(plane%tolerance, edge) * outward, inside_beyond, missing, error)
     if (allocated(error) .or. missing) return
-    near = near_will_do .and. (inside_there .neqv. inside)
+    near = near_suffices .and. (inside_beyond .neqv. inside)
     if (near) return
     distance = plane%tolerance
     farthest = 2 * norm2(q%u - p%u)
     do
       call nearest_crossing(plane, middle, left, distance, vertex, found, error)
-      near = near_will_do .and. found .and. distance <= plane%tolerance
+      near = near_suffices .and. found .and. distance <= plane%tolerance
       if (allocated(error) .or. found .or. distance >= farthest) return
       distance = min(growth * distance, farthest)
     end do
-  end subroutine cross
+  end subroutine find_border_across
 
   !> Finds the border nearest to `middle` on the line along `left`, up to `distance` on both sides. The region must lie on the side
   !> to which `left` points.
@@ -142,8 +142,8 @@ contains
     real(dp) :: back, ahead
     integer :: i
 
-    back = min(distance, to_edge(middle, -left))
-    ahead = min(distance, to_edge(middle, left))
+    back = min(distance, distance_to_edge(middle, -left))
+    ahead = min(distance, distance_to_edge(middle, left))
     call plane%line(middle - back * left, (back + ahead) * left, line)
     call plane%search(line, short_nodes, search, error)
     found = .false.
@@ -156,17 +156,17 @@ contains
     end associate
   end subroutine nearest_crossing
 
-  !> Distance from `u` to the edge of the ranges in direction `way`.
-  pure real(dp) function to_edge(u, way) result(distance)
-    real(dp), intent(in) :: u(2), way(2)
+  !> Distance from `u` to the edge of the ranges in direction `direction`.
+  pure real(dp) function distance_to_edge(u, direction) result(distance)
+    real(dp), intent(in) :: u(2), direction(2)
     integer :: k
 
     distance = huge(distance)
     do k = 1, 2
-      if (way(k) > 0) distance = min(distance, (1 - u(k)) / max(way(k), tiny(1.0_dp)))
-      if (way(k) < 0) distance = min(distance, u(k) / max(-way(k), tiny(1.0_dp)))
+      if (direction(k) > 0) distance = min(distance, (1 - u(k)) / max(direction(k), tiny(1.0_dp)))
+      if (direction(k) < 0) distance = min(distance, u(k) / max(-direction(k), tiny(1.0_dp)))
     end do
     distance = max(distance, 0.0_dp)
-  end function to_edge
+  end function distance_to_edge
 
 end module gestell_task_boundary_map_refine

@@ -13,7 +13,7 @@ module gestell_task_boundary_map_report
 
   character, parameter :: newline = new_line("a")
   !> Maximum number of curves, of values and of undecided places in the report.
-  integer, parameter, public :: most_listed = 40
+  integer, parameter, public :: max_listed = 40
   character(len=*), parameter, public :: more_listed = "  ... all in boundary.csv" // newline
 
 contains
@@ -36,7 +36,7 @@ contains
 
     report = "  " // counted(map%curves, "curve") // ", " // text(size(map%vertices)) // " vertices; (" &
       & // trim(paths(1)) // ", " // trim(paths(2)) // ")" // newline
-    do c = 1, min(map%curves, most_listed)
+    do c = 1, min(map%curves, max_listed)
       first = findloc(map%vertices%curve, c, dim=1)
       last = findloc(map%vertices%curve, c, dim=1, back=.true.)
       report = report // "  curve " // text(c) // " from " // place(map%vertices(first)%parameters)
@@ -47,17 +47,17 @@ contains
       end if
       report = report // kinds_of(map%vertices(first:last)) // newline
     end do
-    if (map%curves > most_listed) report = report // more_listed
+    if (map%curves > max_listed) report = report // more_listed
     if (map%rough > 0) report = report // "  note: " // counted(map%rough, "segment") // " of the curves " &
       & // "could not be refined, for example at the tip of a tongue" // newline
     report = report // unsearched_lines(map%thin, 2 * finest_lines, map%left_out)
-    do i = 1, min(size(map%places), most_listed)
+    do i = 1, min(size(map%places), max_listed)
       associate (along => maxloc(map%places(i)%width, dim=1))
         report = report // "  open: there may be a boundary at " // place(map%places(i)%parameters) // ", within " &
           & // concise(map%places(i)%width(along), 2) // " along " // trim(paths(along)) // newline
       end associate
     end do
-    if (size(map%places) > most_listed) report = report // more_listed
+    if (size(map%places) > max_listed) report = report // more_listed
   end function curve_lines
 
   !> Notes on meetings of multipliers. Tongues at the `thin` meetings are narrower than `width` (relative to the range); `left_out`

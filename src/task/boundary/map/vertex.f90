@@ -7,7 +7,7 @@ module gestell_task_boundary_map_vertex
   use gestell_study_grid, only: axis_type
   use gestell_system_family, only: family_type
   use gestell_task_boundary_line, only: border_options, line_type, probe_line, probe_type
-  use gestell_task_boundary_line_found, only: crossing_type, search_type
+  use gestell_task_boundary_line_search_result, only: crossing_type, search_type
   use gestell_task_boundary_line_search, only: search_line
   use gestell_task_common_executor, only: work_type
   use gestell_task_common_record, only: record_type
@@ -105,8 +105,9 @@ contains
       call self%add(vertex_of(line, search%borders(i)))
     end do
     if (.not. allocated(self%open)) allocate(self%open(0))
-    self%open = [self%open, (open_spot_type(line%start + search%doubts(i)%t * line%way, search%doubts(i)%width * line%way), &
-      & i = 1, size(search%doubts))]
+    self%open = [self%open, (open_spot_type(line%start + search%open_parts(i)%t * line%direction, search%open_parts(i)%width &
+      & * line%direction), &
+      & i = 1, size(search%open_parts))]
     self%thin = self%thin + search%thin
     self%left_out = self%left_out + search%left_out
   end subroutine add_search
@@ -143,12 +144,12 @@ contains
     type(line_type), intent(in) :: line
     type(crossing_type), intent(in) :: crossing
 
-    vertex%u = line%start + crossing%t * line%way
-    vertex%inward = line%way / norm2(line%way)
+    vertex%u = line%start + crossing%t * line%direction
+    vertex%inward = line%direction / norm2(line%direction)
     if (.not. crossing%enters) vertex%inward = -vertex%inward
     vertex%kind = crossing%kind
     vertex%arg = crossing%arg
-    vertex%error = crossing%error * norm2(line%way)
+    vertex%error = crossing%error * norm2(line%direction)
   end function vertex_of
 
   !> Tolerance of borders on lines, in u: much smaller than the allowed deviation of the curves.
@@ -187,20 +188,20 @@ contains
     call search_line(along, nodes, found, error)
     ! A map does not use the systems along its lines, so their memory is freed.
     found%marks = [probe_type ::]
-    found%marked = 0
+    found%mark_count = 0
     associate (unused_plane => self)
     end associate
   end subroutine search
 
-  !> Sets up the line u(t) = `start` + t `way`.
-  subroutine line(self, start, way, along)
+  !> Sets up the line u(t) = `start` + t `direction`.
+  subroutine line(self, start, direction, along)
     class(plane_type), intent(in) :: self
-    real(dp), intent(in) :: start(2), way(2)
+    real(dp), intent(in) :: start(2), direction(2)
     type(line_type), intent(out) :: along
 
     along%axes = self%axes
     along%start = start
-    along%way = way
+    along%direction = direction
     along%family => self%family
     along%accuracy = self%accuracy
     along%tolerance = min(self%precision(), finest_lines)

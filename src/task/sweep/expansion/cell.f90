@@ -4,7 +4,7 @@ module gestell_task_sweep_expansion_cell
   use gestell_base_kinds, only: dp
   use gestell_system_family, only: family_type
   use gestell_study_grid, only: grid_type, tile_type
-  use gestell_task_sweep_expansion_pilot, only: count_points, most_points
+  use gestell_task_sweep_expansion_pilot, only: count_points, max_points
   use gestell_task_sweep_expansion_sampler, only: new_sampler, sampler_type
   use gestell_study_point, only: solve_point, sweep_options
   use gestell_study_tile_results, only: last_peak, sweep_columns, tile_results_type, xi_peak
@@ -93,11 +93,11 @@ contains
         variables(axis) = variable_type(grid%axes(axis)%value(cell%first(axis)), grid%axes(axis)%value(cell%last(axis)), &
           & merge(logarithm, itself, grid%axes(axis)%logarithmic))
       end do
-      call try_to_pay(sampler, grid%parameters(middle(1), middle(2)), tolerance, variables, options, cell, tried, fits)
+      call check_cost(sampler, grid%parameters(middle(1), middle(2)), tolerance, variables, options, cell, tried, fits)
       if (.not. fits .or. all(tried(:size(variables)) == 0)) return
       do axis = 1, size(variables)
         line = grid%parameters(middle(1), middle(2))
-        most = most_useful(options, cell, merge(max(points(3 - axis), fewest), 1, size(variables) == 2))
+        most = max_useful_points(options, cell, merge(max(points(3 - axis), fewest), 1, size(variables) == 2))
         points(axis) = max(tried(axis), 0)
         if (points(axis) == 0) call best_variable(sampler, axis, line, tolerance, most, variables(axis), points(axis), fits)
         if (size(variables) == 2) then
@@ -122,9 +122,9 @@ contains
   end subroutine plan_cell
 
   !> Determines whether an expansion may be faster than separate solutions: at least one of two axes must need no more points than
-  !> the square root of the number that `most_useful` returns. `tried`: number of points that an axis needs; 0: too many; -1: not
-  !> tried.
-  subroutine try_to_pay(sampler, middle, tolerance, variables, options, cell, tried, fits)
+  !> the square root of the number that `max_useful_points` returns. `tried`: number of points that an axis needs; 0: too many; -1:
+  !> not tried.
+  subroutine check_cost(sampler, middle, tolerance, variables, options, cell, tried, fits)
     type(sampler_type), intent(inout) :: sampler
     real(dp), intent(in) :: middle(:), tolerance
     type(variable_type), intent(inout) :: variables(:)
@@ -135,25 +135,25 @@ contains
     integer :: axis, most
 
     fits = .true.
-    most = nint(sqrt(real(most_useful(options, cell, 1), dp)))
+    most = nint(sqrt(real(max_useful_points(options, cell, 1), dp)))
     tried = -1
     if (options%engine /= "auto" .or. size(variables) == 1) return
     do axis = 1, size(variables)
       call best_variable(sampler, axis, middle, tolerance, most, variables(axis), tried(axis), fits)
       if (.not. fits .or. tried(axis) > 0) return
     end do
-  end subroutine try_to_pay
+  end subroutine check_cost
 
   !> Largest number of points along an axis, with `others` points along the other axis, for which an expansion is taken to be faster
   !> than separate solutions: in total, at most half of the points of the cell.
-  pure integer function most_useful(options, cell, others) result(most)
+  pure integer function max_useful_points(options, cell, others) result(most)
     type(sweep_options), intent(in) :: options
     type(tile_type), intent(in) :: cell
     integer, intent(in) :: others
 
-    most = most_points
+    most = max_points
     if (options%engine == "auto") most = cell_points(cell) / (2 * others)
-  end function most_useful
+  end function max_useful_points
 
   !> Finds the variable in which the expansion needs the fewest points along a line.
   subroutine best_variable(sampler, axis, line, tolerance, most, variable, points, fits)
@@ -177,7 +177,7 @@ contains
     do kind = itself, logarithm
       other = variable
       other%kind = kind
-      if (kind == variable%kind .or. .not. other%suits()) cycle
+      if (kind == variable%kind .or. .not. other%is_applicable()) cycle
       call count_points(sampler, axis, other, line, tolerance, most, needed, fits)
       if (.not. fits) return
       if (needed == 0 .or. (points > 0 .and. needed >= points)) cycle

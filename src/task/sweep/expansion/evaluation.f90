@@ -5,7 +5,7 @@ module gestell_task_sweep_expansion_evaluation
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
   use gestell_base_verdict, only: stable_number, undamped_number, undecided_number, unstable_number
-  use gestell_floquet_multipliers_spectra, only: found_type, is_undamped, spectra_of_eight
+  use gestell_floquet_multipliers_spectra, only: lane_spectra_type, is_undamped, spectra_of_eight
   use gestell_task_sweep_expansion, only: expansion_type
   use gestell_task_sweep_expansion_cell, only: problem_type
   use gestell_study_grid, only: tile_type
@@ -99,7 +99,7 @@ contains
     integer, intent(in) :: n, width, parts, numbers
     real(dp), intent(inout) :: values(lanes, numbers), motion(lanes, n, width, 0:parts)
     real(dp), contiguous, intent(inout) :: columns(:, :)
-    type(found_type) :: found
+    type(lane_spectra_type) :: found
     real(dp) :: peaks(lanes, n / 2)
     logical :: known(lanes), spectra, bounds
     integer :: group, first, last, filled, alone, i

@@ -3,7 +3,7 @@
 module gestell_task_sweep_expansion
   use gestell_math_series_chebyshev, only: chebyshev_coefficients, chebyshev_points, chebyshev_values
   use gestell_base_kinds, only: dp
-  use gestell_math_lanes_products, only: combine, in_fours
+  use gestell_math_lanes_products, only: combine, padded_to_four
   use gestell_math_lanes, only: lanes
   use gestell_task_sweep_expansion_sampler, only: sampler_type
   use gestell_task_sweep_expansion_variable, only: variable_type
@@ -53,7 +53,8 @@ contains
     expansion%variables = lines
     expansion%points = merge(points, [1, points(1)], axes == 2)
     expansion%numbers = size(numbers)
-    allocate(expansion%values(expansion%points(2), in_fours(max(lanes, expansion%numbers)), expansion%points(1)), source=0.0_dp)
+    allocate(expansion%values(expansion%points(2), padded_to_four(max(lanes, expansion%numbers)), expansion%points(1)), &
+      & source=0.0_dp)
     associate (x => chebyshev_points(expansion%points(1)), y => chebyshev_points(expansion%points(2)))
       expansion%least = huge(norms)
       reach = 1
@@ -74,13 +75,13 @@ contains
       end do
     end associate
     ! Truncation errors of the parts add up in Phi(T).
-    expansion%rest = reach * sqrt(real(sampler%parts%parts, dp)) * missing(expansion)
+    expansion%rest = reach * sqrt(real(sampler%parts%parts, dp)) * omitted(expansion)
   end subroutine expand
 
   !> Estimates the norm of the sum of the omitted terms. The terms of an analytic function decrease at least geometrically. The
   !> omitted sum is therefore taken to be at most the sum of the last two terms (one even, one odd) along each axis. Interpolation
   !> along the other axis amplifies it by less than the Lebesgue constant 4.
-  pure real(dp) function missing(expansion) result(rest)
+  pure real(dp) function omitted(expansion) result(rest)
     type(expansion_type), intent(in) :: expansion
     real(dp), parameter :: lebesgue = 4
     real(dp), allocatable :: coefficients(:, :)
@@ -100,7 +101,7 @@ contains
       end do
       rest = rest + lebesgue * term
     end do
-  end function missing
+  end function omitted
 
   !> Factors that interpolate between the points of an axis at the given parameters. They form groups of eight, in which the last
   !> parameter is repeated; shape (lanes, points, groups).

@@ -168,7 +168,7 @@ contains
     after = unit_matrix(self%states)
     do k = self%parts, 1, -1
       if (self%forced) then
-        of_map(k) = greatest_behind(self%states, maps(:, :, k + 1:))
+        of_map(k) = max_amplification(self%states, maps(:, :, k + 1:))
       else
         of_map(k) = norm_bound(after)
         after = matmul(after, maps(:, :self%states, k))
@@ -185,7 +185,7 @@ contains
   end subroutine find_weights
 
   !> Largest norm that a state of norm 1 can reach after any of the given maps, applied one after another. `n`: number of states.
-  pure real(dp) function greatest_behind(n, maps) result(greatest)
+  pure real(dp) function max_amplification(n, maps) result(greatest)
     integer, intent(in) :: n
     real(dp), intent(in) :: maps(:, :, :)
     real(dp) :: after(n, n)
@@ -197,7 +197,7 @@ contains
       after = matmul(maps(:, :n, j), after)
       greatest = max(greatest, norm_bound(after))
     end do
-  end function greatest_behind
+  end function max_amplification
 
   !> Upper bound of the spectral norm |M|. It is larger than |M| by at most the factor sqrt(number of rows or columns), and equals 1
   !> for the unit matrix.

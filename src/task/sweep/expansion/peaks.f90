@@ -2,7 +2,7 @@
 module gestell_task_sweep_expansion_peaks
   use gestell_base_kinds, only: dp
   use gestell_math_lanes_equations, only: solve_equations
-  use gestell_math_lanes_peaks, only: greatest_values
+  use gestell_math_lanes_peaks, only: largest_values
   use gestell_math_lanes_products, only: combine
   use gestell_math_lanes, only: lanes
   use gestell_task_sweep_expansion_sampler, only: sampler_type
@@ -38,7 +38,7 @@ contains
     call move(sampler, values, motion, x0, q)
     do i = 1, size(q, 3)
       call combine(sampler%times, size(harmonics, 2), q(:, :, i), sampler%transform, harmonics)
-      call greatest_values(q(:, :, i), harmonics, peaks(:, i))
+      call largest_values(q(:, :, i), harmonics, peaks(:, i))
       peaks(:, i) = merge(peaks(:, i) * sampler%scale(i) * sampler%unit, 0.0_dp, known)
     end do
   end subroutine peaks_of_motion

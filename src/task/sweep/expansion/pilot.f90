@@ -7,11 +7,11 @@ module gestell_task_sweep_expansion_pilot
   implicit none (type, external)
   private
 
-  public :: count_points, most_points
+  public :: count_points, max_points
 
   !> Number of points of the first trial, and maximum number. Each trial doubles the number of intervals, so that earlier values are
   !> reused.
-  integer, parameter :: first_trial = 9, most_points = 129
+  integer, parameter :: first_trial = 9, max_points = 129
 
 contains
 
@@ -46,7 +46,7 @@ contains
     parameters = fixed
     least = huge(least)
     allocate(values(sampler%parts%numbers(), 0))
-    do while (n <= max(first_trial, min(most, most_points)))
+    do while (n <= max(first_trial, min(most, max_points)))
       allocate(finer(sampler%parts%numbers(), n))
       x = chebyshev_points(n)
       do j = 1, n
@@ -85,13 +85,13 @@ contains
     if (k <= n - 3) then
       needed = k + 1
     else
-      needed = continued(size_of_term, limit)
+      needed = extrapolated_count(size_of_term, limit)
     end if
   end function needed_points
 
   !> Number of terms needed, extrapolated from terms that are not yet small enough. For cos(h x) the terms are Bessel functions
   !> J_k(h), which finally decrease by the factor h / 2k per term. 0 if the terms do not decrease fast enough.
-  pure integer function continued(size_of_term, limit) result(needed)
+  pure integer function extrapolated_count(size_of_term, limit) result(needed)
     real(dp), intent(in) :: size_of_term(:), limit
     !> Largest ratio of successive terms for which the extrapolation is reliable.
     real(dp), parameter :: telling = 0.5_dp
@@ -111,6 +111,6 @@ contains
       term = term * fall * (n - 4) / (k - 1)
     end do
     if (k <= 2 * n - 2) needed = max(k, n)
-  end function continued
+  end function extrapolated_count
 
 end module gestell_task_sweep_expansion_pilot

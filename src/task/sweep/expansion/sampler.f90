@@ -14,8 +14,8 @@ module gestell_task_sweep_expansion_sampler
   use gestell_floquet_choice_survey, only: survey_system, survey_phases, survey_type
   use gestell_floquet_solution, only: floquet_type, solve_floquet
   use gestell_model_frame, only: frame_type
-  use gestell_system_family, only: family_type, take_member
-  use gestell_study_table, only: exchange_mechanisms, remember_mechanism
+  use gestell_system_family, only: family_type, create_member
+  use gestell_study_mechanism_cache, only: swap_mechanisms, cache_mechanism
   use gestell_study_vibration, only: solve_vibration, vibration_type
   use gestell_system_periodic, only: periodic_system
   use gestell_task_sweep_expansion_parts, only: parts_type
@@ -62,7 +62,7 @@ module gestell_task_sweep_expansion_sampler
 
   !> Maximum phase (rad) of the vibrations within the period. Above it, expansions need too many points, and order reduction is
   !> better.
-  real(dp), parameter :: most_turns = 700
+  real(dp), parameter :: max_turns = 700
   !> Rounding error of a series for numbers of magnitude 1.
   real(dp), parameter :: rounded = 16 * epsilon(1.0_dp)
   !> Largest number of times within a period for which expansions are worthwhile.
@@ -107,12 +107,12 @@ contains
     sharper = accuracy
     sharper%tolerance = max(accuracy%tolerance / merge(64, 8, forced), 10 * epsilon(1.0_dp))
     do k = 1, size(corners, 2)
-      call take_member(family, corners(:, k), system, error)
+      call create_member(family, corners(:, k), system, error)
       if (allocated(error)) return
       call survey_system(system, survey, error)
       if (allocated(error)) return
       turns(k) = survey%phase_advance
-      if (turns(k) > most_turns) return
+      if (turns(k) > max_turns) return
       if (k == 1) sampler%scale = survey%scale
       if (system%states /= size(sampler%scale)) return
       sampler%conserves = sampler%conserves .and. system%conserves([(i, i = 1, system%states / 2)])
@@ -162,7 +162,7 @@ contains
       sampler%remembered = system
       call sampler%remembered%remember(survey_phases)
       do k = 1, size(sampler%steps)
-        call remember_mechanism(sampler%remembered, sampler%method, mesh(system, sampler%steps(k)))
+        call cache_mechanism(sampler%remembered, sampler%method, mesh(system, sampler%steps(k)))
       end do
     end select
   end subroutine remember
@@ -290,7 +290,7 @@ contains
 
     fits = .false.
     values = 0
-    call take_member(self%family, parameters, system, error)
+    call create_member(self%family, parameters, system, error)
     if (allocated(error)) return
     if (system%states /= size(self%scale)) return
     if (fewest(self%method, system) > maxval(self%steps)) return
@@ -313,7 +313,7 @@ contains
     if (.not. allocated(self%remembered)) return
     select type (system)
     type is (frame_type)
-      call exchange_mechanisms(system, self%remembered)
+      call swap_mechanisms(system, self%remembered)
     end select
   end subroutine exchange
 
@@ -337,7 +337,7 @@ contains
     fits = .false.
     values = 0
     bound = 0
-    call take_member(self%family, parameters, system, error)
+    call create_member(self%family, parameters, system, error)
     if (.not. allocated(error)) call solve_monodromy(system, accuracy, self%parts%forced, monodromy, error)
     self%solutions = self%solutions + 1
     if (allocated(error)) return

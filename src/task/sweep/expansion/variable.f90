@@ -12,7 +12,7 @@ module gestell_task_sweep_expansion_variable
     real(dp) :: from = 0, to = 0
     integer :: kind = itself
   contains
-    procedure :: suits
+    procedure :: is_applicable
     procedure :: x_of
     procedure :: parameter_of
   end type variable_type
@@ -20,11 +20,11 @@ module gestell_task_sweep_expansion_variable
 contains
 
   !> True if the variable is defined on the whole range.
-  pure logical function suits(self)
+  pure logical function is_applicable(self)
     class(variable_type), intent(in) :: self
 
-    suits = self%kind == itself .or. self%from * self%to > 0
-  end function suits
+    is_applicable = self%kind == itself .or. self%from * self%to > 0
+  end function is_applicable
 
   !> Coordinate x of a parameter: 1 at the end `to` of the range, -1 at `from`.
   elemental real(dp) function x_of(self, parameter) result(x)

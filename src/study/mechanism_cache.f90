@@ -1,5 +1,5 @@
 !> Shares one table of the mechanism among many variants of a frame.
-module gestell_study_table
+module gestell_study_mechanism_cache
   use gestell_base_kinds, only: dp
   use gestell_floquet_period_period_map, only: end_of_block
   use gestell_floquet_integrator_method, only: method_type
@@ -8,14 +8,14 @@ module gestell_study_table
   implicit none (type, external)
   private
 
-  public :: exchange_mechanisms, remember_mechanism
+  public :: swap_mechanisms, cache_mechanism
 
 contains
 
   !> Tabulates the frame's mechanism at the phases at which `method` evaluates it between `nodes` (gestell_floquet_integrator_mesh).
   !> The frame can then be solved with these nodes without evaluating its mechanism again. This holds for any mass, inertia, origin,
   !> stiffness and damping and any speed of the same sign.
-  subroutine remember_mechanism(frame, method, nodes)
+  subroutine cache_mechanism(frame, method, nodes)
     type(frame_type), intent(inout) :: frame
     class(method_type), intent(in) :: method
     real(dp), intent(in) :: nodes(:)
@@ -27,16 +27,16 @@ contains
       last = end_of_block(first, size(nodes) - 1)
       call frame%remember(method%phases(nodes(first:last), nodes(first + 1:last + 1)))
     end do
-  end subroutine remember_mechanism
+  end subroutine cache_mechanism
 
   !> Exchanges the mechanisms of two frames, which must be equal except for their tables.
-  pure subroutine exchange_mechanisms(one, other)
+  pure subroutine swap_mechanisms(one, other)
     class(frame_type), intent(inout) :: one, other
     class(mechanism_type), allocatable :: own
 
     call move_alloc(one%mechanism, own)
     call move_alloc(other%mechanism, one%mechanism)
     call move_alloc(own, other%mechanism)
-  end subroutine exchange_mechanisms
+  end subroutine swap_mechanisms
 
-end module gestell_study_table
+end module gestell_study_mechanism_cache

@@ -1,13 +1,13 @@
 !> C interface of machines (include/gestell.h). Every function returns the code of its error, 0 for success. A null handle is
 !> reported as an error.
-module gestell_door_c_machine
+module gestell_api_c_machine
   use gestell_base_error, only: error_type
   use gestell_base_files, only: copy_text
   use gestell_base_kinds, only: dp
   use gestell_base_version, only: version
-  use gestell_door_c_handle, only: c_error_type, code_of, give_count, give_text, no_handle, too_small
-  use gestell_door_machine, only: machine_type
-  use gestell_door_solution, only: solution_type
+  use gestell_api_c_handle, only: c_error_type, code_of, return_count, return_text, report_null_pointer, report_wrong_size
+  use gestell_api_machine, only: machine_type
+  use gestell_api_solution, only: solution_type
   use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_loc, c_null_ptr, c_ptr
   implicit none (type, external)
   private
@@ -23,27 +23,27 @@ contains
     type(c_ptr), value :: text
     type(error_type), allocatable :: error
 
-    call give_text(version, size, text, error)
+    call return_text(version, size, text, error)
     code = code_of(error, c_null_ptr)
   end function get_version
 
   !> Creates an error handle.
   type(c_ptr) function new_error() result(handle) bind(c, name="gestell_new_error")
-    type(c_error_type), pointer :: kept
+    type(c_error_type), pointer :: holder
 
-    allocate(kept)
-    handle = c_loc(kept)
+    allocate(holder)
+    handle = c_loc(holder)
   end function new_error
 
   !> Deletes an error and sets its handle to null.
   subroutine delete_error(handle) bind(c, name="gestell_delete_error")
     type(c_ptr), intent(inout), optional :: handle
-    type(c_error_type), pointer :: kept
+    type(c_error_type), pointer :: holder
 
     if (.not. present(handle)) return
     if (.not. c_associated(handle)) return
-    call c_f_pointer(handle, kept)
-    deallocate(kept)
+    call c_f_pointer(handle, holder)
+    deallocate(holder)
     handle = c_null_ptr
   end subroutine delete_error
 
@@ -51,16 +51,17 @@ contains
   integer(c_int) function error_text(handle, size, text) result(code) bind(c, name="gestell_get_error")
     type(c_ptr), value :: handle, text
     integer(c_int), value :: size
-    type(c_error_type), pointer :: kept
+    type(c_error_type), pointer :: holder
     type(error_type), allocatable :: none
 
     code = 0
-    if (c_associated(text) .and. size > 0) call give_text("", size, text, none)
+    if (c_associated(text) .and. size > 0) call return_text("", size, text, none)
     if (.not. c_associated(handle)) return
-    call c_f_pointer(handle, kept)
-    if (.not. allocated(kept%error)) return
-    code = int(kept%error%code, c_int)
-    if (c_associated(text) .and. size > 0) call give_text(kept%error%message(:min(size - 1, len(kept%error%message))), size, text, &
+    call c_f_pointer(handle, holder)
+    if (.not. allocated(holder%error)) return
+    code = int(holder%error%code, c_int)
+    if (c_associated(text) .and. size > 0) call return_text(holder%error%message(:min(size - 1, len(holder%error%message))), &
+      & size, text, &
       & none)
   end function error_text
 
@@ -91,7 +92,7 @@ contains
     character(len=:), allocatable :: name
     type(error_type), allocatable :: error
 
-    call take(handle, machine, file, "the file name", name, error)
+    call find_machine_and_text(handle, machine, file, "the file name", name, error)
     if (.not. allocated(error)) call machine%read(name, error)
     code = code_of(error, failure)
   end function read_file
@@ -103,7 +104,7 @@ contains
     character(len=:), allocatable :: input
     type(error_type), allocatable :: error
 
-    call take(handle, machine, text, "the text", input, error)
+    call find_machine_and_text(handle, machine, text, "the text", input, error)
     if (.not. allocated(error)) call machine%parse(input, error)
     code = code_of(error, failure)
   end function parse_text
@@ -115,7 +116,7 @@ contains
     character(len=:), allocatable :: groups
     type(error_type), allocatable :: error
 
-    call take(handle, machine, text, "the text", groups, error)
+    call find_machine_and_text(handle, machine, text, "the text", groups, error)
     if (.not. allocated(error)) call machine%add(groups, error)
     code = code_of(error, failure)
   end function add_groups
@@ -128,7 +129,7 @@ contains
     character(len=:), allocatable :: name
     type(error_type), allocatable :: error
 
-    call take(handle, machine, path, "the path", name, error)
+    call find_machine_and_text(handle, machine, path, "the path", name, error)
     if (.not. allocated(error)) call machine%set(name, number, error)
     code = code_of(error, failure)
   end function set_number
@@ -140,8 +141,8 @@ contains
     character(len=:), allocatable :: name, words
     type(error_type), allocatable :: error
 
-    call take(handle, machine, path, "the path", name, error)
-    if (.not. allocated(error)) call take(handle, machine, text, "the text", words, error)
+    call find_machine_and_text(handle, machine, path, "the path", name, error)
+    if (.not. allocated(error)) call find_machine_and_text(handle, machine, text, "the text", words, error)
     if (.not. allocated(error)) call machine%set(name, words, error)
     code = code_of(error, failure)
   end function set_text
@@ -154,7 +155,7 @@ contains
     type(error_type), allocatable :: error
 
     call find_values(handle, path, values, error)
-    call give_count(size(values), error, count)
+    call return_count(size(values), error, count)
     code = code_of(error, failure)
   end function count_values
 
@@ -166,10 +167,10 @@ contains
     real(dp), allocatable :: values(:)
     type(error_type), allocatable :: error
 
-    if (.not. c_associated(numbers)) call no_handle("the array for the values", error)
+    if (.not. c_associated(numbers)) call report_null_pointer("the array for the values", error)
     if (.not. allocated(error)) call find_values(handle, path, values, error)
     if (.not. allocated(error)) then
-      if (count /= size(values)) call too_small("the array for the values", int(count), size(values), error)
+      if (count /= size(values)) call report_wrong_size("the array for the values", int(count), size(values), error)
     end if
     if (.not. allocated(error)) then
       call c_f_pointer(numbers, place, [count])
@@ -186,7 +187,7 @@ contains
     type(machine_type), pointer :: machine
     character(len=:), allocatable :: name
 
-    call take(handle, machine, path, "the path", name, error)
+    call find_machine_and_text(handle, machine, path, "the path", name, error)
     if (.not. allocated(error)) call machine%get(name, values, error)
     if (.not. allocated(values)) allocate(values(0))
   end subroutine find_values
@@ -202,15 +203,15 @@ contains
     type(error_type), allocatable :: error
 
     if (.not. present(found)) then
-      call no_handle("the pointer for the solution", error)
+      call report_null_pointer("the pointer for the solution", error)
       code = code_of(error, failure)
       return
     end if
     found = c_null_ptr
     if (c_associated(tasks)) then
-      call take(handle, machine, tasks, "the text of the tasks", names, error)
+      call find_machine_and_text(handle, machine, tasks, "the text of the tasks", names, error)
     else
-      call take_machine(handle, machine, error)
+      call find_machine(handle, machine, error)
     end if
     if (.not. allocated(error)) then
       allocate(solution)
@@ -227,24 +228,24 @@ contains
 
   !> Returns the machine behind a handle and a copy of the C text at `pointer`. Messages call this text `what`. Fails if the handle
   !> or the pointer is null.
-  subroutine take(handle, machine, pointer, what, text, error)
+  subroutine find_machine_and_text(handle, machine, pointer, what, text, error)
     type(c_ptr), intent(in) :: handle, pointer
     type(machine_type), pointer, intent(out) :: machine
     character(len=*), intent(in) :: what
     character(len=:), allocatable, intent(out) :: text
     type(error_type), allocatable, intent(out) :: error
 
-    call take_machine(handle, machine, error)
+    call find_machine(handle, machine, error)
     if (allocated(error)) return
     if (c_associated(pointer)) then
       call copy_text(pointer, text)
     else
-      call no_handle(what, error)
+      call report_null_pointer(what, error)
     end if
-  end subroutine take
+  end subroutine find_machine_and_text
 
   !> Returns the machine behind a handle. Fails if the handle is null.
-  subroutine take_machine(handle, machine, error)
+  subroutine find_machine(handle, machine, error)
     type(c_ptr), intent(in) :: handle
     type(machine_type), pointer, intent(out) :: machine
     type(error_type), allocatable, intent(out) :: error
@@ -253,8 +254,8 @@ contains
     if (c_associated(handle)) then
       call c_f_pointer(handle, machine)
     else
-      call no_handle("the machine", error)
+      call report_null_pointer("the machine", error)
     end if
-  end subroutine take_machine
+  end subroutine find_machine
 
-end module gestell_door_c_machine
+end module gestell_api_c_machine

@@ -1,10 +1,10 @@
 !> C interface of a solution's tables (include/gestell.h): names, columns and values.
-module gestell_door_c_tables
+module gestell_api_c_tables
   use gestell_base_error, only: error_type, fatal_error, wrong_usage
   use gestell_base_text, only: text
-  use gestell_door_c_handle, only: code_of, give_count, give_text, no_handle, too_small
-  use gestell_door_c_solution, only: find_solution, take_solution
-  use gestell_door_solution, only: solution_type
+  use gestell_api_c_handle, only: code_of, return_count, return_text, report_null_pointer, report_wrong_size
+  use gestell_api_c_solution, only: find_solution, find_solution_and_name
+  use gestell_api_solution, only: solution_type
   use gestell_output_table, only: column_type, table_type
   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_double, c_f_pointer, c_int, c_null_char, c_ptr
   implicit none (type, external)
@@ -23,12 +23,12 @@ contains
     integer(c_int), intent(out), optional :: count
     type(solution_type), pointer :: solution
     type(error_type), allocatable :: error
-    integer :: found
+    integer :: table_count
 
-    found = 0
+    table_count = 0
     call find_solution(handle, solution, error)
-    if (.not. allocated(error)) found = size(solution%result%tables)
-    call give_count(found, error, count)
+    if (.not. allocated(error)) table_count = size(solution%result%tables)
+    call return_count(table_count, error, count)
     code = code_of(error, failure)
   end function count_tables
 
@@ -44,11 +44,11 @@ contains
     if (code /= 0) return
     call c_f_pointer(handle, solution)
     if (index < 0 .or. index >= count) then
-      !$omp critical (gestell_door)
+      !$omp critical (gestell_api)
       call fatal_error(error, "the index of the table must lie between 0 and " // text(int(count) - 1), wrong_usage)
-      !$omp end critical (gestell_door)
+      !$omp end critical (gestell_api)
     else
-      call give_text(solution%result%tables(index + 1)%name, size, name, error)
+      call return_text(solution%result%tables(index + 1)%name, size, name, error)
     end if
     code = code_of(error, failure)
   end function name_table
@@ -64,8 +64,8 @@ contains
     shape = 0
     call find_table(handle, name, table, error)
     if (.not. allocated(error)) shape = [table%rows, size(table%columns)]
-    call give_count(shape(1), error, rows)
-    call give_count(shape(2), error, columns)
+    call return_count(shape(1), error, rows)
+    call return_count(shape(2), error, columns)
     code = code_of(error, failure)
   end function shape_table
 
@@ -87,14 +87,14 @@ contains
       if (allocated(column%integers)) holds = integers_kind
       if (allocated(column%words)) then
         holds = words_kind
-        longest = room_for_words(column, rows)
+        longest = longest_word(column, rows)
       end if
-      call give_text(column%key, size, key, error)
-      if (.not. allocated(error)) call give_text(trim(column%unit%words), size, unit, error)
-      if (.not. allocated(error)) call give_text(column%error, size, error_key, error)
+      call return_text(column%key, size, key, error)
+      if (.not. allocated(error)) call return_text(trim(column%unit%words), size, unit, error)
+      if (.not. allocated(error)) call return_text(column%error, size, error_key, error)
     end if
-    call give_count(holds, error, kind)
-    call give_count(longest, error, width)
+    call return_count(holds, error, kind)
+    call return_count(longest, error, width)
     code = code_of(error, failure)
   end function describe_column
 
@@ -144,37 +144,37 @@ contains
 
     call find_values(handle, name, index, rows, values, words_kind, column, error)
     if (.not. allocated(error)) then
-      longest = room_for_words(column, int(rows))
-      if (width < longest) call too_small("the array for a word", int(width), longest, error)
+      longest = longest_word(column, int(rows))
+      if (width < longest) call report_wrong_size("the array for a word", int(width), longest, error)
     end if
     if (.not. allocated(error)) then
       call c_f_pointer(values, place, [width, rows])
       place = c_null_char
-      !$omp critical (gestell_door)
+      !$omp critical (gestell_api)
       do i = 1, rows
         word = column%word(i)
         do k = 1, min(int(width), len(word))
           place(k, i) = word(k:k)
         end do
       end do
-      !$omp end critical (gestell_door)
+      !$omp end critical (gestell_api)
     end if
     code = code_of(error, failure)
   end function get_words
 
   !> Length of the longest word of a column, at least 1.
-  integer function room_for_words(column, rows) result(longest)
+  integer function longest_word(column, rows) result(longest)
     type(column_type), intent(in) :: column
     integer, intent(in) :: rows
     integer :: i
 
     longest = 1
-    !$omp critical (gestell_door)
+    !$omp critical (gestell_api)
     do i = 1, rows
       longest = max(longest, len(column%word(i)))
     end do
-    !$omp end critical (gestell_door)
-  end function room_for_words
+    !$omp end critical (gestell_api)
+  end function longest_word
 
   !> Finds a column and checks that it holds values of this `kind`. Fails if it holds others or does not exist, if the pointer is
   !> null, or if `rows` differs from the number of rows.
@@ -186,15 +186,15 @@ contains
     type(error_type), allocatable, intent(out) :: error
     character(len=*), parameter :: kinds(0:2) = [character(len=8) :: "numbers", "integers", "words"]
     logical :: holds(0:2)
-    integer :: there
+    integer :: row_count
 
-    call find_column(handle, name, index, column, there, error)
+    call find_column(handle, name, index, column, row_count, error)
     if (allocated(error)) return
     holds = [allocated(column%numbers), allocated(column%integers), allocated(column%words)]
     if (.not. c_associated(values)) then
-      call no_handle("the array for the column", error)
-    else if (rows /= there) then
-      call too_small("the array for the column", int(rows), there, error)
+      call report_null_pointer("the array for the column", error)
+    else if (rows /= row_count) then
+      call report_wrong_size("the array for the column", int(rows), row_count, error)
     else if (.not. holds(kind)) then
       call fatal_error(error, "the column does not contain " // trim(kinds(kind)), wrong_usage)
     end if
@@ -214,9 +214,9 @@ contains
     call find_table(handle, name, table, error)
     if (allocated(error)) return
     if (index < 0 .or. index >= size(table%columns)) then
-      !$omp critical (gestell_door)
+      !$omp critical (gestell_api)
       call fatal_error(error, "the index of the column must lie between 0 and " // text(size(table%columns) - 1), wrong_usage)
-      !$omp end critical (gestell_door)
+      !$omp end critical (gestell_api)
       return
     end if
     column => table%columns(index + 1)
@@ -233,7 +233,7 @@ contains
     integer :: i
 
     nullify(table)
-    call take_solution(handle, pointer, "the name of the table", solution, name, error)
+    call find_solution_and_name(handle, pointer, "the name of the table", solution, name, error)
     if (allocated(error)) return
     do i = 1, size(solution%result%tables)
       if (solution%result%tables(i)%name == name) table => solution%result%tables(i)
@@ -241,4 +241,4 @@ contains
     if (.not. associated(table)) call fatal_error(error, "there is no table '" // name // "'", wrong_usage)
   end subroutine find_table
 
-end module gestell_door_c_tables
+end module gestell_api_c_tables

@@ -1,13 +1,13 @@
 !> Solves a user's own linear system with periodic coefficients: multipliers, verdict and periodic motion.
-module gestell_door_system
+module gestell_api_system
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
-  use gestell_door_guarded, only: explain_failure, guard, watch_type
+  use gestell_api_guarded, only: explain_failure, guard, watch_type
   use gestell_floquet_multipliers, only: multipliers_type
   use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_floquet_period_periodic_solution, only: periodic_solution_type
   use gestell_floquet_period_turn_errors, only: turn_errors_type
-  use gestell_floquet_solution, only: floquet_type, follow, solve_floquet, solve_multipliers, solve_periodic, take_errors
+  use gestell_floquet_solution, only: floquet_type, follow, solve_floquet, solve_multipliers, solve_periodic, bound_motion_errors
   use gestell_system_periodic, only: periodic_system
   implicit none (type, external)
   private
@@ -28,7 +28,7 @@ module gestell_door_system
     real(dp), allocatable :: x(:, :), x_error(:)
   end type motion_type
 
-  integer, parameter :: most_points = 1000000
+  integer, parameter :: max_points = 1000000
 
 contains
 
@@ -57,7 +57,7 @@ contains
 
     if (present(tolerance)) accuracy%tolerance = tolerance
     if (present(points)) then
-      if (points < 1 .or. points > most_points) call fatal_error(error, &
+      if (points < 1 .or. points > max_points) call fatal_error(error, &
         & "the number of points of the motion must lie between 1 and 1000000", invalid_input)
       if (allocated(error)) return
     end if
@@ -77,10 +77,10 @@ contains
     allocate(motion%x(system%states, points + 1))
     call solve_periodic(floquet, start, error)
     if (.not. allocated(error)) call follow(guarded, floquet, start, phases, motion%x, error)
-    if (.not. allocated(error)) call take_errors(guarded, floquet, phases, motion%x, errors, error)
+    if (.not. allocated(error)) call bound_motion_errors(guarded, floquet, phases, motion%x, errors, error)
     if (.not. allocated(error)) motion%x_error = errors%bounds()
     call explain_failure(system, watch, error)
     if (allocated(error)) deallocate(motion%x)
   end subroutine solve_system
 
-end module gestell_door_system
+end module gestell_api_system

@@ -1,4 +1,4 @@
-"""Random texts, paths, values and calls through the packages for Python and C: python3 doors/fuzz.py [INPUTS [FIRST [SEED]]]
+"""Random texts, paths, values and calls through the packages for Python and C: python3 bindings/fuzz.py [INPUTS [FIRST [SEED]]]
 
 Inputs FIRST (default 1) to FIRST + INPUTS - 1 (default 300) of SEED (default 1) are each a function of both numbers. A text is one
 of the project's inputs with changed bytes, words and lines. It is read, changed by paths with sound and wild values, solved, and

@@ -1,21 +1,21 @@
 !> Reports the periodic vibrations of a machine that has several of them.
-module gestell_task_machine_several
+module gestell_task_machine_vibrations
   use gestell_base_text, only: concise, either, newline, text
   use gestell_task_stability_report, only: modulus_of
   use gestell_input_wording, only: counted
   use gestell_output_report_text_table, only: tab, tabulated
   use gestell_task_response_names, only: peak_heads, peak_units
-  use gestell_study_vibration_several, only: index_sum, several_type
+  use gestell_study_vibration_vibration_list, only: index_sum, listed_vibration_type
   implicit none (type, external)
   private
 
-  public :: among, several_lines
+  public :: mention_others, several_lines
 
 contains
 
   !> Text appended to the sentence on the verdict: the number of vibrations, and whether another one is stable too.
-  pure function among(several) result(words)
-    type(several_type), intent(in), allocatable :: several(:)
+  pure function mention_others(several) result(words)
+    type(listed_vibration_type), intent(in), allocatable :: several(:)
     character(len=:), allocatable :: words
     integer :: others, i
 
@@ -23,15 +23,15 @@ contains
     if (.not. allocated(several)) return
     if (size(several) < 2) return
     words = "; one of " // text(size(several)) // " periodic vibrations"
-    others = count([(.not. several(i)%told .and. several(i)%multipliers%verdict() == "stable", i = 1, size(several))])
+    others = count([(.not. several(i)%is_reported .and. several(i)%multipliers%verdict() == "stable", i = 1, size(several))])
     if (others == 1) words = words // ", another one is also STABLE"
     if (others > 1) words = words // ", " // text(others) // " others are also STABLE"
-  end function among
+  end function mention_others
 
-  !> Table of all vibrations. `sought` is true if the input requested a search for all vibrations.
-  pure function several_lines(several, sought) result(lines)
-    type(several_type), intent(in), allocatable :: several(:)
-    logical, intent(in) :: sought
+  !> Table of all vibrations. `searched_all` is true if the input requested a search for all vibrations.
+  pure function several_lines(several, searched_all) result(lines)
+    type(listed_vibration_type), intent(in), allocatable :: several(:)
+    logical, intent(in) :: searched_all
     character(len=:), allocatable :: lines
     integer :: i, k, missing
 
@@ -46,7 +46,7 @@ contains
         end do
         lines = lines // tab
         if (v%vibration_index() < 0) lines = lines // "between turning points, unstable  "
-        if (v%told) lines = lines // "<- reported here"
+        if (v%is_reported) lines = lines // "<- reported here"
         lines = lines // newline
       end associate
     end do
@@ -54,16 +54,16 @@ contains
       lines = tabulated("lrrl" // repeat("r", dofs) // "l", ",|rho|,error,verdict" // peak_heads(dofs) // newline // ",,," &
         & // peak_units(dofs), lines)
     end associate
-    if (sought) lines = ", searched on paths over excitation and speed" // newline // lines
-    if (.not. sought) lines = newline // lines
+    if (searched_all) lines = ", searched on paths over excitation and speed" // newline // lines
+    if (.not. searched_all) lines = newline // lines
     lines = newline // "VIBRATIONS at this speed: " // text(size(several)) // lines
     missing = abs(1 - index_sum(several))
     if (missing > 0) lines = lines // "  at least " &
       & // counted(missing, "vibration") // either(" was not found", " were not found", missing == 1) &
       & // ": the indices (-1 between turning points, else 1) must add up to 1" // newline
-    if (.not. sought) lines = lines // "  found by chance; &model vibrations='all' searches for all" // newline
+    if (.not. searched_all) lines = lines // "  found by chance; &model vibrations='all' searches for all" // newline
     if (size(several) > 1) lines = lines // "  which of them the machine settles on depends on its run-up" &
       & // newline
   end function several_lines
 
-end module gestell_task_machine_several
+end module gestell_task_machine_vibrations

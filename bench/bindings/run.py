@@ -1,4 +1,4 @@
-"""Measures the cost of the Python package in addition to the library: python3 bench/doors/run.py PROGRAM LIBRARY
+"""Measures the cost of the Python package in addition to the library: python3 bench/bindings/run.py PROGRAM LIBRARY
 
 A call for one machine is timed on a library of the same functions that do nothing (nothing.c), so that all of it is the package's
 own time; a sweep of 1e5 machines through one call against the program with the same library, in turns. Needs cc and numpy.

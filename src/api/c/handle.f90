@@ -1,11 +1,11 @@
 !> Helpers of the C interface for handles, texts and errors.
-module gestell_door_c_handle
+module gestell_api_c_handle
   use gestell_base_error, only: error_type, fatal_error, wrong_usage
   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_pointer, c_int, c_null_char, c_ptr
   implicit none (type, external)
   private
 
-  public :: code_of, give_count, give_text, no_handle, too_small
+  public :: code_of, return_count, return_text, report_null_pointer, report_wrong_size
 
   !> Object behind an error handle of C; it holds the last error reported to this handle.
   type, public :: c_error_type
@@ -18,51 +18,51 @@ contains
   integer(c_int) function code_of(error, handle) result(code)
     type(error_type), allocatable, intent(inout) :: error
     type(c_ptr), intent(in) :: handle
-    type(c_error_type), pointer :: kept
+    type(c_error_type), pointer :: holder
 
     code = 0
     if (allocated(error)) code = int(error%code, c_int)
     if (.not. c_associated(handle)) return
-    call c_f_pointer(handle, kept)
-    call move_alloc(error, kept%error)
+    call c_f_pointer(handle, holder)
+    call move_alloc(error, holder%error)
   end function code_of
 
   !> Reports that a pointer is null; `what` is its name in the message.
-  pure subroutine no_handle(what, error)
+  pure subroutine report_null_pointer(what, error)
     character(len=*), intent(in) :: what
     type(error_type), allocatable, intent(out) :: error
 
     call fatal_error(error, what // " is a null pointer", wrong_usage)
-  end subroutine no_handle
+  end subroutine report_null_pointer
 
   !> Copies `found` to the C variable `count`, or 0 if `error` is allocated. Fails if C passed a null pointer for `count`.
-  pure subroutine give_count(found, error, count)
+  pure subroutine return_count(found, error, count)
     integer, intent(in) :: found
     type(error_type), allocatable, intent(inout) :: error
     integer(c_int), intent(out), optional :: count
 
     if (.not. present(count)) then
-      if (.not. allocated(error)) call no_handle("the pointer for a count", error)
+      if (.not. allocated(error)) call report_null_pointer("the pointer for a count", error)
       return
     end if
     count = 0
     if (.not. allocated(error)) count = int(found, c_int)
-  end subroutine give_count
+  end subroutine return_count
 
-  !> Reports that the array `what` has only `given` elements but needs `needed`.
-  pure subroutine too_small(what, given, needed, error)
+  !> Reports that the array `what` has only `has_elements` elements but needs `needed`.
+  pure subroutine report_wrong_size(what, has_elements, needed, error)
     character(len=*), intent(in) :: what
-    integer, intent(in) :: given, needed
+    integer, intent(in) :: has_elements, needed
     type(error_type), allocatable, intent(out) :: error
     character(len=60) :: numbers
 
-    write(numbers, "(a, i0, a, i0)") " must have ", needed, " elements, not ", given
+    write(numbers, "(a, i0, a, i0)") " must have ", needed, " elements, not ", has_elements
     call fatal_error(error, what // trim(numbers), wrong_usage)
-  end subroutine too_small
+  end subroutine report_wrong_size
 
   !> Copies `text` and a terminating zero to the `size` characters at `pointer`. Fails if `size` is too small or the pointer is
   !> null.
-  subroutine give_text(text, size, pointer, error)
+  subroutine return_text(text, size, pointer, error)
     character(len=*), intent(in) :: text
     integer(c_int), intent(in) :: size
     type(c_ptr), intent(in) :: pointer
@@ -71,9 +71,9 @@ contains
     integer :: i
 
     if (.not. c_associated(pointer)) then
-      call no_handle("the array for the text", error)
+      call report_null_pointer("the array for the text", error)
     else if (size < len(text) + 1) then
-      call too_small("the array for the text", int(size), len(text) + 1, error)
+      call report_wrong_size("the array for the text", int(size), len(text) + 1, error)
     end if
     if (allocated(error)) return
     call c_f_pointer(pointer, characters, [len(text) + 1])
@@ -81,6 +81,6 @@ contains
       characters(i) = text(i:i)
     end do
     characters(len(text) + 1) = c_null_char
-  end subroutine give_text
+  end subroutine return_text
 
-end module gestell_door_c_handle
+end module gestell_api_c_handle

@@ -1,10 +1,10 @@
 !> Computes Phi(T) and x_p(T) with a given number of steps, and compares two such solutions.
-module gestell_floquet_period_level
+module gestell_floquet_period_trial
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
   use gestell_math_matrix, only: balanced
   use gestell_floquet_integrator_mesh, only: mesh
-  use gestell_floquet_integrator_method, only: method_type, unseen_type
+  use gestell_floquet_integrator_method, only: method_type, unresolved_type
   use gestell_floquet_period_period_map, only: period_map, period_map_type
   use gestell_system_periodic, only: periodic_system
   implicit none (type, external)
@@ -21,7 +21,7 @@ module gestell_floquet_period_level
     !> `steps`: number of steps. `stages`: number of stages per step.
     integer :: steps = 0, stages = 0
     !> Variations of coefficients and loads between the nodes
-    type(unseen_type) :: unseen
+    type(unresolved_type) :: unresolved
   end type level_type
 
 contains
@@ -49,7 +49,7 @@ contains
     ! An unallocated xp counts as an absent argument.
     if (forced) allocate(level%xp(system%states))
     call period_map(system, method, level%nodes, scale, level%phi, error, level%xp, level%xp_peak, level%transient_growth, lower, &
-      & level%unseen)
+      & level%unresolved)
     if (.not. allocated(error)) level%norm = norm2(balanced(level%phi, scale))
   end subroutine solve_level
 
@@ -84,4 +84,4 @@ contains
       & * level%transient_growth
   end function roundoff
 
-end module gestell_floquet_period_level
+end module gestell_floquet_period_trial

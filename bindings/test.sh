@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# The doors for C, C++, CMake, pkg-config and Python, from outside: ./bootstrap bash doors/test.sh
+# The bindings for C, C++, CMake, pkg-config and Python, from outside: ./bootstrap bash bindings/test.sh
 # Needs cmake, pkg-config and Python; what is missing is said, and left out. The last line is "N passed, M failed".
 # With --sanitize the library of FetchContent has gfortran's address and undefined-behaviour sanitizers (ten minutes).
 
@@ -117,17 +117,17 @@ refused_alike() {
 
 numbers() {
   local programs=("$temporary/table-$1")
-  compile "$1" doors/table.c table || return
+  compile "$1" bindings/table.c table || return
   # a shared library shows C's functions only
-  [ "$1" = shared ] || { compile "$1" doors/table.f90 fortran && programs+=("$temporary/fortran-$1"); } || return
+  [ "$1" = shared ] || { compile "$1" bindings/table.f90 fortran && programs+=("$temporary/fortran-$1"); } || return
   (export LD_LIBRARY_PATH=$(libraries) && same "$prefix-$1/bin/gestell" "${programs[@]}")
 }
 
-refusals() { compile "$1" doors/refusals.c refusals && run "$1" refusals "$home/data/khang_four_bar.nml"; }
+refusals() { compile "$1" bindings/refusals.c refusals && run "$1" refusals "$home/data/khang_four_bar.nml"; }
 
 # What is counted in memory asked for, and what a child of fork computes with more than one thread.
-adding() { compile "$1" doors/adding.c adding && run "$1" adding; }
-forked() { compile "$1" doors/fork.c forked && OMP_NUM_THREADS=2 run "$1" forked "$home/data/khang_chart.nml"; }
+adding() { compile "$1" bindings/adding.c adding && run "$1" adding; }
+forked() { compile "$1" bindings/fork.c forked && OMP_NUM_THREADS=2 run "$1" forked "$home/data/khang_chart.nml"; }
 
 example() {
   compile "$1" example/c/verdict.c verdict && run "$1" verdict "$home/data/khang_four_bar.nml" | grep -x stable &&
@@ -177,7 +177,7 @@ release() {
 # A user's project, in C and Fortran: its sources.
 sources() {
   mkdir -p "$1"
-  cp "$home"/doors/*.c "$home"/doors/*.f90 "$1"
+  cp "$home"/bindings/*.c "$home"/bindings/*.f90 "$1"
   sed "s#data/#$home/data/#" "$home/example/verdict.f90" >"$1/verdict.f90"
   # doc/library.md begins with it
   awk '/^```fortran$/ { on = 1; next } /^```$/ { if (on) exit } on' "$home/doc/library.md" | diff - "$home/example/verdict.f90"
@@ -223,7 +223,7 @@ refused() { "$temporary/fetched/build/refusals" "$home/data/khang_four_bar.nml";
 # No bytes are lost, and none is read that was not written, in 100,000 calls. Optimised loops read, and do not use, more of a vector than
 # was written: the library is a debug build.
 leaks() {
-  install_as debug && compile debug doors/leaks.c leaks &&
+  install_as debug && compile debug bindings/leaks.c leaks &&
     valgrind -q --leak-check=full --errors-for-leak-kinds=definite,indirect,possible --error-exitcode=9 \
       "$temporary/leaks-debug" "$home/data/compressor.nml"
 }
@@ -255,7 +255,7 @@ wheel() {
     "$environment/bin/pip" -q install --require-hashes --only-binary :all: -r "$home/.ci/pinned/pandas.txt" &&
     "$environment/bin/pip" -q install --no-index "$temporary"/wheels/gestell-*.whl || return
   (cd "$temporary" && mkdir -p nothing && cd nothing &&
-    env -i PATH="$environment/bin" "$environment/bin/python" "$home/doors/python.py" "$prefix-static/bin/gestell")
+    env -i PATH="$environment/bin" "$environment/bin/python" "$home/bindings/python.py" "$prefix-static/bin/gestell")
 }
 
 # What is installed, and nothing else: no modules of the program.
@@ -273,13 +273,13 @@ by_python() {
   GESTELL_LIBRARY=$(echo "$prefix-shared"/lib*/libgestell.so "$prefix-shared"/lib/*/libgestell.so | tr ' ' '\n' | grep -v '\*' | head -1) \
     PYTHONPATH=$home/python "$interpreter" "$@"
 }
-python() { by_python "$home/doors/python.py" "$prefix-shared/bin/gestell"; }
-fuzzed() { PROGRAM=$prefix-shared/bin/gestell by_python "$home/doors/fuzz.py" 300; }
+python() { by_python "$home/bindings/python.py" "$prefix-shared/bin/gestell"; }
+fuzzed() { PROGRAM=$prefix-shared/bin/gestell by_python "$home/bindings/fuzz.py" 300; }
 
 for tool in cmake pkg-config cc; do
   command -v $tool >/dev/null || { echo "skip  there is no $tool"; echo '0 passed, 0 failed'; exit 0; }
 done
-check 'signatures in C, Fortran and Python' python3 doors/signatures.py
+check 'signatures in C, Fortran and Python' python3 bindings/signatures.py
 check 'CMake, static' install_as static
 check 'what is installed' installed
 check 'man page and completion' helped

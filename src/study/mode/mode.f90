@@ -1,5 +1,5 @@
 !> A free vibration of a system with periodic coefficients: its frequencies, growth and shapes.
-module gestell_study_mode_type
+module gestell_study_mode
   use gestell_base_kinds, only: dp
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   implicit none (type, external)
@@ -7,8 +7,8 @@ module gestell_study_mode_type
 
   public :: assurance
 
-  !> `most_dofs`: maximum number of degrees of freedom. `most_components`: maximum number of components that are kept.
-  integer, parameter, public :: most_dofs = 6, most_components = 8
+  !> `max_dofs`: maximum number of degrees of freedom. `max_components`: maximum number of components that are kept.
+  integer, parameter, public :: max_dofs = 6, max_components = 8
 
   !> A mode: the motion of a conjugate pair of multipliers, or of two real multipliers that form a pair.
   !>
@@ -28,9 +28,9 @@ module gestell_study_mode_type
     integer :: components = 0
     !> Frequencies of the components (rad/s, not negative), and their shares of the mean square of the motion, in the norm of the
     !> mean mass matrix
-    real(dp) :: frequencies(most_components) = 0, shares(most_components) = 0
+    real(dp) :: frequencies(max_components) = 0, shares(max_components) = 0
     !> Shapes of the components: positions, with norm 1 in the norm of the mean mass matrix; shape (degrees of freedom, components)
-    complex(dp) :: shapes(most_dofs, most_components) = 0
+    complex(dp) :: shapes(max_dofs, max_components) = 0
     !> Index of the component whose frequency is the frequency of the mode
     integer :: principal = 1
   contains
@@ -66,10 +66,10 @@ contains
     if (self%identified) share = self%shares(self%principal)
   end function share
 
-  !> Shape of the principal component, shape (most_dofs).
+  !> Shape of the principal component, shape (max_dofs).
   pure function principal_shape(self) result(shape)
     class(mode_type), intent(in) :: self
-    complex(dp) :: shape(most_dofs)
+    complex(dp) :: shape(max_dofs)
 
     shape = self%shapes(:, self%principal)
   end function principal_shape
@@ -98,4 +98,4 @@ contains
     end associate
   end function assurance
 
-end module gestell_study_mode_type
+end module gestell_study_mode

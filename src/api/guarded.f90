@@ -1,10 +1,10 @@
 !> Wraps a user's system to check its coefficients while it is solved. Faulty coefficients are reported by name, before many calls
 !> are wasted on them.
-module gestell_door_guarded
+module gestell_api_guarded
   use gestell_base_error, only: error_type, failed_computation, fatal_error, resonance
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise
-  use gestell_door_roughness, only: describe_roughness, rows, watched
+  use gestell_api_roughness, only: describe_roughness, rows, coefficient_names
   use gestell_floquet_choice_survey, only: survey_system, survey_type
   use gestell_math_lapack, only: factorise
   use gestell_math_root_search, only: root_search_type
@@ -245,9 +245,10 @@ contains
       self%watch%calls = self%watch%calls + size(phases) * merge(2, 1, present(h))
       if (present(h)) then
         call take(self%inner, self%watch, phases, reshape([rows(m), rows(b), rows(c), sum(h, dim=2)], [size(phases), 4]), &
-          & watched, given_up)
+          & coefficient_names, given_up)
       else
-        call take(self%inner, self%watch, phases, reshape([rows(m), rows(b), rows(c)], [size(phases), 3]), watched(:3), given_up)
+        call take(self%inner, self%watch, phases, reshape([rows(m), rows(b), rows(c)], [size(phases), 3]), coefficient_names(:3), &
+          & given_up)
       end if
     end if
     if (.not. given_up) return
@@ -320,4 +321,4 @@ contains
     allocate(coupled, source=self%inner%coupled())
   end function coupled_first_order
 
-end module gestell_door_guarded
+end module gestell_api_guarded

@@ -1,5 +1,5 @@
 !> Splits periodic systems into parts that do not act on each other.
-module gestell_system_part
+module gestell_system_subsystem
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
   use gestell_system_periodic, only: periodic_system
@@ -7,20 +7,20 @@ module gestell_system_part
   implicit none (type, external)
   private
 
-  public :: find_parts, part_of
+  public :: find_subsystems, extract_subsystem
 
   !> The states `chosen` of the system `whole`, treated as a system of its own
-  type, extends(periodic_system) :: first_order_part
+  type, extends(periodic_system) :: first_order_subsystem
     class(periodic_system), allocatable :: whole
     integer, allocatable :: chosen(:)
   contains
     procedure :: matrix
     procedure :: forcing
     procedure :: sample
-  end type first_order_part
+  end type first_order_subsystem
 
   !> The degrees of freedom `chosen` of the system `whole`, treated as a system of its own
-  type, extends(second_order_system) :: second_order_part
+  type, extends(second_order_system) :: second_order_subsystem
     class(second_order_system), allocatable :: whole
     integer, allocatable :: chosen(:)
   contains
@@ -28,28 +28,28 @@ module gestell_system_part
     procedure :: load
     procedure :: sample_second_order
     procedure :: conserves
-  end type second_order_part
+  end type second_order_subsystem
 
 contains
 
   !> Finds the part to which each state (for a second-order system each degree of freedom) belongs. Parts are numbered from 1. Fails
   !> if the table `coupled` has the wrong shape.
-  subroutine find_parts(system, parts, error)
+  subroutine find_subsystems(system, parts, error)
     class(periodic_system), intent(in) :: system
     integer, allocatable, intent(out) :: parts(:)
     type(error_type), allocatable, intent(out) :: error
     logical, allocatable :: coupled(:, :)
-    integer :: wanted, i, k, n
+    integer :: expected, i, k, n
 
     allocate(coupled, source=system%coupled())
     n = size(coupled, 1)
-    wanted = system%states
+    expected = system%states
     select type (system)
     class is (second_order_system)
       ! A second-order system that is all coupled may return a table for its states.
-      if (.not. (all(coupled) .and. n == system%states)) wanted = system%states / 2
+      if (.not. (all(coupled) .and. n == system%states)) expected = system%states / 2
     end select
-    if (any(shape(coupled) /= wanted)) then
+    if (any(shape(coupled) /= expected)) then
       call fatal_error(error, "the table `coupled` must have one row and one column for each state, or for each degree of " &
         & // "freedom of a second-order system", invalid_input)
       return
@@ -66,17 +66,17 @@ contains
       ! Renumbers the parts without gaps.
       if (count(parts == k) == 0) where (parts > k) parts = parts - 1
     end do
-  end subroutine find_parts
+  end subroutine find_subsystems
 
   !> Extracts the part of `system` that consists of the states `chosen` (for a second-order system the degrees of freedom `chosen`).
   !> The rest of the system must not act on this part. `states`: numbers of the part's states in the whole system.
-  subroutine part_of(system, chosen, part, states)
+  subroutine extract_subsystem(system, chosen, part, states)
     class(periodic_system), intent(in) :: system
     integer, intent(in) :: chosen(:)
     class(periodic_system), allocatable, intent(out) :: part
     integer, allocatable, intent(out) :: states(:)
-    type(first_order_part) :: first
-    type(second_order_part) :: second
+    type(first_order_subsystem) :: first
+    type(second_order_subsystem) :: second
 
     select type (system)
     class is (second_order_system)
@@ -92,11 +92,11 @@ contains
     end select
     part%states = size(states)
     call part%inherit(system)
-  end subroutine part_of
+  end subroutine extract_subsystem
 
   !> Computes the matrix P of the chosen states.
   subroutine matrix(self, t, p)
-    class(first_order_part), intent(in) :: self
+    class(first_order_subsystem), intent(in) :: self
     real(dp), intent(in) :: t
     real(dp), intent(out) :: p(:, :)
     real(dp) :: many(self%states, self%states, 1)
@@ -107,7 +107,7 @@ contains
 
   !> Computes the forcing f of the chosen states.
   subroutine forcing(self, t, f)
-    class(first_order_part), intent(in) :: self
+    class(first_order_subsystem), intent(in) :: self
     real(dp), intent(in) :: t
     real(dp), intent(out) :: f(:)
     real(dp) :: full(self%whole%states)
@@ -118,7 +118,7 @@ contains
 
   !> Samples the matrix P and the forcing f of the chosen states.
   subroutine sample(self, phases, p, f)
-    class(first_order_part), intent(in) :: self
+    class(first_order_subsystem), intent(in) :: self
     real(dp), intent(in) :: phases(:)
     real(dp), intent(out) :: p(:, :, :)
     real(dp), intent(out), optional :: f(:, :)
@@ -134,7 +134,7 @@ contains
 
   !> Computes M, B, C of the chosen degrees of freedom.
   subroutine matrices(self, t, m, b, c)
-    class(second_order_part), intent(in) :: self
+    class(second_order_subsystem), intent(in) :: self
     real(dp), intent(in) :: t
     real(dp), intent(out) :: m(:, :), b(:, :), c(:, :)
     real(dp), dimension(self%whole%states / 2, self%whole%states / 2) :: full_m, full_b, full_c
@@ -147,7 +147,7 @@ contains
 
   !> Computes the load h of the chosen degrees of freedom.
   subroutine load(self, t, h)
-    class(second_order_part), intent(in) :: self
+    class(second_order_subsystem), intent(in) :: self
     real(dp), intent(in) :: t
     real(dp), intent(out) :: h(:)
     real(dp) :: full(self%whole%states / 2)
@@ -158,7 +158,7 @@ contains
 
   !> Samples M, B, C and h of the chosen degrees of freedom.
   subroutine sample_second_order(self, phases, m, b, c, h)
-    class(second_order_part), intent(in) :: self
+    class(second_order_subsystem), intent(in) :: self
     real(dp), contiguous, intent(in) :: phases(:)
     real(dp), contiguous, intent(out) :: m(:, :, :), b(:, :, :), c(:, :, :)
     real(dp), contiguous, intent(out), optional :: h(:, :)
@@ -178,10 +178,10 @@ contains
 
   !> True if the equations of the degrees of freedom `chosen` are those of a Lagrangian without damping.
   pure logical function conserves(self, chosen)
-    class(second_order_part), intent(in) :: self
+    class(second_order_subsystem), intent(in) :: self
     integer, intent(in) :: chosen(:)
 
     conserves = self%whole%conserves(self%chosen(chosen))
   end function conserves
 
-end module gestell_system_part
+end module gestell_system_subsystem

@@ -1,5 +1,5 @@
 !> Finds directions in which the mounting does not hold the frame.
-module gestell_study_vibration_held
+module gestell_study_vibration_free_directions
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp, pi
   use gestell_base_text, only: concise, text
@@ -9,7 +9,7 @@ module gestell_study_vibration_held
   implicit none (type, external)
   private
 
-  public :: unheld
+  public :: describe_free_directions
 
   !> `rounding`: a stiffness below this fraction of the largest counts as zero. `small_part`: elements of a motion below this
   !> fraction of the largest are dropped.
@@ -23,7 +23,7 @@ contains
 
   !> Sentence that names the directions in which the mounting does not hold the frame, about rest; empty if it holds in all
   !> directions.
-  function unheld(frame) result(sentence)
+  function describe_free_directions(frame) result(sentence)
     class(frame_type), intent(in) :: frame
     character(len=sentence_length) :: sentence
     type(averaged_system) :: model
@@ -48,14 +48,14 @@ contains
       sentence = "the frame is not held in " // trim(names_of(pack(frame%free, along))) // ": add a &support"
     else if (directions == 1) then
       i = minloc(abs(squares), dim=1)
-      sentence = "the frame " // trim(way_of(frame, unit * vectors(:, i), vectors(:, i))) // ": add another &support"
+      sentence = "the frame " // trim(describe_direction(frame, unit * vectors(:, i), vectors(:, i))) // ": add another &support"
     else
       sentence = "the frame is not held in " // text(directions) // " directions: add another &support"
     end if
-  end function unheld
+  end function describe_free_directions
 
   !> Describes the only direction in which the frame moves freely. `parts`: elements of `motion` in comparable units.
-  pure function way_of(frame, parts, motion) result(words)
+  pure function describe_direction(frame, parts, motion) result(words)
     class(frame_type), intent(in) :: frame
     real(dp), intent(in) :: parts(:), motion(:)
     character(len=sentence_length) :: words
@@ -70,7 +70,7 @@ contains
     else
       words = "is not held along " // concise(modulo(atan2(q(2), q(1)) * 180 / pi, 180.0_dp), 4) // " deg"
     end if
-  end function way_of
+  end function describe_direction
 
   pure function names_of(dofs) result(words)
     integer, intent(in) :: dofs(:)
@@ -83,4 +83,4 @@ contains
     end do
   end function names_of
 
-end module gestell_study_vibration_held
+end module gestell_study_vibration_free_directions

@@ -1,5 +1,5 @@
 !> Results of a search along a line: borders, systems on both sides of them, and places where a border could not be excluded.
-module gestell_task_boundary_line_found
+module gestell_task_boundary_line_search_result
   use gestell_base_kinds, only: dp
   use gestell_base_verdict, only: undecided, verdict_type
   use gestell_math_sorting, only: ascending
@@ -24,30 +24,31 @@ module gestell_task_boundary_line_found
   end type crossing_type
 
   !> Part of a line in which a border cannot be excluded: its middle `t` and its `width` in t.
-  type, public :: doubt_type
+  type, public :: open_part_type
     real(dp) :: t = 0, width = 0
-  end type doubt_type
+  end type open_part_type
 
   !> Results of a search along a line: borders, parts in which a border cannot be excluded, and systems along the line.
   type, public :: search_type
     type(crossing_type), allocatable :: borders(:)
-    type(doubt_type), allocatable :: doubts(:)
+    type(open_part_type), allocatable :: open_parts(:)
     !> `meetings`: number of places where multipliers meet. `thin`: number of these places where, without damping, no growth was
     !> found at a distance of the tolerance.
     integer :: meetings = 0, thin = 0
     !> Number of meetings of multipliers that were not searched because they exceed the maximum number of a line.
     integer :: left_out = 0
-    !> Systems along the line, at least one on each side of each border; `sort_marks` sorts them. Only the first `marked` are used.
+    !> Systems along the line, at least one on each side of each border; `sort_marks` sorts them. Only the first `mark_count` are
+    !> used.
     type(probe_type), allocatable :: marks(:)
-    integer :: marked = 0
+    integer :: mark_count = 0
   contains
-    procedure :: begin
+    procedure :: initialise
     procedure :: exchange
-    procedure :: take
+    procedure :: append
     procedure :: add_mark
     procedure :: sort_marks
     procedure :: sort_borders
-    procedure :: name_unexplained
+    procedure :: list_unexplained
   end type search_type
 
   !> Parallel work in which each piece is one search.
@@ -60,30 +61,30 @@ module gestell_task_boundary_line_found
 contains
 
   !> Initialises an empty search result.
-  subroutine begin(self)
+  subroutine initialise(self)
     class(search_type), intent(out) :: self
 
-    allocate(self%borders(0), self%doubts(0), self%marks(0))
-  end subroutine begin
+    allocate(self%borders(0), self%open_parts(0), self%marks(0))
+  end subroutine initialise
 
   !> Appends the results of a search at one place of the line.
-  pure subroutine take(self, part)
+  pure subroutine append(self, part)
     class(search_type), intent(inout) :: self
     type(search_type), intent(in) :: part
     integer :: i
 
-    do i = 1, part%marked
+    do i = 1, part%mark_count
       call self%add_mark(part%marks(i))
     end do
     self%meetings = self%meetings + part%meetings
     self%thin = self%thin + part%thin
-    self%doubts = [self%doubts, part%doubts]
+    self%open_parts = [self%open_parts, part%open_parts]
     self%borders = [self%borders, part%borders]
-  end subroutine take
+  end subroutine append
 
-  !> Adds to `doubts` each part of the line whose borders do not explain the verdicts at its ends. The number of borders between two
-  !> systems must be odd if exactly one of them is unstable, otherwise even. Systems within the error of a border are ignored.
-  pure subroutine name_unexplained(self)
+  !> Adds to `open_parts` each part of the line whose borders do not explain the verdicts at its ends. The number of borders between
+  !> two systems must be odd if exactly one of them is unstable, otherwise even. Systems within the error of a border are ignored.
+  pure subroutine list_unexplained(self)
     class(search_type), intent(inout) :: self
     integer :: i, last
 
@@ -94,14 +95,14 @@ contains
         if (last > 0) then
           associate (before => self%marks(last))
             if ((modulo(count(borders%t > before%t .and. borders%t < here%t), 2) == 1) .neqv. &
-              & (here%is_unstable() .neqv. before%is_unstable())) self%doubts = [self%doubts, &
-              & doubt_type((before%t + here%t) / 2, here%t - before%t)]
+              & (here%is_unstable() .neqv. before%is_unstable())) self%open_parts = [self%open_parts, &
+              & open_part_type((before%t + here%t) / 2, here%t - before%t)]
           end associate
         end if
         last = i
       end associate
     end do
-  end subroutine name_unexplained
+  end subroutine list_unexplained
 
   !> Writes the results to a record, or reads them from it.
   subroutine exchange(self, record)
@@ -110,22 +111,22 @@ contains
     integer(int64), allocatable :: words(:)
     integer :: i
 
-    if (record%reads) call self%begin()
+    if (record%reads) call self%initialise()
     words = transfer(self%borders, [0_int64])
     call record%pass_words(words)
     if (record%reads) self%borders = transfer(words, [crossing_type ::])
-    words = transfer(self%doubts, [0_int64])
+    words = transfer(self%open_parts, [0_int64])
     call record%pass_words(words)
-    if (record%reads) self%doubts = transfer(words, [doubt_type ::])
+    if (record%reads) self%open_parts = transfer(words, [open_part_type ::])
     call record%pass(self%meetings)
     call record%pass(self%thin)
     call record%pass(self%left_out)
-    call record%pass(self%marked)
+    call record%pass(self%mark_count)
     if (record%reads) then
       deallocate(self%marks)
-      allocate(self%marks(max(self%marked, 0)))
+      allocate(self%marks(max(self%mark_count, 0)))
     end if
-    do i = 1, self%marked
+    do i = 1, self%mark_count
       call self%marks(i)%exchange(record)
     end do
   end subroutine exchange
@@ -145,13 +146,13 @@ contains
     type(probe_type), allocatable :: longer(:)
 
     if (mark%missing()) return
-    if (self%marked == size(self%marks)) then
-      allocate(longer(2 * self%marked + 64))
-      longer(:self%marked) = self%marks
+    if (self%mark_count == size(self%marks)) then
+      allocate(longer(2 * self%mark_count + 64))
+      longer(:self%mark_count) = self%marks
       call move_alloc(longer, self%marks)
     end if
-    self%marked = self%marked + 1
-    self%marks(self%marked) = mark
+    self%mark_count = self%mark_count + 1
+    self%marks(self%mark_count) = mark
   end subroutine add_mark
 
   !> Sorts the systems along the line and removes duplicates.
@@ -161,13 +162,13 @@ contains
     integer, allocatable :: order(:)
     integer :: i
 
-    associate (t => self%marks(:self%marked)%t)
+    associate (t => self%marks(:self%mark_count)%t)
       order = ascending((t))
       order = pack(order, [(i == 1 .or. t(order(i)) > t(order(max(i - 1, 1))), i = 1, size(order))])
     end associate
-    self%marked = size(order)
-    allocate(sorted(self%marked))
-    do i = 1, self%marked
+    self%mark_count = size(order)
+    allocate(sorted(self%mark_count))
+    do i = 1, self%mark_count
       sorted(i) = self%marks(order(i))
     end do
     call move_alloc(sorted, self%marks)
@@ -198,4 +199,4 @@ contains
     self%borders = pack(self%borders, keep)
   end subroutine sort_borders
 
-end module gestell_task_boundary_line_found
+end module gestell_task_boundary_line_search_result

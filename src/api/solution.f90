@@ -1,5 +1,5 @@
 !> Returns the results of a machine by name: verdict, multipliers, vibrations, tables, report and files.
-module gestell_door_solution
+module gestell_api_solution
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_verdict, only: verdict_length
   use gestell_base_kinds, only: dp
@@ -13,12 +13,12 @@ module gestell_door_solution
   use gestell_output_result, only: result_type
   use gestell_output_table, only: table_type
   use gestell_study_vibration, only: solve_vibration
-  use gestell_study_vibration_statistics, only: history_of, statistics_type, take_statistics
+  use gestell_study_vibration_statistics, only: history_of, statistics_type, compute_statistics
   use gestell_system_averaged, only: averaged_system
   use gestell_system_periodic, only: periodic_system
   use gestell_task_common_task, only: any_task_type, own_machine
   use gestell_task_common_context, only: context_type
-  use gestell_task_machine_report, only: report_machine, slips_of, warn_of_slips
+  use gestell_task_machine_report, only: report_machine, input_warnings, add_input_warnings
   use gestell_task_registry, only: all_tables, read_input
   use gestell_task_registry_run, only: run_tasks
   implicit none (type, external)
@@ -32,7 +32,7 @@ module gestell_door_solution
     type(context_type) :: context
     type(result_type), public :: result
     !> The report; unallocated until it is first requested
-    character(len=:), allocatable :: told
+    character(len=:), allocatable :: report_text
   contains
     procedure :: verdict
     procedure :: multipliers
@@ -66,7 +66,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
 
     call solve_tasks(document, schema, .false., solution%context, solution%result, error)
-    if (.not. allocated(error)) call solution%context%entitle(document%file, settings)
+    if (.not. allocated(error)) call solution%context%fill_header(document%file, settings)
   end subroutine solve_document
 
   !> Runs the tasks of a document. Fails as described at `solve_document`.
@@ -84,15 +84,15 @@ contains
     call read_input(document, schema, tasks, context%configuration, error)
     if (allocated(error)) return
     allocate(context%executor)
-    context%keeps_rows = .true.
-    context%reports = reports .or. any([(tasks(i)%task%ordered .and. tasks(i)%task%about /= own_machine, i = 1, size(tasks))])
+    context%keep_all_rows = .true.
+    context%reports = reports .or. any([(tasks(i)%task%requested .and. tasks(i)%task%scope /= own_machine, i = 1, size(tasks))])
     call result%begin(.false.)
     do i = 1, size(tasks)
-      if (tasks(i)%task%ordered) call tasks(i)%task%prepare(context, error)
+      if (tasks(i)%task%requested) call tasks(i)%task%prepare(context, error)
       if (allocated(error)) return
     end do
     call run_tasks(tasks, context, result, error)
-    if (reports) call warn_of_slips(result, slips_of(context%configuration))
+    if (reports) call add_input_warnings(result, input_warnings(context%configuration))
     if (.not. allocated(error) .and. allocated(result%failure) .and. size(result%tables) == 0) then
       allocate(error, source=result%failure)
     end if
@@ -108,8 +108,8 @@ contains
     type(context_type) :: context
     type(result_type) :: result
 
-    !$omp critical (gestell_door)
-    if (.not. allocated(self%told)) then
+    !$omp critical (gestell_api)
+    if (.not. allocated(self%report_text)) then
       associate (configuration => self%context%configuration)
         if (self%context%reports) then
           result = self%result
@@ -117,13 +117,13 @@ contains
           call solve_tasks(configuration%document, configuration%schema, .true., context, result, error)
         end if
         if (.not. allocated(error)) then
-          call result%lead()
-          self%told = report_machine(configuration, self%context%head%input) // result%report // result%in_short()
+          call result%insert_headlines()
+          self%report_text = report_machine(configuration, self%context%head%input) // result%report // result%summary_line()
         end if
       end associate
     end if
-    if (allocated(self%told)) lines = self%told
-    !$omp end critical (gestell_door)
+    if (allocated(self%report_text)) lines = self%report_text
+    !$omp end critical (gestell_api)
   end subroutine report
 
   !> Writes the program's files into `folder`: tables and the scripts that draw their pictures. Fails if they cannot be written, or
@@ -137,26 +137,26 @@ contains
     logical, intent(in), optional :: pictures
 
     type(staging_type) :: staging
-    type(error_type), allocatable :: undrawn
+    type(error_type), allocatable :: picture_error
     character(len=:), allocatable :: drawn
     logical :: draws
 
     draws = .false.
     if (present(pictures)) draws = pictures
-    !$omp critical (gestell_door)
+    !$omp critical (gestell_api)
     call open_staging(staging, folder, all_tables(), error, self%context%configuration%document%path)
     if (.not. allocated(error)) then
       call self%result%write(staging%path, self%context%head, error)
       if (allocated(error)) then
-        call staging%retell(error)
+        call staging%show_final_folder(error)
         call staging%discard()
       else
-        if (draws) call draw_pictures(staging%path, folder, self%result%figures, drawn, undrawn)
+        if (draws) call draw_pictures(staging%path, folder, self%result%figures, drawn, picture_error)
         call staging%publish(self%result%left(), error)
       end if
     end if
-    if (allocated(undrawn) .and. .not. allocated(error)) call move_alloc(undrawn, error)
-    !$omp end critical (gestell_door)
+    if (allocated(picture_error) .and. .not. allocated(error)) call move_alloc(picture_error, error)
+    !$omp end critical (gestell_api)
   end subroutine write_files
 
   !> The worst verdict of all tasks: stable, undamped, undecided, unstable, or the reason why no vibration exists. Blank if no task
@@ -191,12 +191,12 @@ contains
     type(statistics_type) :: statistics
     integer :: k
 
-    !$omp critical (gestell_door)
+    !$omp critical (gestell_api)
     associate (configuration => self%context%configuration, analysis => self%context%analysis)
       if (allocated(analysis%vibration)) then
         call find_quantity(analysis%frame, configuration%probes, name, quantity, error)
-        if (.not. allocated(error)) call hold(self, quantity%rows(), error)
-        if (.not. allocated(error)) call take_statistics(analysis%vibration, quantity, statistics, error)
+        if (.not. allocated(error)) call ensure_rows(self, quantity%rows(), error)
+        if (.not. allocated(error)) call compute_statistics(analysis%vibration, quantity, statistics, error)
         if (.not. allocated(error)) call history_of(analysis%vibration, quantity, found%history, error)
       else
         call fatal_error(error, "the vibration was not computed: add the task 'response'", invalid_input)
@@ -211,12 +211,12 @@ contains
         found%amplitudes = [(statistics%amplitude(k), k = 1, configuration%analysis%harmonics)]
       end if
     end associate
-    !$omp end critical (gestell_door)
+    !$omp end critical (gestell_api)
   end subroutine response
 
   !> Solves the vibration again if its stored motion has fewer than `rows` rows (see gestell_model_quantity_rows). Fails if the
   !> vibration cannot be computed.
-  subroutine hold(solution, rows, error)
+  subroutine ensure_rows(solution, rows, error)
     type(solution_type), intent(inout), target :: solution
     integer, intent(in) :: rows
     type(error_type), allocatable, intent(out) :: error
@@ -234,7 +234,7 @@ contains
       end if
       call solve_vibration(system, analysis%floquet, tasks%points, tasks%harmonics, analysis%vibration, error, rows)
     end associate
-  end subroutine hold
+  end subroutine ensure_rows
 
   !> Returns the table with this name. Fails if it does not exist.
   subroutine table(self, name, found, error)
@@ -252,4 +252,4 @@ contains
     call fatal_error(error, "there is no table '" // name // "'", invalid_input)
   end subroutine table
 
-end module gestell_door_solution
+end module gestell_api_solution

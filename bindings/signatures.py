@@ -1,4 +1,4 @@
-"""Every function for C is the same in include/gestell.h, in Fortran (src/door/c) and in Python's list: python3 doors/signatures.py
+"""Every function for C is the same in include/gestell.h, in Fortran (src/api/c) and in Python's list: python3 bindings/signatures.py
 
 Number and types of the arguments and the type of the result are compared, those of the callback too. The last line is
 "N passed, M failed".
@@ -39,7 +39,7 @@ def header():
 
 def fortran():
     """{name: [declarations of result and arguments]}"""
-    text = "\n".join(file.read_text() for file in sorted((ROOT / "src/door/c").glob("*.f90")))
+    text = "\n".join(file.read_text() for file in sorted((ROOT / "src/api/c").glob("*.f90")))
     text = re.sub(r" *&\n *&", "", text)
     functions = {}
     for head, arguments, tail, body in re.findall(

@@ -5,7 +5,7 @@
 !> det(E - Phi): -1 if the number of real multipliers above 1 is odd, as between two turning points, otherwise 1. At rest there is
 !> one vibration, of index 1. Vibrations appear and vanish in pairs of opposite index, so the indices add up to 1 (doc/theory.md,
 !> "The vibration").
-module gestell_study_vibration_several
+module gestell_study_vibration_vibration_list
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
   use gestell_floquet_period_monodromy, only: accuracy_type
@@ -15,7 +15,7 @@ module gestell_study_vibration_several
   use gestell_model_frame, only: frame_type
   use gestell_model_exact_varied_frame, only: varied_frame, varied_frame_type
   use gestell_study_frame_model_newton, only: first_samples, iterate, values_of
-  use gestell_study_frame_model_path, only: advance, cubic, first_point, furthest_turn, least_arc, middle_of, motion_of, &
+  use gestell_study_frame_model_path, only: advance, cubic, first_point, furthest_turn, min_arc, middle_of, motion_of, &
     & path_family_type, point_type, size_of, units_of
   use gestell_study_vibration, only: solve_vibration, vibration_type
   use gestell_study_frame_model_vibration_path, only: machine_path
@@ -25,27 +25,27 @@ module gestell_study_vibration_several
   public :: index_sum, list_vibrations, search_vibrations
 
   !> One of several vibrations of a machine.
-  type, public :: several_type
+  type, public :: listed_vibration_type
     !> True for the vibration that the rest of the report describes
-    logical :: told = .false.
+    logical :: is_reported = .false.
     type(multipliers_type) :: multipliers
     !> Maxima of the degrees of freedom over the turn (m, rad), bounds on their errors, and rms values; shapes (dofs)
     real(dp), allocatable :: peak(:), peak_error(:), rms(:)
   contains
     procedure :: vibration_index
-  end type several_type
+  end type listed_vibration_type
 
   !> `furthest_speed`: maximum distance of a path from the machine's own speed, relative to this speed. `furthest_excitation`: the
   !> path from rest ends at this multiple of the machine's own excitation.
   real(dp), parameter :: furthest_speed = 0.1_dp, furthest_excitation = 3
   !> `short_arc`: first arc length. `long_arc`: maximum arc length, short enough not to jump from one vibration to another.
   real(dp), parameter :: short_arc = 0.02_dp, long_arc = 0.2_dp
-  !> `most_points`: maximum number of points of a path. `most_systems`: maximum number of linear systems solved for a path.
-  integer, parameter :: most_points = 200, most_systems = 500
+  !> `max_points`: maximum number of points of a path. `max_systems`: maximum number of linear systems solved for a path.
+  integer, parameter :: max_points = 200, max_systems = 500
   !> Two motions are equal if their relative difference is smaller.
-  real(dp), parameter :: alike = 1.0e-6_dp
+  real(dp), parameter :: equality_tolerance = 1.0e-6_dp
   !> Maximum number of vibrations that are listed.
-  integer, parameter :: most_vibrations = 20
+  integer, parameter :: max_vibrations = 20
 
 contains
 
@@ -60,14 +60,16 @@ contains
 
     allocate(rest(first_samples, frame%dofs()), source=0.0_dp)
     do way = 1, -1, -2
-      call walk(frame, machine_path(varied_frame(frame, list(1)%motion), accuracy), rest, 1.0_dp, furthest_excitation, way, list)
+      call follow_branch(frame, machine_path(varied_frame(frame, list(1)%motion), accuracy), rest, 1.0_dp, furthest_excitation, &
+        & way, list)
     end do
     i = 1
-    do while (i <= size(list) .and. size(list) < most_vibrations)
+    do while (i <= size(list) .and. size(list) < max_vibrations)
       ! a copy, because the list is reallocated as it grows
       speed = list(i)%speed
       do way = 1, -1, -2
-        call walk(frame, machine_path(varied_frame(frame, list(i)%motion), accuracy, speed * [1.0_dp, 1 + furthest_speed]), &
+        call follow_branch(frame, machine_path(varied_frame(frame, list(i)%motion), accuracy, speed * [1.0_dp, 1 &
+          & + furthest_speed]), &
           & values_of(list(i)%motion, max(first_samples, 2 * ubound(list(i)%motion%cosine, 1) + 2)), 0.0_dp, 1.0_dp, way, list)
       end do
       i = i + 1
@@ -77,7 +79,7 @@ contains
   !> Follows a path from the motion q at lambda = 0 and adds the vibrations at lambda = `home` to `list`. The path ends if
   !> abs(lambda) exceeds `furthest`, if a path over the speed reaches a known vibration, if Newton's method fails, if the frame
   !> rotates too far, or if the points or linear systems are used up.
-  subroutine walk(frame, start, q, home, furthest, way, list)
+  subroutine follow_branch(frame, start, q, home, furthest, way, list)
     class(frame_type), intent(in) :: frame
     class(path_family_type), intent(in) :: start
     real(dp), intent(in) :: q(:, :), home, furthest
@@ -91,19 +93,19 @@ contains
     integer :: k
 
     allocate(family, source=start)
-    family%left = most_systems
+    family%left = max_systems
     ! A path over the speed needs q in the family's units.
     call first_point(family, q / spread(family%units, 1, size(q, 1)), 0.0_dp, way, at, error)
     if (allocated(error)) return
     arc = short_arc
     known = .false.
-    do k = 1, most_points
+    do k = 1, max_points
       call advance(family, at, arc, next, easy, error)
       again = allocated(error)
-      if (.not. again) again = hides_turn(at, next, arc, home)
+      if (.not. again) again = crosses_home_twice(at, next, arc, home)
       if (again) then
         arc = arc / 4
-        if (arc < least_arc) return
+        if (arc < min_arc) return
         cycle
       end if
       if ((at%lambda - home) * (next%lambda - home) < 0) call add_crossing(frame, family, at, next, arc, home, &
@@ -114,24 +116,24 @@ contains
       if (known .and. .not. family%from_rest) return
       if (abs(at%lambda) > furthest .or. family%turn(at%q) > furthest_turn) return
     end do
-  end subroutine walk
+  end subroutine follow_branch
 
   !> True if a path crosses lambda = `home` twice between two points on the same side of `home`. Between the points lambda is
   !> approximated by the cubic through its values and slopes.
-  pure logical function hides_turn(at, next, arc, home)
+  pure logical function crosses_home_twice(at, next, arc, home)
     type(point_type), intent(in) :: at, next
     real(dp), intent(in) :: arc, home
     integer, parameter :: samples = 16
     real(dp) :: lambda
     integer :: k
 
-    hides_turn = .false.
+    crosses_home_twice = .false.
     if (at%rise * next%rise >= 0 .or. (at%lambda - home) * (next%lambda - home) <= 0) return
     do k = 1, samples - 1
       lambda = cubic(real(k, dp) / samples, at%lambda, next%lambda, arc * at%rise, arc * next%rise)
-      hides_turn = hides_turn .or. (lambda - home) * (at%lambda - home) < 0
+      crosses_home_twice = crosses_home_twice .or. (lambda - home) * (at%lambda - home) < 0
     end do
-  end function hides_turn
+  end function crosses_home_twice
 
   !> Adds the vibration at lambda = `home` between two points of a path to `list`, or sets `known` if `list` already contains it.
   !> `arc`: length from the first point to the second.
@@ -145,7 +147,7 @@ contains
     !> Number of secant steps toward lambda = `home`. They bring the start so close that Newton's method does not find another
     !> vibration.
     integer, parameter :: secants = 2
-    real(dp), parameter :: least_tolerance = 1.0e-12_dp
+    real(dp), parameter :: min_tolerance = 1.0e-12_dp
     type(varied_frame_type) :: found
     type(varied_frame_type), allocatable :: longer(:)
     type(point_type) :: at, next, middle
@@ -175,10 +177,10 @@ contains
     if (allocated(error)) deallocate(error)
     call family%member(home, found, error)
     if (allocated(error)) return
-    call found%move_to(motion_of(family, middle_of(at, next, part)))
+    call found%linearise_about(motion_of(family, middle_of(at, next, part)))
     ! A tighter tolerance than requested, because the last step counts as the motion's error.
     fine = family%accuracy
-    fine%tolerance = max(fine%tolerance / 100, min(fine%tolerance, least_tolerance))
+    fine%tolerance = max(fine%tolerance / 100, min(fine%tolerance, min_tolerance))
     call iterate(frame, fine, .false., found, steps, error)
     if (allocated(error)) return
     do i = 1, size(list)
@@ -193,7 +195,7 @@ contains
     call move_alloc(longer, list)
   end subroutine add_crossing
 
-  !> True if two motions are equal up to the tolerance `alike`.
+  !> True if two motions are equal up to the tolerance `equality_tolerance`.
   logical function same(one, other, units)
     type(varied_frame_type), intent(in) :: one, other
     real(dp), intent(in) :: units(:)
@@ -203,7 +205,7 @@ contains
     samples = 2 * max(ubound(one%motion%cosine, 1), ubound(other%motion%cosine, 1)) + 2
     q = values_of(one%motion, samples) / spread(units, 1, samples)
     r = values_of(other%motion, samples) / spread(units, 1, samples)
-    same = size_of(q - r) <= alike * size_of(q)
+    same = size_of(q - r) <= equality_tolerance * size_of(q)
   end function same
 
   !> Computes multipliers and peaks of each vibration of `list` and sorts the vibrations, smallest first. Fails as `solve_floquet`
@@ -214,11 +216,11 @@ contains
     type(accuracy_type), intent(in) :: accuracy
     !> Number of intervals of the history, and minimum number of harmonics
     integer, intent(in) :: points, harmonics
-    type(several_type), allocatable, intent(out) :: several(:)
+    type(listed_vibration_type), allocatable, intent(out) :: several(:)
     type(error_type), allocatable, intent(out) :: error
     type(floquet_type) :: floquet
     type(vibration_type) :: vibration
-    type(several_type) :: found(size(list))
+    type(listed_vibration_type) :: found(size(list))
     integer :: order(size(list)), i, dofs
 
     do i = 1, size(list)
@@ -227,7 +229,7 @@ contains
       if (.not. allocated(error)) call solve_vibration(list(i), floquet, points, harmonics, vibration, error)
       if (allocated(error)) return
       dofs = list(i)%dofs()
-      found(i)%told = i == 1
+      found(i)%is_reported = i == 1
       found(i)%peak = vibration%peak(:dofs)
       found(i)%peak_error = vibration%peak_error(:dofs)
       found(i)%rms = vibration%rms(:dofs)
@@ -241,7 +243,7 @@ contains
 
   !> Index of the vibration, 1 or -1: the sign of det(E - Phi).
   pure integer function vibration_index(self)
-    class(several_type), intent(in) :: self
+    class(listed_vibration_type), intent(in) :: self
 
     associate (m => self%multipliers)
       vibration_index = 1 - 2 * modulo(count(real(m%rho) > 1 .and. .not. abs(aimag(m%rho)) > 0), 2)
@@ -250,10 +252,10 @@ contains
 
   !> Sum of all indices: 1 if no vibration is missing.
   pure integer function index_sum(several)
-    type(several_type), intent(in) :: several(:)
+    type(listed_vibration_type), intent(in) :: several(:)
     integer :: i
 
     index_sum = sum([(several(i)%vibration_index(), i = 1, size(several))])
   end function index_sum
 
-end module gestell_study_vibration_several
+end module gestell_study_vibration_vibration_list

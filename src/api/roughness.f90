@@ -1,5 +1,5 @@
 !> Tests whether coefficients are smooth functions of time, and finds the time of a jump or kink.
-module gestell_door_roughness
+module gestell_api_roughness
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise
   use gestell_system_periodic, only: periodic_system
@@ -10,7 +10,8 @@ module gestell_door_roughness
   public :: describe_roughness, rows
 
   !> Messages use these names for the coefficients of a second-order system.
-  character(len=24), parameter, public :: watched(4) = [character(len=24) :: "the mass matrix M", "the damping matrix B", &
+  character(len=24), parameter, public :: coefficient_names(4) = &
+    & [character(len=24) :: "the mass matrix M", "the damping matrix B", &
     & "the stiffness matrix C", "the load h"]
 
   !> `points`: number of equidistant times that are sampled; `block`: how many of them are passed in one call.
@@ -69,7 +70,7 @@ contains
     integer :: first, last, n, i, k
 
     n = system%states
-    names = watched
+    names = coefficient_names
     select type (system)
     class is (second_order_system)
       allocate(values(size(phases), 4))
@@ -109,26 +110,27 @@ contains
     real(dp), intent(in) :: values(:)
     integer, intent(inout) :: calls
     character(len=:), allocatable, intent(out) :: sentence
-    !> `looks`: number of refinements, each with a quarter of the previous spacing; `closer`: number of times sampled in each.
-    integer, parameter :: looks = 5, closer = 65
+    !> `refinements`: number of refinements, each with a quarter of the previous spacing; `points_per_refinement`: number of times
+    !> sampled in each.
+    integer, parameter :: refinements = 5, points_per_refinement = 65
     real(dp), allocatable :: near(:), around(:, :)
     real(dp) :: ratio, spacing, place
     character(len=:), allocatable :: how
     character(len=24) :: names(4)
     logical :: everywhere
-    integer :: k, look
+    integer :: k, refinement
 
     spacing = 1.0_dp / points
-    call take_differences(values, 0.5_dp * spacing, near, ratio, place)
+    call compute_differences(values, 0.5_dp * spacing, near, ratio, place)
     if (ratio > smooth) return
     everywhere = count(near > 0.3_dp * maxval(near)) > few_places
-    do look = 1, looks
+    do refinement = 1, refinements
       spacing = spacing / 4
-      associate (from => max(0.0_dp, min(place - (closer - 1) * spacing / 2, 1 - closer * spacing)))
-        call sample_sums(system, [(from + k * spacing, k = 0, closer - 1)], around, names)
-        call take_differences(around(:, which), from, near, ratio, place)
+      associate (from => max(0.0_dp, min(place - (points_per_refinement - 1) * spacing / 2, 1 - points_per_refinement * spacing)))
+        call sample_sums(system, [(from + k * spacing, k = 0, points_per_refinement - 1)], around, names)
+        call compute_differences(around(:, which), from, near, ratio, place)
       end associate
-      calls = calls + 2 * closer
+      calls = calls + 2 * points_per_refinement
       if (ratio > smooth) return
     end do
     if (everywhere) then
@@ -146,7 +148,7 @@ contains
 
     !> Computes the magnitudes of the fourth differences, the ratio described at `smooth`, and the phase of the largest difference.
     !> The first sample is at phase `from`. Differences of the size of rounding errors are treated as smooth.
-    subroutine take_differences(y, from, sizes, ratio, place)
+    subroutine compute_differences(y, from, sizes, ratio, place)
       real(dp), intent(in) :: y(:), from
       real(dp), allocatable, intent(out) :: sizes(:)
       real(dp), intent(out) :: ratio, place
@@ -165,8 +167,8 @@ contains
       place = from + (maxloc(sizes, dim=1) - 1) * spacing
       ratio = huge(ratio)
       if (maxval(sizes) > 1.0e4_dp * epsilon(1.0_dp) * maxval(abs(y))) ratio = maxval(far) / maxval(sizes)
-    end subroutine take_differences
+    end subroutine compute_differences
 
   end subroutine find_rough_place
 
-end module gestell_door_roughness
+end module gestell_api_roughness

@@ -21,11 +21,11 @@
 !> The measured q gives z. The difference D_1 - q D_2 shows how accurately (a) and (b) hold. Steps that are computed together have
 !> one v. If the steps are not fitted to the motion, for instance because the fastest motion dies out, errors of both signs need not
 !> cancel even if the mean of v^2 equals z^2. Therefore the rms of z^2 - v^2 is used.
-module gestell_floquet_period_pair
+module gestell_floquet_period_embedded_error
   use gestell_base_kinds, only: dp
   use gestell_floquet_choice_methods, only: pair_begun
-  use gestell_floquet_integrator_nested, only: fall_over, left_by_embedded
-  use gestell_floquet_period_level, only: level_type
+  use gestell_floquet_integrator_nested, only: phase_error_ratio, embedded_phase_error
+  use gestell_floquet_period_trial, only: level_type
   use gestell_floquet_period_period_map, only: period_map_type
   implicit none (type, external)
   private
@@ -84,10 +84,10 @@ contains
     pair%change = sqrt([phi(1), xp(1)])
     pair%next = sqrt([phi(3), xp(3)])
     if (pair%next(1) < pair_begun) then
-      pair%q = min(max(phi(2) / max(phi(3), tiny(1.0_dp)), 0.0_dp), margin * angle**2 / fall_over(level%stages - 1))
+      pair%q = min(max(phi(2) / max(phi(3), tiny(1.0_dp)), 0.0_dp), margin * angle**2 / phase_error_ratio(level%stages - 1))
     end if
-    pair%missed = sqrt((pair%q * fall_over(level%stages - 1) - fitted(1))**2 + max(fitted(2) - fitted(1)**2, 0.0_dp)) &
-      & / fall_over(level%stages) / left_by_embedded(positions)
+    pair%missed = sqrt((pair%q * phase_error_ratio(level%stages - 1) - fitted(1))**2 + max(fitted(2) - fitted(1)**2, 0.0_dp)) &
+      & / phase_error_ratio(level%stages) / embedded_phase_error(positions)
     pair%rest = sqrt(max([phi(1) - pair%q * (2 * phi(2) - pair%q * phi(3)), xp(1) - pair%q * (2 * xp(2) - pair%q * xp(3))], 0.0_dp))
   end subroutine compare_pair
 
@@ -101,4 +101,4 @@ contains
     if (allocated(lower(2)%xp)) lower(2)%xp = lower(1)%xp + q * (lower(1)%xp - lower(2)%xp)
   end subroutine extrapolate
 
-end module gestell_floquet_period_pair
+end module gestell_floquet_period_embedded_error

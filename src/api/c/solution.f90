@@ -1,16 +1,16 @@
 !> C interface of solutions (include/gestell.h): texts, multipliers, vibrations of quantities.
-module gestell_door_c_solution
+module gestell_api_c_solution
   use gestell_base_error, only: error_type, fatal_error, wrong_usage
   use gestell_base_files, only: copy_text
   use gestell_base_kinds, only: dp
-  use gestell_door_c_handle, only: code_of, give_count, give_text, no_handle, too_small
-  use gestell_door_solution, only: response_type, solution_type
+  use gestell_api_c_handle, only: code_of, return_count, return_text, report_null_pointer, report_wrong_size
+  use gestell_api_solution, only: response_type, solution_type
   use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_null_ptr, c_ptr
   implicit none (type, external)
   private
 
   public :: count_multipliers, delete_solution, describe_response, find_solution, get_multipliers, get_response, get_text, &
-    & size_text, take_solution, write_files
+    & size_text, find_solution_and_name, write_files
 
 contains
 
@@ -34,7 +34,7 @@ contains
     type(error_type), allocatable :: error
 
     call find_text(handle, what, text, error)
-    call give_count(len(text) + 1, error, size)
+    call return_count(len(text) + 1, error, size)
     code = code_of(error, failure)
   end function size_text
 
@@ -46,7 +46,7 @@ contains
     type(error_type), allocatable :: error
 
     call find_text(handle, what, text, error)
-    if (.not. allocated(error)) call give_text(text, size, place, error)
+    if (.not. allocated(error)) call return_text(text, size, place, error)
     code = code_of(error, failure)
   end function get_text
 
@@ -59,7 +59,7 @@ contains
     character(len=:), allocatable :: name
 
     text = ""
-    call take_solution(handle, what, "the name of the text", solution, name, error)
+    call find_solution_and_name(handle, what, "the name of the text", solution, name, error)
     if (allocated(error)) return
     select case (name)
     case ("verdict")
@@ -83,7 +83,7 @@ contains
     type(error_type), allocatable :: error
 
     call find_multipliers(handle, rho, errors, error)
-    call give_count(size(rho), error, count)
+    call return_count(size(rho), error, count)
     code = code_of(error, failure)
   end function count_multipliers
 
@@ -97,11 +97,11 @@ contains
     real(dp), allocatable :: errors(:)
     type(error_type), allocatable :: error
 
-    if (.not. (c_associated(re) .and. c_associated(im) .and. c_associated(bounds))) call no_handle("an array for the multipliers", &
-      & error)
+    if (.not. (c_associated(re) .and. c_associated(im) .and. c_associated(bounds))) &
+      & call report_null_pointer("an array for the multipliers", error)
     if (.not. allocated(error)) call find_multipliers(handle, rho, errors, error)
     if (.not. allocated(error)) then
-      if (count /= size(rho)) call too_small("the array for the multipliers", int(count), size(rho), error)
+      if (count /= size(rho)) call report_wrong_size("the array for the multipliers", int(count), size(rho), error)
     end if
     if (.not. allocated(error)) then
       call c_f_pointer(re, place, [count])
@@ -140,10 +140,10 @@ contains
     type(error_type), allocatable :: error
 
     call find_response(handle, quantity, response, error)
-    if (.not. allocated(error)) call give_text(response%unit, size, unit, error)
+    if (.not. allocated(error)) call return_text(response%unit, size, unit, error)
     if (.not. allocated(response%history)) allocate(response%history(0), response%amplitudes(0))
-    call give_count(ubound(response%amplitudes, 1), error, orders)
-    call give_count(ubound(response%history, 1), error, points)
+    call return_count(ubound(response%amplitudes, 1), error, orders)
+    call return_count(ubound(response%history, 1), error, points)
     code = code_of(error, failure)
   end function describe_response
 
@@ -160,11 +160,11 @@ contains
     call find_response(handle, quantity, response, error)
     if (.not. allocated(error)) then
       if (.not. c_associated(numbers)) then
-        call no_handle("the array for peak and rms", error)
+        call report_null_pointer("the array for peak and rms", error)
       else if (c_associated(amplitudes) .and. orders /= size(response%amplitudes)) then
-        call too_small("the array for the amplitudes", int(orders), size(response%amplitudes), error)
+        call report_wrong_size("the array for the amplitudes", int(orders), size(response%amplitudes), error)
       else if (c_associated(history) .and. points /= size(response%history)) then
-        call too_small("the array for the history", int(points), size(response%history), error)
+        call report_wrong_size("the array for the history", int(points), size(response%history), error)
       end if
     end if
     if (.not. allocated(error)) then
@@ -190,7 +190,7 @@ contains
     type(solution_type), pointer :: solution
     character(len=:), allocatable :: name
 
-    call take_solution(handle, quantity, "the quantity", solution, name, error)
+    call find_solution_and_name(handle, quantity, "the quantity", solution, name, error)
     if (.not. allocated(error)) call solution%response(name, response, error)
   end subroutine find_response
 
@@ -202,14 +202,14 @@ contains
     character(len=:), allocatable :: name
     type(error_type), allocatable :: error
 
-    call take_solution(handle, folder, "the folder", solution, name, error)
+    call find_solution_and_name(handle, folder, "the folder", solution, name, error)
     if (.not. allocated(error)) call solution%write(name, error, pictures /= 0)
     code = code_of(error, failure)
   end function write_files
 
   !> Returns the solution behind a handle and a copy of the C text at `pointer`. Messages call this text `what`. Fails if the handle
   !> or the pointer is null.
-  subroutine take_solution(handle, pointer, what, solution, name, error)
+  subroutine find_solution_and_name(handle, pointer, what, solution, name, error)
     type(c_ptr), intent(in) :: handle, pointer
     character(len=*), intent(in) :: what
     type(solution_type), pointer, intent(out) :: solution
@@ -221,9 +221,9 @@ contains
     if (c_associated(pointer)) then
       call copy_text(pointer, name)
     else
-      call no_handle(what, error)
+      call report_null_pointer(what, error)
     end if
-  end subroutine take_solution
+  end subroutine find_solution_and_name
 
   !> Returns the solution behind a handle. Fails if the handle is null.
   subroutine find_solution(handle, solution, error)
@@ -235,8 +235,8 @@ contains
     if (c_associated(handle)) then
       call c_f_pointer(handle, solution)
     else
-      call no_handle("the solution", error)
+      call report_null_pointer("the solution", error)
     end if
   end subroutine find_solution
 
-end module gestell_door_c_solution
+end module gestell_api_c_solution

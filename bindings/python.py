@@ -1,4 +1,4 @@
-"""The package against the program's own files: python3 doors/python.py PROGRAM
+"""The package against the program's own files: python3 bindings/python.py PROGRAM
 
 The last line is "N passed, M failed".
 """

@@ -1,8 +1,8 @@
 !> A machine for use in programs: read from an input file or a text, or built in code.
-module gestell_door_machine
+module gestell_api_machine
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
-  use gestell_door_solution, only: solution_type, solve_document
+  use gestell_api_solution, only: solution_type, solve_document
   use gestell_input_namelist, only: parse_document, read_document
   use gestell_input_namelist_document, only: document_type, group_type
   use gestell_input_schema, only: find_group_rule, schema_type
@@ -58,10 +58,10 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(document_type) :: document
 
-    !$omp critical (gestell_door)
+    !$omp critical (gestell_api)
     call read_document(file, document, error)
-    if (.not. allocated(error)) call accept(self, document, error)
-    !$omp end critical (gestell_door)
+    if (.not. allocated(error)) call store_document(self, document, error)
+    !$omp end critical (gestell_api)
   end subroutine read_file
 
   !> Reads the machine from a text in the language of input files, with lines separated by new_line('a'). Fails if the text is
@@ -72,14 +72,14 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(document_type) :: document
 
-    !$omp critical (gestell_door)
+    !$omp critical (gestell_api)
     call parse_document(text, text_name, document, error)
-    if (.not. allocated(error)) call accept(self, document, error)
-    !$omp end critical (gestell_door)
+    if (.not. allocated(error)) call store_document(self, document, error)
+    !$omp end critical (gestell_api)
   end subroutine parse
 
   !> Checks a document and stores it. Fails if it contains unknown groups or keys or lacks required ones.
-  subroutine accept(self, document, error)
+  subroutine store_document(self, document, error)
     class(machine_type), intent(inout) :: self
     type(document_type), intent(inout) :: document
     type(error_type), allocatable, intent(out) :: error
@@ -90,7 +90,7 @@ contains
     self%document = document
     self%checked = .true.
     allocate(self%settings(0))
-  end subroutine accept
+  end subroutine store_document
 
   !> Adds groups such as "&joint name='B', type='RRR', ... /" to a machine. The machine may be empty, so that programs can build it
   !> entirely in code. Fails if the groups are invalid; the machine then stays unchanged. Only `solve` reports missing groups.
@@ -99,9 +99,9 @@ contains
     character(len=*), intent(in) :: groups
     type(error_type), allocatable, intent(out) :: error
 
-    !$omp critical (gestell_door)
+    !$omp critical (gestell_api)
     call append(self, groups, error)
-    !$omp end critical (gestell_door)
+    !$omp end critical (gestell_api)
   end subroutine add
 
   !> Parses groups and appends them to `added`. Errors as in `add`.
@@ -153,7 +153,7 @@ contains
   end subroutine count_names
 
   !> Returns the document including all added groups. Fails if there is no machine yet.
-  subroutine put_together(self, document, error)
+  subroutine merge_groups(self, document, error)
     class(machine_type), intent(in) :: self
     type(document_type), intent(out) :: document
     type(error_type), allocatable, intent(out) :: error
@@ -178,7 +178,7 @@ contains
       if (i > n) document%groups(i) = self%added(i - n)
     end do
     call normalise(document, self%schema, error)
-  end subroutine put_together
+  end subroutine merge_groups
 
   !> Sets the value at a path to a number, with all its digits. Fails if the path does not exist or the number is not allowed there.
   subroutine set_number(self, path, value, error)
@@ -204,9 +204,9 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(document_type) :: document
 
-    !$omp critical (gestell_door)
+    !$omp critical (gestell_api)
     if (self%waiting > 0 .or. .not. allocated(self%document%groups)) then
-      call put_together(self, document, error)
+      call merge_groups(self, document, error)
       if (.not. allocated(error)) then
         self%document = document
         self%waiting = 0
@@ -215,12 +215,12 @@ contains
     if (.not. allocated(error)) call set_path_text(self%document, self%schema, path, value, error)
     ! Setting a path may have added a group.
     if (allocated(self%counts)) deallocate(self%counts)
-    if (.not. allocated(error)) call remember(self, path, value)
-    !$omp end critical (gestell_door)
+    if (.not. allocated(error)) call record_setting(self, path, value)
+    !$omp end critical (gestell_api)
   end subroutine set_text
 
   !> Records the value set at a path, for the headings of the files; it replaces an earlier value of this path.
-  subroutine remember(self, path, value)
+  subroutine record_setting(self, path, value)
     class(machine_type), intent(inout) :: self
     character(len=*), intent(in) :: path, value
     type(setting_type) :: setting
@@ -234,7 +234,7 @@ contains
       return
     end do
     self%settings = [self%settings, setting]
-  end subroutine remember
+  end subroutine record_setting
 
   !> Returns the numbers at a path as given, in the units of the input. Fails if the path does not exist or holds no number.
   subroutine get(self, path, values, error)
@@ -244,10 +244,10 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(document_type) :: document
 
-    !$omp critical (gestell_door)
-    call put_together(self, document, error)
+    !$omp critical (gestell_api)
+    call merge_groups(self, document, error)
     if (.not. allocated(error)) call get_path(document, self%schema, path, values, error)
-    !$omp end critical (gestell_door)
+    !$omp end critical (gestell_api)
   end subroutine get
 
   !> Solves the machine. Nothing is printed or written. Fails if the input is invalid, the mechanism cannot be assembled, or a
@@ -263,8 +263,8 @@ contains
     type(document_type) :: document
     !$ integer :: status
 
-    !$omp critical (gestell_door)
-    call put_together(self, document, error)
+    !$omp critical (gestell_api)
+    call merge_groups(self, document, error)
     if (present(tasks) .and. .not. allocated(error)) call set_path_text(document, self%schema, "case.tasks", tasks, error)
     if (present(tolerance) .and. .not. allocated(error)) call set_path_real(document, self%schema, "accuracy.tolerance", &
       & tolerance, error)
@@ -272,7 +272,7 @@ contains
     if (.not. allocated(error)) call solve_document(document, self%schema, self%settings, solution, error)
     ! Threads do not survive fork: a child that inherits a thread team would wait for it forever. Therefore no team is kept.
     !$ status = omp_pause_resource_all(omp_pause_soft)
-    !$omp end critical (gestell_door)
+    !$omp end critical (gestell_api)
   end subroutine solve
 
-end module gestell_door_machine
+end module gestell_api_machine
