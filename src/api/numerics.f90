@@ -32,16 +32,16 @@ module gestell_api_numerics
   use gestell_model_linkage, only: linkage_type
   use gestell_model_mechanism, only: a1_d, a1_dd, a1_v, a2_d, a2_dd, a2_v, a3_d, a3_dd, a3_v, a4_v, mass_functions_type, &
     & mechanism_type, table_columns
-  use gestell_model_mounting, only: damping_matrix, space_support_type => support_type, stiffness_matrix, support_type
+  use gestell_model_mounting, only: damping_matrix, stiffness_matrix, support_type
   use gestell_model_quantity, only: find_quantity, point_quantity
   use gestell_model_quantity_rows, only: accelerations, displacements, guide_forces, probe_type, quantity_type, velocities
   use gestell_model_frame_in_space, only: split_into_planes, put_in_space
   use gestell_model_space_masses, only: plane_type
-  use gestell_study_vibration_analysis, only: analyse, analysis_options, analysis_type, tasks_type => analysis_options
+  use gestell_study_vibration_analysis, only: analyse, analysis_options, analysis_type
   use gestell_task_boundary_line_borders, only: border_accuracy, border_rest_type, border_type, find_borders, &
     & nearest_stable, nearest_type, open_border_type
   use gestell_task_boundary_map, only: border_map_type, border_vertex_type, trace_borders
-  use gestell_task_campbell, only: campbell_options, campbell_order_type => campbell_options, campbell_point_type, &
+  use gestell_task_campbell, only: campbell_options, campbell_point_type, &
     & campbell_type, solve_campbell
   use gestell_task_campbell_crossings, only: crossing_type, find_crossings
   use gestell_task_critical, only: critical_type, find_critical
@@ -55,12 +55,12 @@ module gestell_api_numerics
   use gestell_study_measure, only: band_measure, measure_type, new_measure, peak_measure, rms_measure, compute_measures
   use gestell_study_mode_solution, only: solve_modes
   use gestell_study_mode, only: mode_type
-  use gestell_study_point, only: solve_point, sweep_options, sweep_order_type => sweep_options
+  use gestell_study_point, only: solve_point, sweep_options
   use gestell_task_sweep, only: solve_tile
   use gestell_task_resonance_curve, only: resonance_curve_type, solve_curve, start_curve
   use gestell_task_resonance_maxima, only: maximum_type
   use gestell_task_sensitivity, only: sensitivity_base_type, sensitivity_type, solve_base, solve_parameter, solve_sensitivity
-  use gestell_study_speed_point, only: solve_speed_point, speed_options, speed_order_type => speed_options, speed_point_type
+  use gestell_study_speed_point, only: solve_speed_point, speed_options, speed_point_type
   use gestell_study_vibration_vibration_list, only: index_sum, list_vibrations, search_vibrations, listed_vibration_type
   use gestell_study_vibration_statistics, only: band_rms, history_of, statistics_type, compute_statistics
   use gestell_study_mechanism_cache, only: cache_mechanism
