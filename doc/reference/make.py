@@ -1,6 +1,6 @@
 """The reference of the library, by FORD, into build/reference: ./bootstrap python3 doc/reference/make.py
 
-Fails where a name of the front doors FACADES is not documented or not in the table of ford.md. The last line is
+Fails where a name of the public modules in FACADES is not documented or not in the table of ford.md. The last line is
 "N passed, M failed".
 """
 
@@ -12,7 +12,7 @@ import sys
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 FORD = ROOT / ".bootstrap/venv/bin/ford"
 VERSION = "7.0.13"
-FACADES = ("src/gestell.f90", "src/door/numerics.f90")
+FACADES = ("src/gestell.f90", "src/api/numerics.f90")
 
 
 def installed():
@@ -20,7 +20,7 @@ def installed():
 
 
 def facade():
-    """Names that the front doors give, and those that they have where they come from."""
+    """Public names, and the names that these have in their own modules."""
     source = "".join(re.sub(r"&\s*\n\s*&", "", (ROOT / file).read_text(encoding="utf-8")) for file in FACADES)
     items = [item.strip() for names in re.findall(r"only: (.*)", source) for item in names.split(",")]
     pairs = [re.split(r"\s*=>\s*", item) for item in items if item.isidentifier() or "=>" in item]
