@@ -31,7 +31,7 @@ contains
     if (own_rank() == 1) then
       do i = 1, calls
         begin = mpi_wtime()
-        call queue%ask()
+        call queue%request_next()
         waited = waited + mpi_wtime() - begin
         if (what == "ahead") call compute()
         begin = mpi_wtime()
@@ -41,7 +41,7 @@ contains
       print "(3a, es11.4, a, i0, a)", "counter_", what, ",1,0,", waited / calls, ",0,", calls, ",0"
     else if (what /= "idle") then
       do i = 1, 2 * calls
-        call queue%ask()
+        call queue%request_next()
         call compute()
         number = queue%answer()
       end do
