@@ -1,5 +1,6 @@
 !> Old name of `gestell_api_numerics`, with the procedures and types that have a new name there. It works until version 2.0.0.
 module gestell_door_numerics
+  ! allow(C121)
   use gestell_api_numerics
   use gestell_model_frame, only: weigh_frame => add_gravity
   use gestell_model_frame_in_space, only: planes_of => split_into_planes

@@ -97,8 +97,9 @@ contains
     real(dp), allocatable :: errors(:)
     type(error_type), allocatable :: error
 
-    if (.not. (c_associated(re) .and. c_associated(im) .and. c_associated(bounds))) &
-      & call report_null_pointer("an array for the multipliers", error)
+    if (.not. (c_associated(re) .and. c_associated(im) .and. c_associated(bounds))) then
+      call report_null_pointer("an array for the multipliers", error)
+    end if
     if (.not. allocated(error)) call find_multipliers(handle, rho, errors, error)
     if (.not. allocated(error)) then
       if (count /= size(rho)) call report_wrong_size("the array for the multipliers", int(count), size(rho), error)
