@@ -91,7 +91,7 @@ contains
     if (len(claims%refusal) > 0) then
       tally%not_found = tally%not_found + 1
       if (orbit%found) then
-        turn = greatest_turn(frame, orbit)
+        turn = max_turn(frame, orbit)
         if (turn < far) call note(tally%failures, one, "not found: " // claims%refusal // ", psi, rho_max:", [turn, &
           & real(maxval(abs(orbit%rho)), dp)])
         if (turn >= far) call note(tally%remarks, one, "fallen over: " // claims%refusal // ", psi:", [turn])
@@ -112,18 +112,18 @@ contains
   end subroutine examine_one
 
   !> Maximum of abs(psi) over the period.
-  real(dp) function greatest_turn(frame, orbit)
+  real(dp) function max_turn(frame, orbit)
     type(frame_type), intent(in) :: frame
     type(orbit_type), intent(in) :: orbit
     integer :: k
 
-    greatest_turn = 0
+    max_turn = 0
     associate (units => units_of(frame))
       do k = 1, size(frame%free)
-        if (frame%free(k) == 3) greatest_turn = real(maxval(abs(orbit%turn%x(k, :))) * units(3), dp)
+        if (frame%free(k) == 3) max_turn = real(maxval(abs(orbit%turn%x(k, :))) * units(3), dp)
       end do
     end associate
-  end function greatest_turn
+  end function max_turn
 
   !> Finds the vibration near the claimed one, or any vibration if none is claimed, and its quantities with as many samples as
   !> they need.

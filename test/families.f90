@@ -9,7 +9,7 @@ module families
   implicit none (type, external)
   private
 
-  public :: greatest_of_oscillator
+  public :: largest_of_oscillator
 
   !> y'' + d y' + a y = 0 over the period pi; parameters d and a, or a alone with the damping of the family. From `jump` on the
   !> damping is greater by 1; within `hole` there is no system.
@@ -82,11 +82,11 @@ contains
   end subroutine member_of_oscillators
 
   !> max |rho| of y'' + d y' + a y = 0 over pi.
-  elemental real(dp) function greatest_of_oscillator(d, a) result(rho)
+  elemental real(dp) function largest_of_oscillator(d, a) result(rho)
     real(dp), intent(in) :: d, a
 
     rho = exp(pi * (-d / 2 + sqrt(max(0.0_dp, d**2 / 4 - a))))
-  end function greatest_of_oscillator
+  end function largest_of_oscillator
 
   subroutine member_of_machines(self, parameters, system, error)
     class(machine_family), intent(in) :: self

@@ -307,7 +307,7 @@ contains
     type(drive_type) :: drive
     type(error_type), allocatable :: failure
     real(dp), allocatable :: history(:)
-    real(dp) :: along(1), greatest
+    real(dp) :: along(1), maximum
     character(len=:), allocatable :: complaints
     logical :: known
 
@@ -318,7 +318,7 @@ contains
     call check_answer(failure, "a valid vibration", complaints)
     call use_incomplete(analysis%vibration, "without rows")
     call use_incomplete(none, "not solved")
-    call band_rms(statistics, 1.0_dp, [0.0_dp, 1.0_dp], along, greatest, failure)
+    call band_rms(statistics, 1.0_dp, [0.0_dp, 1.0_dp], along, maximum, failure)
     call expect(failure, invalid_input, "band of no statistics", complaints)
     call analyse(frame, analysis_options(rows=guide_forces), accuracy_type(), analysis, failure)
     call check_answer(failure, "all rows", complaints)

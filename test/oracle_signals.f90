@@ -272,7 +272,7 @@ contains
   real(xp) function peak(self)
     class(signal_type), intent(in) :: self
 
-    peak = sqrt(greatest_square(self))
+    peak = sqrt(largest_square(self))
   end function peak
 
   !> The minimum of a scalar. A constant is added that makes it positive everywhere; the minimum is then found as a maximum.
@@ -288,14 +288,14 @@ contains
     least = lift - lowered%peak()
   end function least
 
-  real(xp) function greatest_square(signal) result(greatest)
+  real(xp) function largest_square(signal) result(maximum)
     type(signal_type), intent(in) :: signal
     real(xp), parameter :: high = 0.9_xp, counts = 0.01_xp
     real(xp), allocatable :: squares(:)
     real(xp) :: f(size(signal%c, 2), 0:2), phase, slope, bend, largest
     integer :: finer, k, n, step
 
-    greatest = 0
+    maximum = 0
     if (.not. maxval(abs(signal%samples)) > 0) return
     ! 16 points per period of the highest relevant order: between two of them a maximum loses 2 %.
     n = size(signal%samples, 1)
@@ -315,14 +315,14 @@ contains
       end if
     end do
     largest = maxval(squares)
-    greatest = largest
+    maximum = largest
     do k = 1, n
       if (squares(k) < high * largest) cycle
       if (squares(k) < squares(1 + modulo(k - 2, n)) .or. squares(k) < squares(1 + modulo(k, n))) cycle
       phase = 2 * pi * (k - 1) / n
       do step = 1, 12
         f = values(signal, phase)
-        greatest = max(greatest, sum(f(:, 0)**2))
+        maximum = max(maximum, sum(f(:, 0)**2))
         slope = sum(f(:, 0) * f(:, 1))
         bend = sum(f(:, 1)**2 + f(:, 0) * f(:, 2))
         if (.not. bend < 0) exit
@@ -330,7 +330,7 @@ contains
         phase = phase - slope / bend
       end do
     end do
-  end function greatest_square
+  end function largest_square
 
   !> By Parseval's theorem.
   pure real(xp) function rms(self)

@@ -67,7 +67,7 @@ contains
       ! A peak is no smaller than any true value.
       peak = maxval(abs(samples))
       found%peaks = max(found%peaks, used(peak - claim%peak(i), claim%peak_error(i)))
-      peak = greatest(c)
+      peak = maximum(c)
       found%peaks = max(found%peaks, used(abs(claim%peak(i) - peak) - unknown, claim%peak_error(i)))
       found%rms = max(found%rms, used(abs(claim%rms(i) - sqrt(sum(samples**2) / turn_points)) - unknown, claim%turn_error(i)))
       do k = 1, orders
@@ -113,7 +113,7 @@ contains
   end function turned
 
   !> max |f|: Newton's iteration for f' = 0 from all high tops among many points; two may be equal but for roundings.
-  pure real(dp) function greatest(c)
+  pure real(dp) function maximum(c)
     complex(dp), intent(in) :: c(0:)
     integer, parameter :: finer = 16
     ! Between points of which 512 make a turn of order 1, a top loses (pi / 512)^2 / 2 of it; more, if its order is higher.
@@ -129,13 +129,13 @@ contains
       f = value(c, k * step)
       sizes(k) = abs(f(1))
     end do
-    greatest = maxval(sizes)
+    maximum = maxval(sizes)
     do k = 1, n
       if (sizes(k) < high * maxval(sizes)) cycle
       if (sizes(k) < sizes(1 + modulo(k - 2, n)) .or. sizes(k) < sizes(1 + modulo(k, n))) cycle
-      greatest = max(greatest, top(c, k * step))
+      maximum = max(maximum, top(c, k * step))
     end do
-  end function greatest
+  end function maximum
 
   !> |f| where f' = 0, near `start`.
   pure real(dp) function top(c, start)

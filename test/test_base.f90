@@ -137,7 +137,7 @@ contains
     real(dp), dimension(size(phases), 3) :: f, f_d, f_dd
     type(series_type) :: series
     real(qp) :: angle, along, exact(0:2), terms(0:2)
-    real(dp) :: off(0:2), greatest
+    real(dp) :: off(0:2), maximum
     integer :: i, j, k, p
 
     do i = 1, size(orders)
@@ -150,7 +150,7 @@ contains
       series%sine(0, :) = 0
       call series%tabulate()
       call series%values(phases, f, f_d, f_dd)
-      greatest = 0
+      maximum = 0
       do j = 1, 3
         do p = 1, size(phases)
           exact = 0
@@ -163,11 +163,11 @@ contains
             terms = terms + hypot(series%cosine(k, j), series%sine(k, j)) * [1.0_qp, real(k, qp), real(k, qp)**2]
           end do
           off = real(abs([f(p, j), f_d(p, j), f_dd(p, j)] - exact) / terms, dp)
-          greatest = max(greatest, maxval(off))
+          maximum = max(maximum, maxval(off))
         end do
       end do
       ! A phase is rounded by epsilon/2 of a turn; for order k this error counts k times.
-      call check_that(error, greatest, "<", (8 + 2 * orders(i)) * epsilon(1.0_dp), "error over the sum of the terms")
+      call check_that(error, maximum, "<", (8 + 2 * orders(i)) * epsilon(1.0_dp), "error over the sum of the terms")
       if (allocated(error)) return
     end do
   end subroutine test_tabulated

@@ -52,9 +52,9 @@ contains
       if (allocated(error)) return
     end do
     k = maxloc(norms, dim=1)
-    call check_that(error, abs(transient%peak_norm - norms(k)), "<", 1.0e-13_qp * norms(k), "greatest norm")
+    call check_that(error, abs(transient%peak_norm - norms(k)), "<", 1.0e-13_qp * norms(k), "largest norm")
     ! 70 products of at most 4 terms: their roundings.
-    call check_that(error, maxval(abs(transient%peak - exact(:, :, k))), "<", 1.0e-13_qp * norms(k), "where it is greatest")
+    call check_that(error, maxval(abs(transient%peak - exact(:, :, k))), "<", 1.0e-13_qp * norms(k), "where it is largest")
     call check_that(error, maxval(abs(transient%halfway - exact(:, :, middle))), "<", 1.0e-13_qp * norms(k), "in mid-turn")
   end subroutine test_transient
 

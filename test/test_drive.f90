@@ -161,11 +161,11 @@ contains
       associate (h => drive%history(:, :points))
         ! 1e-12 of the motion, times orders up to 100.
         call near(error, derivative(h(stored_energy, :), frame%period), h(drive_watts, :) - h(damper_watts, :), &
-          & 1.0e-8_dp * drive%greatest, "at every time")
-        call near(error, h(drive_watts, :), frame%speed * h(torque, :), 1.0e-14_dp * drive%greatest, "power")
+          & 1.0e-8_dp * drive%maximum, "at every time")
+        call near(error, h(drive_watts, :), frame%speed * h(torque, :), 1.0e-14_dp * drive%maximum, "power")
         call near(error, [drive%defect()], [0.0_dp], 1.0e-10_dp, "over the turn")
         call near(error, [drive%drive_mean, drive%dampers_mean], [sum(h(drive_watts, :)), sum(h(damper_watts, :))] / points, &
-          & 1.0e-12_dp * drive%greatest, "means")
+          & 1.0e-12_dp * drive%maximum, "means")
         if (allocated(error)) return
         call check_that(error, h(damper_watts, :), ">=", 0.0_dp, "dampers take")
         if (allocated(error)) return
@@ -302,7 +302,7 @@ contains
     if (allocated(error)) return
     associate (h => drive%history(:, :points))
       call near(error, derivative(h(stored_energy, :), frame%period), h(drive_watts, :) - h(damper_watts, :), &
-        & 1.0e-9_dp * drive%greatest, "at every time")
+        & 1.0e-9_dp * drive%maximum, "at every time")
       call near(error, [drive%defect()], [0.0_dp], 1.0e-12_dp, "over the turn")
     end associate
   end subroutine test_circulation
@@ -314,10 +314,10 @@ contains
     real(dp), parameter :: tolerances(3) = [1.0e-2_dp, 1.0e-4_dp, 1.0e-7_dp]
     type(frame_type) :: frame
     type(drive_type) :: exact, drive
-    real(dp) :: miss, greatest
+    real(dp) :: miss, maximum
     integer :: number, i, at
 
-    greatest = 0
+    maximum = 0
     do number = 1, 6
       call make(random_machine(30 + number, 3.0_dp, 30.0_dp), frame, error)
       if (.not. allocated(error)) call solve(frame, points, 1.0e-13_dp, exact, error)
@@ -336,12 +336,12 @@ contains
         call solve(frame, 64, tolerances(i), drive, error)
         if (allocated(error)) return
         miss = abs(abs(drive%actual%peak) - abs(exact%actual%peak))
-        greatest = max(greatest, miss / drive%peak_error)
+        maximum = max(maximum, miss / drive%peak_error)
         call check_that(error, miss, "<=", drive%peak_error + exact%peak_error, "peak")
         if (allocated(error)) return
       end do
     end do
-    call check_that(error, greatest, ">", 1.0e-3_dp, "the claimed errors are not too wide")
+    call check_that(error, maximum, ">", 1.0e-3_dp, "the claimed errors are not too wide")
   end subroutine test_errors
 
 end module test_drive

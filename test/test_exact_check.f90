@@ -22,7 +22,7 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("the check accepts a verdict only if the greatest modulus allows it", test_verdicts), &
+      & new_unittest("the check accepts a verdict only if the largest modulus allows it", test_verdicts), &
       & new_unittest("the check detects missing, NaN, wrong and unprovable numbers", test_numbers)]
   end subroutine collect_exact_check
 
@@ -38,7 +38,7 @@ contains
       & "undecided, the bound reaches the border")
   end subroutine test_verdicts
 
-  !> The verdict for a greatest modulus of 1 + `excess`, and the library's bound.
+  !> The verdict for a largest modulus of 1 + `excess`, and the library's bound.
   logical function is_wrong(verdict, excess, bound)
     character(len=*), intent(in) :: verdict
     real(dp), intent(in) :: excess, bound

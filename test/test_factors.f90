@@ -74,7 +74,7 @@ contains
 
     do k = 1, size(beside)
       system = mathieu_type(states=2, period=pi, a=a0 + beside(k), q=25.0_dp)
-      right = log_greatest(real(mathieu_trace(system%a, system%q), dp))
+      right = log_largest(real(mathieu_trace(system%a, system%q), dp))
       do way = 1, 2
         if (way == 1) then
           call solve_floquet(system, accuracy_type(tolerance=1.0e-12_dp), .false., floquet, failure)
@@ -93,11 +93,11 @@ contains
   end subroutine test_detour
 
   !> ln |rho| of the greater one of two multipliers whose product is 1.
-  pure real(dp) function log_greatest(trace)
+  pure real(dp) function log_largest(trace)
     real(dp), intent(in) :: trace
 
-    log_greatest = acosh(max(1.0_dp, abs(trace) / 2))
-  end function log_greatest
+    log_largest = acosh(max(1.0_dp, abs(trace) / 2))
+  end function log_largest
 
   !> Pairs of conjugates that are equal, or nearly.
   subroutine test_equal(error)

@@ -210,10 +210,10 @@ contains
     type(frame_type) :: frame
     type(analysis_type) :: analysis
     type(reaction_type), allocatable :: exact(:), reactions(:)
-    real(dp) :: miss, greatest
+    real(dp) :: miss, maximum
     integer :: number, i, j, k
 
-    greatest = 0
+    maximum = 0
     do number = 1, 6
       machine = random_machine(10 + number, 3.0_dp, 30.0_dp)
       machine%free(1 + mod(number, 3)) = mod(number, 2) == 0
@@ -226,7 +226,7 @@ contains
         do j = 1, size(reactions)
           do k = along_x, moment
             miss = abs(reactions(j)%statistics(k)%peak - exact(j)%statistics(k)%peak)
-            if (reactions(j)%statistics(k)%peak_error > 0) greatest = max(greatest, miss / reactions(j)%statistics(k)%peak_error)
+            if (reactions(j)%statistics(k)%peak_error > 0) maximum = max(maximum, miss / reactions(j)%statistics(k)%peak_error)
             call check_that(error, miss, "<=", reactions(j)%statistics(k)%peak_error + exact(j)%statistics(k)%peak_error, &
               & trim(reactions(j)%name))
             if (allocated(error)) return
@@ -235,7 +235,7 @@ contains
       end do
     end do
     ! The bounds are not too wide: somewhere the error is a good part of the claim.
-    call check_that(error, greatest, ">", 1.0e-3_dp, "the claimed errors are not too wide")
+    call check_that(error, maximum, ">", 1.0e-3_dp, "the claimed errors are not too wide")
   end subroutine test_errors
 
   !> A history of very many rows has times of its own: the same numbers at the times that both have.

@@ -81,16 +81,16 @@ contains
     real(dp), parameter :: great = 1.0e200_dp
     type(statistics_type) :: statistics
     type(gestell_error), allocatable :: failure
-    real(dp) :: along(2), greatest
+    real(dp) :: along(2), maximum
 
     allocate(statistics%series(2))
     statistics%series(1)%amplitude = [3 * great]
     statistics%series(2)%amplitude = [4 * great]
     statistics%series(1)%phase = [0.0_dp]
     statistics%series(2)%phase = [0.0_dp]
-    call band_rms(statistics, 1.0_dp, [0.5_dp, 1.5_dp], along, greatest, failure)
+    call band_rms(statistics, 1.0_dp, [0.5_dp, 1.5_dp], along, maximum, failure)
     call check_success(error, failure, "band")
-    call near(error, [along, greatest], great / sqrt(2.0_dp) * [3, 4, 5], 1.0e-15_dp * 5 * great, "great amplitudes")
+    call near(error, [along, maximum], great / sqrt(2.0_dp) * [3, 4, 5], 1.0e-15_dp * 5 * great, "great amplitudes")
   end subroutine test_overflowing_squares
 
   !> On mounts s times as stiff the forces tend to those on a frame at rest, -Omega^2 (a_1'', a_2'') and the moment, as 1/s.

@@ -114,7 +114,7 @@ contains
       ! 1e-12 of the motion, times orders up to 100.
       associate (h => drive%history(:, :points))
         call near(error, derivative(h(stored_energy, :), frame%period), h(drive_watts, :) - h(damper_watts, :), &
-          & 1.0e-9_dp * drive%greatest, "at every time")
+          & 1.0e-9_dp * drive%maximum, "at every time")
         call near(error, [drive%defect()], [0.0_dp], 1.0e-9_dp, "over the turn")
         if (machine%held_by == "flywheel") call near(error, [analysis%frame%motor_torque], [drive%actual%mean], &
           & 1.0e-9_dp * abs(drive%actual%peak), "motor")
@@ -324,8 +324,8 @@ contains
       miss(i) = abs(claimed%irregularity - exact) / exact
       ! The middle of the rows, half a degree apart, is the mean over time but for the square.
       call near(error, claimed%history(:points) / frame%speed, speed - 1, exact**2, "history")
-      call near(error, [claimed%greatest, claimed%least], [maxval(claimed%history), minval(claimed%history)], &
-        & 1.0e-4_dp * claimed%greatest, "ends")
+      call near(error, [claimed%maximum, claimed%least], [maxval(claimed%history), minval(claimed%history)], &
+        & 1.0e-4_dp * claimed%maximum, "ends")
       call near(error, [claimed%error], [1.0e-9_dp * frame%period / (2 * claimed%inertia * abs(frame%speed))], 1.0e-11_dp, "error")
     end do
     if (.not. allocated(error)) call check(error, miss(2) < miss(1) / 5 .and. miss(1) < 2 * claimed%irregularity * 10, &

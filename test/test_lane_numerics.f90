@@ -32,7 +32,7 @@ contains
       & new_unittest("quadratic factors of conjugate roots are found", test_conjugate), &
       & new_unittest("quadratic factors of real roots are correct or marked as not found", test_real), &
       & new_unittest("error discs of conjugate pairs hold for both members", test_pairs), &
-      & new_unittest("maxima of trigonometric functions agree with closed forms", test_greatest)]
+      & new_unittest("maxima of trigonometric functions agree with closed forms", test_largest)]
   end subroutine collect_lane_numerics
 
   function draw(random, n) result(values)
@@ -268,12 +268,12 @@ contains
 
   !> mean + a cos(theta - phi) + b cos 2 (theta - phi), with the maximum mean + a + b at phi, with either sign; cos 2 theta plus
   !> a small cos theta, where two places compete; a constant.
-  subroutine test_greatest(error)
+  subroutine test_largest(error)
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: counts(4) = [8, 9, 16, 40]
     type(random_type) :: random
     real(dp), allocatable :: samples(:, :), harmonics(:, :)
-    real(dp) :: greatest(lanes), wanted(lanes), drawn(4)
+    real(dp) :: maximum(lanes), wanted(lanes), drawn(4)
     integer :: i, k, n, orders, lane, trial
 
     call random%start(15, 1)
@@ -296,13 +296,13 @@ contains
             wanted(lane) = mean + a + b
           end associate
         end do
-        call largest_values(samples, harmonics, greatest)
+        call largest_values(samples, harmonics, maximum)
         ! Some roundings in sums of two terms and a mean over n samples, each 3 at most.
-        call check_that(error, maxval(abs(greatest - wanted)), "<", 20 * epsilon(1.0_dp), "greatest value")
+        call check_that(error, maxval(abs(maximum - wanted)), "<", 20 * epsilon(1.0_dp), "largest value")
         if (allocated(error)) return
       end do
       deallocate(samples, harmonics)
     end do
-  end subroutine test_greatest
+  end subroutine test_largest
 
 end module test_lane_numerics

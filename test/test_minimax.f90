@@ -212,7 +212,7 @@ contains
     call check_that(error, optimum%gap, "<=", 1.0e-7_dp)
   end subroutine test_gap
 
-  !> exp on 200 points by a polynomial of degree 4: an error that takes its greatest value six times with alternating sign is the
+  !> exp on 200 points by a polynomial of degree 4: an error that takes its largest value six times with alternating sign is the
   !> least (Chebyshev). The linear program has 0.000546632034902015 (HiGHS in SciPy 1.17).
   subroutine test_chebyshev(error)
     type(error_type), allocatable, intent(out) :: error

@@ -59,11 +59,11 @@ contains
     real(dp), parameter :: finest = 1.0e-10_dp
     type(frame_type) :: frame
     type(quick_motion_type) :: motion, fine
-    real(dp) :: ordered, off, greatest
+    real(dp) :: ordered, off, maximum
     logical :: fits
     integer :: number, k
 
-    greatest = 0
+    maximum = 0
     do number = 1, machines
       call make(number, frame, error)
       if (allocated(error)) return
@@ -79,7 +79,7 @@ contains
         if (allocated(error)) return
         off = maxval(norm2((motion%x - fine%x) / spread(fine%scale, 2, phases), dim=1)) &
           & / maxval(norm2(fine%x / spread(fine%scale, 2, phases), dim=1))
-        greatest = max(greatest, off / motion%truncation)
+        maximum = max(maximum, off / motion%truncation)
         call check_that(error, off, "<=", motion%truncation + finest, "distance to the fine solution")
         call check_that(error, motion%truncation, "<=", ordered, "truncation")
         if (allocated(error)) then
@@ -88,7 +88,7 @@ contains
         end if
       end do
     end do
-    print "(a, es8.1)", "         greatest error over its estimate: ", greatest
+    print "(a, es8.1)", "         largest error over its estimate: ", maximum
   end subroutine test_truncation
 
   !> Against a quick solution of 1e-10, which integrates.
@@ -99,11 +99,11 @@ contains
     type(frame_type) :: frame
     type(quick_motion_type) :: fine
     type(balance_type) :: motion
-    real(dp) :: ordered, off, greatest
+    real(dp) :: ordered, off, maximum
     logical :: fits
     integer :: number, k
 
-    greatest = 0
+    maximum = 0
     do number = 1, machines
       call make(number, frame, error)
       if (allocated(error)) return
@@ -116,7 +116,7 @@ contains
         call check(error, fits, more="harmonic balance")
         if (allocated(error)) return
         off = distance(motion, fine)
-        greatest = max(greatest, off / motion%truncation)
+        maximum = max(maximum, off / motion%truncation)
         call check_that(error, off, "<=", motion%truncation + finest, "distance to the fine solution")
         call check_that(error, motion%truncation, "<=", ordered, "truncation")
         if (allocated(error)) then
@@ -125,7 +125,7 @@ contains
         end if
       end do
     end do
-    print "(a, es8.1)", "         greatest error over its estimate: ", greatest
+    print "(a, es8.1)", "         largest error over its estimate: ", maximum
   end subroutine test_balance
 
   !> With fewer phases than the motion needs.
@@ -136,11 +136,11 @@ contains
     type(frame_type) :: frame
     type(quick_motion_type) :: fine
     type(balance_type) :: motion
-    real(dp) :: off, greatest
+    real(dp) :: off, maximum
     logical :: fits
     integer :: number, k, refused
 
-    greatest = 0
+    maximum = 0
     refused = 0
     do number = 1, machines
       call make(number, frame, error)
@@ -155,14 +155,14 @@ contains
           cycle
         end if
         off = distance(motion, fine)
-        greatest = max(greatest, off)
+        maximum = max(maximum, off)
         call check_that(error, off, "<=", 2 * finest, "distance to the fine solution")
         if (allocated(error)) print "(a, 2(i0, tr1), 2es10.1)", "         machine, phases, left out, error: ", number, phases(k), &
           & motion%left_out, off
         if (allocated(error)) return
       end do
     end do
-    print "(a, i0, es8.1)", "         refused, greatest error of the others: ", refused, greatest
+    print "(a, i0, es8.1)", "         refused, largest error of the others: ", refused, maximum
     call check_that(error, real(refused, dp), ">", 0.0_dp, "refused motions")
   end subroutine test_too_few_phases
 
@@ -189,10 +189,10 @@ contains
     type(frame_type) :: frame
     type(gestell_error), allocatable :: failure
     real(dp), dimension(phases, 3) :: q, q_fine
-    real(dp) :: off, greatest
+    real(dp) :: off, maximum
     integer :: number
 
-    greatest = 0
+    maximum = 0
     do number = 1, machines
       call make(number, frame, error)
       if (allocated(error)) return
@@ -203,12 +203,12 @@ contains
       q = moved(coarse)
       q_fine = moved(fine)
       off = maxval(abs(q - q_fine)) / maxval(abs(q_fine))
-      greatest = max(greatest, off)
+      maximum = max(maximum, off)
       call check_that(error, off, "<=", part_left * tolerance, "distance")
       if (allocated(error)) print "(a, i0, es10.1)", "         machine, what is left: ", number, off
       if (allocated(error)) return
     end do
-    print "(a, es8.1)", "         greatest part that is left: ", greatest
+    print "(a, es8.1)", "         largest part that is left: ", maximum
 
   contains
 

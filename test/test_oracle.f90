@@ -30,7 +30,7 @@ contains
 
     testsuite = [ &
       & new_unittest("kinematics by constraints agree with kinematics by chains of dyads", test_kinematics), &
-      & new_unittest("the oracle's greatest multiplier agrees with outside programs", test_tongue), &
+      & new_unittest("the oracle's largest multiplier agrees with outside programs", test_tongue), &
       & new_unittest("the oracle's peak torque agrees with an outside program", test_torque), &
       & new_slow("derivatives of a turn agree with differences", test_changes), &
       & new_slow("the oracle satisfies Liouville's formula and the balances of power and momentum", test_laws), &

@@ -3,7 +3,7 @@ module test_peaks
   use checks, only: check_success, check_that
   use families, only: machine_family
   use gestell_base_error, only: gestell_error => error_type
-  use gestell_math_series_fourier, only: find_candidates, greatest
+  use gestell_math_series_fourier, only: find_candidates, largest_value
   use gestell_base_kinds, only: dp, pi
   use gestell_system_family, only: family_type
   use gestell_study_grid, only: axis_type, grid_type, new_grid
@@ -50,9 +50,9 @@ contains
         dense = max(dense, abs(f))
       end do
       ! Half the spacing of the dense samples squared, times f'' / 2 < 7^2 |f|, and roundings.
-      call check(error, greatest(sparse), dense, thr=1.0e-7_dp * dense)
+      call check(error, largest_value(sparse), dense, thr=1.0e-7_dp * dense)
       if (allocated(error)) return
-      call check_that(error, greatest(sparse), ">=", dense * (1 - 1.0e-13_dp), "at least the maximum of dense samples")
+      call check_that(error, largest_value(sparse), ">=", dense * (1 - 1.0e-13_dp), "at least the maximum of dense samples")
       if (allocated(error)) return
     end do
   end subroutine test_between
@@ -93,7 +93,7 @@ contains
     call find_candidates(f, a(0, 1), a(1:, 1), a(1:, 2), loss, places, spacing)
     call check_that(error, real(size(places), dp), "<=", real(most_places, dp), "searched places")
     ! Beside a top samples at a 32nd of the spacing miss (pi / 64)^2 / 2 of the ripple at the most; sums round at 1e-15.
-    call check_that(error, abs(greatest(f) - dense), "<=", 1.3e-3_dp * (dense - 1) + 1.0e-14_dp, "maximum between samples")
+    call check_that(error, abs(largest_value(f) - dense), "<=", 1.3e-3_dp * (dense - 1) + 1.0e-14_dp, "maximum between samples")
   end subroutine test_nearly_equal_samples
 
   pure real(dp) function polynomial(a, theta)

@@ -81,7 +81,7 @@ contains
     real(dp), parameter :: ratios(*) = [0.05_dp, 0.1_dp, 0.2_dp, 0.3_dp, 0.4_dp]
     type(survey_type) :: survey
     type(gestell_error), allocatable :: failure
-    real(dp) :: greatest(2)
+    real(dp) :: maximum(2)
     integer :: i
 
     do i = 1, size(ratios)
@@ -91,11 +91,11 @@ contains
       call check_that(error, abs(survey%width / (-log([ratios(i), ratios(size(ratios) + 1 - i)])) - 1), "<", 0.05_dp, "widths")
       if (allocated(error)) return
       ! Amplitudes are 2 k^p r^k relative to the maximum; 2 % of the width, 3 at most, count eight times.
-      greatest = [kernel(0.0_dp, ratios(i), growth(1)), kernel(0.0_dp, ratios(size(ratios) + 1 - i), growth(2))]
-      call check_that(error, abs(log(survey%height * greatest / 2)), "<", 0.5_dp, "heights")
+      maximum = [kernel(0.0_dp, ratios(i), growth(1)), kernel(0.0_dp, ratios(size(ratios) + 1 - i), growth(2))]
+      call check_that(error, abs(log(survey%height * maximum / 2)), "<", 0.5_dp, "heights")
       ! K changes by 2 r around its mean; its size, relative to which this is measured, is its maximum over sqrt 2. Weights are
       ! 1 to 2.
-      call check_that(error, abs(survey%changing / (4 * sqrt(2.0_dp) * ratios(i) / greatest(1)) - 1), "<", 1.0_dp, &
+      call check_that(error, abs(survey%changing / (4 * sqrt(2.0_dp) * ratios(i) / maximum(1)) - 1), "<", 1.0_dp, &
         & "part that changes")
       if (allocated(error)) return
     end do

@@ -196,7 +196,7 @@ contains
             & * abs(iw**k * psi), 1.0e-10_dp * abs(iw**k * psi), "peak")
           call near(error, [s(3 * k + 2)%series(1)%phase(1)], [atan2(aimag(iw**k * psi), real(iw**k * psi))], 1.0e-10_dp, "phase")
         end do
-        call near(error, [responses(1)%band(:2), responses(1)%greatest], [0.0_dp, 0.0_dp, 0.0_dp], 1.0e-13_dp, "9.5 Hz lies below")
+        call near(error, [responses(1)%band(:2), responses(1)%maximum], [0.0_dp, 0.0_dp, 0.0_dp], 1.0e-13_dp, "9.5 Hz lies below")
         if (allocated(error)) return
       end associate
     end do
@@ -254,7 +254,7 @@ contains
     type(analysis_type) :: analysis
     type(probe_response_type), allocatable :: responses(:)
     type(probe_type) :: probes(4)
-    real(dp) :: part(points, 2), rms(2), greatest, turn
+    real(dp) :: part(points, 2), rms(2), maximum, turn
     integer :: i, k, j
 
     do i = 1, size(speeds)
@@ -272,16 +272,16 @@ contains
           part(:, j) = orders_of(responses(k)%history(:points, 3 + j), orders(1, k), orders(2, k))
         end do
         rms = sqrt(sum(part**2, dim=1) / points)
-        greatest = 0
+        maximum = 0
         do j = 1, directions
           turn = pi * j / directions
-          greatest = max(greatest, sqrt(sum((cos(turn) * part(:, 1) + sin(turn) * part(:, 2))**2) / points))
+          maximum = max(maximum, sqrt(sum((cos(turn) * part(:, 1) + sin(turn) * part(:, 2))**2) / points))
         end do
         call near(error, responses(k)%band(:2), rms, 1.0e-11_dp * norm2(rms), "along x and y")
         ! A direction is at most 0.1 deg away: 1 - cos of it.
-        call near(error, [responses(k)%greatest], [greatest], 2.0e-6_dp * greatest, "maximum direction")
+        call near(error, [responses(k)%maximum], [maximum], 2.0e-6_dp * maximum, "maximum direction")
         if (allocated(error)) return
-        call check_that(error, responses(k)%greatest, ">=", greatest * (1 - 1.0e-12_dp), "no direction exceeds the maximum")
+        call check_that(error, responses(k)%maximum, ">=", maximum * (1 - 1.0e-12_dp), "no direction exceeds the maximum")
         if (allocated(error)) return
       end do
     end do
@@ -317,9 +317,9 @@ contains
     call solve(frame, 64, 1.0e-4_dp, [probe_at(0.2_dp, -0.15_dp)], analysis, responses, error, method="rk4")
     if (allocated(error)) return
     associate (w => responses(1))
-      call check_that(error, w%error, ">", 1.0e-9_dp * w%greatest, "the error bound is not too wide")
-      call check_that(error, w%error, "<", 0.1_dp * w%greatest, "the error bound is not too wide")
-      limits = [w%greatest + 2 * w%error, w%greatest - 2 * w%error, w%greatest + w%error / 2, w%greatest - w%error / 2, 0.0_dp]
+      call check_that(error, w%error, ">", 1.0e-9_dp * w%maximum, "the error bound is not too wide")
+      call check_that(error, w%error, "<", 0.1_dp * w%maximum, "the error bound is not too wide")
+      limits = [w%maximum + 2 * w%error, w%maximum - 2 * w%error, w%maximum + w%error / 2, w%maximum - w%error / 2, 0.0_dp]
       do k = 1, size(limits)
         w%probe%limit = limits(k)
         if (.not. allocated(error)) call check(error, trim(w%verdict()), trim(verdicts(k)))
@@ -334,10 +334,10 @@ contains
     type(frame_type) :: frame
     type(analysis_type) :: analysis
     type(probe_response_type), allocatable :: exact(:), responses(:)
-    real(dp) :: miss, greatest
+    real(dp) :: miss, maximum
     integer :: number, i, k
 
-    greatest = 0
+    maximum = 0
     do number = 1, 6
       call make(random_machine(20 + number, 3.0_dp, 30.0_dp), frame, error)
       if (.not. allocated(error)) call solve(frame, 64, 1.0e-13_dp, [probe_at(-0.3_dp, 0.4_dp)], analysis, exact, error)
@@ -348,19 +348,19 @@ contains
         do k = 1, probe_parts
           miss = max(abs(responses(1)%statistics(k)%peak - exact(1)%statistics(k)%peak), &
             & abs(responses(1)%statistics(k)%rms - exact(1)%statistics(k)%rms))
-          greatest = max(greatest, miss / responses(1)%statistics(k)%peak_error)
+          maximum = max(maximum, miss / responses(1)%statistics(k)%peak_error)
           call check_that(error, miss, "<=", responses(1)%statistics(k)%peak_error + exact(1)%statistics(k)%peak_error, &
             & "peak or rms")
           if (allocated(error)) return
         end do
-        miss = maxval(abs([responses(1)%band - exact(1)%band, responses(1)%greatest - exact(1)%greatest]))
+        miss = maxval(abs([responses(1)%band - exact(1)%band, responses(1)%maximum - exact(1)%maximum]))
         call check_that(error, miss, "<=", responses(1)%error + exact(1)%error, "band")
         call check_that(error, abs(responses(1)%error - responses(1)%statistics(velocity_part)%error), "<=", 0.0_dp, "band")
         if (allocated(error)) return
       end do
     end do
     ! The bounds are not too wide: somewhere the error is a good part of the claim.
-    call check_that(error, greatest, ">", 1.0e-3_dp, "the claimed errors are not too wide")
+    call check_that(error, maximum, ">", 1.0e-3_dp, "the claimed errors are not too wide")
   end subroutine test_errors
 
   !> An unbalance u on one spring: (k + i omega b - omega^2 m) x = u omega^2. Soft springs leave accelerations to the load alone,

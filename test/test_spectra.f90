@@ -22,7 +22,7 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("greatest multipliers of random matrices agree with LAPACK", test_random), &
+      & new_unittest("largest multipliers of random matrices agree with LAPACK", test_random), &
       & new_unittest("error bounds cover a perturbation of known norm and are not wide", test_known), &
       & new_unittest("eigenvalue conditions of triangular matrices agree with the closed form", test_condition), &
       & new_unittest("multipliers of undamped systems lie on the unit circle", test_circle), &

@@ -234,7 +234,7 @@ contains
       if (allocated(error)) return
       associate (h => drive%history(:, :points))
         call near(error, derivative(h(stored_energy, :), frame%period), h(drive_watts, :) - h(damper_watts, :), &
-          & 1.0e-9_dp * drive%greatest, models(k))
+          & 1.0e-9_dp * drive%maximum, models(k))
       end associate
       if (allocated(error)) return
     end do

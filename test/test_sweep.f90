@@ -1,7 +1,7 @@
 !> Sweeps: grids, Chebyshev series, tiles by expansions against closed forms and single solutions.
 module test_sweep
   use checks, only: check_failure, check_success, check_that
-  use families, only: greatest_of_oscillator, machine_family, oscillator_family
+  use families, only: largest_of_oscillator, machine_family, oscillator_family
   use gestell_math_series_chebyshev, only: chebyshev_coefficients, chebyshev_points, chebyshev_values
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp, pi
@@ -203,7 +203,7 @@ contains
     do i = 1, 70
       do j = 1, 90
         p = grid%parameters(i, j)
-        right = greatest_of_oscillator(p(1), p(2))
+        right = largest_of_oscillator(p(1), p(2))
         deviation = abs(values(rho_max, j, i) - right) / right
         call check_that(error, deviation, "<=", values(rho_error, j, i), "an error exceeds its bound")
         if (allocated(error)) return
@@ -211,7 +211,7 @@ contains
         if (allocated(error)) return
         call check(error, values(log_rho_max, j, i), log(right), thr=2 * values(rho_error, j, i))
         if (allocated(error)) return
-        ! Phi is accurate to 1e-9 of its norm, which is up to e^pi times its greatest multiplier.
+        ! Phi is accurate to 1e-9 of its norm, which is up to e^pi times its largest multiplier.
         if (abs(p(2) - p(1)**2 / 4) > 0.1_dp) call check_that(error, deviation, "<", 2.0e-7_dp, "not as exact as promised")
         if (allocated(error)) return
       end do
@@ -252,7 +252,7 @@ contains
       call solve_grid(family, grid, ordered(engines(k)), values, error)
       if (allocated(error)) return
       call check_that(error, size(values), "==", 4, "values")
-      call check_that(error, abs(values(rho_max, 1, 1) - exp(-pi * 0.1_dp)), "<", 1.0e-9_dp, "greatest multiplier")
+      call check_that(error, abs(values(rho_max, 1, 1) - exp(-pi * 0.1_dp)), "<", 1.0e-9_dp, "largest multiplier")
       if (allocated(error)) return
     end do
   end subroutine test_lines
@@ -280,8 +280,8 @@ contains
             call check_that(error, nint(values(verdict, j, i)), "==", impossible, "verdict in the hole")
             call check_that(error, ieee_is_nan(values(rho_max, j, i)), "==", .true., "no number in the hole")
           else
-            right = greatest_of_oscillator(p(1) + merge(1.0_dp, 0.0_dp, p(2) >= family%jump), p(2))
-            call check_that(error, abs(values(rho_max, j, i) - right), "<", 1.0e-8_dp, "greatest multiplier")
+            right = largest_of_oscillator(p(1) + merge(1.0_dp, 0.0_dp, p(2) >= family%jump), p(2))
+            call check_that(error, abs(values(rho_max, j, i) - right), "<", 1.0e-8_dp, "largest multiplier")
             call check_that(error, nint(values(verdict, j, i)), "==", stable, "verdict")
           end if
           if (allocated(error)) return
@@ -315,7 +315,7 @@ contains
         if (allocated(error)) return
         call check_that(error, abs(values(rho_max, j, i) - own(rho_max)), "<=", values(rho_error, j, i) * values(rho_max, j, i) &
           & + own(rho_error) * own(rho_max), "beyond both bounds")
-        call check_that(error, abs(values(rho_max, j, i) - own(rho_max)), "<", 1.0e-8_dp, "greatest multiplier")
+        call check_that(error, abs(values(rho_max, j, i) - own(rho_max)), "<", 1.0e-8_dp, "largest multiplier")
         if (allocated(error)) return
         if (nint(values(verdict, j, i)) /= undecided .and. nint(own(verdict)) /= undecided) then
           call check_that(error, nint(values(verdict, j, i)), "==", nint(own(verdict)), "verdict")
@@ -348,7 +348,7 @@ contains
     call solve_grid(family, grid, options, one, error)
     if (allocated(error)) return
     call check_that(error, size(one, 1), "==", 1, "columns")
-    call check_that(error, maxval(abs(one(1, :, :) - all(rho_max, :, :))), "<", 1.0e-14_dp, "greatest multiplier")
+    call check_that(error, maxval(abs(one(1, :, :) - all(rho_max, :, :))), "<", 1.0e-14_dp, "largest multiplier")
   end subroutine test_columns
 
   !> A tile of 625 of the paper's machines, too rough for an expansion to pay: planning costs at most a tenth of their

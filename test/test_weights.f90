@@ -227,7 +227,7 @@ contains
       end do
       associate (h => drive%history(:, :points))
         call near(error, derivative(h(stored_energy, :), frame%period), h(drive_watts, :) - h(damper_watts, :), &
-          & 1.0e-9_dp * drive%greatest, "at every time")
+          & 1.0e-9_dp * drive%maximum, "at every time")
         call near(error, [drive%defect()], [0.0_dp], 1.0e-9_dp, "over the turn")
         call near(error, [sum(h(rigid_torque, :)) / points], [0.0_dp], 1.0e-12_dp * maxval(abs(h(rigid_torque, :))), "rigid")
       end associate

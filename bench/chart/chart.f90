@@ -1,7 +1,7 @@
 !> Times sweeps inside one process, with one thread and in memory, and draws the points at which others are compared:
 !>
 !>     chart solve FILE CHECKED [PATH=VALUE ...]       one line: points, seconds of processor time, solutions, points compared
-!>                                                     by the sweep itself, its deviation of Phi, greatest deviation of rho_max
+!>                                                     by the sweep itself, its deviation of Phi, largest deviation of rho_max
 !>                                                     at CHECKED points drawn at random, peak of resident memory in MB
 !>     chart sample FILE COUNT TOLERANCE [PATH=VALUE ...]
 !>                                                     lines: parameters, rho_max, units that balance the states
@@ -110,29 +110,29 @@ contains
     end do
     call cpu_time(finish)
     print "(i0, ',', es13.6, 2(',', i0), 3(',', es10.3))", plan%grid%points(), finish - begin, sum(tiles%solutions), &
-      & sum(tiles%checks), maxval(tiles%deviation), greatest_deviation(plan, tiles, checked), peak_memory()
+      & sum(tiles%checks), maxval(tiles%deviation), max_deviation(plan, tiles, checked), peak_memory()
   end subroutine solve
 
   !> Of rho_max at points drawn at random.
-  real(dp) function greatest_deviation(plan, tiles, checked) result(greatest)
+  real(dp) function max_deviation(plan, tiles, checked) result(maximum)
     type(sweep_plan_type), intent(in) :: plan
     type(tile_results_type), intent(in) :: tiles(:)
     integer, intent(in) :: checked
     integer :: places(2, checked), column, i, k
 
-    greatest = 0
+    maximum = 0
     places = random_points(all_points(plan), checked)
     column = count(plan%options%columns(:rho_max))
     do k = 1, checked
       do i = 1, size(tiles)
         associate (tile => plan%grid%tile(i), place => places(:, k))
           if (any(place < tile%first .or. place > tile%last)) cycle
-          greatest = max(greatest, abs(tiles(i)%values(column, place(2) - tile%first(2) + 1, place(1) - tile%first(1) + 1) &
+          maximum = max(maximum, abs(tiles(i)%values(column, place(2) - tile%first(2) + 1, place(1) - tile%first(1) + 1) &
             & - radius_at(plan, place, sharp)))
         end associate
       end do
     end do
-  end function greatest_deviation
+  end function max_deviation
 
   subroutine draw(plan, points, tolerance)
     type(sweep_plan_type), intent(in) :: plan

@@ -3,7 +3,7 @@
 !>     fpm run --directory bench/spectra --profile release [--flag "-march=native -mprefer-vector-width=512"]
 !>
 !> Markdown on standard output: millions of matrices per second in the shortest of several rounds, radius alone and with error
-!> bounds and verdicts; how many of the matrices these give to LAPACK; eigenvalues alone from dgeev; the greatest difference of
+!> bounds and verdicts; how many of the matrices these give to LAPACK; eigenvalues alone from dgeev; the largest difference of
 !> the radii relative to the error bound. Random: elements even in (-1/2, 1/2). Undamped: products of shears, symplectic, all
 !> multipliers of modulus 1. Damped: rotations times 0.99 coupled by a fixed matrix, a smooth family as in a chart.
 program spectra

@@ -130,21 +130,21 @@ contains
     class(periodic_system), intent(in) :: system
     type(watch_type), intent(inout) :: watch
     real(dp), dimension(system%states / 2, system%states / 2) :: m, b, c
-    real(dp) :: determinants(0:mass_points), greatest(system%states / 2), phase
+    real(dp) :: determinants(0:mass_points), maximum(system%states / 2), phase
     type(root_search_type) :: search
     integer :: k
 
     select type (system)
     class is (second_order_system)
       ! Rows are divided by their largest elements, because a product of many small masses underflows.
-      greatest = 0
+      maximum = 0
       do k = 0, mass_points
         call system%matrices(real(k, dp) / mass_points * system%period, m, b, c)
-        greatest = max(greatest, maxval(abs(m), dim=2))
+        maximum = max(maximum, maxval(abs(m), dim=2))
       end do
-      greatest = merge(greatest, 1.0_dp, greatest > 0)
+      maximum = merge(maximum, 1.0_dp, maximum > 0)
       do k = 0, mass_points
-        determinants(k) = mass_determinant(system, real(k, dp) / mass_points, greatest)
+        determinants(k) = mass_determinant(system, real(k, dp) / mass_points, maximum)
       end do
       watch%calls = watch%calls + 2 * (mass_points + 1)
       if (.not. all(ieee_is_finite(determinants))) return
@@ -161,7 +161,7 @@ contains
         do while (.not. search%found(precision_of_phase))
           phase = search%next(precision_of_phase)
           watch%calls = watch%calls + 1
-          call search%take(phase, mass_determinant(system, phase, greatest))
+          call search%take(phase, mass_determinant(system, phase, maximum))
         end do
         phase = search%root()
       end do
@@ -170,16 +170,16 @@ contains
     end select
   end subroutine find_singular_mass
 
-  !> Determinant of M with its rows divided by `greatest`, computed from the LU factors.
-  real(dp) function mass_determinant(system, phase, greatest) result(determinant)
+  !> Determinant of M with its rows divided by `maximum`, computed from the LU factors.
+  real(dp) function mass_determinant(system, phase, maximum) result(determinant)
     class(second_order_system), intent(in) :: system
-    real(dp), intent(in) :: phase, greatest(:)
+    real(dp), intent(in) :: phase, maximum(:)
     real(dp), dimension(system%states / 2, system%states / 2) :: m, b, c
     integer :: pivots(system%states / 2), k
     type(error_type), allocatable :: singular
 
     call system%matrices(phase * system%period, m, b, c)
-    m = m / spread(greatest, 2, size(m, 1))
+    m = m / spread(maximum, 2, size(m, 1))
     call factorise(m, pivots, singular)
     determinant = 1
     do k = 1, size(m, 1)

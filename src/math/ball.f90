@@ -11,7 +11,7 @@ module gestell_math_ball
     !> Centre and radius >= 0
     real(dp) :: mid = 0, radius = 0
   contains
-    procedure :: greatest
+    procedure :: maximum
   end type ball
 
   interface operator(+)
@@ -33,11 +33,11 @@ module gestell_math_ball
 contains
 
   !> Maximum of |x| over all numbers x in the ball.
-  elemental real(dp) function greatest(self)
+  elemental real(dp) function maximum(self)
     class(ball), intent(in) :: self
 
-    greatest = abs(self%mid) + self%radius
-  end function greatest
+    maximum = abs(self%mid) + self%radius
+  end function maximum
 
   !> Sum of two balls.
   elemental type(ball) function add(a, b)
@@ -57,7 +57,7 @@ contains
   elemental type(ball) function multiply(a, b)
     type(ball), intent(in) :: a, b
 
-    multiply = ball(a%mid * b%mid, abs(a%mid) * b%radius + a%radius * b%greatest())
+    multiply = ball(a%mid * b%mid, abs(a%mid) * b%radius + a%radius * b%maximum())
   end function multiply
 
   !> Quotient of two balls; `b` must not contain zero.

@@ -42,7 +42,7 @@ contains
     !> Number of a row in which C cannot balance the load, to 1e-9 of `sizes`; 0 if there is no such row
     integer, intent(out) :: unsupported
     real(dp), parameter :: singular = 1.0e-12_dp, negligible = 1.0e-9_dp
-    real(dp) :: a(size(load), size(load)), b(size(load)), x(size(load)), unit(size(load)), greatest
+    real(dp) :: a(size(load), size(load)), b(size(load)), x(size(load)), unit(size(load)), maximum
     integer :: row(size(load)), column(size(load)), at(2), i, k, n, rank
 
     n = size(load)
@@ -50,7 +50,7 @@ contains
     where (.not. unit > 0) unit = max(1.0_dp, maxval(unit))
     a = c / (spread(unit, 2, n) * spread(unit, 1, n))
     b = load / unit
-    greatest = sum(sizes / unit)
+    maximum = sum(sizes / unit)
     row = [(i, i = 1, n)]
     column = row
     rank = n
@@ -72,7 +72,7 @@ contains
     q = 0
     unsupported = 0
     do i = rank + 1, n
-      if (abs(b(row(i))) <= negligible * greatest) cycle
+      if (abs(b(row(i))) <= negligible * maximum) cycle
       unsupported = row(i)
       return
     end do

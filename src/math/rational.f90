@@ -11,7 +11,7 @@ module gestell_math_rational
   !> Maximum relative difference between a decimal number and the fraction
   real(dp), parameter :: rounding = 1.0e-9_dp
   !> Maximum of numerator and denominator
-  real(dp), parameter :: greatest = 4096
+  real(dp), parameter :: maximum = 4096
 
 contains
 
@@ -26,7 +26,7 @@ contains
 
     numerator = 1
     denominator = 1
-    known = all(abs(values) > 0 .and. abs(values) <= greatest)
+    known = all(abs(values) > 0 .and. abs(values) <= maximum)
     if (.not. known) return
     if (size(values) == 1) then
       do denominator = 1, highest

@@ -158,7 +158,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(quantity_type) :: quantity
     type(statistics_type) :: statistics
-    real(dp) :: along(3), greatest
+    real(dp) :: along(3), maximum
     integer :: i
 
     values = 0
@@ -172,10 +172,10 @@ contains
       case (rms_measure)
         values(:, i) = [statistics%rms, statistics%error]
       case default
-        call band_rms(statistics, frame%period, measures(i)%band, along(:size(statistics%series)), greatest, error)
+        call band_rms(statistics, frame%period, measures(i)%band, along(:size(statistics%series)), maximum, error)
         if (allocated(error)) return
         ! the rms of the error within the band is at most the error bound of the whole
-        values(:, i) = meter_scale * [greatest, statistics%error]
+        values(:, i) = meter_scale * [maximum, statistics%error]
       end select
     end do
   end subroutine compute_measures

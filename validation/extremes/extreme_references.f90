@@ -11,7 +11,7 @@ module extreme_references
 
   public :: reference_type, compute_reference, key_of, read_references, reference_of, write_reference
 
-  !> Of the fields of hill_solution; change: of the last refinement, greatest of multipliers and x0.
+  !> Of the fields of hill_solution; change: of the last refinement, largest of multipliers and x0.
   type :: reference_type
     character(len=60) :: key = ''
     character(len=8) :: route = ''

@@ -9,8 +9,8 @@ module extreme_rows
 
   public :: row_type, compare, row_text, header
 
-  !> Of multipliers the greatest error relative to what comes out (1 where nothing is right), of ln|rho| the greatest
-  !> absolute one, of x0 the greatest of its four parts (xi and eta, psi, and their velocities), relative to that part.
+  !> Of multipliers the largest error relative to what comes out (1 where nothing is right), of ln|rho| the largest
+  !> absolute one, of x0 the largest of its four parts (xi and eta, psi, and their velocities), relative to that part.
   !> Negative: the reference does not know.
   type :: row_type
     real(dp) :: claimed_rho = 0, true_rho = -1, true_log = -1, claimed_x0 = 0, true_x0 = -1
@@ -98,7 +98,7 @@ contains
     row%wide_x0 = row%claimed_x0/max(row%true_x0, least)
   end subroutine compare_x0
 
-  !> The multiplier that each of the answer's stands for: of all ways to match them that whose greatest true error over
+  !> The multiplier that each of the answer's stands for: of all ways to match them that whose largest true error over
   !> claimed error is least.
   function best_matching(answer, right) result(best)
     type(answer_type), intent(in) :: answer

@@ -17,7 +17,7 @@ module fuzz_process
     integer :: code = -1
     !> The signal that ended it, 0: none. With neither code nor signal something stopped the program from within.
     integer :: signal = 0
-    !> Processor time (s), memory at its greatest (MB).
+    !> Processor time (s), memory at its largest (MB).
     real(dp) :: seconds = 0, megabytes = 0
   contains
     procedure :: too_long

@@ -23,9 +23,9 @@ module fuzz_tally
     integer(int64) :: inputs = 0, by_code(0:codes) = 0
     !> Those that were ended because they took too long.
     integer(int64) :: too_long = 0
-    !> Seconds of the processor; the greatest memory (MB) and which input took it.
+    !> Seconds of the processor; the largest memory (MB) and which input took it.
     real(dp) :: seconds = 0, megabytes = 0
-    integer(int64) :: greatest = 0
+    integer(int64) :: peak_input = 0
     !> The slowest inputs that ended by themselves, the first one leading, and their seconds.
     integer(int64) :: slowest(kept) = 0
     real(dp) :: longest(kept) = 0
@@ -60,7 +60,7 @@ contains
     call rank(self, number, ending)
     if (ending%megabytes > self%megabytes) then
       self%megabytes = ending%megabytes
-      self%greatest = number
+      self%peak_input = number
     end if
     times = 0
     if (fault == "") return
@@ -106,7 +106,7 @@ contains
     integer :: unit, i
 
     open (newunit=unit, file=file, action="write", status="replace")
-    write (unit, layout) self%last, self%inputs, self%by_code, self%too_long, self%greatest, self%slowest, self%times
+    write (unit, layout) self%last, self%inputs, self%by_code, self%too_long, self%peak_input, self%slowest, self%times
     write (unit, layout) self%seconds, self%megabytes, self%longest, self%shares
     if (allocated(self%classes)) then
       do i = 1, size(self%classes)
@@ -127,7 +127,7 @@ contains
     open (newunit=unit, file=file, action="read", status="old", iostat=status)
     if (status /= 0) return
     allocate(self%classes(0))
-    read (unit, *) self%last, self%inputs, self%by_code, self%too_long, self%greatest, self%slowest, self%times
+    read (unit, *) self%last, self%inputs, self%by_code, self%too_long, self%peak_input, self%slowest, self%times
     read (unit, *) self%seconds, self%megabytes, self%longest, self%shares
     do
       read (unit, "(a)", iostat=status) line
@@ -150,7 +150,7 @@ contains
       if (self%by_code(i) > 0) print "(a, i0, a, i0)", "  exit code ", i, ": ", self%by_code(i)
     end do
     print "(a, i0)", "  ended because they took too long: ", self%too_long
-    print "(a, i0, a, i0)", "  greatest memory ", nint(self%megabytes), " MB: input ", self%greatest
+    print "(a, i0, a, i0)", "  largest memory ", nint(self%megabytes), " MB: input ", self%peak_input
     print "(a)", "  time of the processor     inputs   s in all"
     do i = 0, bins
       if (self%times(i) > 0) print "(2x, a, f9.5, a, i14, f11.1)", trim(merge("below", "above", i < bins)), &

@@ -82,7 +82,7 @@ contains
     print "(/, a, i0, a, i0, a, i0, a)", "Machines ", first, " to ", first + machines - 1, " by the exact frame; ", &
       & exact%impossible, " do not turn."
     print "(a, i0, a, i0, a, f6.3)", "Vibrations: ", exact%vibrations, ", numbers held against bounds: ", &
-      & exact%counts%numbers, "; greatest part of a bound that was kept: ", exact%used
+      & exact%counts%numbers, "; largest part of a bound that was kept: ", exact%used
     print "(a, f6.3, a)", "The oracle is too blunt (its error exceeds a quarter of the bound) for ", 100.0_dp &
       & * exact%counts%blunt / max(exact%counts%numbers, 1), " % of them."
     print "(a, i0, a, i0, a)", "Without vibration: ", exact%not_found, ", of which the oracle finds none either in ", &

@@ -157,7 +157,7 @@ contains
 
   end function after
 
-  !> The greatest modulus of the eigenvalues.
+  !> The largest modulus of the eigenvalues.
   real(dp) function radius(phi)
     real(dp), intent(in) :: phi(:, :)
     real(dp) :: a(states, states), re(states), im(states), none(1, 1), nothing(1, 1), work(64 * states)

@@ -61,7 +61,7 @@ contains
     !> If present, also estimate how the coefficients vary over the period; if true, also how the loads vary
     logical, intent(in), optional :: forced
     real(dp), allocatable :: p(:, :, :), f(:, :)
-    real(dp), dimension(system%states, system%states) :: greatest, one, power, square
+    real(dp), dimension(system%states, system%states) :: maximum, one, power, square
     real(dp) :: sums(points), squares(points), inverse(system%states), size_of_p, unit, part
     integer :: n, i, j, k
 
@@ -86,17 +86,17 @@ contains
       return
     end if
     ! The maximum of abs(x) over the phases, vectorised: maxval tests each element for NaN.
-    greatest = 0
+    maximum = 0
     do j = 1, n
       do i = 1, n
         do k = 1, points
-          greatest(i, j) = max(greatest(i, j), abs(p(k, i, j)))
+          maximum(i, j) = max(maximum(i, j), abs(p(k, i, j)))
         end do
       end do
     end do
-    survey%scale = balancing(greatest)
+    survey%scale = balancing(maximum)
     ! Divide by the largest element: squares cannot overflow, and only negligible ones underflow.
-    unit = max(maxval(balanced(greatest, survey%scale)), tiny(unit))
+    unit = max(maxval(balanced(maximum, survey%scale)), tiny(unit))
     inverse = 1 / survey%scale / unit
     squares = 0
     do j = 1, n
@@ -150,7 +150,7 @@ contains
     real(dp), contiguous, intent(in), optional :: f(:, :)
     !> `any_width`: width of functions that are constant or absent. `golden`: step of the quasi-random weights.
     real(dp), parameter :: any_width = 1.0e6_dp, golden = 0.6180339887498949_dp
-    real(dp) :: together(points), rows(size(p, 2)), columns(size(p, 2)), greatest
+    real(dp) :: together(points), rows(size(p, 2)), columns(size(p, 2)), maximum
     integer :: i, j
 
     do i = 1, size(columns)
@@ -166,23 +166,23 @@ contains
         together = together + rows(i) * columns(j) * p(:, i, j)
       end do
     end do
-    call fit_harmonics(together, any_width, falling(:, 1), survey%width(1), survey%height(1), greatest)
-    survey%changing = greatest * period / max(survey%phase_advance, tiny(period))
+    call fit_harmonics(together, any_width, falling(:, 1), survey%width(1), survey%height(1), maximum)
+    survey%changing = maximum * period / max(survey%phase_advance, tiny(period))
     survey%width(2) = any_width
     if (.not. present(f)) return
     together = 0
     do i = 1, size(rows)
       together = together + rows(i) * f(:, i)
     end do
-    call fit_harmonics(together, any_width, falling(:, 2), survey%width(2), survey%height(2), greatest)
+    call fit_harmonics(together, any_width, falling(:, 2), survey%width(2), survey%height(2), maximum)
   end subroutine find_changes
 
-  !> Computes the largest amplitude of a harmonic of `values`, `greatest`, and fits the decay of the harmonics. The `width` follows
+  !> Computes the largest amplitude of a harmonic of `values`, `maximum`, and fits the decay of the harmonics. The `width` follows
   !> from harmonics 3 and 4 compared with 7 and 8. From k = 3 on, the k-th harmonic is at most `height` falling(k) exp(-k width)
   !> times the maximum of |values|.
-  pure subroutine fit_harmonics(values, any_width, falling, width, height, greatest)
+  pure subroutine fit_harmonics(values, any_width, falling, width, height, maximum)
     real(dp), intent(in) :: values(points), any_width, falling(points / 2)
-    real(dp), intent(out) :: width, height, greatest
+    real(dp), intent(out) :: width, height, maximum
     !> Amplitudes below this, relative to the maximum, are rounding errors.
     real(dp), parameter :: least = 16 * epsilon(1.0_dp)
     real(dp) :: amplitude(points / 2), unit
@@ -192,7 +192,7 @@ contains
     do k = 1, points / 2
       amplitude(k) = sqrt(sum(values / unit * cosine(:, k))**2 + sum(values / unit * sine(:, k))**2) * 2 / points
     end do
-    greatest = maxval(amplitude) * unit
+    maximum = maxval(amplitude) * unit
     width = any_width
     height = 0
     if (.not. maxval(amplitude(3:)) > least) return

@@ -62,7 +62,7 @@ contains
     type(coefficients_type) :: coefficients
     complex(dp), allocatable :: h(:, :), x(:, :), before(:, :), inverted(:, :)
     real(dp), allocatable :: rounding(:)
-    real(dp), dimension(size(scale)) :: change, greatest, units
+    real(dp), dimension(size(scale)) :: change, maximum, units
     real(dp) :: tail(size(scale) / 2), dq(size(scale) / 2), dz(size(scale) / 2, size(scale) / 2), order
     integer :: points, n, f, k, last
 
@@ -77,8 +77,8 @@ contains
       call solve_all(coefficients, h, rounding, x, spectrum%error, spectrum%condition, error)
       if (allocated(error)) return
       change = sum(abs(x(:, ubound(before, 2) + 1:)), dim=2) + sum(abs(x(:, :ubound(before, 2)) - before), dim=2)
-      greatest = maxval(abs(x), dim=2)
-      if (all(change <= spectrum%error + 16 * epsilon(1.0_dp) * greatest) .or. 2 * points > max_points) exit
+      maximum = maxval(abs(x), dim=2)
+      if (all(change <= spectrum%error + 16 * epsilon(1.0_dp) * maximum) .or. 2 * points > max_points) exit
       call move_alloc(x, before)
       points = 2 * points
     end do
@@ -99,7 +99,7 @@ contains
     spectrum%error = spectrum%error * units
     ! Drop the highest harmonics that are negligible beside the largest amplitude.
     do last = ubound(x, 2), 1, -1
-      if (any(abs(x(:, last)) > 1.0e-3_dp * epsilon(1.0_dp) * greatest)) exit
+      if (any(abs(x(:, last)) > 1.0e-3_dp * epsilon(1.0_dp) * maximum)) exit
     end do
     allocate(spectrum%x(n, 0:last), source=x(:, :last) * spread(units, 2, last + 1))
   end subroutine solve_harmonics

@@ -32,7 +32,7 @@ contains
   pure real(dp) function pace_of(at) result(pace)
     type(coefficients_type), intent(in) :: at
     real(dp), dimension(size(at%lengths)) :: square, weight
-    real(dp) :: greatest
+    real(dp) :: maximum
 
     if (at%positions > 0) then
       call square_with_positions(at, square)
@@ -40,13 +40,13 @@ contains
       call square_of(at%b(:size(at%lengths), :, :), square)
     end if
     pace = 0
-    where (.not. abs(square) <= huge(greatest)) square = 0
-    greatest = maxval(square)
-    if (.not. greatest > 0) return
-    square = max(square / greatest, 0.0_dp)
+    where (.not. abs(square) <= huge(maximum)) square = 0
+    maximum = maxval(square)
+    if (.not. maximum > 0) return
+    square = max(square / maximum, 0.0_dp)
     ! `square` is w^2, so w^15 is its power of 7.5.
     weight = square**7 * sqrt(square)
-    pace = sqrt(greatest * sum(weight * square) / sum(weight))
+    pace = sqrt(maximum * sum(weight * square) / sum(weight))
   end function pace_of
 
   !> Computes w^2 of the fastest motion in every step. It is zero where M is singular, or where circulatory forces merge two motions
@@ -199,19 +199,19 @@ contains
     integer, intent(in) :: n
     integer, intent(out) :: rows(n)
     logical, intent(out) :: singular
-    real(dp) :: factor(size(table, 1)), greatest, kept
+    real(dp) :: factor(size(table, 1)), maximum, kept
     logical :: free(n)
     integer :: pivot, i, j, k
 
     free = .true.
     do k = 1, n
-      greatest = 0
+      maximum = 0
       do i = 1, n
-        if (.not. (free(i) .and. abs(table(i, k)) > greatest)) cycle
-        greatest = abs(table(i, k))
+        if (.not. (free(i) .and. abs(table(i, k)) > maximum)) cycle
+        maximum = abs(table(i, k))
         pivot = i
       end do
-      singular = .not. greatest > 0
+      singular = .not. maximum > 0
       if (singular) return
       rows(k) = pivot
       free(pivot) = .false.

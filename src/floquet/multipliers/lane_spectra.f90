@@ -92,20 +92,20 @@ contains
     real(dp), intent(out) :: unit(lanes), sound(lanes)
     !> A matrix is accepted if its largest element lies between these limits.
     real(dp), parameter :: least = 1.0e-100_dp, most = 1.0e100_dp
-    real(dp) :: greatest(lanes), inverse(lanes)
+    real(dp) :: maximum(lanes), inverse(lanes)
     integer :: i, j, lane
 
-    greatest = 0
+    maximum = 0
     do j = 1, n
       do i = 1, n
-        greatest = max(greatest, merge(abs(a(:, i, j)), huge(1.0_dp), ieee_is_finite(a(:, i, j))))
+        maximum = max(maximum, merge(abs(a(:, i, j)), huge(1.0_dp), ieee_is_finite(a(:, i, j))))
       end do
     end do
-    sound = merge(1.0_dp, 0.0_dp, greatest > least .and. greatest < most)
+    sound = merge(1.0_dp, 0.0_dp, maximum > least .and. maximum < most)
     unit = 1
     do lane = 1, lanes
       if (sound(lane) > 0) then
-        unit(lane) = scale(1.0_dp, exponent(greatest(lane)))
+        unit(lane) = scale(1.0_dp, exponent(maximum(lane)))
       else
         a(lane, :n, :n) = 0
         do i = 1, n

@@ -40,7 +40,7 @@ contains
     type(reflections_type) :: reflections
     type(hessenberg_type) :: h
     type(discs_type) :: discs
-    real(dp) :: b(max_states, max_states), found(lanes), rounding(lanes), unit, greatest
+    real(dp) :: b(max_states, max_states), found(lanes), rounding(lanes), unit, maximum
     real(dp), dimension(lanes, max_states) :: z_re, z_im
     complex(dp), dimension(size(a, 1)) :: rho, r, s, weight
     complex(dp) :: share
@@ -51,13 +51,13 @@ contains
     n = size(a, 1)
     if (n < 2 .or. n > max_small) return
     ! NaN propagates through the sum; the factor keeps it from overflowing.
-    greatest = 0
+    maximum = 0
     do k = 1, n
-      greatest = greatest + sum(abs(a(:, k)) / n**2)
+      maximum = maximum + sum(abs(a(:, k)) / n**2)
     end do
-    if (.not. ieee_is_finite(greatest)) return
-    if (greatest < least .or. greatest > most) return
-    unit = scale(1.0_dp, exponent(greatest * n**2))
+    if (.not. ieee_is_finite(maximum)) return
+    if (maximum < least .or. maximum > most) return
+    unit = scale(1.0_dp, exponent(maximum * n**2))
     b(:n, :n) = a / unit
     call reduce(n, b, reflections)
     call of_one(n, b, h)

@@ -22,7 +22,7 @@ module gestell_floquet_period_composition
   end type transient_type
 
   !> Limit on all numbers: beyond it, squares overflow in a norm.
-  real(dp), parameter :: greatest = 1.0e150_dp
+  real(dp), parameter :: maximum = 1.0e150_dp
 
 contains
 
@@ -34,7 +34,7 @@ contains
     real(dp), contiguous, intent(in) :: maps(:, :, :), scale(:)
     !> Phi, shape (n, n), before and after these steps
     real(dp), intent(inout) :: phi(:, :)
-    !> False if a number exceeds `greatest`; Phi and x_p are then unchanged.
+    !> False if a number exceeds `maximum`; Phi and x_p are then unchanged.
     logical, intent(out) :: fits
     !> `xp`: x_p, shape (n), before and after these steps. `xp_peak`: largest norm of x_p / scale so far.
     real(dp), intent(inout), optional :: xp(:), xp_peak
@@ -54,7 +54,7 @@ contains
     call copy_to_lanes(phi, motion(:, :, :, 0))
     if (present(xp)) motion(lane, :, groups, 0) = xp
 
-    call apply_in_turn(n, columns, size(maps, 1), 1, steps, groups, maps, forced, greatest, motion, done)
+    call apply_in_turn(n, columns, size(maps, 1), 1, steps, groups, maps, forced, maximum, motion, done)
     fits = done == steps
     if (.not. fits) return
 
@@ -70,7 +70,7 @@ contains
       call copy_from_lanes(motion(:, :, :, transient%middle), transient%halfway)
     end if
     transient%middle = transient%middle - steps
-    call find_greatest(n, scale, motion, k, norm)
+    call find_peak_step(n, scale, motion, k, norm)
     if (norm <= transient%peak_norm) return
     transient%peak_norm = norm
     call copy_from_lanes(motion(:, :, :, k), transient%peak)
@@ -84,7 +84,7 @@ contains
     real(dp), contiguous, intent(in) :: maps(:, :, :)
     !> [Phi x_p], or Phi alone, shape (n, columns)
     real(dp), contiguous, intent(inout) :: now(:, :)
-    !> False if a number exceeds `greatest`
+    !> False if a number exceeds `maximum`
     logical, intent(out) :: fits
     real(dp) :: motion(lanes, size(now, 1), (size(now, 2) - 1) / lanes + 1, 0:steps), forced(lanes)
     integer :: n, columns, done
@@ -94,7 +94,7 @@ contains
     forced = 0
     if (columns > n) forced(modulo(n, lanes) + 1) = 1
     call copy_to_lanes(now, motion(:, :, :, 0))
-    call apply_in_turn(n, columns, size(maps, 1), first, steps, size(motion, 3), maps, forced, greatest, motion, done)
+    call apply_in_turn(n, columns, size(maps, 1), first, steps, size(motion, 3), maps, forced, maximum, motion, done)
     call copy_from_lanes(motion(:, :, :, done), now)
     fits = done == steps
   end subroutine follow_maps
@@ -122,12 +122,12 @@ contains
     end do
   end subroutine copy_from_lanes
 
-  !> Finds the step `greatest_of` after which the norm of D^-1 Phi D is largest, and this norm. x_p is not included.
-  pure subroutine find_greatest(n, scale, motion, greatest_of, norm)
+  !> Finds the step `peak_step` after which the norm of D^-1 Phi D is largest, and this norm. x_p is not included.
+  pure subroutine find_peak_step(n, scale, motion, peak_step, norm)
     integer, intent(in) :: n
     real(dp), intent(in) :: scale(n)
     real(dp), contiguous, intent(in) :: motion(:, :, :, 0:)
-    integer, intent(out) :: greatest_of
+    integer, intent(out) :: peak_step
     real(dp), intent(out) :: norm
     real(dp) :: weights(lanes, n, size(motion, 3)), squares(lanes)
     integer :: i, j, k, lane
@@ -136,7 +136,7 @@ contains
     do j = 1, n
       weights(modulo(j - 1, lanes) + 1, :, (j - 1) / lanes + 1) = (scale(j) / scale)**2
     end do
-    greatest_of = 1
+    peak_step = 1
     norm = 0
     do k = 1, ubound(motion, 4)
       squares = 0
@@ -149,10 +149,10 @@ contains
         end do
       end do
       if (sum(squares) <= norm) cycle
-      greatest_of = k
+      peak_step = k
       norm = sum(squares)
     end do
     norm = sqrt(norm)
-  end subroutine find_greatest
+  end subroutine find_peak_step
 
 end module gestell_floquet_period_composition

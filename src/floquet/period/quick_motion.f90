@@ -112,7 +112,7 @@ contains
     real(dp), intent(in) :: maps(:, :, :), start(:)
     type(quick_motion_type), intent(inout) :: motion
     complex(dp) :: z(size(maps, 3))
-    real(dp) :: greatest
+    real(dp) :: maximum
     integer :: n, j, k
 
     n = size(start)
@@ -123,13 +123,13 @@ contains
       motion%x(:, k + 1) = matmul(maps(:, :n, k), motion%x(:, 1)) + maps(:, n + 1, k)
     end do
     ! Two states a and b share one transform: for a + i b, |A_k|^2 + |B_k|^2 follows from z_k and z_-k together.
-    greatest = maxval(abs(motion%x / spread(motion%scale, 2, size(z))))
+    maximum = maxval(abs(motion%x / spread(motion%scale, 2, size(z))))
     deallocate(motion%spectrum)
     allocate(motion%spectrum(size(z) / 2 + 1), source=0.0_dp)
-    if (.not. greatest > 0) return
+    if (.not. maximum > 0) return
     do j = 1, n, 2
       associate (a => motion%x(j, :) / motion%scale(j), b => motion%x(min(j + 1, n), :) / motion%scale(min(j + 1, n)))
-        z = dft(cmplx(a / greatest, b / greatest, dp))
+        z = dft(cmplx(a / maximum, b / maximum, dp))
       end associate
       motion%spectrum(1) = motion%spectrum(1) + abs(z(1))**2
       do k = 1, size(z) / 2

@@ -75,15 +75,15 @@ contains
     end do
   end subroutine guess_roots
 
-  !> Updates root `k` in the lanes that have not converged, from the polynomial p and its derivative d at this root. `greatest`:
+  !> Updates root `k` in the lanes that have not converged, from the polynomial p and its derivative d at this root. `maximum`:
   !> square of the largest step so far. `near`: positive where another root is too near for a step of this size.
-  pure subroutine step_here(n, k, p_re, p_im, d_re, d_im, converged, z_re, z_im, greatest, near, once) bind(C, &
+  pure subroutine step_here(n, k, p_re, p_im, d_re, d_im, converged, z_re, z_im, maximum, near, once) bind(C, &
     & name="lanes_gestell_aberth")
-    !$omp declare simd uniform(n, k, p_re, p_im, d_re, d_im, converged, z_re, z_im, greatest, near) linear(once) simdlen(2) &
+    !$omp declare simd uniform(n, k, p_re, p_im, d_re, d_im, converged, z_re, z_im, maximum, near) linear(once) simdlen(2) &
     !$omp& notinbranch
     integer(c_int), value :: n, k, once
     real(dp), intent(in) :: p_re(lanes), p_im(lanes), d_re(lanes), d_im(lanes), converged(lanes)
-    real(dp), intent(inout) :: z_re(lanes, 2 * max_states), z_im(lanes, 2 * max_states), greatest(lanes), near(lanes)
+    real(dp), intent(inout) :: z_re(lanes, 2 * max_states), z_im(lanes, 2 * max_states), maximum(lanes), near(lanes)
     real(dp) :: moving(lanes), q_re, q_im, e_re, e_im, a, b, c, n_re, n_im, w_re, w_im
     integer :: lane, j
 
@@ -125,7 +125,7 @@ contains
       z_re(lane, k + n) = z_re(lane, k)
       z_im(lane, k + n) = z_im(lane, k)
       c = w_re**2 + w_im**2
-      greatest(lane) = max(greatest(lane), c)
+      maximum(lane) = max(maximum(lane), c)
       ! e / q is the sum of the reciprocal distances from the other roots.
       near(lane) = max(near(lane), c * (e_re**2 + e_im**2) - last_part**2 * (q_re**2 + q_im**2))
     end do
@@ -145,7 +145,7 @@ contains
     real(dp), intent(inout) :: z_re(lanes, max_states), z_im(lanes, max_states), converged(lanes)
     !> The n roots, stored twice in succession, so that a loop over the other roots needs no test
     real(dp), dimension(lanes, 2 * max_states) :: w_re, w_im
-    real(dp), dimension(lanes) :: greatest, near, p_re, p_im, d_re, d_im
+    real(dp), dimension(lanes) :: maximum, near, p_re, p_im, d_re, d_im
     procedure(step_here), bind(C, name="_ZGVeN2uuuuuuuuuuul_lanes_gestell_aberth") :: step_512
     procedure(step_here), bind(C, name="_ZGVdN2uuuuuuuuuuul_lanes_gestell_aberth") :: step_256
     integer :: iteration, k
@@ -155,7 +155,7 @@ contains
     end do
     do iteration = 1, max_iterations
       if (all(converged > 0)) exit
-      greatest = 0
+      maximum = 0
       near = 0
       do k = 1, h%n
         if (conjugate(k)) then
@@ -164,14 +164,14 @@ contains
         end if
         call evaluate(length, h, w_re(:, k), w_im(:, k), p_re, p_im, d_re, d_im)
         if (has_versions .and. length == 8) then
-          call step_512(h%n, k, p_re, p_im, d_re, d_im, converged, w_re, w_im, greatest, near, 1)
+          call step_512(h%n, k, p_re, p_im, d_re, d_im, converged, w_re, w_im, maximum, near, 1)
         else if (has_versions .and. length == 4) then
-          call step_256(h%n, k, p_re, p_im, d_re, d_im, converged, w_re, w_im, greatest, near, 1)
+          call step_256(h%n, k, p_re, p_im, d_re, d_im, converged, w_re, w_im, maximum, near, 1)
         else
-          call step_here(h%n, k, p_re, p_im, d_re, d_im, converged, w_re, w_im, greatest, near, 1)
+          call step_here(h%n, k, p_re, p_im, d_re, d_im, converged, w_re, w_im, maximum, near, 1)
         end if
       end do
-      converged = merge(1.0_dp, converged, greatest <= (last_step * h%norm)**2 .and. near <= 0)
+      converged = merge(1.0_dp, converged, maximum <= (last_step * h%norm)**2 .and. near <= 0)
     end do
     z_re = w_re(:, :max_states)
     z_im = w_im(:, :max_states)

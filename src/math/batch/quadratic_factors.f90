@@ -27,10 +27,10 @@ contains
     integer(c_int), value :: m, once
     real(dp), intent(in) :: c(lanes, 0:2 * m - 1), radius(lanes), bound(lanes)
     real(dp), intent(inout) :: s(lanes, 2 * m), q(lanes, 2 * m), converged(lanes)
-    real(dp) :: greatest(lanes)
+    real(dp) :: maximum(lanes)
     integer :: iteration, k
 
-    greatest = 0
+    maximum = 0
     ! Return: the second of two vectorised calls has nothing to do (see gestell_base_processor).
     if (once > 1) return
     s(:, m + 1:) = s(:, :m)
@@ -43,11 +43,11 @@ contains
     end if
     converged = 0
     do iteration = 1, max_iterations
-      greatest = 0
+      maximum = 0
       do k = 1, m
-        call improve(m, k, c, bound, converged, s, q, greatest)
+        call improve(m, k, c, bound, converged, s, q, maximum)
       end do
-      converged = merge(1.0_dp, converged, greatest <= (last_step * radius**2)**2)
+      converged = merge(1.0_dp, converged, maximum <= (last_step * radius**2)**2)
       if (all(converged > 0)) exit
     end do
   end subroutine find_here
@@ -75,11 +75,11 @@ contains
     end if
   end subroutine find_factors
 
-  !> Updates factor `k` in the lanes that have not converged. `greatest`: square of the largest step so far, in units of q.
-  pure subroutine improve(m, k, c, bound, converged, s, q, greatest)
+  !> Updates factor `k` in the lanes that have not converged. `maximum`: square of the largest step so far, in units of q.
+  pure subroutine improve(m, k, c, bound, converged, s, q, maximum)
     integer, intent(in) :: m, k
     real(dp), intent(in) :: c(lanes, 0:2 * m - 1), bound(lanes), converged(lanes)
-    real(dp), intent(inout) :: s(lanes, 2 * m), q(lanes, 2 * m), greatest(lanes)
+    real(dp), intent(inout) :: s(lanes, 2 * m), q(lanes, 2 * m), maximum(lanes)
     real(dp) :: p1(lanes), p0(lanes), g1, g0, a, b, next, share, ds, dq
     integer :: lane, i, j
 
@@ -120,7 +120,7 @@ contains
       next = (1 - converged(lane)) / sign(max(abs(next), min_divisor), next)
       ds = (p0(lane) * g1 - p1(lane) * g0) * next
       dq = (p0(lane) * share + p1(lane) * g1 * q(lane, k)) * next
-      greatest(lane) = max(greatest(lane), dq**2 + ds**2 * abs(q(lane, k)))
+      maximum(lane) = max(maximum(lane), dq**2 + ds**2 * abs(q(lane, k)))
       s(lane, k) = max(-2 * bound(lane), min(2 * bound(lane), s(lane, k) + ds))
       q(lane, k) = max(-bound(lane)**2, min(bound(lane)**2, q(lane, k) + dq))
       s(lane, k + m) = s(lane, k)

@@ -17,9 +17,9 @@ contains
   !> half a spacing of the maximum, |f| is smaller than the maximum by at most spacing^2 max |f''| / 8. `samples` has the shape
   !> (lanes, n). The columns of `harmonics` are the coefficients of cos(k theta), k = 1 ... (n - 1) / 2, then those of sin(k theta);
   !> further columns are ignored.
-  pure subroutine largest_values(samples, harmonics, greatest)
+  pure subroutine largest_values(samples, harmonics, maximum)
     real(dp), contiguous, intent(in) :: samples(:, :), harmonics(:, :)
-    real(dp), intent(out) :: greatest(lanes)
+    real(dp), intent(out) :: maximum(lanes)
     real(dp) :: size_at(lanes, 0:size(samples, 2) + 1)
     real(dp), dimension(lanes) :: mean, loss, least, at
     integer :: n, k, orders
@@ -27,11 +27,11 @@ contains
     n = size(samples, 2)
     orders = (n - 1) / 2
     mean = 0
-    greatest = 0
+    maximum = 0
     do k = 1, n
       mean = mean + samples(:, k) / n
       size_at(:, k) = abs(samples(:, k))
-      greatest = max(greatest, size_at(:, k))
+      maximum = max(maximum, size_at(:, k))
     end do
     size_at(:, 0) = size_at(:, n)
     size_at(:, n + 1) = size_at(:, 1)
@@ -41,12 +41,12 @@ contains
     end do
     loss = loss * (2 * pi / n)**2 / 8
     ! Above all samples if |f| cannot be larger between them.
-    least = greatest - merge(loss, -greatest, loss > epsilon(1.0_dp) * greatest)
+    least = maximum - merge(loss, -maximum, loss > epsilon(1.0_dp) * maximum)
     at = 0
     do
       call find_next(n, size_at, least, at)
       if (.not. any(at <= n)) exit
-      call refine(n, mean, harmonics, at, greatest)
+      call refine(n, mean, harmonics, at, maximum)
     end do
   end subroutine largest_values
 
@@ -75,14 +75,14 @@ contains
     end do
   end subroutine find_next
 
-  !> Raises `greatest` to the maximum of |f| near the samples `at`, where |f| is at least as large as one spacing away on both
+  !> Raises `maximum` to the maximum of |f| near the samples `at`, where |f| is at least as large as one spacing away on both
   !> sides. Newton's iteration for f' = 0 is kept between a point from which |f| rises towards the maximum and a point beyond the
   !> maximum. It ends when the next step would raise |f| by less than its rounding.
-  pure subroutine refine(n, mean, harmonics, at, greatest)
+  pure subroutine refine(n, mean, harmonics, at, maximum)
     integer, intent(in) :: n
     real(dp), contiguous, intent(in) :: harmonics(:, :)
     real(dp), intent(in) :: mean(lanes), at(lanes)
-    real(dp), intent(inout) :: greatest(lanes)
+    real(dp), intent(inout) :: maximum(lanes)
     real(dp), dimension(lanes) :: theta, rising, falling, f, f_d, f_dd
     logical :: moving(lanes)
     real(dp) :: next
@@ -102,7 +102,7 @@ contains
         if (moving(lane)) theta(lane) = next
       end do
       call evaluate((n - 1) / 2, mean, harmonics, theta, f, f_d, f_dd)
-      greatest = merge(max(greatest, abs(f)), greatest, moving)
+      maximum = merge(max(maximum, abs(f)), maximum, moving)
       ! Does |f| rise here towards the point beyond the maximum?
       where (f * f_d * (falling - rising) > 0)
         rising = theta

@@ -116,17 +116,17 @@ contains
     search%weight = spread(1.0_dp, 1, size(search%unit))
     call guess(search, here)
     best = here
-    search%past = reshape(here%greatest, [size(here%greatest), 1])
+    search%past = reshape(here%maximum, [size(here%maximum), 1])
     idle_steps = 0
     do iteration = 0, 100 + 10 * size(start)
       call find_step(search, here, d, lambda, descent, violation_decrease)
       call assess_point(problem, search, here, lambda, tolerance, now)
       now%iterations = iteration
       now%converged = now%stationarity <= tolerance .and. violation_decrease <= tolerance
-      lower = phi(search, best%greatest) - phi(search, here%greatest)
-      rounding = rounding_of(phi(search, best%greatest))
+      lower = phi(search, best%maximum) - phi(search, here%maximum)
+      rounding = rounding_of(phi(search, best%maximum))
       idle_steps = idle_steps + 1
-      if (lower > max(rounding, problem%worth * abs(phi(search, best%greatest))) .and. norm2(here%s &
+      if (lower > max(rounding, problem%worth * abs(phi(search, best%maximum))) .and. norm2(here%s &
         & - best%s) > standstill) idle_steps = 0
       if (now%stationarity < 0.5_dp * optimum%stationarity .and. .not. problem%worth > 0) idle_steps = 0
       if (now%converged .or. lower > rounding .or. (lower >= -rounding .and. now%stationarity < optimum%stationarity)) then
@@ -139,7 +139,7 @@ contains
       if (there%known) then
         call update_hessian(search, here, there, lambda)
         here = there
-        search%past = reshape([here%greatest, search%past], [size(best%greatest), min(3, size(search%past, 2) + 1)])
+        search%past = reshape([here%maximum, search%past], [size(best%maximum), min(3, size(search%past, 2) + 1)])
       else if (search%learned) then
         call guess(search, here)
       else
@@ -151,21 +151,21 @@ contains
   end subroutine minimise
 
   !> Values of the groups as they contribute to Phi: for constraints, negative values are replaced by 0.
-  pure function counted(search, greatest) result(top)
+  pure function counted(search, maximum) result(top)
     type(search_type), intent(in) :: search
-    real(dp), intent(in) :: greatest(:)
-    real(dp) :: top(size(greatest))
+    real(dp), intent(in) :: maximum(:)
+    real(dp) :: top(size(maximum))
 
-    top = greatest
-    top(search%objectives + 1:) = max(0.0_dp, greatest(search%objectives + 1:))
+    top = maximum
+    top(search%objectives + 1:) = max(0.0_dp, maximum(search%objectives + 1:))
   end function counted
 
   !> Phi of (1).
-  pure real(dp) function phi(search, greatest)
+  pure real(dp) function phi(search, maximum)
     type(search_type), intent(in) :: search
-    real(dp), intent(in) :: greatest(:)
+    real(dp), intent(in) :: maximum(:)
 
-    phi = dot_product(search%weight, counted(search, greatest))
+    phi = dot_product(search%weight, counted(search, maximum))
   end function phi
 
   !> Possible rounding error of Phi when Phi has the value `merit`.
@@ -213,7 +213,7 @@ contains
       slope(i, branches + constraints + i) = -1
       slope(i, branches + constraints + n + i) = 1
     end do
-    before = sum(max(0.0_dp, here%greatest(m + 1:)))
+    before = sum(max(0.0_dp, here%maximum(m + 1:)))
     call solve(search%weight)
     if (allocated(error)) then
       ! Rounding errors have made B useless.
@@ -238,7 +238,7 @@ contains
     allocate(d(size(here%s)), source=0.0_dp)
     d(search%free) = step
     lambda = multiplier(:branches)
-    descent = dot_product(search%weight, counted(search, model()) - counted(search, here%greatest))
+    descent = dot_product(search%weight, counted(search, model()) - counted(search, here%maximum))
     violation_decrease = before - violation()
 
   contains
@@ -255,17 +255,17 @@ contains
     end subroutine solve
 
     !> Values of the groups after the step, computed with linearised branches.
-    function model() result(greatest)
-      real(dp) :: greatest(size(search%unit))
+    function model() result(maximum)
+      real(dp) :: maximum(size(search%unit))
 
-      greatest = largest_by_group(here%value + matmul(step, slope(:, :branches)), here%group, size(greatest))
+      maximum = largest_by_group(here%value + matmul(step, slope(:, :branches)), here%group, size(maximum))
     end function model
 
     real(dp) function violation()
-      real(dp) :: greatest(size(search%unit))
+      real(dp) :: maximum(size(search%unit))
 
-      greatest = model()
-      violation = sum(max(0.0_dp, greatest(m + 1:)))
+      maximum = model()
+      violation = sum(max(0.0_dp, maximum(m + 1:)))
     end function violation
 
   end subroutine find_step
@@ -282,21 +282,21 @@ contains
     real(dp) :: length, reference, rise
     integer :: k
 
-    reference = phi(search, here%greatest)
+    reference = phi(search, here%maximum)
     if (-descent < 0.01_dp * abs(reference)) reference = maxval([(phi(search, search%past(:, k)), k = 1, size(search%past, 2))])
     length = 1
     do while (length > shortest .and. descent < rounding_of(reference))
       call search%evaluate_point(problem, here%s + length * d, search%full, there, error)
       if (allocated(error)) return
       if (there%known) then
-        associate (found => phi(search, there%greatest))
+        associate (found => phi(search, there%maximum))
           if (found <= reference + 1.0e-4_dp * length * descent + rounding_of(reference)) then
             if (.not. search%full) call search%evaluate_point(problem, here%s + length * d, .true., there, error)
             search%full = length >= 1
             return
           end if
           ! Minimum of the parabola through both ends with the slope at the start.
-          rise = found - phi(search, here%greatest) - length * descent
+          rise = found - phi(search, here%maximum) - length * descent
           length = length * min(0.5_dp, max(0.1_dp, -0.5_dp * length * descent / rise))
         end associate
       else
@@ -373,13 +373,13 @@ contains
     integer :: m
 
     m = search%objectives
-    top = counted(search, here%greatest)
+    top = counted(search, here%maximum)
     objective = sum(top(:m))
     now%x = search%place(problem, here%s)
-    now%groups = here%greatest * search%unit
+    now%groups = here%maximum * search%unit
     now%objective = sum(now%groups(:m))
     now%violation = maxval([0.0_dp, now%groups(m + 1:)])
-    now%feasible = all(here%greatest(m + 1:) <= tolerance)
+    now%feasible = all(here%maximum(m + 1:) <= tolerance)
     prices = sums_by_group(lambda, here%group, size(search%unit)) * search%unit(1) / search%unit
     now%price = prices(m + 1:)
     ! dL/ds, and the weighted distance of the branches with multipliers from the value of their group.

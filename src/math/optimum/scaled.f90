@@ -53,8 +53,8 @@ module gestell_math_optimum_scaled
   !> in scaled units
   type, public :: point_type
     !> `s`: the point, shape (parameters). `value`: values, shape (branches). `slope`: gradients, shape (parameters, branches).
-    !> `greatest`: value of each group, shape (groups).
-    real(dp), allocatable :: s(:), value(:), slope(:, :), greatest(:)
+    !> `maximum`: value of each group, shape (groups).
+    real(dp), allocatable :: s(:), value(:), slope(:, :), maximum(:)
     !> Number of the group to which each branch belongs, shape (branches)
     integer, allocatable :: group(:)
     !> False if the functions cannot be evaluated at this point
@@ -113,7 +113,7 @@ contains
     first = 0
     do b = size(here%value), 1, -1
       g = here%group(b)
-      if (.not. here%value(b) < here%greatest(g)) first(g) = b
+      if (.not. here%value(b) < here%maximum(g)) first(g) = b
     end do
     do g = 1, size(self%unit)
       b = first(g)
@@ -121,7 +121,7 @@ contains
     end do
     self%unit(:problem%objectives) = maxval(self%unit(:problem%objectives))
     where (.not. self%unit > 0) self%unit = 1
-    here%greatest = here%greatest / self%unit
+    here%maximum = here%maximum / self%unit
     here%value = here%value / self%unit(here%group)
     here%slope = here%slope / spread(self%unit(here%group), 1, size(start))
   end subroutine begin
@@ -152,21 +152,21 @@ contains
     if (.not. there%known) return
     there%group = at%group
     there%value = at%value / self%unit(at%group)
-    there%greatest = largest_by_group(there%value, at%group, size(self%unit))
+    there%maximum = largest_by_group(there%value, at%group, size(self%unit))
     if (gradients) there%slope = at%slope * spread(self%span, 2, size(at%value)) &
       & / spread(self%unit(at%group), 1, size(s))
   end subroutine evaluate_point
 
   !> Maximum of `number` over the branches of each group, shape (groups).
-  pure function largest_by_group(number, group, groups) result(greatest)
+  pure function largest_by_group(number, group, groups) result(maximum)
     real(dp), intent(in) :: number(:)
     integer, intent(in) :: group(:), groups
-    real(dp) :: greatest(groups)
+    real(dp) :: maximum(groups)
     integer :: b
 
-    greatest = -huge(greatest)
+    maximum = -huge(maximum)
     do b = 1, size(number)
-      greatest(group(b)) = max(greatest(group(b)), number(b))
+      maximum(group(b)) = max(maximum(group(b)), number(b))
     end do
   end function largest_by_group
 

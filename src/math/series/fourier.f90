@@ -6,7 +6,7 @@ module gestell_math_series_fourier
   implicit none (type, external)
   private
 
-  public :: find_candidates, fourier_series, greatest, largest_between, transform_matrix
+  public :: find_candidates, fourier_series, largest_between, largest_value, transform_matrix
 
   !> Fourier series f(theta) = mean + sum_k amplitude(k) cos(k theta + phase(k)); theta runs from 0 to 2 pi over the period
   type, public :: fourier_type
@@ -69,13 +69,13 @@ contains
   end function transform_matrix
 
   !> Maximum of |f| over all theta, where f is the Fourier series that interpolates `samples`.
-  pure real(dp) function greatest(samples)
+  pure real(dp) function largest_value(samples)
     real(dp), intent(in) :: samples(:)
     real(dp), dimension((size(samples) - 1) / 2) :: cosine, sine
 
     call transform(samples, cosine, sine)
-    greatest = largest_between(samples, cosine, sine)
-  end function greatest
+    largest_value = largest_between(samples, cosine, sine)
+  end function largest_value
 
   !> Value of f at theta with its first and second derivative, shape (3).
   pure function series_value(self, theta) result(f)
@@ -129,13 +129,13 @@ contains
   !> resolve the function.
   pure real(dp) function tail(self)
     class(fourier_type), intent(in) :: self
-    real(dp) :: greatest
+    real(dp) :: maximum
     integer :: n
 
     n = size(self%amplitude)
-    greatest = self%largest_term()
+    maximum = self%largest_term()
     tail = 0
-    if (greatest > 0) tail = maxval(self%amplitude(n - n / 3 + 1:)) / greatest
+    if (maximum > 0) tail = maxval(self%amplitude(n - n / 3 + 1:)) / maximum
   end function tail
 
   !> Estimated error of the series between the samples, caused by orders too high for the samples to resolve.

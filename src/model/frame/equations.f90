@@ -108,7 +108,7 @@ contains
     !> True if the crank turns uniformly in space, false if relative to the frame
     logical, intent(in) :: uniform_in_space
     integer, parameter :: angles = 16
-    real(dp) :: effective(angles, table_columns), load(angles, 3), h(angles, size(free)), terms(3), weights(3), greatest
+    real(dp) :: effective(angles, table_columns), load(angles, 3), h(angles, size(free)), terms(3), weights(3), maximum
     integer :: i
 
     cancellation = 0
@@ -119,8 +119,8 @@ contains
     terms(3) = abs(origin(1)) * terms(2) + abs(origin(2)) * terms(1) + terms(3)
     weights = 1 / sqrt(max(tiny(1.0_dp), inertia + mechanism%inertia))
     weights(:2) = 1 / sqrt(max(tiny(1.0_dp), mass + mechanism%mass))
-    greatest = maxval(maxval(abs(h), dim=1) * weights(free))
-    if (greatest > 0) cancellation = max(0.0_dp, maxval(terms(free) * weights(free)) / greatest - 1)
+    maximum = maxval(maxval(abs(h), dim=1) * weights(free))
+    if (maximum > 0) cancellation = max(0.0_dp, maxval(terms(free) * weights(free)) / maximum - 1)
   end function cancellation
 
 end module gestell_model_frame_equations

@@ -131,17 +131,17 @@ contains
     real(dp), intent(in) :: gravity(3)
     type(error_type), allocatable, intent(out) :: error
     complex(dp) :: unbalance
-    real(dp) :: mean(3), mass, greatest
+    real(dp) :: mean(3), mass, maximum
 
     if (allocated(frame%space)) then
-      call frame%space%average(mean, mass, greatest)
+      call frame%space%average(mean, mass, maximum)
     else
-      call average_masses(frame%mechanism, unbalance, greatest)
+      call average_masses(frame%mechanism, unbalance, maximum)
       mass = frame%mechanism%mass
       mean = [mass * frame%origin + [real(unbalance), aimag(unbalance)], 0.0_dp]
-      greatest = mass * norm2(frame%origin) + greatest
+      maximum = mass * norm2(frame%origin) + maximum
     end if
-    call new_weights(frame%weights, gravity, frame%mass + mass, mean, greatest, frame%stiffness, frame%supports, frame%free, error)
+    call new_weights(frame%weights, gravity, frame%mass + mass, mean, maximum, frame%stiffness, frame%supports, frame%free, error)
   end subroutine add_gravity
 
   !> Checks that the frame is a valid second-order system. Fails if it was not made by `new_frame`, or if its period does not match

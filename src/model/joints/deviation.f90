@@ -102,7 +102,7 @@ contains
     u = u / length
     along = ball(dot_product(s2, u), deviations(1)%along(u) + deviations(2)%along(u))
     across = ball(dot_product(s2, left(u)), deviations(1)%along(left(u)) + deviations(2)%along(left(u)))
-    bend = hypot(along%greatest(), across%greatest())
+    bend = hypot(along%maximum(), across%maximum())
     most = norm2(s1) + half_width * bend
     known = length > slack * most * half_width
     if (.not. known) return
@@ -112,14 +112,14 @@ contains
     curve = bend + most**2 / (length - apart%radius)
     do round = 1, 2
       omega = ball(dot_product(s1, left(u)) / length, half_width * change)
-      sine = ball(0.0_dp, half_width * omega%greatest())
+      sine = ball(0.0_dp, half_width * omega%maximum())
       cosine = ball(1.0_dp, sine%radius**2 / 2)
       slope = ball(dot_product(s1, u), half_width * curve)
-      apart%radius = half_width * min(most, slope%greatest())
+      apart%radius = half_width * min(most, slope%maximum())
       bending = cosine * along + sine * across + omega * omega * apart
       turning = (cosine * across - sine * along - ball(2.0_dp) * omega * slope) / apart
-      curve = min(curve, bending%greatest())
-      change = min(change, turning%greatest())
+      curve = min(curve, bending%maximum())
+      change = min(change, turning%maximum())
     end do
     dd = [ball() - sine * turning - cosine * omega * omega, cosine * turning - sine * omega * omega]
     deviation%a = dd(1)%radius * (arm(1) * u + arm(2) * left(u))

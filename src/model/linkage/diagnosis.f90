@@ -114,7 +114,7 @@ contains
     diagnosis%placements = (steps + 1) * size(at)
     diagnosis%joints = joint_report(joints)
     diagnosis%turns = links%to > 0 .and. abs(bodies%angle%v) > pi
-    diagnosis%swing = merge(bodies%swing%greatest - bodies%swing%least, 0.0_dp, links%to > 0)
+    diagnosis%swing = merge(bodies%swing%maximum - bodies%swing%least, 0.0_dp, links%to > 0)
   end subroutine turn_once
 
   !> Updates the joints' extremes after the step that ends at `angle`. `first`: true at the first angle, before which there is no
@@ -183,13 +183,13 @@ contains
   elemental type(joint_report_type) function joint_report(track) result(report)
     type(joint_track_type), intent(in) :: track
 
-    report%x = [track%x%least, track%x%greatest]
-    report%y = [track%y%least, track%y%greatest]
+    report%x = [track%x%least, track%x%maximum]
+    report%y = [track%y%least, track%y%maximum]
     report%slides = track%transmission%slides
-    if (report%slides) report%travel = [track%travel%least, track%travel%greatest]
-    report%rate = max(track%rate%greatest, -track%rate%least, 0.0_dp)
-    report%second_rate = max(track%second_rate%greatest, -track%second_rate%least, 0.0_dp)
-    if (report%slides .and. any(track%reversals == [1, 2])) report%forward = modulo(track%travel%greatest_at &
+    if (report%slides) report%travel = [track%travel%least, track%travel%maximum]
+    report%rate = max(track%rate%maximum, -track%rate%least, 0.0_dp)
+    report%second_rate = max(track%second_rate%maximum, -track%second_rate%least, 0.0_dp)
+    if (report%slides .and. any(track%reversals == [1, 2])) report%forward = modulo(track%travel%maximum_at &
       & - track%travel%least_at, 2 * pi)
     report%transmission = asin(min(1.0_dp, track%sine%least))
     report%transmission_at = modulo(track%sine%least_at, 2 * pi)

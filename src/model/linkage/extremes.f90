@@ -8,9 +8,9 @@ module gestell_model_linkage_extremes
 
   !> Minimum and maximum of a function over the crank angles passed so far.
   type, public :: extremes_type
-    real(dp) :: least = huge(1.0_dp), greatest = -huge(1.0_dp)
+    real(dp) :: least = huge(1.0_dp), maximum = -huge(1.0_dp)
     !> Crank angles of the minimum and of the maximum (rad).
-    real(dp) :: least_at = 0, greatest_at = 0
+    real(dp) :: least_at = 0, maximum_at = 0
   contains
     procedure :: take
   end type extremes_type
@@ -31,7 +31,7 @@ contains
     if (before%d * now%d >= 0) return
     ! Between the two angles the function hardly changes by more than this. Most sign changes due to rounding return here.
     reach = step * (abs(before%d) + abs(now%d))
-    if (max(before%v, now%v) + reach <= self%greatest .and. min(before%v, now%v) - reach >= self%least) return
+    if (max(before%v, now%v) + reach <= self%maximum .and. min(before%v, now%v) - reach >= self%least) return
     c = coefficients(before, now, step)
     t = turning_point(c)
     call keep(self, c(0) + t * (c(1) + t * (c(2) + t * (c(3) + t * (c(4) + t * c(5))))), from + t * step)
@@ -41,8 +41,8 @@ contains
     class(extremes_type), intent(inout) :: self
     real(dp), intent(in) :: value, angle
 
-    if (value > self%greatest) self%greatest_at = angle
-    self%greatest = max(self%greatest, value)
+    if (value > self%maximum) self%maximum_at = angle
+    self%maximum = max(self%maximum, value)
     if (value < self%least) self%least_at = angle
     self%least = min(self%least, value)
   end subroutine keep

@@ -11,10 +11,10 @@ contains
 
   !> Computes the mean of a1 + i a2 over the turn by the trapezoidal rule, and its maximum magnitude (kg m). The number of points is
   !> doubled until two successive doublings change the mean only by rounding.
-  subroutine average_masses(mechanism, mean, greatest)
+  subroutine average_masses(mechanism, mean, maximum)
     class(mechanism_type), intent(in) :: mechanism
     complex(dp), intent(out) :: mean
-    real(dp), intent(out) :: greatest
+    real(dp), intent(out) :: maximum
     integer, parameter :: max_points = 2**18
     real(dp), allocatable :: table(:, :), angles(:)
     complex(dp) :: before
@@ -24,14 +24,14 @@ contains
     points = max(16, 2 * ceiling(2 * pi / mechanism%angle_scale))
     shift = 0
     mean = 0
-    greatest = 0
+    maximum = 0
     change = huge(change)
     do
       if (allocated(table)) deallocate(table)
       allocate(table(points, table_columns))
       angles = [(2 * pi * (k + shift) / points, k = 0, points - 1)]
       call mechanism%tabulate(angles, table)
-      greatest = max(greatest, maxval(hypot(table(:, a1_v), table(:, a2_v))))
+      maximum = max(maximum, maxval(hypot(table(:, a1_v), table(:, a2_v))))
       before = mean
       mean = cmplx(sum(table(:, a1_v)), sum(table(:, a2_v)), dp) / points
       if (shift > 0) then
@@ -39,7 +39,7 @@ contains
         points = 2 * points
         last = change
         change = abs(mean - before)
-        if (max(change, last) <= 8 * epsilon(1.0_dp) * greatest .or. points > max_points) exit
+        if (max(change, last) <= 8 * epsilon(1.0_dp) * maximum .or. points > max_points) exit
       end if
       shift = 0.5_dp
     end do

@@ -2,7 +2,7 @@
 module gestell_model_mechanism_shaking
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp, pi
-  use gestell_math_series_fourier, only: fourier_series, fourier_type, greatest
+  use gestell_math_series_fourier, only: fourier_series, fourier_type, largest_value
   use gestell_model_mechanism_held, only: part_of_turn
   use gestell_model_mechanism, only: drive_columns, energy_d, mass_functions_type, mechanism_type
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
@@ -78,7 +78,7 @@ contains
     computed%peak(:3) = [(computed%series(k)%peak(samples(:, k)), k = 1, 3)]
     ! the square of a vector's length is a trigonometric polynomial too
     bound = hypot(computed%peak(1), computed%peak(2))
-    if (bound > 0) computed%peak(4) = bound * sqrt(greatest((samples(:, 1) / bound)**2 + (samples(:, 2) / bound)**2))
+    if (bound > 0) computed%peak(4) = bound * sqrt(largest_value((samples(:, 1) / bound)**2 + (samples(:, 2) / bound)**2))
     if (.not. abs(speed) > 0) return
     ! With Re C_x e^(i phi) and Re C_y e^(i phi) along x and y the vector is F+ e^(i phi) + F- e^(-i phi),
     ! F+ = (C_x + i C_y) / 2, F- = conjg(C_x - i C_y) / 2.

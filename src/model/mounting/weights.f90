@@ -63,11 +63,11 @@ contains
 
   !> Computes the static equilibrium under the weights and sets the static forces of the supports. Fails if no spring carries the
   !> weights along some free degree of freedom, or if the weights overflow.
-  pure subroutine new_weights(weights, gravity, mass, mean, greatest, stiffness, supports, free, error)
+  pure subroutine new_weights(weights, gravity, mass, mean, maximum, stiffness, supports, free, error)
     type(weights_type), intent(out) :: weights
-    !> `gravity`: acceleration (m/s^2). `mass`: of the whole machine (kg). `mean`: mean of S over the turn (kg m). `greatest`: bound
+    !> `gravity`: acceleration (m/s^2). `mass`: of the whole machine (kg). `mean`: mean of S over the turn (kg m). `maximum`: bound
     !> on the magnitude of S (kg m). `stiffness`: of the whole mounting, shape (dofs, dofs)
-    real(dp), intent(in) :: gravity(3), mass, mean(3), greatest, stiffness(:, :)
+    real(dp), intent(in) :: gravity(3), mass, mean(3), maximum, stiffness(:, :)
     !> Supports; their static forces are set
     type(support_type), intent(inout) :: supports(:)
     !> Indices of the free degrees of freedom
@@ -89,7 +89,7 @@ contains
     weights%weight = mass * gravity
     load = [weights%weight, cross(mean, gravity)]
     sizes(:3) = mass * norm2(gravity)
-    sizes(4:) = greatest * norm2(gravity)
+    sizes(4:) = maximum * norm2(gravity)
     call solve_semidefinite(stiffness(free, free), load(in_space(free)), sizes(in_space(free)), moved, unsupported)
     if (unsupported > 0) then
       call fatal_error(error, "no spring carries the " // trim(names(free(unsupported))) // ": add a spring in this " &

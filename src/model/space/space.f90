@@ -59,24 +59,24 @@ module gestell_model_space
 contains
 
   !> Computes averages over the turn. `mean`: mean of the first moment S of the moving masses about F (kg m); `mass`: mass of all
-  !> planes (kg); `greatest`: bound on the magnitude of S (kg m).
-  subroutine average(self, mean, mass, greatest)
+  !> planes (kg); `maximum`: bound on the magnitude of S (kg m).
+  subroutine average(self, mean, mass, maximum)
     class(space_type), intent(in) :: self
-    real(dp), intent(out) :: mean(3), mass, greatest
+    real(dp), intent(out) :: mean(3), mass, maximum
     complex(dp) :: of_plane
     real(dp) :: size_of_plane
     integer :: i
 
     mean = 0
     mass = 0
-    greatest = 0
+    maximum = 0
     do i = 1, size(self%planes)
       associate (plane => self%planes(i), links => self%planes(i)%linkage%links)
         call average_masses(plane%linkage, of_plane, size_of_plane)
         mean = mean + sum(links%mass) * plane%origin &
           & + matmul(plane%axes, [real(of_plane), aimag(of_plane), sum(links%mass * links%z)])
         mass = mass + sum(links%mass)
-        greatest = greatest + sum(links%mass) * norm2(plane%origin) + size_of_plane + sum(links%mass * abs(links%z))
+        maximum = maximum + sum(links%mass) * norm2(plane%origin) + size_of_plane + sum(links%mass * abs(links%z))
       end associate
     end do
   end subroutine average
@@ -279,23 +279,23 @@ contains
     integer, intent(in) :: free(:)
     integer, parameter :: angles = 16
     type(masses_type) :: all
-    real(dp) :: greatest, weights(6), turn(angles), loads(angles, 6)
+    real(dp) :: maximum, weights(6), turn(angles), loads(angles, 6)
     integer :: i, k, at(size(free))
 
     at = in_space(free)
-    greatest = 0
+    maximum = 0
     turn = [(2 * pi * k / angles, k = 1, angles)]
     call self%masses_at(mass, 1.0_dp, turn, all)
     call self%shake(1.0_dp, turn, loads)
     weights(:3) = 1 / sqrt(max(tiny(1.0_dp), all%mass))
     do k = 1, angles
       weights(4:) = 1 / sqrt(max(tiny(1.0_dp), [(all%j(k, i, i, 0), i = 1, 3)]))
-      greatest = max(greatest, maxval(abs(loads(k, at)) * weights(at)))
+      maximum = max(maximum, maxval(abs(loads(k, at)) * weights(at)))
     end do
     cancellation = 0
-    if (.not. greatest > 0) return
+    if (.not. maximum > 0) return
     associate (terms => [maxval(weights(:3)), maxval(weights(4:))] * self%terms())
-      cancellation = max(0.0_dp, maxval(terms) / greatest - 1)
+      cancellation = max(0.0_dp, maxval(terms) / maximum - 1)
     end associate
   end function cancellation
 

@@ -230,24 +230,24 @@ contains
     range = "[" // concise(low - narrow, 9) // ":" // concise(high + narrow, 9) // "]"
   end function span
 
-  !> Unit in which a quantity is easy to read if its largest value is `greatest`. The SI unit is m, rad, N or N m; any other unit is
+  !> Unit in which a quantity is easy to read if its largest value is `maximum`. The SI unit is m, rad, N or N m; any other unit is
   !> returned unchanged.
-  pure type(axis_unit_type) function pick_unit(si, greatest) result(unit)
+  pure type(axis_unit_type) function pick_unit(si, maximum) result(unit)
     character(len=*), intent(in) :: si
-    real(dp), intent(in) :: greatest
+    real(dp), intent(in) :: maximum
 
     unit = axis_unit_type(name=si)
     select case (si)
     case ("m", "rad")
-      if (greatest < 1.0e-5_dp .and. greatest > 0) then
+      if (maximum < 1.0e-5_dp .and. maximum > 0) then
         unit = axis_unit_type("1e6", 1.0e6_dp, "µ" // si)
-      else if (greatest < 1) then
+      else if (maximum < 1) then
         unit = axis_unit_type("1e3", 1.0e3_dp, "m" // si)
       end if
     case ("N", "N m")
-      if (greatest >= 1.0e7_dp) then
+      if (maximum >= 1.0e7_dp) then
         unit = axis_unit_type("1e-6", 1.0e-6_dp, "M" // si)
-      else if (greatest >= 1.0e4_dp) then
+      else if (maximum >= 1.0e4_dp) then
         unit = axis_unit_type("1e-3", 1.0e-3_dp, "k" // si)
       end if
     case default

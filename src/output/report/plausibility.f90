@@ -16,12 +16,12 @@ module gestell_output_report_plausibility
   !> Maximum plausible speed (m/s): a steel ring at this rim speed carries rho v^2 = 2 GPa, more than its strength.
   real(dp), parameter :: fastest = 500
   !> Maximum plausible acceleration (m/s^2), about ten thousand times gravity
-  real(dp), parameter :: greatest_acceleration = 1.0e5_dp
+  real(dp), parameter :: max_acceleration = 1.0e5_dp
   !> Largest and smallest plausible extent of a mechanism (m)
   real(dp), parameter :: widest = 20, narrowest = 1.0e-3_dp
   !> Bounds on plausible radii of gyration, relative to the size of the machine; 0.05 to 0.5 is usual. A mass or inertia wrong by a
   !> factor of 1000 changes the radius by a factor of 32.
-  real(dp), parameter :: smallest_radius = 0.02_dp, greatest_radius = 3
+  real(dp), parameter :: min_radius = 0.02_dp, max_radius = 3
   !> Minimum plausible radius of gyration of a link relative to its length; a uniform rod has 0.29
   real(dp), parameter :: smallest_of_link = 0.01_dp
   !> A frame with less than the fraction `no_mass` of the total mass is not a real body. A frame with less than the fraction `light`
@@ -71,10 +71,10 @@ contains
         lines = "joint '" // mechanism%joints(extremes%fastest_joint)%name // "' moves at " // up_to(extremes%speed) &
           & // " m/s, more than " &
           & // concise(fastest) // " m/s" // check_units // newline
-      else if (extremes%acceleration > greatest_acceleration) then
+      else if (extremes%acceleration > max_acceleration) then
         lines = "joint '" // mechanism%joints(extremes%accelerated_joint)%name // "' has an acceleration of " &
           & // up_to(extremes%acceleration) &
-          & // " m/s^2, more than " // concise(greatest_acceleration) // " m/s^2" // check_units // newline
+          & // " m/s^2, more than " // concise(max_acceleration) // " m/s^2" // check_units // newline
       end if
       if (extent > widest) lines = lines // "the mechanism is " // concise(extent, 3) // " m wide, more than " // concise(widest) &
         & // " m" // check_units // newline
@@ -129,7 +129,7 @@ contains
     if (.not. (frame%inertia > 0 .and. frame%mass > no_mass * (frame%mass + moving_mass) .and. any(frame%free >= 3))) return
     radius = sqrt(frame%inertia) / sqrt(frame%mass)
     if (allocated(frame%space)) radius = sqrt(maxval([(frame%space%inertia(i, i), i = 1, 3)])) / sqrt(frame%mass)
-    if (radius >= smallest_radius * size_of_machine .and. radius <= greatest_radius * size_of_machine) return
+    if (radius >= min_radius * size_of_machine .and. radius <= max_radius * size_of_machine) return
     line = "the frame's radius of gyration is " // concise(radius, 3) // " m, the machine is " // concise(size_of_machine, 3) &
       & // " m wide" // check_masses // newline
   end function frame_warning
@@ -185,14 +185,14 @@ contains
     associate (link => mechanism%links(i), subject => "link '" // mechanism%links(i)%name // "'")
       if (.not. (link%mass > 0)) return
       radius = sqrt(link%inertia) / sqrt(link%mass)
-      if (radius > greatest_radius * size_of_machine) then
+      if (radius > max_radius * size_of_machine) then
         lines = subject // ": its radius of gyration is " // concise(radius, 3) // " m, the machine is " &
           & // concise(size_of_machine, 3) // " m wide" // check_masses // newline
       else if (radius > 0 .and. radius < smallest_of_link * extremes%shortest(i)) then
         lines = subject // ": its radius of gyration is " // concise(radius, 3) // " m, its length " &
           & // concise(extremes%longest(i), 3) // " m" // check_masses // newline
       end if
-      if (norm2(link%center) > greatest_radius * size_of_machine) lines = lines // subject // ": its centre of mass is " &
+      if (norm2(link%center) > max_radius * size_of_machine) lines = lines // subject // ": its centre of mass is " &
         & // concise(norm2(link%center), 3) // " m from joint '" // mechanism%joints(link%from)%name // "', the machine is " &
         & // concise(size_of_machine, 3) // " m wide: check center" // newline
       if (link%to == 0) return

@@ -14,11 +14,11 @@ module gestell_output_report_significance
 contains
 
   !> Factor to be applied to a reported number: 0 if the number is rounding error, otherwise 1. It is rounding error if it does not
-  !> exceed its error bound and this bound is negligible relative to `greatest`. With a larger bound, the number need not be zero.
-  elemental real(dp) function zero_if_noise(value, error, greatest) result(factor)
-    real(dp), intent(in) :: value, error, greatest
+  !> exceed its error bound and this bound is negligible relative to `maximum`. With a larger bound, the number need not be zero.
+  elemental real(dp) function zero_if_noise(value, error, maximum) result(factor)
+    real(dp), intent(in) :: value, error, maximum
 
-    factor = merge(0.0_dp, 1.0_dp, abs(value) <= error .and. error <= rounding * greatest)
+    factor = merge(0.0_dp, 1.0_dp, abs(value) <= error .and. error <= rounding * maximum)
   end function zero_if_noise
 
   !> An order and its share of the mean square, for example "2 (91.3 %)". By Parseval's theorem the share never exceeds 100 %. The

@@ -16,7 +16,7 @@
 module gestell_study_balance
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp, pi
-  use gestell_math_series_fourier, only: fourier_series, fourier_type, greatest
+  use gestell_math_series_fourier, only: fourier_series, fourier_type, largest_value
   use gestell_model_frame_shaking, only: turning_vectors
   use gestell_model_joints_joint, only: point_type
   use gestell_model_linkage, only: linkage_type
@@ -182,17 +182,17 @@ contains
     pure logical function small_tail(rows, rounding)
       real(dp), intent(in) :: rows(:, :), rounding(2)
       type(fourier_type) :: series
-      real(dp) :: tail(size(rows, 1)), greatest(size(rows, 1))
+      real(dp) :: tail(size(rows, 1)), maximum(size(rows, 1))
       integer :: k
 
       do k = 1, size(rows, 1)
         series = fourier_series(rows(k, :))
-        greatest(k) = series%largest_term()
-        tail(k) = series%tail() * greatest(k)
+        maximum(k) = series%largest_term()
+        tail(k) = series%tail() * maximum(k)
       end do
       small_tail = .true.
       do k = 1, 2
-        small_tail = small_tail .and. maxval(tail, mask=rigid%kinds() == k) <= max(rounding(k), small * maxval(greatest, &
+        small_tail = small_tail .and. maxval(tail, mask=rigid%kinds() == k) <= max(rounding(k), small * maxval(maximum, &
           & mask=rigid%kinds() == k))
       end do
     end function small_tail
@@ -311,7 +311,7 @@ contains
         cycle
       end if
       largest = maxval(abs(rows(own, :)))
-      if (largest > 0) residual%peak(k) = largest * sqrt(greatest(sum((rows(own, :) / largest)**2, dim=1)))
+      if (largest > 0) residual%peak(k) = largest * sqrt(largest_value(sum((rows(own, :) / largest)**2, dim=1)))
     end do
   end subroutine measure_residual
 

@@ -37,7 +37,7 @@ contains
     !> useless if it reduces the mean square by a smaller fraction.
     real(dp), parameter :: sharp = 4.0e-15_dp, rounding = 1.0e-12_dp, nothing = 1.0e-13_dp
     type(root_search_type) :: search
-    real(dp) :: b(3), g(3, 3), least, whole, greatest, alpha, trial_angle, slope(0:places)
+    real(dp) :: b(3), g(3, 3), least, whole, maximum, alpha, trial_angle, slope(0:places)
     integer :: k, l, n
 
     best%body = body
@@ -53,7 +53,7 @@ contains
     end associate
     whole = sum(weights**2 * sum(rigid%found**2, dim=2)) / n
     if (whole <= sum((weights * rigid%rounding(rigid%kinds()))**2)) return
-    greatest = nothing * whole
+    maximum = nothing * whole
     slope = [(stationary(2 * pi * k / places), k = 0, places)]
     do k = 0, places - 1
       ! B^2 / A has a maximum here if its slope falls through zero; it counts only if B < 0
@@ -67,8 +67,8 @@ contains
       associate (v => vector(alpha))
         if (dot_product(b, v) >= 0 .or. dot_product(v, matmul(g, v)) <= least) cycle
         trial_angle = dot_product(b, v)**2 / dot_product(v, matmul(g, v))
-        if (trial_angle <= greatest) cycle
-        greatest = trial_angle
+        if (trial_angle <= maximum) cycle
+        maximum = trial_angle
         best%angle = alpha
         best%unbalance = -dot_product(b, v) / dot_product(v, matmul(g, v))
       end associate

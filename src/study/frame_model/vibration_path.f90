@@ -216,7 +216,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(varied_frame_type) :: found
     type(point_type) :: at, next
-    real(dp) :: arc, part, greatest
+    real(dp) :: arc, part, maximum
     logical :: easy
     integer :: k
 
@@ -226,7 +226,7 @@ contains
       return
     end if
     arc = first_arc
-    greatest = 0
+    maximum = 0
     do k = 1, max_points
       call advance(family, at, arc, next, easy, error)
       if (.not. allocated(error) .and. next%lambda >= 1) then
@@ -244,9 +244,9 @@ contains
         if (arc < min_arc) exit
       else
         at = next
-        greatest = max(greatest, size_of(at%q))
+        maximum = max(maximum, size_of(at%q))
         if (easy) arc = min(2 * arc, max_arc)
-        if (at%lambda < family%furthest_back .or. size_of(at%q) < back_at_rest * greatest) exit
+        if (at%lambda < family%furthest_back .or. size_of(at%q) < back_at_rest * maximum) exit
         if (family%turn(at%q) > furthest_turn) exit
       end if
     end do

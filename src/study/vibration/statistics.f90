@@ -2,7 +2,7 @@
 module gestell_study_vibration_statistics
   use gestell_math_cosine_sine, only: cosine_sine
   use gestell_base_error, only: error_type, fatal_error, invalid_input
-  use gestell_math_series_fourier, only: fourier_type, greatest
+  use gestell_math_series_fourier, only: fourier_type, largest_value
   use gestell_base_kinds, only: dp, pi
   use gestell_model_quantity_rows, only: quantity_type
   use gestell_study_vibration, only: check_rows, vibration_type
@@ -89,7 +89,7 @@ contains
     if (allocated(error)) return
     call components(quantity, vibration%motion, samples)
     ! After a shift by the peak the quantity is nowhere negative, so the maximum of its absolute value is its maximum.
-    least = statistics%peak - greatest(statistics%peak - samples(:, 1))
+    least = statistics%peak - largest_value(statistics%peak - samples(:, 1))
     min_error = statistics%peak_error
   end subroutine compute_minimum
 
@@ -109,7 +109,7 @@ contains
       upper = max(upper, maxval([0.0_dp, series(i)%amplitude(max(1, n / 4):)]))
     end do
     if (upper <= counts * largest) then
-      largest_size = largest * sqrt(greatest(sum((samples / largest)**2, dim=2)))
+      largest_size = largest * sqrt(largest_value(sum((samples / largest)**2, dim=2)))
       return
     end if
     fine(1::2) = sum((samples / largest)**2, dim=2)
@@ -117,7 +117,7 @@ contains
     do i = 1, size(series)
       fine(2::2) = fine(2::2) + (half_way(series(i), n) / largest)**2
     end do
-    largest_size = largest * sqrt(greatest(fine))
+    largest_size = largest * sqrt(largest_value(fine))
   end function largest_size
 
   !> Values of a series half way between its n samples.
@@ -295,7 +295,7 @@ contains
 
   !> Largest eigenvalue of a symmetric 3 x 3 matrix, by the trigonometric solution of its characteristic equation (O. K. Smith,
   !> Communications of the ACM 4, 1961, 168, doi 10.1145/355578.366316).
-  pure real(dp) function largest_eigenvalue(a) result(greatest_root)
+  pure real(dp) function largest_eigenvalue(a) result(largest_root)
     real(dp), intent(in) :: a(3, 3)
     real(dp) :: middle, p, b(3, 3), half_determinant
     integer :: i
@@ -306,12 +306,12 @@ contains
       b(i, i) = b(i, i) - middle
     end do
     p = sqrt(sum(b**2) / 6)
-    greatest_root = middle
+    largest_root = middle
     if (.not. p > 0) return
     b = b / p
     half_determinant = (b(1, 1) * (b(2, 2) * b(3, 3) - b(2, 3)**2) - b(1, 2) * (b(1, 2) * b(3, 3) - b(2, 3) * b(1, 3)) &
       & + b(1, 3) * (b(1, 2) * b(2, 3) - b(2, 2) * b(1, 3))) / 2
-    greatest_root = middle + 2 * p * cos(acos(min(1.0_dp, max(-1.0_dp, half_determinant))) / 3)
+    largest_root = middle + 2 * p * cos(acos(min(1.0_dp, max(-1.0_dp, half_determinant))) / 3)
   end function largest_eigenvalue
 
 end module gestell_study_vibration_statistics

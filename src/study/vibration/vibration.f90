@@ -297,15 +297,15 @@ contains
     type(vibration_type), intent(in) :: vibration
     real(dp), intent(in) :: missed(:)
     real(dp), parameter :: rounding = 1.0e-13_dp
-    real(dp) :: greatest(size(floquet%scale)), errors(size(floquet%scale))
+    real(dp) :: maximum(size(floquet%scale)), errors(size(floquet%scale))
     integer :: states(size(floquet%scale)), k
 
     states = [frame%free, frame%dofs() + frame%free]
     errors = vibration%error(states)
     associate (series => vibration%series)
-      greatest = [(series(states(k))%largest_term() / floquet%scale(k), k = 1, size(states))]
+      maximum = [(series(states(k))%largest_term() / floquet%scale(k), k = 1, size(states))]
       states_resolved = all([(is_resolved(series(states(k)), &
-        & max(rounding * maxval(greatest) * floquet%scale(k), min(missed(k), errors(k))), errors(k)), k = 1, size(states))])
+        & max(rounding * maxval(maximum) * floquet%scale(k), min(missed(k), errors(k))), errors(k)), k = 1, size(states))])
     end associate
   end function states_resolved
 
@@ -315,9 +315,9 @@ contains
     real(dp), intent(in) :: rounding, error
     real(dp) :: least
 
-    associate (greatest => series%largest_term())
-      least = max(resolved * greatest, rounding, part_of_error * error)
-      is_resolved = series%tail() * greatest <= least
+    associate (maximum => series%largest_term())
+      least = max(resolved * maximum, rounding, part_of_error * error)
+      is_resolved = series%tail() * maximum <= least
     end associate
   end function is_resolved
 

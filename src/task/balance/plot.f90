@@ -52,18 +52,18 @@ contains
       integer, intent(in) :: row
       character(len=*), intent(in) :: what, rigid, mounted, axis
       character(len=:), allocatable :: lines
-      real(dp) :: greatest
+      real(dp) :: maximum
       integer :: k
 
       associate (original => variants(1))
-        greatest = 1
+        maximum = 1
         do k = 2, size(variants)
-          if (original%residual%rms(row) > least_original) greatest = max(greatest, &
+          if (original%residual%rms(row) > least_original) maximum = max(maximum, &
             & variants(k)%residual%rms(row) / original%residual%rms(row))
-          if (original%mounted%rms(row) > least_original) greatest = max(greatest, &
+          if (original%mounted%rms(row) > least_original) maximum = max(maximum, &
             & variants(k)%mounted%rms(row) / original%mounted%rms(row))
         end do
-        lines = axis // newline // "set yrange [0:" // text(nint(112 * min(greatest, top / 100.0_dp))) // "]" // newline &
+        lines = axis // newline // "set yrange [0:" // text(nint(112 * min(maximum, top / 100.0_dp))) // "]" // newline &
           & // "set ylabel 'rms " // what // " (% of original)'" // newline // "plot " &
           & // bars("'balance.csv'", "-", percent(rigid, &
           & original%residual%rms(row)), "lt 1 dt 1 lw 1 fs solid 1", "on rigid ground") &

@@ -1,7 +1,7 @@
 !> Keys of the input group &boundary.
 module gestell_task_boundary_keys
   use gestell_base_key, only: key_type, positive, range_type, real_key, text_key
-  use gestell_task_boundary_line, only: greatest_tolerance, min_tolerance
+  use gestell_task_boundary_line, only: max_tolerance, min_tolerance
   implicit none (type, external)
   private
 
@@ -9,7 +9,7 @@ module gestell_task_boundary_keys
     & key_type("boundary", "tolerance", real_key, "permitted error relative to the range (of the logarithm with " // &
     &   "`spacing='log'`): of a critical value, or of the distance of a curve from the boundary", &
     &   otherwise="`1e-10` for one parameter, `1e-3` for two", &
-    &   range=range_type(min_tolerance, greatest_tolerance, above_zero=.true.)), &
+    &   range=range_type(min_tolerance, max_tolerance, above_zero=.true.)), &
     & key_type("boundary", "quantity", text_key, "quantity of `&resonance` whose level is sought instead of the stability " // &
     &   "boundary", otherwise="none: stability boundaries"), &
     & key_type("boundary", "measure", text_key, "measure that is compared with `level`, as in `&sweep`", word="peak", &

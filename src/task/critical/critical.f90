@@ -1,7 +1,7 @@
 !> Finds critical speeds: maxima of the vibration over the speed near the crossings of the Campbell diagram.
 module gestell_task_critical
   use gestell_base_error, only: error_type, fatal_error, invalid_input, resonance
-  use gestell_math_series_fourier, only: greatest
+  use gestell_math_series_fourier, only: largest_value
   use gestell_base_kinds, only: dp, pi
   use gestell_base_verdict, only: has_vibration, in_resonance, not_judged, operator(/=), operator(==), undamped, undecided, &
     & unstable, verdict_type, worst
@@ -368,7 +368,7 @@ contains
       if (allocated(error)) return
       call whole_motion(frame, system, phases, x, total%rows(), motion)
       forces = matmul(transpose(motion), total%weights(:size(motion, 1), :))
-      size_of(force) = sqrt(greatest(sum(forces**2, dim=2)))
+      size_of(force) = sqrt(largest_value(sum(forces**2, dim=2)))
       share(force) = norm2(abs(2 * matmul(transpose(forces), wave) / count)) / max(size_of(force), tiny(mass))
       x(:f, :) = x(:f, :) - spread(sum(x(:f, :), dim=2) / count, 2, count)
       share(amplitude) = real(dot_product(harmonic, matmul(mass, harmonic))) / 2 &

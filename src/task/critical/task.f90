@@ -51,7 +51,7 @@ contains
     type(judgement_type) :: judgement
     character(len=:), allocatable :: warning
     logical, allocatable :: found(:)
-    integer :: greatest, i, turns
+    integer :: maximum, i, turns
 
     call follow_modes(context, diagram, error)
     call context%members(context%configuration%plan%family, family, model_of_modes)
@@ -68,9 +68,9 @@ contains
       & model_of_modes)
     call result%warn("undecided", warning)
     found = [(critical(i)%found(amplitude), i = 1, size(critical))]
-    greatest = maxloc([(critical(i)%height(amplitude), i = 1, size(critical))], dim=1, mask=found)
-    if (greatest > 0) then
-      associate (peak => critical(greatest), unused => self)
+    maximum = maxloc([(critical(i)%height(amplitude), i = 1, size(critical))], dim=1, mask=found)
+    if (maximum > 0) then
+      associate (peak => critical(maximum), unused => self)
         call result%warn("", "Critical speeds: " // counted(count(found), "peak") // ", maximum amplitude " &
           & // concise(1000 * peak%height(amplitude), 4) // " mm at " // concise(peak%speed(amplitude), 6) // " rpm (mode " &
           & // text(peak%crossing%mode) // ", order " &

@@ -31,7 +31,7 @@ module gestell_task_power_drive
     !> Error bound of the peak torque on the vibrating frame (N m)
     real(dp) :: peak_error = 0
     !> Mean power of the drive, mean power absorbed by the dampers, and maximum power of the drive (W)
-    real(dp) :: drive_mean = 0, dampers_mean = 0, greatest = 0
+    real(dp) :: drive_mean = 0, dampers_mean = 0, maximum = 0
     !> True if the torque includes the effect of the weights of links and frame
     logical :: includes_weights = .false.
     !> Fluctuation of the drive speed; only allocated if the input gives the inertia of a flywheel
@@ -83,7 +83,7 @@ contains
     call compute_torque(samples(torque, :), drive%actual, between)
     drive%peak_error = torque_error + between
     call compute_torque(samples(rigid_torque, :), drive%rigid, between)
-    drive%greatest = abs(drive%actual%peak * frame%speed * frame%mechanism%turns)
+    drive%maximum = abs(drive%actual%peak * frame%speed * frame%mechanism%turns)
   end subroutine find_drive
 
   !> Computes peak, rms and mean of a torque from equidistant samples over the period. Orders that the samples do not resolve change
@@ -108,7 +108,7 @@ contains
     class(drive_type), intent(in) :: self
 
     defect = 0
-    if (self%greatest > 0) defect = abs(self%drive_mean - self%dampers_mean) / self%greatest
+    if (self%maximum > 0) defect = abs(self%drive_mean - self%dampers_mean) / self%maximum
   end function defect
 
   !> True if all results are finite.

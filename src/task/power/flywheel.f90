@@ -5,7 +5,7 @@
 !> phi'^2): reduced inertia of the mechanism, replaced by its mean. The neglected terms are about as large as the square of the
 !> relative fluctuation.
 module gestell_task_power_flywheel
-  use gestell_math_series_fourier, only: fourier_series, fourier_type, greatest
+  use gestell_math_series_fourier, only: fourier_series, fourier_type, largest_value
   use gestell_base_kinds, only: dp, pi
   use gestell_model_frame, only: frame_type
   use gestell_model_mechanism, only: drive_columns, energy_v
@@ -24,8 +24,8 @@ module gestell_task_power_flywheel
     !> Drive speed minus its mean (rad/s), at points + 1 times of the period
     real(dp), allocatable :: history(:)
     !> Largest and smallest difference of the drive speed from its mean (rad/s)
-    real(dp) :: greatest = 0, least = 0
-    !> Coefficient of irregularity, (greatest - least) / |mean speed|, and its error bound
+    real(dp) :: maximum = 0, least = 0
+    !> Coefficient of irregularity, (maximum - least) / |mean speed|, and its error bound
     real(dp) :: irregularity = 0, error = 0
     !> Inertia of the flywheel plus mean reduced inertia of the mechanism (kg m^2)
     real(dp) :: inertia = 0
@@ -67,10 +67,10 @@ contains
     end do
     ! The values are shifted to be positive, so that the maximum is also the maximum modulus.
     shift = sum(series%amplitude)
-    fluctuation%greatest = greatest(speed + shift) - shift
-    fluctuation%least = shift - greatest(shift - speed)
+    fluctuation%maximum = largest_value(speed + shift) - shift
+    fluctuation%least = shift - largest_value(shift - speed)
     mean = abs(frame%drive_speed())
-    fluctuation%irregularity = (fluctuation%greatest - fluctuation%least) / mean
+    fluctuation%irregularity = (fluctuation%maximum - fluctuation%least) / mean
     ! The worst error of the torque is positive for half a period and negative for the other half.
     fluctuation%error = (torque_error * frame%period / (2 * fluctuation%inertia) + 2 * series%beyond()) / mean
   end subroutine find_fluctuation

@@ -32,10 +32,10 @@ contains
       & torque_row("on the vibrating frame", drive%actual, concise(drive%peak_error, 1), angle_per_period) &
       & // torque_row("on a frame at rest", rigid, "", angle_per_period)) // "  counter-clockwise positive" // newline &
       & // "  mean power: drive " // concise(drive%drive_mean, 5) // " W, dampers " // concise(drive%dampers_mean, 5) &
-      & // " W; maximum of the drive " // concise(drive%greatest, 4) // " W" // newline
+      & // " W; maximum of the drive " // concise(drive%maximum, 4) // " W" // newline
     if (.not. allocated(drive%fluctuation)) return
     associate (fluctuation => drive%fluctuation, speed => frame%drive_speed())
-      ends = (abs(speed) + sign(1.0_dp, speed) * [fluctuation%least, fluctuation%greatest]) * 30 / pi
+      ends = (abs(speed) + sign(1.0_dp, speed) * [fluctuation%least, fluctuation%maximum]) * 30 / pi
       lines = lines // "  speed with the flywheel: " // concise(minval(ends), 6) // " to " // concise(maxval(ends), 6) &
         & // " rpm (to first order), coefficient of irregularity " // concise(fluctuation%irregularity, 4) // " +- " &
         & // concise(fluctuation%error, 1) // newline

@@ -78,7 +78,7 @@ contains
         do i = 1, size(responses)
           associate (response => responses(i))
             finite = finite .and. all(response%statistics%finite()) .and. all(ieee_is_finite(response%history)) &
-              & .and. all(ieee_is_finite([response%greatest, response%error]))
+              & .and. all(ieee_is_finite([response%maximum, response%error]))
           end associate
         end do
         if (.not. finite) then
@@ -89,7 +89,7 @@ contains
       call result%brief%expect(size(probes))
       do i = 1, size(probes)
         velocity = ieee_value(velocity, ieee_quiet_nan)
-        if (allocated(responses)) velocity = mm * responses(i)%greatest
+        if (allocated(responses)) velocity = mm * responses(i)%maximum
         call result%brief%add("probe(" // trim(probes(i)%name) // ").v_band", mm_per_s, "rms velocity within the band of the " &
           & // "probe", [velocity])
       end do
@@ -160,7 +160,7 @@ contains
         & [(mm * responses(i)%band(k), i = 1, n)])
     end do
     call table%add("v_rms_band", mm_per_s, "rms velocity within the band in the direction of strongest vibration", &
-      & mm * responses%greatest, &
+      & mm * responses%maximum, &
       & bounds=mm * responses%error)
     call table%add("band_from", hertz, "lower end of the band", [(responses(i)%probe%band(1), i = 1, n)])
     call table%add("band_to", hertz, "upper end of the band", [(responses(i)%probe%band(2), i = 1, n)])

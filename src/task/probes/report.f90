@@ -36,7 +36,7 @@ contains
         do k = 1, 3
           call rows%append(tab // concise(factors(k) * response%statistics(k * size(response%parts) / 3)%peak, 5))
         end do
-        call rows%append(tab // concise(1000 * response%greatest, 5) // tab // concise(1000 * response%error, 1) // newline)
+        call rows%append(tab // concise(1000 * response%maximum, 5) // tab // concise(1000 * response%error, 1) // newline)
       end associate
       call bands%append(band_lines(responses(i), period, turns, verdict))
     end do
@@ -66,7 +66,7 @@ contains
         & // order_of(nint(orders(2)), turns), orders(2) < orders(1)) // newline
       if (limit > 0 .and. vibration_warning(verdict) /= "") lines = lines // "    " // vibration_warning(verdict) // newline
       whole = response%statistics(2 * size(response%parts) / 3)%rms
-      if (whole > significant_ratio * response%greatest .and. orders(1) > 1) lines = lines &
+      if (whole > significant_ratio * response%maximum .and. orders(1) > 1) lines = lines &
         & // "    note: much of the velocity lies " // &
         & "outside the band: rms of all orders " // concise(1000 * whole, 4) // " mm/s" // newline
     end associate
@@ -81,7 +81,7 @@ contains
     real(dp), parameter :: near = 0.01_dp
 
     limit = "the limit of " // concise(1000 * response%probe%limit) // " mm/s"
-    ratio = response%greatest / response%probe%limit
+    ratio = response%maximum / response%probe%limit
     select case (response%verdict())
     case ("within")
       words = either(concise(100 * (1 - ratio), 3) // " % below ", concise(100 * ratio, 3) // " % of ", 1 - ratio < near) // limit
@@ -98,7 +98,7 @@ contains
     character(len=*), intent(in) :: verdict
     character(len=:), allocatable :: sentence
 
-    sentence = trim(response%probe%name) // ": " // concise(1000 * response%greatest, 4) // " mm/s, " // limit_comparison(response)
+    sentence = trim(response%probe%name) // ": " // concise(1000 * response%maximum, 4) // " mm/s, " // limit_comparison(response)
     if (vibration_warning(verdict) /= "") sentence = vibration_warning(verdict) // "; " // sentence
   end function limit_sentence
 

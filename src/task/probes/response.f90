@@ -30,9 +30,9 @@ module gestell_task_probes_response
     type(statistics_type), allocatable :: statistics(:)
     !> Values of the quantities at the times of the vibration's history, shape (points + 1, quantities)
     real(dp), allocatable :: history(:, :)
-    !> Rms velocity (m/s) within the band. `band`: along x, y and z. `greatest`: in the direction in which it is largest. `error`:
-    !> error bound of `greatest`
-    real(dp) :: band(3) = 0, greatest = 0, error = 0
+    !> Rms velocity (m/s) within the band. `band`: along x, y and z. `maximum`: in the direction in which it is largest. `error`:
+    !> error bound of `maximum`
+    real(dp) :: band(3) = 0, maximum = 0, error = 0
   contains
     procedure :: verdict
   end type probe_response_type
@@ -82,7 +82,7 @@ contains
         responses(i)%history(:, k) = history
       end do
       associate (velocity => responses(i)%statistics(2 * n / 3))
-        call band_rms(velocity, frame%period, probes(i)%band, responses(i)%band(:n / 3 - 1), responses(i)%greatest, error)
+        call band_rms(velocity, frame%period, probes(i)%band, responses(i)%band(:n / 3 - 1), responses(i)%maximum, error)
         if (allocated(error)) return
         ! The mean square of some orders of an error does not exceed the square of its maximum.
         responses(i)%error = velocity%error
@@ -97,9 +97,9 @@ contains
 
     if (.not. self%probe%limit > 0) then
       verdict = ""
-    else if (self%greatest + self%error <= self%probe%limit) then
+    else if (self%maximum + self%error <= self%probe%limit) then
       verdict = "within"
-    else if (self%greatest - self%error > self%probe%limit) then
+    else if (self%maximum - self%error > self%probe%limit) then
       verdict = "above"
     else
       verdict = "undecided"

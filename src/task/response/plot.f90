@@ -98,23 +98,23 @@ contains
     character(len=:), allocatable :: lines
     type(axis_unit_type) :: units(n)
     type(name_type) :: names(3 * n)
-    real(dp) :: greatest
+    real(dp) :: maximum
     integer :: i, k
 
-    greatest = 0
+    maximum = 0
     names = names_of(n)
     do i = 1, n
       k = first + i
       associate (series => vibration%series(k))
         units(i) = pick_unit(trim(names(k)%unit%words), vibration%peak(k))
-        greatest = max(greatest, units(i)%factor * abs(series%mean))
-        if (harmonics > 0) greatest = max(greatest, units(i)%factor * maxval(series%amplitude(:harmonics)))
+        maximum = max(maximum, units(i)%factor * abs(series%mean))
+        if (harmonics > 0) maximum = max(maximum, units(i)%factor * maxval(series%amplitude(:harmonics)))
       end associate
     end do
     lines = "set ylabel 'amplitude'" // newline
-    if (greatest > 0) then
+    if (maximum > 0) then
       lines = lines // "set logscale y" // newline // "set format y '10^{%L}'" // newline &
-        & // "set yrange [" // concise(greatest * 1.0e-6_dp, 3) // ":" // concise(greatest * 30, 3) // "]" // newline
+        & // "set yrange [" // concise(maximum * 1.0e-6_dp, 3) // ":" // concise(maximum * 30, 3) // "]" // newline
     else
       lines = lines // "set yrange [0:1]" // newline
     end if

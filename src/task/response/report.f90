@@ -67,7 +67,7 @@ contains
 
   !> Largest peak among the quantities of the same kind as quantity `i`, in its unit. The frame's radius of gyration converts
   !> between displacements and rotations, and between forces and moments.
-  pure real(dp) function largest_of_kind(vibration, frame, i) result(greatest)
+  pure real(dp) function largest_of_kind(vibration, frame, i) result(maximum)
     type(vibration_type), intent(in) :: vibration
     class(frame_type), intent(in) :: frame
     integer, intent(in) :: i
@@ -80,7 +80,7 @@ contains
     if (frame%mass > 0 .and. frame%inertia > 0) radius = sqrt(frame%inertia / frame%mass)
     if (first == 2 * n + 1) radius = 1 / radius
     scale = merge(radius, 1.0_dp, is_rotation([(k, k = 1, n)]))
-    greatest = maxval(vibration%peak(first:first + n - 1) * scale) / scale(i - first + 1)
+    maximum = maxval(vibration%peak(first:first + n - 1) * scale) / scale(i - first + 1)
   end function largest_of_kind
 
 end module gestell_task_response_report

@@ -67,7 +67,7 @@ contains
     if (summary%turned > 0 .and. plan%options%model /= "exact") then
       dof = trim(dof_names(summary%furthest))
       report = report // "  BEYOND SMALL MOTIONS at " // integer_text(summary%turned) // " points: " // dof // " reaches " &
-        & // concise(summary%greatest_turn, 3) // " rad" // newline // "    the linear equations hold for " // dof // " up to " &
+        & // concise(summary%max_turn, 3) // " rad" // newline // "    the linear equations hold for " // dof // " up to " &
         & // small_motion_limits(0.0_dp) // newline
     end if
   end function report_sweep

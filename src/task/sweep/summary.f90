@@ -32,7 +32,7 @@ module gestell_task_sweep_summary
     !> the largest rotation.
     integer(int64) :: turned = 0, furthest = 0
     !> Peak of the largest rotation (rad).
-    real(dp) :: greatest_turn = 0
+    real(dp) :: max_turn = 0
     !> Sums over all tiles: number of solutions, and of comparisons with separate solutions.
     integer(int64) :: solutions = 0, checks = 0
     !> Largest deviation in these comparisons, relative to the separate solution.
@@ -69,7 +69,7 @@ contains
     integer, intent(in) :: first(2)
     real(dp), intent(in) :: values(:, :, :)
     logical :: turns(size(values, 2), size(values, 3))
-    real(dp) :: greatest
+    real(dp) :: maximum
     integer :: ordered(count(options%columns)), k, word, at(2)
 
     self%points = self%points + size(values, 2, kind=int64) * size(values, 3)
@@ -95,10 +95,10 @@ contains
         ! A comparison with NaN would raise a floating-point exception.
         associate (peaks => merge(0.0_dp, values(k, :, :), ieee_is_nan(values(k, :, :))))
           turns = turns .or. peaks > small_turn
-          greatest = maxval([0.0_dp, peaks])
+          maximum = maxval([0.0_dp, peaks])
         end associate
-        if (.not. greatest > self%greatest_turn) cycle
-        self%greatest_turn = greatest
+        if (.not. maximum > self%max_turn) cycle
+        self%max_turn = maximum
         self%furthest = ordered(k) - xi_peak + 1
       case default
         ! The summary does not use the other columns.
@@ -129,8 +129,8 @@ contains
     if (other%most > self%most .or. .not. other%most < self%most .and. first) self%where = other%where
     self%most = max(self%most, other%most)
     self%turned = self%turned + other%turned
-    if (other%greatest_turn > self%greatest_turn) self%furthest = other%furthest
-    self%greatest_turn = max(self%greatest_turn, other%greatest_turn)
+    if (other%max_turn > self%max_turn) self%furthest = other%furthest
+    self%max_turn = max(self%max_turn, other%max_turn)
     self%solutions = self%solutions + other%solutions
     self%checks = self%checks + other%checks
     self%deviation = max(self%deviation, other%deviation)

@@ -113,7 +113,7 @@ contains
     plan = maxloc(points, dim=1)
     call expand(expansion, sampler, variables, points, fits)
     if (.not. fits .or. .not. expansion%rest <= problem%options%accuracy%tolerance * expansion%least) return
-    perturbations = expansion%rest + sampler%error * expansion%greatest
+    perturbations = expansion%rest + sampler%error * expansion%maximum
     call check_cell(problem, cell, expansion, perturbations, sampler, deviation, fits)
     if (.not. fits) return
     plan = expand_it

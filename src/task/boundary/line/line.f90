@@ -36,7 +36,7 @@ module gestell_task_boundary_line
   !> Maximum number of search points.
   integer(int64), parameter, public :: most_searched = 10_int64**7
   !> Limits of the tolerance of borders.
-  real(dp), parameter, public :: min_tolerance = 1.0e-13_dp, greatest_tolerance = 0.1_dp
+  real(dp), parameter, public :: min_tolerance = 1.0e-13_dp, max_tolerance = 0.1_dp
 
   !> Line u(t) = `start` + t `direction` in the space of a family's parameters.
   type, extends(border_options), public :: line_type
@@ -91,7 +91,7 @@ contains
       call fatal_error(error, "a search for boundaries needs at least two values on each axis", invalid_input)
     else if (product(real(axes%count, dp)) > most_searched) then
       call fatal_error(error, "the search has more than 1e7 points", invalid_input)
-    else if (.not. (tolerance >= min_tolerance .and. tolerance <= greatest_tolerance)) then
+    else if (.not. (tolerance >= min_tolerance .and. tolerance <= max_tolerance)) then
       call fatal_error(error, "the tolerance of boundaries must lie between 1e-13 and 0.1", invalid_input)
     end if
   end subroutine check_search

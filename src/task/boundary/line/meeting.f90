@@ -4,7 +4,7 @@ module gestell_task_boundary_line_meeting
   use gestell_base_kinds, only: dp
   use gestell_math_root_search, only: root_search_type
   use gestell_math_sorting, only: ascending
-  use gestell_task_boundary_line_pair, only: fit_pair, greatest_growth, pair_fit_type, pair_path_type, pair_type
+  use gestell_task_boundary_line_pair, only: fit_pair, place_of_max_growth, pair_fit_type, pair_path_type, pair_type
   implicit none (type, external)
   private
 
@@ -75,7 +75,8 @@ contains
       fit = fit_pair(near)
       associate (low => near(1)%t, high => near(3)%t)
         meeting%width = high - low
-        meeting%t = greatest_growth(fit, max(bounds(1), low - beyond * (high - low)), min(bounds(2), high + beyond * (high - low)))
+        meeting%t = place_of_max_growth(fit, max(bounds(1), low - beyond * (high - low)), &
+          & min(bounds(2), high + beyond * (high - low)))
       end associate
       predicted = fit%growth(meeting%t)
       associate (next => pairs(minloc(abs(pairs(:n)%t - meeting%t), dim=1)))

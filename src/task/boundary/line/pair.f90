@@ -12,7 +12,7 @@ module gestell_task_boundary_line_pair
   implicit none (type, external)
   private
 
-  public :: fit_pair, greatest_growth
+  public :: fit_pair, place_of_max_growth
 
   !> Identifies two multipliers that meet in an interval between nodes.
   type, public :: pair_indices_type
@@ -145,7 +145,7 @@ contains
 
   !> Position of the maximum growth of the fit between `low` and `high`, by golden-section search. The search is restricted to a
   !> neighbourhood of the vertex of delta, whose width depends on the value of delta at the vertex.
-  pure real(dp) function greatest_growth(fit, low, high) result(t)
+  pure real(dp) function place_of_max_growth(fit, low, high) result(t)
     type(pair_fit_type), intent(in) :: fit
     real(dp), intent(in) :: low, high
     integer, parameter :: samples = 20, sections = 60
@@ -173,6 +173,6 @@ contains
       end if
     end do
     t = (a + b) / 2
-  end function greatest_growth
+  end function place_of_max_growth
 
 end module gestell_task_boundary_line_pair

@@ -21,9 +21,9 @@ module gestell_task_sweep_expansion
     !> Numbers at the points of the series, shape (points(2), numbers, points(1)). The second extent is at least eight and padded to
     !> a multiple of four. A single axis is the second.
     real(dp), allocatable :: values(:, :, :)
-    !> `rest`: bound on the norm of the sum of the omitted terms. `greatest`: largest norms, at the points, of Phi(T) and of [Phi(T)
+    !> `rest`: bound on the norm of the sum of the omitted terms. `maximum`: largest norms, at the points, of Phi(T) and of [Phi(T)
     !> x_p(T)] (x_p: motion forced from rest). `least`: smallest norm of Phi(T) at the points.
-    real(dp) :: rest = 0, greatest(2) = 0, least = 0
+    real(dp) :: rest = 0, maximum(2) = 0, least = 0
   contains
     procedure :: factors
     procedure :: blocks
@@ -68,7 +68,7 @@ contains
           associate (period => sampler%parts%period(numbers))
             norms = [norm2(period(:sampler%parts%states**2)), norm2(period)]
           end associate
-          expansion%greatest = max(expansion%greatest, norms)
+          expansion%maximum = max(expansion%maximum, norms)
           expansion%least = min(expansion%least, norms(1))
           reach = max(reach, sampler%parts%reach(numbers))
         end do

@@ -185,17 +185,17 @@ contains
   end subroutine find_weights
 
   !> Largest norm that a state of norm 1 can reach after any of the given maps, applied one after another. `n`: number of states.
-  pure real(dp) function max_amplification(n, maps) result(greatest)
+  pure real(dp) function max_amplification(n, maps) result(maximum)
     integer, intent(in) :: n
     real(dp), intent(in) :: maps(:, :, :)
     real(dp) :: after(n, n)
     integer :: j
 
-    greatest = 1
+    maximum = 1
     after = unit_matrix(n)
     do j = 1, size(maps, 3)
       after = matmul(maps(:, :n, j), after)
-      greatest = max(greatest, norm_bound(after))
+      maximum = max(maximum, norm_bound(after))
     end do
   end function max_amplification
 
