@@ -374,7 +374,7 @@ contains
       & monodromy, failure)
     call ieee_set_flag(ieee_usual, .false.)
     call ieee_set_halting_mode(ieee_usual, traps)
-    call check_failure(error, failure, "range of the numbers")
+    call check_failure(error, failure, "overflows double precision")
   end subroutine test_overflow
 
 end module test_integration

@@ -113,7 +113,7 @@ contains
     end if
     call check(error, failure%code, failed_computation)
     if (allocated(error)) return
-    call check_that(error, failure%message, "contains", "multiplier 1 lies ")
+    call check_that(error, failure%message, "contains", "multiplier 1 is ")
     call check_that(error, failure%message, "contains", "order 5")
     call check_that(error, [allocated(analysis%multipliers), allocated(analysis%vibration)], "==", [.true., .false.], "results")
   end subroutine test_singular
