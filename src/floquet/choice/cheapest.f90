@@ -16,7 +16,7 @@ module gestell_floquet_choice_cheapest
 
   public :: cheapest_method
 
-  !> Cost of a step that also computes the embedded methods, relative to a step without them.
+  !> Work of a step that includes the embedded methods, relative to the same step without them.
   real(dp), parameter :: pair_work = 1.15_dp
 
 contains
@@ -25,9 +25,9 @@ contains
   !> system and the order, error constant and work per step of each method.
   subroutine cheapest_method(system, survey, tolerance, method)
     class(periodic_system), intent(in) :: system
-    !> Survey of the system
+    !> Estimates of the phase advance and the variation of the coefficients, from `survey_system`
     type(survey_type), intent(in) :: survey
-    !> Relative tolerance of the map over the period
+    !> Allowed error of the map over the period, relative to its norm
     real(dp), intent(in) :: tolerance
     class(method_type), allocatable, intent(out) :: method
     class(method_type), allocatable :: candidate
@@ -78,7 +78,7 @@ contains
 
   end subroutine cheapest_method
 
-  !> How much P varies over the period: maximum of |P - mean| / |mean| over the phases, in balanced units; at most 1.
+  !> Variation of the state matrix P over the period: maximum over the phases of |P - mean| / |mean|, in balanced units; at most 1.
   real(dp) function changing_part(system) result(part)
     class(periodic_system), intent(in) :: system
     integer, parameter :: points = 8

@@ -12,9 +12,11 @@ module gestell_floquet_choice_methods
 
   public :: find_method, method_names, new_method, stages_of
 
-  !> A method has begun to converge if its solution differs from one with more steps by less than this fraction.
+  !> A method is taken to converge from the number of steps at which a solution differs from one with more steps by less than this
+  !> fraction.
   real(dp), parameter, public :: begun = 0.01_dp
-  !> Embedded methods have begun to converge if the results of the first and the second one differ by less than this fraction.
+  !> Embedded methods are taken to converge if the results of the first and the second embedded method differ by less than this
+  !> fraction.
   real(dp), parameter, public :: pair_begun = 3 * begun
 
 contains

@@ -73,8 +73,9 @@ contains
     steps = pi * (r - 1 / r) / (2 * width)
   end function steps_to_resolve
 
-  !> Distance (rad) from the real axis up to which the coefficients (`which` = 1) or the loads (`which` = 2) are analytic. Few
-  !> samples may make it appear too small. For random linkages whose fastest change takes 1 / m of the period it is at least 7 / m.
+  !> Distance (rad) from the real axis up to which the coefficients (`which` = 1) or the loads (`which` = 2) are analytic. If the
+  !> samples of the survey are too few, they make the distance appear too small. The result is therefore at least 7 / m if the
+  !> fastest change takes 1 / m of the period; random linkages do not fall below this value.
   pure real(dp) function width_of(system, survey, which) result(width)
     class(periodic_system), intent(in) :: system
     type(survey_type), intent(in) :: survey
@@ -83,8 +84,9 @@ contains
     width = max(survey%width(which), 7.0_dp / system%least_steps)
   end function width_of
 
-  !> Minimum number of steps that resolves the fastest change of the coefficients: `least_steps` of the system. Methods with
-  !> embedded methods must have at least as many nodes in all as `least_steps` steps with six stages.
+  !> Minimum number of steps that resolves the fastest change of the coefficients: `least_steps` of the system. A method with
+  !> embedded methods may use fewer steps, but its total number of nodes must be at least that of `least_steps` steps with six
+  !> stages.
   pure real(dp) function fewest(method, system)
     class(method_type), intent(in) :: method
     class(periodic_system), intent(in) :: system
@@ -93,8 +95,8 @@ contains
     if (method%lower_order > 0) fewest = 6 * fewest / method%stages
   end function fewest
 
-  !> Number of steps for which the error of the fastest motion alone is `error`. In the median the phase of this motion advances by
-  !> 0.98 times `fastest`.
+  !> Number of steps for which the fastest motion alone causes the error `error`. Its phase is taken to advance by 0.98 times
+  !> `fastest`, the median over random systems.
   pure real(dp) function steps_to_follow(order, constant, survey, error) result(steps)
     integer, intent(in) :: order
     real(dp), intent(in) :: constant, error
@@ -103,13 +105,14 @@ contains
     steps = 0.98_dp * survey%fastest * (constant * survey%fade * max(survey%fastest, 1.0_dp) / error)**(1.0_dp / order)
   end function steps_to_follow
 
-  !> Number of steps for which the error of the method is `error`. It grows with the phase advance of the fastest motion, 0.925
-  !> `fastest`, and with the share `fade` that the decay of this motion leaves. It also grows with the bandwidth of the
-  !> coefficients: their k-th harmonic falls like exp(-k width), and a method of order p has its largest error at k = p / width.
+  !> Number of steps for which the error of the method is `error`. This error grows with the phase advance of the fastest motion,
+  !> for which 0.925 `fastest` is used. It is proportional to `fade`, the share of this motion that remains after its decay. It also
+  !> grows with the bandwidth of the coefficients: their k-th harmonic falls like exp(-k width), and a method of order p has its
+  !> largest error at k = p / width.
   pure real(dp) function predicted(order, constant, system, survey, error) result(steps)
     !> Order p of the method
     integer, intent(in) :: order
-    !> Error constant of the method; allowed relative error
+    !> `constant`: error constant of the method. `error`: allowed relative error.
     real(dp), intent(in) :: constant, error
     class(periodic_system), intent(in) :: system
     type(survey_type), intent(in) :: survey
@@ -120,13 +123,13 @@ contains
       & * (constant * survey%fade * max(survey%fastest, 1.0_dp) / error)**(1.0_dp / order)
   end function predicted
 
-  !> Total number of steps of the three solutions that a method without embedded methods needs: a coarse one, one with twice as many
-  !> steps, and one that reaches the tolerance. The last number of steps follows from the method's error constant.
+  !> Total number of steps of the three solutions that a method without embedded methods needs: one with few steps, one with twice
+  !> as many, and one that reaches the tolerance. The number of steps of the last one follows from the method's error constant.
   pure real(dp) function steps_in_all(method, system, survey, tolerance, changing) result(steps)
     class(method_type), intent(in) :: method
     class(periodic_system), intent(in) :: system
     type(survey_type), intent(in) :: survey
-    !> `tolerance`: relative tolerance. `changing`: how much P varies over the period, relative to its mean.
+    !> `tolerance`: relative tolerance. `changing`: variation of the state matrix P over the period, relative to its mean.
     real(dp), intent(in) :: tolerance, changing
     real(dp) :: coarse, last, constant, allowed
 

@@ -1,5 +1,5 @@
-!> Surveys a system before it is solved: estimates how fast its fastest motion oscillates and how its coefficients vary over the
-!> period.
+!> Estimates two properties of a system before it is solved: the angular frequency of its fastest motion, and the variation of its
+!> coefficients over the period.
 module gestell_floquet_choice_survey
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp, pi
@@ -39,13 +39,13 @@ module gestell_floquet_choice_survey
 
   integer, parameter :: points = 16
   integer :: place, order
-  !> Phases t / T at which a survey samples the system. A model may evaluate them in advance.
+  !> Phases t / T at which a survey samples the system. A model may evaluate its coefficients at these phases in advance.
   real(dp), parameter, public :: survey_phases(points) = [((place - 0.75_dp) / points, place = 1, points)]
   real(dp), parameter :: cosine(points, points / 2) = reshape([((cos(2 * pi * place * order / points), &
     & place = 1, points), order = 1, points / 2)], [points, points / 2])
   real(dp), parameter :: sine(points, points / 2) = reshape([((sin(2 * pi * place * order / points), &
     & place = 1, points), order = 1, points / 2)], [points, points / 2])
-  !> Index in the following array constructor: 1 for coefficients, 2 for loads.
+  !> Index of the array constructor below: 1 for coefficients, 2 for loads.
   integer :: which
   !> Factors k^growth of the harmonics k = 1, 2, ... of coefficients (column 1) and loads (column 2).
   real(dp), parameter :: falling(points / 2, 2) = reshape([((real(order, dp)**growth(which), order = 1, points / 2), &
@@ -58,7 +58,7 @@ contains
     class(periodic_system), intent(in) :: system
     type(survey_type), intent(out) :: survey
     type(error_type), allocatable, intent(out) :: error
-    !> If present, also estimate how the coefficients vary over the period; if true, also how the loads vary
+    !> Present: also estimate how the coefficients vary over the period. True: also estimate how the loads vary
     logical, intent(in), optional :: forced
     real(dp), allocatable :: p(:, :, :), f(:, :)
     real(dp), dimension(system%states, system%states) :: maximum, one, power, square
@@ -148,7 +148,8 @@ contains
     real(dp), intent(in) :: period
     type(survey_type), intent(inout) :: survey
     real(dp), contiguous, intent(in), optional :: f(:, :)
-    !> `any_width`: width of functions that are constant or absent. `golden`: step of the quasi-random weights.
+    !> `any_width`: width assigned to functions that are constant or absent, for which every width is valid. `golden`: step of the
+    !> quasi-random weights.
     real(dp), parameter :: any_width = 1.0e6_dp, golden = 0.6180339887498949_dp
     real(dp) :: together(points), rows(size(p, 2)), columns(size(p, 2)), maximum
     integer :: i, j
@@ -183,7 +184,7 @@ contains
   pure subroutine fit_harmonics(values, any_width, falling, width, height, maximum)
     real(dp), intent(in) :: values(points), any_width, falling(points / 2)
     real(dp), intent(out) :: width, height, maximum
-    !> Amplitudes below this, relative to the maximum, are rounding errors.
+    !> Relative to the maximum amplitude: smaller amplitudes are rounding errors.
     real(dp), parameter :: least = 16 * epsilon(1.0_dp)
     real(dp) :: amplitude(points / 2), unit
     integer :: k

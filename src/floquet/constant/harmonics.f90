@@ -43,11 +43,12 @@ contains
 
   !> Computes the periodic motion of `system` and bounds on its error.
   !>
-  !> The number of samples is doubled until the harmonics change by no more than rounding. The error bound is the sum of four parts:
+  !> The number of samples is doubled until the harmonics change by no more than rounding errors. The error bound is the sum of four
+  !> parts:
   !>
   !> - the effect of the errors of M, B and C,
   !> - the effect of rounding in h,
-  !> - the last change of the harmonics, including those added last,
+  !> - the change of the harmonics at the last doubling, in which a harmonic that is new counts with its full amplitude,
   !> - the response of free vibrations above the highest harmonic to a load as large as the upper third of the harmonics of h.
   !>
   !> Fails if Z_m is singular within its error (resonance, or no spring against the mean load).

@@ -34,7 +34,7 @@ module gestell_floquet_factors
     !> `a`, `b`: map of each segment, x(end) = A x(start) + b, shapes (n, n, K) and (n, K). `error`, `b_error`: bounds on the errors
     !> of A and b, shapes (K).
     real(dp), allocatable :: a(:, :, :), b(:, :), error(:), b_error(:)
-    !> Relative error of A, summed over all segments.
+    !> Sum over all segments of the error bound of A relative to |A|.
     real(dp) :: relative_error = 0
     !> Phase advance of the fastest motion within the period (rad).
     real(dp) :: phase_advance = 0
@@ -62,7 +62,7 @@ module gestell_floquet_factors
 contains
 
   !> Computes the factors of `system` until the sum of their relative errors is at most the tolerance. The errors are estimated as
-  !> in `solve_monodromy`. Errors: singular equations, tolerance out of reach.
+  !> in `solve_monodromy`. Fails if the equations are singular or the tolerance cannot be reached.
   subroutine solve_factors(system, accuracy, forced, factors, error, surveyed)
     class(periodic_system), intent(in) :: system
     type(accuracy_type), intent(in) :: accuracy
@@ -134,7 +134,7 @@ contains
     call move_alloc(fine%b, factors%b)
   end subroutine solve_factors
 
-  !> Divides the period into segments, using at least `steps` steps. The number of steps is doubled until no single step exceeds the
+  !> Divides the period into segments. It uses at least `steps` steps and doubles their number until no single step exceeds the
   !> limit on |A| |A^-1|.
   subroutine divide(system, steps, factors, error)
     class(periodic_system), intent(in) :: system
@@ -168,7 +168,7 @@ contains
     factors%ends = [factors%ends, 1.0_dp]
   end subroutine divide
 
-  !> The product |A| |A^-1|, or huge if `a` is singular.
+  !> |A| |A^-1|, the condition number of `a`; huge if `a` is singular.
   real(dp) function condition_of(a)
     real(dp), intent(in) :: a(:, :)
     real(dp), allocatable :: inverted(:, :)
@@ -179,7 +179,8 @@ contains
     if (.not. allocated(singular)) condition_of = norm2(a) * norm2(inverted)
   end function condition_of
 
-  !> Computes the factors with `steps` steps or slightly more: the ends of segments are also ends of steps.
+  !> Computes the factors with at least `steps` steps. Slightly more may be needed, because every end of a segment must be an end of
+  !> a step.
   subroutine solve_level(system, steps, forced, factors, level, error)
     class(periodic_system), intent(in) :: system
     integer, intent(in) :: steps

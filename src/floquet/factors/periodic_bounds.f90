@@ -10,7 +10,7 @@ module gestell_floquet_factors_periodic_bounds
 
   public :: periodic_bounds
 
-  !> Limit on logarithms of ratios, which prevents overflow.
+  !> Largest modulus of logarithms of ratios; larger ones would overflow when exponentiated.
   real(dp), parameter :: far = 300
 
   !> Discs |mu - c_j| <= radius(j) |c_j| around centres c_j. All components have the shape (n).

@@ -20,7 +20,7 @@ contains
   !> A_K to Hessenberg form and the other factors to triangular form, then applies sweeps with one implicit shift each. The error of
   !> each factor is of the order of roundoff times its norm, even if the elements of the product differ by many orders of magnitude.
   !> Zeros on the diagonals need no special treatment: a sweep without shift moves them to the end, where the next sweep separates
-  !> them. Errors: a factor is not finite; no convergence.
+  !> them. Fails if a factor is not finite or the sweeps do not converge.
   pure subroutine periodic_schur(factors, q, r, error)
     !> Factors A_k
     complex(dp), intent(in) :: factors(:, :, :)
@@ -199,7 +199,7 @@ contains
     if (abs(mean + root) < much * abs(shift)) shift = mean + root
   end function shift_of
 
-  !> Performs one QR sweep through rows and columns `low` to `high`. `v` is the first column of the first rotation.
+  !> Performs one QR sweep through rows and columns `low` to `high`. `v` is the first column of the first rotation matrix.
   pure subroutine sweep(r, q, low, high, v)
     complex(dp), intent(inout) :: r(:, :, :), q(:, :, :)
     integer, intent(in) :: low, high

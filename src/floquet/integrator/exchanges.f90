@@ -16,12 +16,12 @@ module gestell_floquet_integrator_exchanges
 contains
 
   !> Computes the maps [A b], or A alone, of step `k` with row exchanges, shape (states, columns, 1 or 3). The last index is 1 for
-  !> the method, 2 for its first and 3 for its second embedded method. In embedded methods the unknowns u of the last node (of the
-  !> last two nodes) are zero. In their place, multipliers mu enter the equations of these nodes:
+  !> the method, 2 for its first and 3 for its second embedded method. The first embedded method sets the unknowns u of the last
+  !> node to zero, the second one those of the last two nodes. The equations of these nodes then contain Lagrange multipliers mu:
   !>
-  !>     K' u - E mu = R,  E^T u = 0,  E of columns of the unit matrix.
+  !>     K' u - E mu = R,  E^T u = 0,
   !>
-  !> Error: the equations are singular.
+  !> where the columns of E are the columns of the unit matrix that belong to these unknowns. Fails if the equations are singular.
   subroutine map_with_exchanges(tableau, at, k, maps, error)
     class(tableau_type), intent(in) :: tableau
     !> Coefficients at the nodes of all steps

@@ -40,11 +40,12 @@ module gestell_floquet_integrator_gauss_steps
 
   public :: fits_lanes, gauss_steps
 
-  !> Memory, in numbers, for eight steps side by side: `of_panel` for a panel, `multiplier_goal` for the multipliers of elimination,
-  !> `of_stages` for M of all stages, one stage below the other (and the same again for h B and for h^2 C)
+  !> Sizes of arrays for eight steps side by side, as numbers of double precision elements. `of_panel`: a panel. `multiplier_goal`:
+  !> the multipliers of elimination. `of_stages`: the matrices M of all stages, one below the other; h B and h^2 C have the same
+  !> size.
   integer, parameter :: of_panel = lanes * width * max_rows, multiplier_goal = lanes * max_rows**2, &
     & of_stages = lanes * max_rows * (max_rows / 2)
-  !> Positions in memory, relative to the panel, of the multipliers of elimination and of M, h B and h^2 C
+  !> Positions of arrays in the memory that begins with the panel: multipliers of elimination, M, h B and h^2 C
   integer, parameter :: multipliers = of_panel, mass = multipliers + multiplier_goal, damping = mass + of_stages, &
     & stiffness = damping + of_stages
 
@@ -61,12 +62,12 @@ contains
     fits_lanes = padded_to_block(max(stages - 2, 0) * f) + 2 * padded_to_block(f) + padded_to_block(states) <= max_rows
   end function fits_lanes
 
-  !> Computes the maps of steps, eight steps at a time. Steps are computed one by one with row exchanges if there are fewer than
-  !> eight, if they are too large for lanes, or if elimination without exchanges is unsafe.
+  !> Computes the maps of steps, eight steps at a time. Steps are computed one by one with row exchanges if fewer than eight remain,
+  !> if their equations are too large for lanes, or if elimination without exchanges is unsafe.
   subroutine gauss_steps(tableau, fitted, system, phases, lengths, map, error, lower, unresolved)
     !> Coefficients of the method; this routine fits them to the fastest motion if `fitted`
     class(tableau_type), intent(inout) :: tableau
-    !> True: fit the tableau to the fastest motion of these steps
+    !> True: fit the tableau to the fastest motion of the steps in this call
     logical, intent(in) :: fitted
     class(periodic_system), intent(in) :: system
     !> `phases`: nodes of all steps as phases, sorted by stage: first node 1 of every step. `lengths`: lengths of the steps, in the
@@ -77,7 +78,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     !> Maps by the two embedded methods, shape (steps or more, n, n + 1 or n, 2); only with a nested tableau
     real(dp), contiguous, intent(out), optional :: lower(:, :, :, :)
-    !> Variations of coefficients and loads between the nodes; the variations of these steps are added to it
+    !> Sums over steps of the variations of coefficients and loads between the nodes; this call adds the variations of its own steps
     type(unresolved_type), intent(inout), optional :: unresolved
     type(coefficients_type) :: at
     type(layout_type) :: layout
@@ -137,8 +138,8 @@ contains
     end select
   end subroutine gauss_steps
 
-  !> Copies the maps of the steps `from` to `to` from the lanes to `map`, shape (steps, states, columns), and converts units. The
-  !> first lane holds step `first`; `of_step` holds the units of the columns in each lane.
+  !> Copies the maps of the steps `from` to `to` from the lanes to `map`, shape (steps, states, columns), and converts them to the
+  !> units of the states. The first lane holds step `first`. `of_step`: units of the columns in each lane.
   pure subroutine copy_from_lanes(of_step, first, from, to, in_lanes, map)
     integer, intent(in) :: first, from, to
     real(dp), contiguous, intent(in) :: of_step(:, :), in_lanes(:, :, :)

@@ -12,11 +12,11 @@ module gestell_floquet_integrator_method
 
   public :: evaluation_work, matrix_work, product_work
 
-  !> Variations of coefficients and loads between the nodes of the steps, which the solution neglects; summed over the steps
+  !> Sums over steps of the variations of coefficients and loads between the nodes of a step; the method neglects these variations
   type, public :: unresolved_type
-    !> `coefficients`: phase error (radians) due to variations of the coefficients. `loads`: error of the loads times time. `turns`:
-    !> phase advance (radians) of the fastest motion. `load`: loads times time. `missed`: interpolation error of the loads times
-    !> time.
+    !> `coefficients`: phase error (radians) due to variations of the coefficients. `turns`: phase advance (radians) of the fastest
+    !> motion. The others are integrals over time: `load` of the size of the loads, `loads` of their error, `missed` of their
+    !> interpolation error.
     real(dp) :: coefficients = 0, loads = 0, turns = 0, load = 0, missed = 0
     !> Number of steps
     integer :: steps = 0
@@ -44,10 +44,10 @@ module gestell_floquet_integrator_method
     !>
     !>     error_constant theta (theta / N)**order.
     real(dp) :: error_constant = 0
-    !> True if the method is exact for constant P. Then the error predicted by `error_constant` is multiplied by the varying part of
-    !> P. Let theta be the phase advance (radians) of the fastest motion in a period. If theta exceeds the number m of steps
-    !> (`least_steps`) that resolve P, the error is also multiplied by (m / theta)**3: errors of a motion much faster than the
-    !> changes of P nearly cancel.
+    !> True if the method is exact for constant P. The error predicted by `error_constant` is then multiplied by the variation of P
+    !> over the period, relative to P. Let theta be the phase advance (radians) of the fastest motion in a period. If theta exceeds
+    !> the number m of steps (`least_steps`) that resolve P, the error is also multiplied by (m / theta)**3: errors of a motion much
+    !> faster than the changes of P nearly cancel.
     logical :: exact_if_constant = .false.
     !> Order of the first embedded method; 0 if the method has no embedded methods
     integer :: lower_order = 0
@@ -66,8 +66,8 @@ module gestell_floquet_integrator_method
   end type method_type
 
   abstract interface
-    !> Computes the maps of the steps from phase `from(k)` to phase `to(k)`. The steps need not be consecutive. Error: the equations
-    !> of a step are singular.
+    !> Computes the maps of the steps from phase `from(k)` to phase `to(k)`. The steps need not be consecutive. Fails if the
+    !> equations of a step are singular.
     subroutine step_maps(self, system, from, to, map, error)
       import :: method_type, periodic_system, error_type, dp
       implicit none (type, external)
@@ -75,13 +75,14 @@ module gestell_floquet_integrator_method
       class(periodic_system), intent(in) :: system
       !> Start and end of each step, as phases t / T
       real(dp), intent(in) :: from(:), to(:)
-      !> Maps [A b], shape (steps or more, n, n + 1); or A alone, shape (steps or more, n, n), if no forced solution is requested
+      !> Maps [A b], shape (steps or more, n, n + 1). If no forced solution is requested: A alone, shape (steps or more, n, n)
       real(dp), contiguous, intent(out) :: map(:, :, :)
       type(error_type), allocatable, intent(out) :: error
     end subroutine step_maps
 
-    !> Computing time of a step, in about nanoseconds, for a system with this number of states. Evaluations of the coefficients are
-    !> included. The formulas are fitted to measured times of systems with 2, 6 and 12 states (Debian's BLAS). Only ratios matter.
+    !> Computing time of a step, approximately in nanoseconds, for a system with this number of states. Evaluations of the
+    !> coefficients are included. The formulas are fitted to measured times of systems with 2, 6 and 12 states (Debian's BLAS). Only
+    !> ratios matter.
     pure function step_work(self, states, second_order) result(work)
       import :: method_type, dp
       implicit none (type, external)
@@ -94,8 +95,8 @@ module gestell_floquet_integrator_method
 
 contains
 
-  !> Default of `prepare`, which does nothing. A method overrides it to compute its coefficients; name, order and constants are set
-  !> without it.
+  !> Default of `prepare`, which does nothing. A method overrides this default to compute its coefficients. Name, order and
+  !> constants of a method are known before `prepare` is called.
   pure subroutine default_prepare(self)
     class(method_type), intent(inout) :: self
 
@@ -113,7 +114,7 @@ contains
     !> `map`: maps of the method, as in `maps`. `lower`: maps of the two embedded methods, shape (steps or more, n, n or n + 1, 2).
     real(dp), contiguous, intent(out) :: map(:, :, :), lower(:, :, :, :)
     type(error_type), allocatable, intent(out) :: error
-    !> Variations between the nodes; methods with embedded methods add the variations of these steps to it
+    !> Sums of the variations between the nodes; a method with embedded methods adds the variations of the steps of this call
     type(unresolved_type), intent(inout) :: unresolved
 
     associate (nothing_new => unresolved)
@@ -123,8 +124,8 @@ contains
     lower(:, :, :, 2) = map
   end subroutine default_pair
 
-  !> Default of `phases`, an empty list. A method may override it to return the phases at which `maps` samples the coefficients, in
-  !> the order of sampling. A model may evaluate them in advance.
+  !> Default of `phases`: an empty list. A method may override this default to return the phases at which `maps` samples the
+  !> coefficients, in the order of sampling. A model may then evaluate its coefficients at these phases in advance.
   pure function default_phases(self, from, to) result(phases)
     class(method_type), intent(in) :: self
     real(dp), intent(in) :: from(:), to(:)
@@ -135,8 +136,8 @@ contains
     allocate(phases(0))
   end function default_phases
 
-  !> Default of `steps_at_once`, for methods that compute one step at a time. Other methods return the number of steps that they
-  !> compute side by side; a smaller number of steps then takes as long.
+  !> Default of `steps_at_once`: 1, for methods that compute one step at a time. Other methods return the number of steps that they
+  !> compute side by side; for them, fewer steps take as long as this number of steps.
   pure integer function one_step(self, states, second_order)
     class(method_type), intent(in) :: self
     integer, intent(in) :: states
@@ -147,15 +148,17 @@ contains
     one_step = 1
   end function one_step
 
-  !> Computing time of one evaluation of the coefficients. M, B, C and h of a frame take 15 to 25 per phase if many phases are
-  !> evaluated at once; user code for a single time takes 40 and more; a P given by formulas takes little.
+  !> Computing time of one evaluation of the coefficients, in the units of `step_work`. M, B, C and h of a frame take 15 to 25 per
+  !> phase if many phases are evaluated at once. User code that evaluates a single time takes 40 or more. A P given by formulas
+  !> takes little.
   pure real(dp) function evaluation_work(second_order) result(work)
     logical, intent(in) :: second_order
 
     work = merge(40.0_dp, 30.0_dp, second_order)
   end function evaluation_work
 
-  !> Computing time of one evaluation of P and f. If they are computed from M, B, C and h, it includes the elimination of M.
+  !> Computing time of one evaluation of P and f, in the units of `step_work`. If P and f are computed from M, B, C and h, this time
+  !> includes the elimination of M.
   pure real(dp) function matrix_work(states, second_order) result(work)
     integer, intent(in) :: states
     logical, intent(in) :: second_order
@@ -164,7 +167,8 @@ contains
     if (second_order) work = work + 20 + 2.5_dp * states**2
   end function matrix_work
 
-  !> Computing time of the product of two matrices with n rows. For the small n that occur here it grows like n^2.
+  !> Computing time of the product of two matrices with n rows, in the units of `step_work`. For the small n that occur here it
+  !> grows like n^2.
   pure real(dp) function product_work(n) result(work)
     integer, intent(in) :: n
 

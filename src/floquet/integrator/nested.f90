@@ -23,8 +23,8 @@ module gestell_floquet_integrator_nested
 
   public :: phase_error_ratio, embedded_phase_error, nested_tableau
 
-  !> Gauss tableau with reordered nodes, for the unknowns u with v = X u. The inherited components then hold transformed
-  !> coefficients: `b` holds b X, `ba` holds b A X and, after fitting, `a` holds A X and `aa` holds A A X.
+  !> Gauss tableau with reordered nodes, for the unknowns u with v = X u. The components inherited from `tableau_type` then hold
+  !> transformed coefficients: `b` holds b X, `ba` holds b A X and, after fitting, `a` holds A X and `aa` holds A A X.
   type, extends(tableau_type), public :: nested_type
     !> `values`: last two rows of X, which give the accelerations in the last two nodes, shape (2, s). `sums`: multiples of the last
     !> two equations that are added to each equation, shape (s, 2). `tails`: factors that convert values at the nodes to the rms of
@@ -44,8 +44,8 @@ contains
     phase_error_ratio = 4 * (4 * real(s, dp)**2 - 1)
   end function phase_error_ratio
 
-  !> Phase error of an embedded method relative to Gauss' method of the same order; 1/2 with positions, else 1.
-  !> gestell_floquet_period_embedded_error derives it.
+  !> Phase error of an embedded method relative to that of Gauss' method of the same order: 1/2 for systems with positions, 1 for
+  !> other systems. gestell_floquet_period_embedded_error contains the derivation.
   pure real(dp) function embedded_phase_error(positions) result(part)
     logical, intent(in) :: positions
 
@@ -102,8 +102,8 @@ contains
     nested%ba = factors(2, :)
   end function nested_tableau
 
-  !> Fits the method, but not the embedded ones, to a motion whose phase advances by `turn` radians in a step. Fitting does not
-  !> change `b` and `ba`.
+  !> Fits the method to a motion whose phase advances by `turn` radians in a step. Its embedded methods are not fitted, and `b` and
+  !> `ba` do not change.
   pure subroutine fit_nested(self, turn)
     class(nested_type), intent(inout) :: self
     real(dp), intent(in) :: turn

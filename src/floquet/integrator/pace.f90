@@ -193,7 +193,8 @@ contains
   end function padded_rows
 
   !> Performs Gauss-Jordan elimination on [M X], which has `n` rows followed by rows of zeros. Afterwards row `rows(k)` of `table`
-  !> contains row k of M^-1 X. Rows are not exchanged in memory, because the loops would have to wait for the exchange.
+  !> contains row k of M^-1 X. Instead of exchanging rows in memory, which would delay the loops, the procedure records their order
+  !> in `rows`.
   pure subroutine eliminate(table, n, rows, singular)
     real(dp), contiguous, intent(inout) :: table(:, :)
     integer, intent(in) :: n

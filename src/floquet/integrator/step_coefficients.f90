@@ -27,27 +27,28 @@ module gestell_floquet_integrator_step_coefficients
     integer :: f = 0, positions = 0, states = 0
   end type coefficients_type
 
-  !> Rows of unknowns and states in the equations of a step. All arrays have fixed sizes, so that eight steps need no memory from
-  !> the heap.
+  !> Arrangement of the unknowns and the states in the equations of a step. All arrays have fixed sizes, so that eight steps need no
+  !> memory from the heap.
   type, bind(C), public :: layout_type
-    !> `s`: number of stages. `f`: unknowns at a node. `n`: rows of all unknowns. `rows`, `columns`: rows and columns in total.
-    !> Numbers of rows are multiples of `block`.
+    !> Sizes of the equations of a step; numbers of rows are multiples of `block`. `s`: number of stages. `f`: number of unknowns at
+    !> a node. `n`: number of rows for the unknowns of all nodes, with padding. `rows`: `n` plus the rows of the states. `columns`:
+    !> `n` plus the columns of the states and of the loads.
     integer(c_int) :: s = 0, f = 0, n = 0, rows = 0, columns = 0
-    !> Row before the first unknown of each node, then the last row of the unknowns; shape (s + 1)
+    !> `place(i)`: number of rows before the first unknown of node i. `place(s + 1)`: number of rows for the unknowns of all nodes.
     integer(c_int) :: place(max_rows + 1) = 0
-    !> `node`: node to which each column of unknowns belongs. `component`: number of the unknown at this node. Both 0 for padding;
+    !> `node`: node to which each column of unknowns belongs. `component`: index of the unknown at this node. Both are 0 in padding;
     !> shape (n).
     integer(c_int) :: node(max_rows) = 0, component(max_rows) = 0
     !> True for a nested tableau
     logical(c_bool) :: nested = .false.
-    !> For a nested tableau. `values`: factors by which the unknowns give the accelerations at the last two nodes. `sums`: multiples
-    !> of the last two equations that are added to each equation.
+    !> Only for a nested tableau. `values`: factors by which the unknowns give the accelerations at the last two nodes. `sums`:
+    !> multiples of the last two equations that are added to each equation.
     real(dp) :: values(2, max_rows) = 0, sums(max_rows, 2) = 0
   end type layout_type
 
 contains
 
-  !> Samples the coefficients, and the loads if `forced`, at all nodes. The results `at` are in the units that `units` returns.
+  !> Samples the coefficients, and the loads if `forced`, at all nodes. `at` holds the results in the units `units` of the states.
   subroutine sample_coefficients(system, phases, forced, at, units)
     class(periodic_system), intent(in) :: system
     !> Nodes of all steps, as phases
@@ -96,7 +97,7 @@ contains
     type(coefficients_type), intent(in) :: at
     !> Units of the last states, shape (f)
     real(dp), intent(in) :: units(:)
-    !> Variations of coefficients and loads between the nodes; the variations of these steps are added to it
+    !> Sums over steps of the variations of coefficients and loads between the nodes; this call adds the variations of its own steps
     type(unresolved_type), intent(inout) :: unresolved
     ! For each step: part missed by interpolation, variation within the step, size
     real(dp), dimension(size(at%lengths), 3) :: of_m, of_b, of_c, of_g
@@ -131,13 +132,13 @@ contains
   end subroutine estimate_unresolved
 
   !> Estimates for each step, shape (steps, 3), from `values` at the nodes, shape (steps, s, count):
-  !> - (1) the part that interpolation misses: rms of the part along the Legendre polynomial P_s, extrapolated from the decay of the
-  !>   parts along P_s-4 to P_s-1, less rounding;
-  !> - (2) the variation within the step: difference between the values at the first and the last node in storage, which are an end
-  !>   node and a middle node;
+  !> - (1) the component that interpolation misses: the rms along the Legendre polynomial P_s, extrapolated from the decay of the
+  !>   components along P_s-4 to P_s-1, minus the rounding error;
+  !> - (2) the variation within the step: difference between the values at the first and the last stored node, which are an end node
+  !>   and a middle node;
   !> - (3) the size of the values.
   !>
-  !> The components are added up with quasi-random weights, so that they do not cancel each other.
+  !> All `count` functions are added up with quasi-random weights, so that they do not cancel each other.
   pure function interpolation_errors(nested, steps, count, values)
     type(nested_type), intent(in) :: nested
     integer, intent(in) :: steps, count
@@ -201,15 +202,15 @@ contains
     end do
   end subroutine layout_of
 
-  !> Computes M, h B and h^2 C of the eight steps that begin with number `step`, in the rows of their nodes. Without positions M is
-  !> the unit matrix and C is zero.
+  !> Computes M, h B and h^2 C of the eight steps that begin with step `step`, in the rows of their nodes. For systems without
+  !> positions M is the unit matrix and C is zero.
   pure subroutine scale_coefficients(at, step, layout, mass, damping, stiffness)
     !> Coefficients at the nodes of all steps
     type(coefficients_type), intent(in) :: at
     !> Number of the first of the eight steps
     integer, intent(in) :: step
     type(layout_type), intent(in) :: layout
-    !> M, h B and h^2 C; rows that belong to no node are not changed
+    !> M, h B and h^2 C; the procedure leaves rows that belong to no node unchanged
     real(dp), dimension(lanes, layout%n, layout%f), intent(inout) :: mass, damping, stiffness
     real(dp) :: h(lanes)
     integer :: points, row, lane, i, r, c

@@ -17,8 +17,8 @@ contains
   !> node. `mass`, `damping`, `stiffness`: columns of M, h B and h^2 C.
   !>
   !> The rows of successive nodes have no gaps between them, except for the last two nodes of a nested tableau. Three columns are
-  !> computed at a time, because they share the factors of the tableau. If fewer columns are requested, the last one is computed
-  !> repeatedly.
+  !> computed together, because they use the same factors of the tableau. If fewer than three are requested, the last requested
+  !> column is computed repeatedly.
   pure subroutine fill_here(layout, j, together, a, aa, mass, damping, stiffness, panel, once) bind(C, name="lanes_gestell_fill")
     !$omp declare simd uniform(layout, j, together, a, aa, mass, damping, stiffness, panel) linear(once) simdlen(2) notinbranch
     type(layout_type), intent(in) :: layout
@@ -101,8 +101,8 @@ contains
     end associate
   end subroutine fill_here
 
-  !> Fills columns of a panel from M, h B and h^2 C. Rows and columns that belong to neither an unknown nor a state contain zeros,
-  !> and ones on the diagonal.
+  !> Fills columns of a panel from M, h B and h^2 C. Rows and columns of padding, which belong to neither an unknown nor a state,
+  !> contain ones on the diagonal and zeros elsewhere.
   pure subroutine fill_panel(tableau, at, step, layout, column, columns, panel, mass, damping, stiffness)
     class(tableau_type), intent(in) :: tableau
     !> Coefficients at the nodes of all steps

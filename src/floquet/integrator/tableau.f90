@@ -21,7 +21,7 @@ module gestell_floquet_integrator_tableau
 
   public :: add_tail, find_legendre, gauss_tableau, product_of
 
-  !> Tableau on the unit step
+  !> Coefficients of a collocation method for a step of length 1
   type, public :: tableau_type
     !> `c`, `b`: nodes and weights, shape (s). `a`: A(i, j) = integral of the j-th Lagrange polynomial from 0 to c(i), shape (s, s).
     !> `aa`: A A, set by `fit`. `ba`: b A. `high`, `next`: Legendre polynomials of degree s - 1 and s - 2 at the nodes, shape (s).
@@ -79,7 +79,7 @@ contains
     real(dp), intent(in) :: high(:), next(:), b(:), turn
     !> A, shape (s, s)
     real(dp), intent(inout) :: a(:, :)
-    !> Number of terms of the tail that are computed: each term is smaller than the one before by (turn / (4 k))^2.
+    !> Number of terms of the tail that are computed. The k-th term is smaller than its predecessor by the factor (turn / (4 k))^2.
     integer, parameter :: terms = 20
     real(dp) :: g, more
     integer :: s, j, k

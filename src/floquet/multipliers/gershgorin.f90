@@ -16,16 +16,17 @@ module gestell_floquet_multipliers_gershgorin
     !> Radii of the discs, and condition numbers of the eigenvalues
     real(dp) :: radius(lanes, max_states), condition(lanes, max_states)
     !> 1 if the discs are isolated. 0 if discs touch, or if the eigenvectors are too inaccurate to decide; the radius of each disc
-    !> then takes no account of the other discs.
+    !> is then computed as if it were the only disc.
     real(dp) :: separate(lanes)
-    !> 1 if Newton's step was applied. 0 if the approximations are too rough for Newton's step; the caller must first improve them.
+    !> 1 if Newton's step was applied. 0 if the approximations are too inaccurate for Newton's step; the caller must first improve
+    !> them.
     real(dp) :: sharp(lanes)
     !> `step_re`, `step_im`: Newton's steps, to be subtracted. `right`, `left`: residuals of the right and left unit eigenvectors.
     real(dp), dimension(lanes, max_states) :: step_re, step_im, right, left
   end type discs_type
 
-  !> `small`: largest fraction of a disc that inaccurate eigenvectors may add. `nothing`: minimum of distances in denominators.
-  !> `beyond`: maximum of condition numbers.
+  !> `small`: largest part of a disc's radius that may come from inaccurate eigenvectors. `nothing`: lower limit on distances in
+  !> denominators. `beyond`: upper limit on condition numbers.
   real(dp), parameter :: small = 0.01_dp, nothing = 1.0e-100_dp, beyond = 1.0e100_dp
 
 contains
@@ -191,7 +192,8 @@ contains
     integer, intent(in) :: length
     !> The matrices, in Hessenberg form
     type(hessenberg_type), intent(in) :: h
-    !> True for each eigenvalue that is the conjugate of the preceding one; it gets a copy of the disc of the preceding eigenvalue
+    !> True for each eigenvalue that is the conjugate of the preceding one; its disc is the mirror image of the disc of the
+    !> preceding eigenvalue
     logical, intent(in) :: conjugate(max_states)
     !> Bound on the norm of the error of each matrix, roundoff included
     real(dp), intent(in) :: perturbation(lanes)

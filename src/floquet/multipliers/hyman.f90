@@ -1,5 +1,5 @@
-!> Computes, for approximate eigenvalues of eight small matrices at once, Newton's step, the condition number and the residuals. The
-!> eigenvectors that these require come from Hyman's method.
+!> Computes Newton's step, the condition number and the residuals for approximate eigenvalues of eight small matrices at once. The
+!> eigenvectors that they require come from Hyman's method.
 module gestell_floquet_multipliers_hyman
   use gestell_math_batch_hessenberg, only: hessenberg_type, max_states
   use gestell_base_processor, only: has_versions
@@ -85,7 +85,7 @@ contains
     end do
   end subroutine try_here
 
-  !> Computes for an approximate eigenvalue `z` in each lane Newton's step, the condition number |x| |y| / |y x|, and the residuals
+  !> For an approximate eigenvalue `z` in each lane, computes Newton's step, the condition number |x| |y| / |y x|, and the residuals
   !> of the right eigenvector x and the left eigenvector y. With x_n = 1, all rows of (H - z E) x = 0 except the first determine x.
   !> With y_1 = 1, all columns of y (H - z E) = 0 except the last determine y.
   pure subroutine try_eigenvalue(length, h, z_re, z_im, step_re, step_im, condition, right, left)

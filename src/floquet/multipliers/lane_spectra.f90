@@ -29,7 +29,7 @@ contains
     real(dp), intent(inout) :: a(lanes, max_states, max_states)
     !> Number of rows of each matrix
     integer, intent(in) :: n
-    !> Bound on the norms of the errors of the matrices
+    !> Bound on the norm of the error of each matrix
     real(dp), intent(in) :: perturbation
     !> True: compute error bounds that include `perturbation`
     logical, intent(in) :: bounds
@@ -84,13 +84,13 @@ contains
     results%log_radius = log(max(results%radius, tiny(1.0_dp)))
   end subroutine solve_lanes
 
-  !> Divides each matrix by a power of two, `unit`, so that all elements are below 1. A matrix gets `sound` = 0 and is replaced by a
-  !> harmless one if it is not finite, too large or too small.
+  !> Divides each matrix by a power of two, `unit`, so that all elements are below 1 in modulus. A matrix that is not finite, too
+  !> large or too small gets `sound` = 0 and is replaced by one that causes no overflow.
   pure subroutine set_units(a, n, unit, sound)
     real(dp), intent(inout) :: a(lanes, max_states, max_states)
     integer, intent(in) :: n
     real(dp), intent(out) :: unit(lanes), sound(lanes)
-    !> A matrix is accepted if its largest element lies between these limits.
+    !> A matrix is accepted if the modulus of its largest element lies between these limits.
     real(dp), parameter :: least = 1.0e-100_dp, most = 1.0e100_dp
     real(dp) :: maximum(lanes), inverse(lanes)
     integer :: i, j, lane

@@ -103,12 +103,14 @@ contains
   pure subroutine set_multipliers(rho, right, left, perturbation, multipliers, changes)
     !> `rho`: eigenvalues of Phi, shape (n). `right`, `left`: its right and left eigenvectors as unit columns, shape (n, n).
     complex(dp), intent(in) :: rho(:), right(:, :), left(:, :)
-    !> Bound on the norm of the part of E whose direction is unknown
+    !> Bound on the norm of the part of E of which no more is known than this norm
     real(dp), intent(in) :: perturbation
     type(multipliers_type), intent(out) :: multipliers
-    !> Possible values of the other part of E, shape (n, n, :)
+    !> Matrices that the remaining part of E can be, shape (n, n, :); E is the sum of one of them and of a part bounded by
+    !> `perturbation`
     real(dp), intent(in), optional :: changes(:, :, :)
-    !> Factor on `changes` when an isolated disc is made smaller, because the direction of `changes` is known only in leading order.
+    !> Safety factor on `changes` in the radius of an isolated disc, because the direction of `changes` is known only in leading
+    !> order.
     real(dp), parameter :: of_direction = 2
     real(dp), dimension(size(rho), size(rho)) :: f, perturbed_matrix
     complex(dp) :: along(size(rho), size(rho))
@@ -174,7 +176,7 @@ contains
     radius = f(k, k) + alpha * (rows(k) - f(k, k))
   end function separated_radius
 
-  !> Empty list of multipliers, to which `append` adds. If n > 0, the list can hold eigenvectors of n states.
+  !> Empty list of multipliers, to which `append` adds multipliers. If n > 0, the list can hold eigenvectors with n elements.
   pure function empty_multipliers(n) result(multipliers)
     integer, intent(in) :: n
     type(multipliers_type) :: multipliers
@@ -200,7 +202,7 @@ contains
       & [size(more%vectors, 1), size(all%vectors, 2) + size(more%vectors, 2)])
   end subroutine append
 
-  !> The component `on_circle` of `multipliers`; false everywhere if it is not allocated.
+  !> The component `on_circle` of `multipliers`; all elements are false if this component is not allocated.
   pure function circle_of(multipliers) result(on_circle)
     type(multipliers_type), intent(in) :: multipliers
     logical :: on_circle(size(multipliers%rho))
@@ -268,7 +270,8 @@ contains
   end subroutine pair_conjugates
 
   !> Bounds on the distance between rho(k) and the true multiplier, relative to |rho(k)|; shape (n), at most 1e300. The bound is the
-  !> radius of the disc of rho(k). If discs touch, it is the distance from rho(k) to the farthest point of all connected discs.
+  !> radius of the disc around rho(k) if no other disc touches it. If discs touch, the bound is the distance from rho(k) to the
+  !> farthest point of all discs connected with its own.
   pure function disc_bounds(z, radius) result(bound)
     !> ln rho, shape (n)
     complex(dp), intent(in) :: z(:)
@@ -347,7 +350,7 @@ contains
       precedes = arg(one) > arg(other)
     end function precedes
 
-    !> Number of preceding values that are equal to value `k` or to its conjugate.
+    !> Number of values before value `k` that are equal to it or to its conjugate.
     pure integer function equal_values_before(k)
       integer, intent(in) :: k
 
@@ -356,7 +359,7 @@ contains
 
   end function by_modulus
 
-  !> True for each multiplier without a significant digit, that is with an error bound at least as large as its modulus.
+  !> True for each multiplier without a significant digit: its error bound is at least as large as its modulus.
   pure function lost(self)
     class(multipliers_type), intent(in) :: self
     logical :: lost(size(self%error))
@@ -364,7 +367,7 @@ contains
     lost = self%error >= 1
   end function lost
 
-  !> True if some multiplier has no error bound, for instance because too few steps were given.
+  !> True if at least one multiplier has no error bound, for instance because too few steps were given.
   pure logical function unknown(self)
     class(multipliers_type), intent(in) :: self
 
@@ -373,10 +376,10 @@ contains
 
   !> Verdict on stability. It uses ln |rho| because |rho| may overflow or underflow.
   !>
-  !> 'unstable'    some |rho| exceeds 1 by more than its error bound
-  !> 'stable'      all |rho| are below 1 by more than their error bounds
-  !> 'undamped'    each |rho| is below 1 by more than its error bound or is proved to be 1
-  !> 'undecided'   none of these
+  !>     'unstable'    some |rho| exceeds 1 by more than its error bound
+  !>     'stable'      all |rho| are below 1 by more than their error bounds
+  !>     'undamped'    each |rho| is below 1 by more than its error bound or is proved to be 1
+  !>     'undecided'   none of these conditions is met
   pure type(verdict_type) function judge(self) result(verdict)
     class(multipliers_type), intent(in) :: self
     logical :: inside(size(self%rho))

@@ -1,6 +1,6 @@
-!> Computes the eigenvalues and eigenvectors of one small matrix with the procedures for stability charts. They find all roots of
-!> the characteristic polynomial at once and verify them by Gershgorin discs; eigenvectors come from Hyman's method. For six states
-!> dgeev takes twice as long.
+!> Computes the eigenvalues and eigenvectors of one small matrix with the procedures written for stability charts. They find all
+!> roots of the characteristic polynomial at once and verify them by Gershgorin discs; Hyman's method gives the eigenvectors. For
+!> six states LAPACK's dgeev takes twice as long.
 module gestell_floquet_multipliers_small_eigensystem
   use gestell_base_kinds, only: dp
   use gestell_base_processor, only: vector_length
@@ -31,11 +31,11 @@ contains
   pure subroutine small_eigensystem(a, values, right, left)
     real(dp), intent(in) :: a(:, :)
     complex(dp), allocatable, intent(out) :: values(:), right(:, :), left(:, :)
-    !> Matrices whose size lies outside these limits are not solved here, but by LAPACK.
+    !> Limits on the size of a matrix. LAPACK solves matrices outside these limits.
     real(dp), parameter :: least = 1.0e-100_dp, most = 1.0e100_dp
     !> Maximum number of states for which this method is faster than dgeev.
     integer, parameter :: max_small = 8
-    !> The eigenvalues are accepted if discs for this many times the roundoff do not touch.
+    !> The eigenvalues are accepted if their discs do not touch even when the matrix has an error of this many times the roundoff.
     real(dp), parameter :: many = 100
     type(reflections_type) :: reflections
     type(hessenberg_type) :: h

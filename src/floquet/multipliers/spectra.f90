@@ -33,7 +33,7 @@ contains
     !> True: compute error bounds and verdicts
     logical, intent(in) :: bounds
     type(lane_spectra_type), intent(out) :: results
-    !> Number of matrices that were solved one by one with LAPACK
+    !> Number of matrices that LAPACK solved one by one
     integer, intent(out) :: alone
     real(dp) :: a(lanes, max_states, max_states)
     integer :: lane

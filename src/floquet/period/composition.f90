@@ -11,17 +11,17 @@ module gestell_floquet_period_composition
 
   public :: follow_maps, multiply_maps
 
-  !> Measures the transient growth of Phi while the maps are applied. Norms are norms of D^-1 Phi D with D = diag(scale).
+  !> Measures the transient growth of Phi while the maps are applied. Norms of Phi are norms of D^-1 Phi D with D = diag(scale).
   type, public :: transient_type
-    !> `peak`: Phi where its norm was largest so far. `halfway`: Phi after step `middle`. Shapes (n, n).
+    !> `peak`: Phi after the step at which its norm was largest so far. `halfway`: Phi after step `middle`. Shapes (n, n).
     real(dp), allocatable :: peak(:, :), halfway(:, :)
     !> Norm of `peak`
     real(dp) :: peak_norm = 0
-    !> Number of steps from now to the step after which Phi is stored in `halfway`
+    !> Number of steps still to be applied before Phi is stored in `halfway`
     integer :: middle = 0
   end type transient_type
 
-  !> Limit on all numbers: beyond it, squares overflow in a norm.
+  !> Upper limit on the modulus of every number: squares of larger numbers may overflow in a norm.
   real(dp), parameter :: maximum = 1.0e150_dp
 
 contains

@@ -14,13 +14,13 @@ module gestell_floquet_period_convergence
 
   !> Describes the first solution in which Phi(T) had converged to the tolerance.
   type, public :: begin_type
-    !> Number of steps of the first solution that has converged; 0 if there is none yet
+    !> Number of steps of the first solution that has converged; 0 if no solution has converged yet
     integer :: steps = 0
     !> Change of x_p(T) at the first solution that has converged, relative to the largest x_p(t)
     real(dp) :: change = 0
   end type begin_type
 
-  !> Maximum number of steps per period: more would take a minute.
+  !> Maximum number of steps per period; a solution with more steps would take a minute or longer.
   integer, parameter, public :: max_steps = 2**19
   !> Safety factor: an error bound is this factor times the error estimate.
   real(dp), parameter, public :: safety = 4
@@ -36,8 +36,8 @@ contains
       & failed_computation)
   end subroutine too_many_steps
 
-  !> Number of steps to try after `n1` and `n2` steps. It is doubled until the method has begun to converge. After that it is the
-  !> number that the method's order predicts for the allowed error, with a margin.
+  !> Number of steps to try after solutions with `n1` and `n2` steps. It is doubled until the method converges. After that it is the
+  !> number for which the method's order predicts the allowed error, increased by a margin.
   pure integer function next_steps(n1, n2, d12, order, allowed) result(steps)
     !> `n1`, `n2`: last two numbers of steps. `order`: order of the method.
     integer, intent(in) :: n1, n2, order
@@ -54,7 +54,7 @@ contains
     steps = ceiling(n2 * factor)
   end function next_steps
 
-  !> Number of steps, not rounded, to try after `n` steps with a method that has an embedded method.
+  !> Number of steps, not yet rounded, to try after `n` steps with a method that has an embedded method.
   pure real(dp) function more_steps(n, change, order, allowed) result(steps)
     !> `n`: last number of steps. `order`: order of the embedded method.
     integer, intent(in) :: n, order
@@ -69,12 +69,12 @@ contains
 
   !> Estimates the relative errors of Phi(T), index 1, and x_p(T), index 2, of a fitted method with two embedded methods:
   !>
-  !>     left = min(max(rest, part change) + change / 50, change) min(max(2 c, (1 + part) / 32), 1) + change missed,
+  !>     error = min(max(rest, part change) + change / 50, change) min(max(2 c, (1 + part) / 32), 1) + change missed,
   !>     c = change / next,   part = rest / change of Phi(T).
   !>
-  !> The last term is the leading error term. The other term is the part of `change` that the leading term does not explain, times a
-  !> bound on the factor by which the error falls from the first embedded method to the method itself. Until `next` is below
-  !> `pair_begun` the methods have not begun to converge, and the estimate is `change` itself.
+  !> The last term is the leading error term. The product before it has two factors: the part of `change` that the leading term does
+  !> not explain, and a bound on the ratio of the error of the method to the error of the first embedded method. As long as `next`
+  !> exceeds `pair_begun`, the methods do not converge yet, and the estimate is `change` itself.
   !>
   !> x_p(T) may have a small change or rest by chance. Therefore its c and its part are at least as large as those of Phi(T), and
   !> its change counts as at least c next.
@@ -98,18 +98,18 @@ contains
   !> Estimates the relative errors of Phi(T), index 1, and x_p(T), index 2, that arise from variations of coefficients and loads
   !> between the nodes. Comparing the embedded methods does not reveal these errors, because they use the same nodes.
   !>
-  !> The estimate for the coefficients is multiplied by 24, which is sufficient for a change that takes no longer than a step. For
-  !> the loads the largest of three estimates is used, but at most the whole load:
-  !> - the error of the loads, times 2 + turns / 4;
+  !> The estimate for the coefficients is multiplied by 24, which is sufficient for a change that takes no longer than a step. The
+  !> estimate for the loads is the largest of three values, but at most the size of the loads themselves:
+  !> - the error of the loads, multiplied by (2 + turns / 4);
   !> - the interpolation error between the s nodes times (z / 2)^s / (1 3 ... (2 s - 1)), where the phase of the fastest motion
   !>   advances by z in a step. The factor bounds the part of cos(z t) along the Legendre polynomial P_s. The oscillation of a fast
   !>   motion does not average this error out;
-  !> - half of the changes of velocity due to the error of the loads, relative to the largest x_p. This estimate is the largest
-  !>   where a small load moves the system most.
+  !> - half of the changes of velocity due to the error of the loads, relative to the largest x_p. This value is the largest if a
+  !>   small load causes the largest motion.
   !>
   !> With the safety factor each estimate is at least 1.5 times the error observed for random machines.
   pure function unresolved_errors(unresolved, scale, peak, angle, stages) result(estimated_error)
-    !> Variations of coefficients and loads between the nodes, summed over the steps
+    !> Sums over the steps of the variations of coefficients and loads between the nodes
     type(unresolved_type), intent(in) :: unresolved
     !> `scale`: units of the states, shape (n). `peak`: largest norm of x_p / scale. `angle`: phase advance (radians) of the fastest
     !> motion in a step.
@@ -133,13 +133,13 @@ contains
   !> at least 4096 steps; Phi(T) had converged with a 64th of them; and since then the change of x_p(T) has fallen by a smaller
   !> factor than the number of steps has grown.
   pure subroutine detect_rounding(change, steps, allowed, begin, rounding)
-    !> `change`: relative changes of Phi(T) and x_p(T) by the last increase of the number of steps. `allowed`: relative tolerance.
+    !> `change`: relative changes of Phi(T) and x_p(T) at the last increase of the number of steps. `allowed`: relative tolerance.
     real(dp), intent(in) :: change(2), allowed
     !> Number of steps of the last solution
     integer, intent(in) :: steps
     !> The first solution in which Phi(T) had converged; set here when the change of Phi(T) first falls to the tolerance
     type(begin_type), intent(inout) :: begin
-    !> True if x_p(T) does not become more accurate with more steps
+    !> True if a larger number of steps does not make x_p(T) more accurate
     logical, intent(out) :: rounding
     integer, parameter :: long = 64, many = 4096
 
@@ -174,8 +174,8 @@ contains
     predicted_reduction = convergence_margin(order) * (real(steps, dp) / finer)**order
   end function predicted_reduction
 
-  !> Margin for the uneven convergence of methods of high order. Their error sometimes is as large as if the steps were a tenth
-  !> longer. Up to order four the safety factor is margin enough.
+  !> Margin for the uneven convergence of methods of high order: their error is sometimes as large as with steps longer by a tenth.
+  !> Methods up to order four need no margin besides the safety factor.
   elemental real(dp) function convergence_margin(order)
     integer, intent(in) :: order
 

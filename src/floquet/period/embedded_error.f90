@@ -43,8 +43,8 @@ contains
 
   !> Compares the map of the method with the maps of its two embedded methods.
   !>
-  !> If the embedded methods have begun to converge, q is the projection of D_1 on D_2, divided by |D_2|^2. It is limited to the
-  !> range from 0 to slightly more than the fastest motion can cause: a larger value has another cause.
+  !> If the embedded methods converge, q is the projection of D_1 on D_2, divided by |D_2|^2. It is limited to the range from 0 to
+  !> slightly more than the fastest motion can cause, because a larger value has another cause.
   pure subroutine compare_pair(level, lower, scale, angle, fitted, positions, pair)
     !> Map of the method
     type(level_type), intent(in) :: level
@@ -91,8 +91,8 @@ contains
     pair%rest = sqrt(max([phi(1) - pair%q * (2 * phi(2) - pair%q * phi(3)), xp(1) - pair%q * (2 * xp(2) - pair%q * xp(3))], 0.0_dp))
   end subroutine compare_pair
 
-  !> Replaces the map of the second embedded method by Phi_1 + q D_2, an extrapolation to the map of the method, and x_p(T)
-  !> likewise.
+  !> Replaces the map of the second embedded method, Phi_2 and its x_p(T), by an extrapolation to the map of the method: Phi_1 + q
+  !> D_2 and the same combination of the x_p(T).
   pure subroutine extrapolate(lower, q)
     type(period_map_type), intent(inout) :: lower(2)
     real(dp), intent(in) :: q

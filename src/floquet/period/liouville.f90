@@ -13,13 +13,13 @@ module gestell_floquet_period_liouville
 
   public :: defect_of, trace_integral
 
-  !> Number of steps whose coefficients are sampled at a time
+  !> Number of steps whose coefficients are sampled in one call
   integer, parameter :: block_length = 16
 
 contains
 
   !> Computes the Liouville defect: ln |det Phi(T)| minus the integral of tr P. If a determinant underflows, the defect is very
-  !> large and proves nothing. Error: P is not finite at some phase.
+  !> large and proves nothing. Fails if P is not finite at some phase.
   subroutine defect_of(system, steps, factors, defect, error)
     class(periodic_system), intent(in) :: system
     !> Number of steps with which Phi(T) was computed
@@ -43,8 +43,8 @@ contains
   end subroutine defect_of
 
   !> Computes the integral of tr P over the period with 8 points in each step. If the coefficients are smooth, the points are
-  !> equidistant: for periodic functions the error then falls faster than any power. If the coefficients jump, the points are Gauss
-  !> points. Error: P is not finite at some phase.
+  !> equidistant: for periodic functions the error then falls faster than any power of the step length. If the coefficients jump,
+  !> the points are Gauss points. Fails if P is not finite at some phase.
   subroutine trace_integral(system, nodes, integral, error)
     class(periodic_system), intent(in) :: system
     !> Ends of the steps, as phases t / T

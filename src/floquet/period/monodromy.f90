@@ -33,8 +33,8 @@ module gestell_floquet_period_monodromy
     integer :: steps = 0
   end type accuracy_type
 
-  !> Phi(T) and x_p(T) with bounds on their errors. Vector norms are norms of x / scale; matrix norms are Frobenius norms of the
-  !> scaled matrix.
+  !> Phi(T) and x_p(T) with bounds on their errors. The norm of a vector is the norm of x / scale. The norm of a matrix is the
+  !> Frobenius norm of the scaled matrix.
   type, public :: monodromy_type
     !> Period T
     real(dp) :: period = 0
@@ -46,8 +46,8 @@ module gestell_floquet_period_monodromy
     real(dp), allocatable :: scale(:)
     !> `norm`: norm of Phi(T). `error`: bound on the norm of its error. `xp_error`: bound on the norm of the error of x_p(T).
     real(dp) :: norm = 0, error = 0, xp_error = 0
-    !> Parts of `error` and `xp_error` whose direction is unknown: roundoff, and variations of coefficients and loads between the
-    !> nodes, which embedded methods do not reveal
+    !> Parts of `error` and `xp_error` of which only a bound on the norm is known: roundoff, and variations of coefficients and
+    !> loads between the nodes, which embedded methods do not reveal
     real(dp) :: roundoff = 0, xp_roundoff = 0
     !> Two estimates, multiplied by the safety factor, of the integration error of each element of Phi(T) and x_p(T); shapes (n, n,
     !> 2) and (n, 2). Unallocated if only norms of the errors are known.
@@ -87,11 +87,12 @@ contains
   !>     (N1^-p - N2^-p) / (N2^-p - N3^-p) = d12 / d23,   p <= order,
   !>     error of Phi_3 = u max(d23 c / (1 - c), d12 (N1 / N3)^order),   c = (N2 / N3)^p.
   !>
-  !> p is the observed order, and u the margin for uneven convergence of methods of high order. Methods with embedded methods are
-  !> compared with these instead (gestell_floquet_period_embedded_error). If the user gives `steps`, the result is compared with
+  !> p is the observed order, and u the margin for uneven convergence of methods of high order. A method that has embedded methods
+  !> is compared with them instead (gestell_floquet_period_embedded_error). If the user gives `steps`, the result is compared with
   !> solutions with `steps` / 2 and 2 `steps` steps; see `monodromy%known`.
   !>
-  !> Errors: invalid system (`check`) or accuracy, unknown method, singular equations, overflow, tolerance out of reach.
+  !> Fails if the system (`check`) or the accuracy is invalid, the method is unknown, the equations are singular, a number
+  !> overflows, or the tolerance cannot be reached.
   subroutine solve_monodromy(system, accuracy, forced, monodromy, error, surveyed)
     class(periodic_system), intent(in) :: system
     type(accuracy_type), intent(in) :: accuracy
@@ -134,8 +135,8 @@ contains
     end if
   end subroutine check_accuracy
 
-  !> Creates the requested method. `auto` means the cheapest method for this system, unless the number of steps is given. Error:
-  !> unknown name.
+  !> Creates the requested method. `auto` means the cheapest method for this system, unless the number of steps is given. Fails if
+  !> the name of the method is unknown.
   subroutine choose_method(system, accuracy, survey, method, error)
     class(periodic_system), intent(in) :: system
     type(accuracy_type), intent(in) :: accuracy
@@ -155,12 +156,12 @@ contains
 
   !> Computes a solution with N steps and estimates its error from solutions with N/2 and 2 N steps.
   !>
-  !> The error is unknown if the method has not begun to converge. This is assumed in three cases:
+  !> The error counts as unknown if the method does not converge yet. This is assumed in three cases:
   !>
-  !> - the differences are not small and do not fall,
+  !> - the differences between the solutions are not small and do not decrease,
   !> - the bound exceeds Phi(T), or the largest x_p(t), itself,
   !> - a difference exceeds a hundredth, and the phase of the fastest motion advances by more radians per step than the order of the
-  !>   method: such differences may fall only by chance.
+  !>   method: such differences may be small only by chance.
   subroutine with_given_steps(system, steps, forced, phase_advance, monodromy, error)
     class(periodic_system), intent(in) :: system
     integer, intent(in) :: steps
@@ -289,9 +290,9 @@ contains
     call store_result(system, fine, safety * left, phase_advance, monodromy)
   end subroutine with_tolerance
 
-  !> Stores two estimates of the errors of Phi(T) and x_p(T) at `level`, element by element: the differences between two other
-  !> solutions and `level`, times factors. The elements contain more information than their norm: errors of slow modes and of the
-  !> periodic motion are smaller than those of the fastest mode.
+  !> Stores two estimates of the errors of Phi(T) and x_p(T) at `level`, element by element. Each estimate is the difference between
+  !> another solution and `level`, times a factor. The elements contain more information than their norm: errors of slow modes and
+  !> of the periodic motion are smaller than those of the fastest mode.
   pure subroutine estimate_changes(monodromy, level, first, first_factor, second, second_factor)
     type(monodromy_type), intent(inout) :: monodromy
     class(period_map_type), intent(in) :: level, first, second
@@ -306,7 +307,7 @@ contains
     monodromy%xp_change(:, 2) = second_factor(2) * (second%xp - level%xp)
   end subroutine estimate_changes
 
-  !> Calls `solve_level` and adds up the evaluations of the coefficients.
+  !> Calls `solve_level` and adds the number of evaluations of the coefficients to the total.
   subroutine solve_trial(system, steps, forced, monodromy, level, error, lower)
     class(periodic_system), intent(in) :: system
     integer, intent(in) :: steps
@@ -349,8 +350,8 @@ contains
     call move_alloc(level%xp, monodromy%xp)
   end subroutine store_result
 
-  !> Computes ln |det Phi(T)| minus the integral of tr P for a solved system. By Liouville's theorem it is zero. Error: P is not
-  !> finite at some phase.
+  !> Computes ln |det Phi(T)| minus the integral of tr P for a solved system. By Liouville's theorem this difference is zero. Fails
+  !> if P is not finite at some phase.
   subroutine liouville_defect(self, system, defect, error)
     class(monodromy_type), intent(in) :: self
     class(periodic_system), intent(in) :: system

@@ -21,8 +21,8 @@ module gestell_floquet_period_period_map
     real(dp), allocatable :: phi(:, :), xp(:)
   end type period_map_type
 
-  !> Number of steps whose maps are stored at a time. Memory then does not grow with the number of steps, and the maps remain in the
-  !> cache.
+  !> Number of steps whose maps are stored together. Because of this limit the memory does not grow with the number of steps, and
+  !> the maps remain in the cache.
   integer, parameter, public :: block_length = 32
 
 contains
@@ -36,7 +36,7 @@ contains
     if (steps - last > 0 .and. steps - last < lanes) last = last - lanes
   end function end_of_block
 
-  !> Fails if the phases are not ascending within [0, 1].
+  !> Fails unless the phases are ascending and lie within [0, 1].
   pure subroutine check_phases(phases, error)
     real(dp), intent(in) :: phases(:)
     type(error_type), allocatable, intent(out) :: error
@@ -47,8 +47,8 @@ contains
     if (.not. sound) call fatal_error(error, "phases must be ascending and lie between 0 and 1", invalid_input)
   end subroutine check_phases
 
-  !> Fails if the nodes are not ascending phases, if there are fewer than two, or if one of `sizes` (of units and results) is not
-  !> `n`.
+  !> Fails if there are fewer than two nodes, if the nodes are not ascending phases, or if one of `sizes` (of units and results) is
+  !> not `n`.
   pure subroutine check_shapes(n, nodes, sizes, error)
     integer, intent(in) :: n, sizes(:)
     real(dp), intent(in) :: nodes(:)
@@ -63,8 +63,8 @@ contains
     end if
   end subroutine check_shapes
 
-  !> Computes Phi(T) = A_m ... A_1, equation (17) of the paper, from the maps of the steps between `nodes`. Errors: invalid nodes or
-  !> shapes; a step fails; overflow.
+  !> Computes Phi(T) = A_m ... A_1, equation (17) of the paper, from the maps of the steps between `nodes`. Fails if nodes or shapes
+  !> are invalid, a step fails, or a number overflows.
   subroutine period_map(system, method, nodes, scale, phi, error, xp, xp_peak, transient_growth, lower, unresolved)
     class(periodic_system), intent(in) :: system
     class(method_type), intent(in) :: method
@@ -79,7 +79,7 @@ contains
     real(dp), intent(out), optional :: xp(:), xp_peak, transient_growth
     !> Maps of the period by the two embedded methods, shape (2)
     type(period_map_type), intent(out), optional :: lower(:)
-    !> Variations of coefficients and loads between the nodes, summed over the steps
+    !> Sums over the steps of the variations of coefficients and loads between the nodes
     type(unresolved_type), intent(out), optional :: unresolved
     real(dp), allocatable :: maps(:, :, :), low(:, :, :, :)
     ! An unallocated variable counts as an absent argument.
@@ -134,8 +134,9 @@ contains
       & transient%peak_norm), growth_halfway(balanced(phi, scale), balanced(transient%halfway, scale)))
   end subroutine period_map
 
-  !> Growth, relative to Phi(T), of a rounding error made at the peak, where Phi(t) is largest. From there to the end the motion is
-  !> Phi(T) Phi(t)^-1. If Phi does not fall after the peak, the growth is about 1 and is not computed.
+  !> Growth, relative to Phi(T), of a rounding error made at the peak, where Phi(t) is largest. An error made at the peak is
+  !> multiplied by Phi(T) Phi(t)^-1 until the end of the period. If Phi does not fall after the peak, the growth is about 1 and is
+  !> not computed.
   real(dp) function growth_by(phi, peak, peak_norm) result(growth)
     real(dp), intent(in) :: phi(:, :), peak(:, :), peak_norm
     real(dp), parameter :: much = 10
@@ -154,8 +155,8 @@ contains
     end if
   end function growth_by
 
-  !> Growth of a rounding error at half of the period: |Phi(T, t)| |Phi(t)| / |Phi(T)|, divided by its value for rotations. It is
-  !> far above 1 where nearly coincident modes decay, as at critical damping. It is set to 1 where Phi(t) is nearly singular.
+  !> Growth of a rounding error made at half of the period: |Phi(T, t)| |Phi(t)| / |Phi(T)|, divided by its value for rotations. It
+  !> is far above 1 where nearly coincident modes decay, as at critical damping. It is set to 1 where Phi(t) is nearly singular.
   real(dp) function growth_halfway(phi, halfway) result(growth)
     real(dp), intent(in) :: phi(:, :), halfway(:, :)
     real(dp), parameter :: max_spread = 1.0e12_dp
@@ -173,8 +174,8 @@ contains
   end function growth_halfway
 
   !> Computes the motion x that starts from `x0` at phase 0. All phases are ends of steps, and the steps are at most as long as
-  !> those between `nodes`, so x has the accuracy of the method at the phases. Errors: those of `period_map`; `x` does not have one
-  !> column per phase.
+  !> those between `nodes`, so x has the accuracy of the method at the phases. Fails if `period_map` would fail or `x` does not have
+  !> one column per phase.
   subroutine trajectory(system, method, nodes, x0, phases, x, error)
     class(periodic_system), intent(in) :: system
     class(method_type), intent(in) :: method
@@ -229,8 +230,8 @@ contains
 
   end subroutine trajectory
 
-  !> Divides the period into `parts` equal parts and computes the motion over each part, from the beginning of this part. Errors: a
-  !> step fails; overflow.
+  !> Divides the period into `parts` equal parts and computes the motion over each part, from the beginning of this part. Fails if a
+  !> step fails or a number overflows.
   subroutine motions(system, method, nodes, parts, maps, error)
     class(periodic_system), intent(in) :: system
     class(method_type), intent(in) :: method

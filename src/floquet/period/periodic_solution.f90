@@ -22,7 +22,7 @@ module gestell_floquet_period_periodic_solution
 
 contains
 
-  !> Creates the error message for resonance: no periodic vibration exists, or the error of Phi(T) is too large to compute it.
+  !> Creates the error message for resonance: no periodic vibration exists, or the error of Phi(T) is too large for computing it.
   pure subroutine raise_resonance(error)
     type(error_type), allocatable, intent(out) :: error
 
@@ -39,8 +39,8 @@ contains
   !> vectors e_p. They change x0 by (E - Phi)^-1 (E' x0 + e_p), where E' x0 and e_p nearly cancel, because the periodic motion is
   !> slower than the free vibrations.
   !>
-  !> Errors: `monodromy` was solved without forcing, or with so few steps that its error is unknown; resonance: E - Phi may be
-  !> singular within its error bound.
+  !> Fails if `monodromy` was solved without forcing, or with so few steps that its error is unknown. Also fails at resonance: E -
+  !> Phi may be singular within its error bound.
   subroutine solve_periodic(monodromy, solution, error)
     type(monodromy_type), intent(in) :: monodromy
     type(periodic_solution_type), intent(out) :: solution
@@ -103,7 +103,7 @@ contains
     end associate
   end subroutine solve_periodic
 
-  !> Computes the periodic motion at the phases. Errors: `solution` is empty; those of `trajectory`.
+  !> Computes the periodic motion at the phases. Fails if `solution` is empty or `trajectory` fails.
   subroutine follow(system, monodromy, solution, phases, x, error)
     class(periodic_system), intent(in) :: system
     type(monodromy_type), intent(in) :: monodromy

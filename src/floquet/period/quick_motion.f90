@@ -37,7 +37,8 @@ module gestell_floquet_period_quick_motion
     real(dp) :: phase_advance = 0, amplification = usual_amplification
     !> Norms of the harmonics of order 0, 1, ..., relative to the whole motion, in units of `scale`
     real(dp), allocatable :: spectrum(:)
-    !> Input. True: store [Phi(t) x_p(t)] at the phases k/phases, k = 1 ... phases, in `maps`, shape (n, n + 1, phases)
+    !> True: also store the maps [Phi(t) x_p(t)] at the phases k/phases, k = 1 ... phases, in `maps`, shape (n, n + 1, phases). Set
+    !> by the caller
     logical :: keeps = .false.
     real(dp), allocatable :: maps(:, :, :)
   end type quick_motion_type
@@ -61,8 +62,8 @@ contains
     integer, intent(in) :: phases
     !> Allowed error relative to the motion
     real(dp), intent(in) :: of_motion
-    !> The periodic motion. On input it may hold the motion of a similar system, whose units, phase advance, amplification and
-    !> harmonics are then used; or it is empty.
+    !> The periodic motion. On input it is empty or holds the motion of a similar system, whose units, phase advance, amplification
+    !> and harmonics are then used.
     type(quick_motion_type), intent(inout) :: motion
     !> False if this method is unsuitable or fails. It is unsuitable if the coefficients jump, if the phase advance of the fastest
     !> vibration exceeds `max_turns`, or if a multiplier is so near 1 that rounding exceeds the allowed error.
@@ -156,7 +157,7 @@ contains
   end function error_of
 
   !> Chooses the number of Gauss stages and the number of steps between two phases, `between`, that reach `tolerance` with the least
-  !> work. `between` is zero if no choice reaches it.
+  !> work. `between` is zero if `tolerance` cannot be reached.
   subroutine choose_steps(system, phases, motion, tolerance, method, between)
     class(periodic_system), intent(in) :: system
     integer, intent(in) :: phases

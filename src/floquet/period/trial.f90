@@ -27,7 +27,7 @@ module gestell_floquet_period_trial
 contains
 
   !> Computes the map of the period with `steps` steps, or slightly more because every break of the coefficients must end a step.
-  !> Errors: those of `period_map`.
+  !> Fails in the cases in which `period_map` fails.
   subroutine solve_level(system, method, scale, steps, forced, level, error, lower)
     class(periodic_system), intent(in) :: system
     class(method_type), intent(in) :: method

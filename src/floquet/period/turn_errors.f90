@@ -32,15 +32,16 @@ module gestell_floquet_period_turn_errors
   !> Errors of n quantities over the period. At each phase the error is a factor between -1 and 1 times the differences at this
   !> phase, plus rounding.
   type, public :: turn_errors_type
-    !> `differences`: differences times the safety factor, shape (n, 2 * phases), first for the motion that was compared, then for a
-    !> motion with much shorter steps. `rounding`: rounding error at any time, shape (n).
+    !> `differences`: differences times the safety factor, shape (n, 2 * phases). The first half belongs to the motion that was
+    !> compared, the second half to a motion with much shorter steps. `rounding`: bound on the rounding error at any time, shape
+    !> (n).
     real(dp), allocatable :: differences(:, :), rounding(:)
   contains
     procedure :: bounds
     procedure :: along
   end type turn_errors_type
 
-  !> Comparison of a motion, which consists of K segments, with the motion that steps half as long give
+  !> Comparison of a motion of K segments with the motion computed in steps half as long
   type, public :: comparison_type
     !> `local`: l(t), shape (n, phases). `transition`: Phi(t, t_k), shape (n, n, phases). `map`: A_k, shape (n, n, K). `defect`:
     !> d_k, shape (n, K). `size`: largest |x| in balanced units within each segment, shape (K).
@@ -73,7 +74,7 @@ contains
     if (size(self%differences, 2) > 0) bounds = bounds + maxval(abs(self%differences), dim=2)
   end function bounds
 
-  !> Compares a motion with the motion from the same starts with steps half as long. Error: overflow.
+  !> Compares a motion with a second motion that has the same starts and steps half as long. Fails if a number overflows.
   subroutine compare(system, method, nodes, scale, ends, starts, phases, x, comparison, error)
     class(periodic_system), intent(in) :: system
     class(method_type), intent(in) :: method
@@ -147,14 +148,14 @@ contains
 
   end subroutine compare
 
-  !> Computes the corrections `z` at the starts of K segments, and the part `due` to z_1. z_1 solves (E - Phi) z_1 = defect of the
-  !> whole period. Error: E - Phi is singular.
+  !> Computes `z`, the corrections at the starts of K segments, and `due`, the part of these corrections that z_1 causes. The
+  !> equation for z_1 is (E - Phi) z_1 = defect of the whole period. Fails if E - Phi is singular.
   subroutine solve_corrections(turn, comparison, scale, z, due, inverted, error)
     !> `turn`: comparison over the whole period as a single segment. `comparison`: comparison over the K segments.
     type(comparison_type), intent(in) :: turn, comparison
     !> Units of the states, shape (n)
     real(dp), intent(in) :: scale(:)
-    !> `z`: corrections at the starts of the segments, shape (n, K). `due`: part of them caused by z_1, shape (n, K).
+    !> `z`: corrections at the starts of the segments, shape (n, K). `due`: part of `z` caused by z_1, shape (n, K).
     real(dp), intent(out) :: z(:, :), due(:, :)
     !> (E - Phi)^-1 in balanced units
     real(dp), allocatable, intent(out) :: inverted(:, :)
@@ -175,9 +176,9 @@ contains
   pure subroutine compute_differences(comparison, scale, z, due, at_starts, own, errors)
     !> Comparison over the K segments
     type(comparison_type), intent(in) :: comparison
-    !> `scale`: units of the states, shape (n). `z`, `due`: corrections at the starts of the segments, and their part caused by z_1,
-    !> shapes (n, K). `at_starts`, `own`: rounding errors at the starts, shape (n, K), and within each segment, shape (K), in
-    !> balanced units.
+    !> `scale`: units of the states, shape (n). `z`, `due`: corrections at the starts of the segments, and the part of these
+    !> corrections caused by z_1, shapes (n, K). `at_starts`, `own`: rounding errors at the starts, shape (n, K), and within each
+    !> segment, shape (K), in balanced units.
     real(dp), intent(in) :: scale(:), z(:, :), due(:, :), at_starts(:, :), own(:)
     !> Differences and rounding over the period
     type(turn_errors_type), intent(out) :: errors

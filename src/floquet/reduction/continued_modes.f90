@@ -25,7 +25,7 @@ contains
   !>
   !>     L_g T_g = E,   L = T^-1 at phase 0.
   !>
-  !> Errors: the directions of a group change too much; all modes are slow, so that nothing can be decoupled.
+  !> Fails if the directions of a group change too much, or if all modes are slow, so that nothing can be decoupled.
   subroutine follow_modes(a, gap, modes, error)
     !> `a`: matrices A. `gap`: minimum distance between eigenvalues of different groups.
     real(dp), intent(in) :: a(:, :, :), gap
@@ -118,7 +118,7 @@ contains
   end subroutine continue_bases
 
   !> Assigns each eigenvector to the group in which its largest part lies. `coordinates` holds the eigenvectors in the basis of the
-  !> previous phase. If the size of a group changes, two groups clash, and `clash` returns their numbers.
+  !> previous phase. If the size of a group changes, this group and another one must be merged; `clash` returns the numbers of both.
   pure subroutine assign_groups(coordinates, before, group, clash)
     complex(dp), intent(in) :: coordinates(:, :)
     integer, intent(in) :: before(:)

@@ -1,4 +1,4 @@
-!> Decouples the groups of modes of y' = D y + g by iteration, (70) of doc/theory.md. The notation is the notation of
+!> Decouples the groups of modes of y' = D y + g by iteration, (70) of doc/theory.md. Symbols are those of
 !> gestell_floquet_reduction; matrices have the real form of gestell_floquet_reduction_conjugates.
 module gestell_floquet_reduction_decoupling
   use gestell_base_error, only: error_type, failed_computation, fatal_error
@@ -51,7 +51,7 @@ contains
     !> A at the phases, shape (phases, n, n)
     real(dp), contiguous, intent(in) :: a(:, :, :)
     type(modes_type), intent(in) :: modes
-    !> Coupling between groups at which the iteration ends
+    !> The iteration ends when the coupling between groups is at most this value
     real(dp), intent(in) :: enough
     !> S at the phases, shape (phases, n, n)
     real(dp), contiguous, intent(inout) :: s(:, :, :)
@@ -129,8 +129,9 @@ contains
     call multiply(motion%inverted, rate, motion%d)
   end subroutine transform
 
-  !> Makes the block of each group in its own rows of S the unit matrix. The bases of the groups then depend only on the subspaces,
-  !> not on the iteration. Fails if such a block is singular, because a subspace differs too much from the one at phase 0.
+  !> Scales S so that the block of each group, in the group's own rows, becomes the unit matrix. The bases of the groups then depend
+  !> only on the subspaces, not on the iteration. Fails if such a block is singular, because a subspace differs too much from the
+  !> subspace at phase 0.
   subroutine normalise(modes, s, error)
     type(modes_type), intent(in) :: modes
     real(dp), contiguous, intent(inout) :: s(:, :, :)
@@ -183,7 +184,7 @@ contains
   end subroutine normalise_mode
 
   !> Maximum row sum of the elements of D between groups, at each phase. If `departure` is present, its elements within groups are
-  !> added to the row sums.
+  !> included in the row sums.
   pure function uncoupled_sizes(d, modes, departure) result(sizes)
     real(dp), contiguous, intent(in) :: d(:, :, :)
     type(modes_type), intent(in) :: modes

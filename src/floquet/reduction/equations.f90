@@ -79,7 +79,7 @@ contains
     call solve(self%matrix, self%x, error)
   end subroutine solve_equations
 
-  !> Computes the mean eigenvalue of D over the columns `own`, at each phase.
+  !> Computes the mean of the eigenvalues of D that belong to the columns `own`, at each phase.
   pure subroutine means(d, conjugate, own, re, im)
     real(dp), contiguous, intent(in) :: d(:, :, :)
     integer, intent(in) :: conjugate(:), own(:)

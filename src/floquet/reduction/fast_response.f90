@@ -19,13 +19,13 @@ contains
   !>
   !>     g = D z + S^-1 f - z'
   !>
-  !> is made small by repeatedly adding to z_g the solution of D_g z_g = -g_g. Stops when the remainder, relative to the terms of g,
-  !> is at most `enough` or no longer falls. Errors: a group has the eigenvalue zero; overflow.
+  !> is made small by repeatedly adding to z_g the solution of D_g z_g = -g_g. The iteration stops when the remainder, relative to
+  !> the terms of g, is at most `enough` or no longer falls. Fails if a group has the eigenvalue zero or a number overflows.
   subroutine decouple_forcing(f, modes, enough, s, motion, p, g, error)
     !> `f`: loads T f at the phases, shape (phases, n). `s`: S at the phases, shape (phases, n, n).
     real(dp), contiguous, intent(in) :: f(:, :), s(:, :, :)
     type(modes_type), intent(in) :: modes
-    !> Relative remainder of g at which the iteration ends
+    !> The iteration ends when the remainder g, relative to its terms, is at most this value
     real(dp), intent(in) :: enough
     !> D and S^-1 at the phases
     type(motion_type), intent(in) :: motion

@@ -1,6 +1,6 @@
-!> Computes products and inverses of small matrices at many phases of the period at once. The phases come first in every array and
-!> innermost in every loop: they stand side by side in the processor's vector registers, and no phase costs a call or memory of its
-!> own.
+!> Computes products and inverses of small matrices at many phases of the period at once. The phase is the first index of every
+!> array and the innermost loop: the numbers of several phases fill a vector register of the processor, and no phase costs a
+!> procedure call or memory of its own.
 module gestell_floquet_reduction_phasewise
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -15,8 +15,8 @@ module gestell_floquet_reduction_phasewise
   !> Number of phases treated at once: eight numbers of 64 bits fill the widest vector registers.
   integer, parameter :: lanes = 8
 
-  !> Computes c = a b at every phase. A factor without the index of the phase is the same at all phases. Shapes: matrices (phases,
-  !> n, n), vectors (phases, n).
+  !> Computes c = a b at every phase. A factor that has no index for the phase is constant. Shapes: matrices (phases, n, n), vectors
+  !> (phases, n).
   interface multiply
     procedure matrices_matrices, matrix_matrices, matrices_matrix, matrices_vectors, matrix_vectors
   end interface multiply
@@ -180,7 +180,8 @@ contains
     real(dp), contiguous, intent(in) :: operator(:, :, :)
     real(dp), contiguous, intent(inout) :: right(:, :)
     type(error_type), allocatable, intent(out) :: error
-    !> Maximum residual relative to the sum of the magnitudes of its terms; beyond it, LAPACK repeats the phase.
+    !> Maximum residual relative to the sum of the magnitudes of its terms. LAPACK solves the equations of a phase again if its
+    !> residual is larger.
     real(dp), parameter :: exact = 1.0e3_dp * epsilon(1.0_dp)
     real(dp) :: some(lanes, size(right, 2), size(right, 2) + 1), x(lanes, size(right, 2)), left(lanes), size_of(lanes)
     real(dp) :: lu(size(right, 2), size(right, 2)), one(size(right, 2), 1)
@@ -254,7 +255,8 @@ contains
     end do
   end subroutine solve_in_lanes
 
-  !> The pivot, or 1 if the pivot is nearly zero. The result of elimination is then useless, but 1 avoids overflow.
+  !> The pivot, or 1 if the pivot is nearly zero. After such a pivot the result of elimination is useless, but dividing by 1 avoids
+  !> overflow.
   elemental real(dp) function pivot_of(value) result(pivot)
     real(dp), intent(in) :: value
     real(dp), parameter :: least = 1.0e-6_dp

@@ -1,14 +1,14 @@
-!> Decouples a system with fast free vibrations into groups of modes that hardly interact. Implements (69) and (70) of
-!> doc/theory.md: superadiabatic diagonalisation (M. V. Berry, Proc. R. Soc. A 414 (1987) 31, doi:10.1098/rspa.1987.0131), here for
-!> matrices.
+!> Decouples a system with fast free vibrations into groups of modes that are almost independent of each other. Implements (69) and
+!> (70) of doc/theory.md: superadiabatic diagonalisation (M. V. Berry, Proc. R. Soc. A 414 (1987) 31, doi:10.1098/rspa.1987.0131),
+!> here for matrices.
 !>
 !> With the phase t / T as the independent variable, A = T P and x = S y + p
 !>
 !>     y' = D y + g,   D = S^-1 (A S - S'),   g = S^-1 (A p + T f - p').
 !>
 !> The smooth periodic S and p are chosen such that D has no elements between groups and g vanishes outside the slow group. They
-!> exist up to terms that are exponentially small in the distance of the groups. The remainder is made zero at the phases and
-!> measured midway between them. The cost does not depend on how fast the vibrations are.
+!> exist up to terms that are exponentially small in the distance between the groups. The remaining elements are made zero at the
+!> phases and measured midway between the phases. The cost does not depend on the frequencies of the vibrations.
 !>
 !> All phases are processed at once (gestell_floquet_reduction_phasewise), and conjugate modes in real arithmetic
 !> (gestell_floquet_reduction_conjugates). Coordinates refer to the modes at phase 0, so that S is close to E.
@@ -56,33 +56,33 @@ module gestell_floquet_reduction
     type(modes_type) :: modes
     real(dp), allocatable :: start(:, :), start_inverse(:, :), s(:, :, :)
     type(motion_type) :: motion
-    !> Response p, and the remainder g that it leaves; allocated only if requested.
+    !> Response p, and the remainder g that remains with this p; allocated only if requested.
     real(dp), allocatable :: p(:, :), g(:, :)
     !> Coefficients A and T f in the coordinates whose basis is the columns of `start`.
     type(coefficients_type) :: own
     !> Remaining coupling: maximum row sum of the elements of D between groups, over all phases.
     real(dp) :: left = 0
-    !> True if this result can be the start of a decoupling on more phases.
+    !> True if the decoupling on more phases can start from this result.
     logical :: settled = .false.
     !> If `settled`: minimum distance between two groups, or between a fast group and zero.
     real(dp) :: distance = 0
   end type decoupled_type
 
-  !> The number of phases lies between `fewest` and `most`. Predicted numbers are used up to `max_predicted`; above it the number is
-  !> doubled.
+  !> Minimum and maximum number of phases are `fewest` and `most`. Predicted numbers are used up to `max_predicted`; above it the
+  !> number is doubled.
   integer, parameter :: fewest = 32, max_predicted = 128, most = 1024
-  !> Roundoff of a residual, relative to its terms, in units of epsilon |S| |S^-1|.
+  !> Estimated roundoff of a residual, relative to its terms, in units of epsilon |S| |S^-1|.
   real(dp), parameter :: rounding = 32
   !> The reduction aims at a tolerance of at most this value, even if the user's tolerance is larger: the extra accuracy costs
   !> little.
   real(dp), parameter :: loosest_tolerance = 1.0e-9_dp
-  !> Maximum roundoff of a residual: beyond it no digit of the phase of a multiplier is correct.
+  !> Maximum roundoff of a residual. If it is larger, no digit of the phase of a multiplier is correct.
   real(dp), parameter :: max_residual = 0.1_dp
 
 contains
 
-  !> Reduces `system` with more and more phases until the residual is at most `tolerance` or roundoff. For the forced part the
-  !> residual is relative to p. Fails if the system cannot be reduced; the message gives the reason.
+  !> Reduces `system` and increases the number of phases until the residual is at most `tolerance` or roundoff. For the forced part
+  !> the residual is relative to p. Fails if the system cannot be reduced; the message gives the reason.
   subroutine reduce(system, scale, forced, tolerance, reduction, error)
     class(periodic_system), intent(in) :: system
     !> `scale`: units that balance the states, shape (n). `tolerance`: tolerance of the residual.
@@ -196,11 +196,11 @@ contains
     min_residual = rounding * epsilon(1.0_dp) * reduction%condition
   end function min_residual
 
-  !> Decouples groups of modes whose eigenvalues stay at least `gap` apart.
+  !> Decouples groups of modes whose eigenvalues differ by at least `gap`.
   !>
-  !> The iteration starts from the result on fewer phases, or else from the modes at phase 0, used at all phases. If the resulting
-  !> groups are less than `gap` apart, it starts again from eigenvectors that are followed from phase to phase. Errors: all modes
-  !> are slow; the eigenvectors cannot be followed.
+  !> The iteration starts from the result on fewer phases. If there is none, it uses the modes at phase 0 for all phases. If the
+  !> distance between the resulting groups is less than `gap`, it starts again from eigenvectors that are followed from phase to
+  !> phase. Fails if all modes are slow or the eigenvectors cannot be followed.
   subroutine decouple_groups(nodes, gap, enough, decoupled, error)
     type(coefficients_type), intent(in) :: nodes
     real(dp), intent(in) :: gap, enough

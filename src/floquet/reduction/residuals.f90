@@ -16,11 +16,11 @@ module gestell_floquet_reduction_residuals
 
   !> Residuals of a reduction, with the phase t / T as the independent variable.
   type, public :: residuals_type
-    !> `residual`: mean over the phases of two maximum row sums, one at the phase and one at the following midpoint. The sums
-    !> contain the elements of D between groups and, within groups, the deviation of D from its interpolation. Rounding errors of D
-    !> that are equal at all phases are added, because differences do not show them. `forcing_residual`: mean of corresponding
-    !> maxima, of g outside the slow group and of the deviation of the slow elements of g from their interpolation, without
-    !> rounding.
+    !> `residual`: mean over the phases of two maximum row sums, one at the phase and one at the following midpoint. A row sum
+    !> contains the elements of D between groups. Within groups it contains the difference between D and its interpolation, plus
+    !> rounding errors of D, because errors that are equal at all phases cancel in this difference. `forcing_residual`: mean of the
+    !> corresponding maxima for g, without rounding: |g| outside the slow group, and the difference between g and its interpolation
+    !> in the slow group.
     real(dp) :: residual = 0, forcing_residual = 0
     !> Maxima over the phases of the quantities whose means are `residual` and `forcing_residual`.
     real(dp) :: residual_peak = 0, forcing_peak = 0
@@ -33,7 +33,7 @@ module gestell_floquet_reduction_residuals
 
 contains
 
-  !> Measures the residuals of D, and returns D and S^-1 midway between the phases.
+  !> Measures the residuals of D. Also returns D and S^-1 midway between the phases.
   subroutine measure(a, s, d, modes, start, start_inverse, residuals, between, error)
     !> `a`: A midway between the phases. `s`, `d`: S and D at the phases. Shapes (phases, n, n), in coordinates whose basis is the
     !> columns of `start`, shape (n, n). `start_inverse`: inverse of `start`.
@@ -63,8 +63,8 @@ contains
 
   !> Measures the residuals of p and g.
   subroutine measure_forcing(a, f, p, g, between, modes, start, size_a, residuals)
-    !> `a`, `f`: A and T f midway between the phases. `p`, `g`: p and g at the phases. Shapes (phases, n, n), (phases, n), in
-    !> coordinates whose basis is the columns of `start`.
+    !> `a`, shape (phases, n, n), and `f`, shape (phases, n): A and T f midway between the phases. `p`, `g`, shapes (phases, n): p
+    !> and g at the phases. The basis of all coordinates is the columns of `start`.
     real(dp), contiguous, intent(in) :: a(:, :, :), f(:, :), p(:, :), g(:, :), start(:, :)
     !> D and S^-1 midway between the phases
     type(motion_type), intent(in) :: between

@@ -23,7 +23,7 @@ module gestell_floquet_integrator_comparison_cooper_verner
     procedure :: work
   end type cooper_verner_method
 
-  !> Number of the node, 1 to 5, at which each slope is evaluated
+  !> Index, from 1 to 5, of the node at which each slope is evaluated
   integer, parameter :: node(slopes) = [1, 3, 3, 4, 4, 3, 2, 2, 3, 4, 5]
 
 contains
@@ -68,7 +68,7 @@ contains
     b([1, 8, 9, 10, 11]) = [1 / 20.0_dp, 49 / 180.0_dp, 16 / 45.0_dp, 49 / 180.0_dp, 1 / 20.0_dp]
   end subroutine cooper_verner_tableau
 
-  !> Work of a step, see `step_work` in gestell_floquet_integrator_method.
+  !> Computing time of a step, in the units of `step_work` in gestell_floquet_integrator_method.
   pure function work(self, states, second_order)
     class(cooper_verner_method), intent(in) :: self
     integer, intent(in) :: states
@@ -109,7 +109,7 @@ contains
 
   contains
 
-    !> The starts (E, and 0 in the last column) plus the sum of the slopes times `along`.
+    !> The start values (E, and 0 in the last column) plus the sum of the slopes, each times its element of `along`.
     function started(along) result(x)
       real(dp), intent(in) :: along(:)
       real(dp) :: x(size(slope, 1), size(slope, 2))

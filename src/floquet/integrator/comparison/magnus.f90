@@ -61,8 +61,8 @@ contains
     work = self%stages * matrix_work(states, second_order) + products * product_work(states + 1)
   end function work
 
-  !> Computes the maps of the steps as matrix exponentials in balanced units. b is the last column of the exponential of [P f; 0 0].
-  !> Because b is linear in f, f is first scaled to the size 1 / T. Error: P is not finite.
+  !> Computes the maps of the steps as matrix exponentials in balanced units. The vector b of a map [A b] is the last column of the
+  !> exponential of [P f; 0 0]. Because b is linear in f, f is first scaled to the size 1 / T. Fails if P is not finite.
   subroutine maps(self, system, from, to, map, error)
     class(magnus_method), intent(in) :: self
     class(periodic_system), intent(in) :: system
@@ -132,17 +132,18 @@ contains
   end function commutator
 
   !> exp(A) by scaling and squaring, exp(A) = exp(A / 2^s)^(2^s), with a Taylor polynomial of degree m = 9 or 16 in powers of A^r, r
-  !> = sqrt(m) (M. Paterson, L. Stockmeyer, SIAM J. Comput. 2 (1973) 60). The truncation error is below the unit roundoff while the
-  !> norm is below ((m + 1)! epsilon)**(1 / (m + 1)).
+  !> = sqrt(m) (M. Paterson, L. Stockmeyer, SIAM J. Comput. 2 (1973) 60). The truncation error is below the unit roundoff if the
+  !> norm of A / 2^s is below ((m + 1)! epsilon)**(1 / (m + 1)).
   !>
-  !> Balance A before the call. If its norm is far above its eigenvalues, more squarings are needed, and each doubles the roundoff.
+  !> Balance A before the call. If the norm of A is much larger than its eigenvalues, more squarings are needed, and each squaring
+  !> doubles the roundoff error.
   pure function expm(a) result(e)
     real(dp), intent(in) :: a(:, :)
     real(dp) :: e(size(a, 1), size(a, 1))
     real(dp), parameter :: inverse_factorial(0:16) = [1.0_dp, 1.0_dp, 5.0e-1_dp, 1 / 6.0_dp, 1 / 24.0_dp, 1 / 120.0_dp, &
       & 1 / 720.0_dp, 1 / 5040.0_dp, 1 / 40320.0_dp, 1 / 362880.0_dp, 1 / 3628800.0_dp, 1 / 39916800.0_dp, &
       & 1 / 479001600.0_dp, 1 / 6227020800.0_dp, 1 / 87178291200.0_dp, 1 / 1307674368000.0_dp, 1 / 20922789888000.0_dp]
-    !> Largest norms for which degree 9 and degree 16 suffice: (10! epsilon)**(1/10) and (17! epsilon)**(1/17)
+    !> Largest norms of A / 2^s for which degree 9 and degree 16 suffice: (10! epsilon)**(1/10) and (17! epsilon)**(1/17)
     real(dp), parameter :: reach_9 = 0.123_dp, reach_16 = 0.861_dp
     real(dp) :: power(size(a, 1), size(a, 1), 4), norm
     integer :: squarings, r, i, j, k

@@ -13,8 +13,8 @@ module gestell_floquet_integrator_comparison_step_nodes
 
 contains
 
-  !> Samples P and, if `forced`, f at the relative positions `c` in every step. If two steps share an end, it is evaluated once,
-  !> unless the coefficients jump there.
+  !> Samples P and, if `forced`, f at the relative positions `c` in every step. The common end of two successive steps is evaluated
+  !> only once, unless the coefficients jump there.
   subroutine sample_steps(system, from, to, c, forced, at, p, f)
     class(periodic_system), intent(in) :: system
     !> `from`, `to`: start and end of each step, as phases. `c`: relative positions in a step, ascending from 0 to 1.
