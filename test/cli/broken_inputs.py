@@ -434,7 +434,7 @@ OPTIONS = [
     ("--set, the mechanism cannot be assembled", ["input.nml", "-s", "joint(B).lengths(1)=0.1"], 3,
      "input.nml:6: joint 'B' cannot be assembled or is at a dead point at a crank angle of 0.000 deg: "
      "its ends are 0.33 m apart; lengths of 0.1 m and 0.16 m allow 0.06 m to 0.26 m; it cannot be assembled at any crank angle; not a Grashof "
-     "linkage: the shortest and the longest bar, 0.47 m together, are longer than the other two, 0.26 m"),
+     "linkage: the shortest and the longest bar, together 0.47 m, are longer than the other two, together 0.26 m"),
     ("--fail-if-unstable without a verdict", ["input.nml", "--fail-if-unstable", "-s", "case.tasks='drawing'"], 1,
      "--fail-if-unstable needs a task with a verdict: 'stability', 'modes', 'response', 'forces', 'power', 'balance', "
      "'sensitivity', 'separation', 'design', 'sweep', 'campbell', 'critical' or 'resonance'"),

@@ -109,7 +109,7 @@ def test_check_report():
         run.done("follower, --check")
         force = 2 * 0.01 * (20 * math.pi) ** 2
         for word in ("mobility 1 (3 links including the frame, 2 pairs, 1 higher pair)", "0.05 to 0.07", "0.02", f"{force:.5g}",
-                     "joint 'T' at "):
+                     "deg at joint 'T', crank angle "):
             check(f"follower, --check: {word}", word in run.out, word, run.out)
     swept = follower("lift=" + listed(HARMONICS)).replace("'response','power'", "'sweep'")
     swept += "&sweep parameter='joint(T).lift(2)', from=-0.01, to=-0.02, count=3 /\n"

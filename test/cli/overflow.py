@@ -141,7 +141,7 @@ def test_moduli():
 """
     with Folder(input=machine) as folder:
         run = Run(folder, "input.nml")
-        check("a range of moduli", "to beyond 1.8e308, greatest" in run.out and "Inf" not in run.out, "in words", run.out)
+        check("a range of moduli", "to beyond 1.8e308, maximum" in run.out and "Inf" not in run.out, "in words", run.out)
 
 
 def test_balanced():

@@ -409,7 +409,7 @@ def test_trade():
     with Folder(input=SOUND.replace("'stability', 'response'", "'trade'")) as folder:
         Run(folder, "-q", "input.nml").done("picture of the trade")
         texts = drawn("picture of the trade", folder / "input").get("trade", "")
-        check("picture of the trade, methods", not GNUPLOT or "gauss8" in texts and "time of a solution (s)" in texts, "gauss8", texts)
+        check("picture of the trade, methods", not GNUPLOT or "gauss8" in texts and "time of one solution (s)" in texts, "gauss8", texts)
 
 
 PLOT_TESTS = (test_scripts, test_titles, test_nothing_to_plot, test_sweeps, test_borders, test_findings, test_over_speed,

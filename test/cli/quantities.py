@@ -148,7 +148,7 @@ REFUSED = [
      r"support\(1\)\.fx .*; other columns are rho_max, .*, psi_peak_rad")),
     ("no such support", ", columns='support(5).f'", re.compile(r"columns\(1\) = 'support\(5\)\.f': .*to 4\).*")),
     ("nearly a column", ", columns='xi_pek_m'", "columns(1) = 'xi_pek_m': unknown; did you mean 'xi_peak_m'?"),
-    ("twice", ", columns='f','rho_max','f'", "columns(3) = 'f': names 'f' twice"),
+    ("twice", ", columns='f','rho_max','f'", "columns(3) = 'f': column 'f' is named twice"),
     ("unknown measure", ", columns='f', measures='men'", "measures(1) = 'men': unknown; choose from 'peak', 'rms', 'band'"),
     ("no band", ", columns='f','xi_dot', measures='band'",
      "measures = 'band': 'band' applies to velocities of probes: request probe(NAME).v, .vx or .vy"),

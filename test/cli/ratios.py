@@ -139,8 +139,8 @@ def study_tests():
                                           "'drive.speed_rpm','frame.mass','support(1).stiffness','link(cam).mass' /\n",
                                           lambda rpm, turns: (), plane=(HALF, BACKWARD)):
         alike(name, folder, "sensitivity", ratio, 1e-7)
-        per = f"ln of it, in {ratio[1]} turns"
-        check(f"{name}: growth over the period", per in runs[0].out and "ln of it, per turn" in runs[1].out, per, runs[0].out)
+        per = f"ln |rho| over {ratio[1]} turns"
+        check(f"{name}: growth over the period", per in runs[0].out and "ln |rho| per turn" in runs[1].out, per, runs[0].out)
     head = ("&case tasks='design' /\n&design parameter='support(1).stiffness(2)', from=2e4, to=8e4 /\n"
             "&design parameter='link(cam).mass', from=0.1, to=1 /\n&objective quantity='f', measure='rms' /\n"
             "&constraint quantity='shaking.f', measure='rms', at_most=1e4 /\n"
@@ -265,7 +265,7 @@ def word_tests():
         if not Run(folder, "-q", "--plot", "input.nml").done("ratio 0.5: pictures"):
             return
         for script, words in (("multipliers", "growth in 2 turns"), ("sweep", "growth in 2 turns"),
-                              ("supports_history", "Forces on the ground over 2 turns"), ("power", "torque over 2 turns")):
+                              ("supports_history", "Forces on the ground over 2 turns"), ("power", "power over 2 turns")):
             text = (folder / "input" / f"{script}.gp").read_text()
             check(f"ratio 0.5: {script}.gp", words in text, words, text[:600])
 

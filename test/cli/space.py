@@ -434,7 +434,7 @@ REFUSED = (
     ("no axis", {}, "&mechanism name='m', axis=0,0,0 /\n", "must not be the zero vector"),
     ("x-axis on the plane", {}, "&mechanism name='m', axis=1,0,0, x_axis=2,0,0 /\n", "must not be normal to the plane"),
     ("gravity of two values", {}, "&gravity direction=0,-1 /\n", "must be one angle or a vector of 3 values, but has 2 values"),
-    ("gravity without direction", {}, "&gravity direction=0,0,0 /\n", "all three values are zero"),
+    ("gravity without direction", {}, "&gravity direction=0,0,0 /\n", "must not be the zero vector"),
     ("gravity's vector in the plane", {"dof": "'xi','eta','psi'"}, "&gravity direction=0,-1,0 /\n", "must be one angle in the plane"),
     ("foundation in the plane", {"dof": "'xi','eta','psi'"}, "&foundation stiffness(4,4)=1e3 /\n",
      "&foundation: stiffness(4,4) = 1e3: is only for a frame in space"),
