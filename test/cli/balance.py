@@ -46,7 +46,7 @@ def rows(folder, name="balance"):
 
 def pasted(report):
     """The printed lines of each variant, by its label."""
-    text = report[report.index("COUNTERWEIGHTS as links"):]
+    text = report[report.index("COUNTERWEIGHTS as &link groups"):]
     return {part.split("\n")[0]: "".join(LINK.findall(part)) for part in text.split("  ! ")[1:]}
 
 
@@ -110,7 +110,7 @@ def test_four_bar():
                                                 for aim, key in (("force", "rigid_f_rms_N"), ("moment", "rigid_m_rms_Nm"))],
               [True, True])
         percent = 100 * (found[-1]["f_rms_N"] / found[0]["f_rms_N"] - 1)
-        check("balance: headline", f"Best counterweights on rigid ground (complete): rms force -100 %, on the mounts {percent:.3g} %"
+        check("balance: headline", f"Best counterweights for rigid ground (complete): rms force -100 %, on the mounts {percent:.3g} %"
               in run.flat, percent, run.out)
         check("balance: lines of the report", max(map(len, run.out.splitlines())) <= 80, "80 columns", run.out)
         compare("balance", BALANCED, folder, run.out)
@@ -190,8 +190,8 @@ def test_refused():
             ("weight", "weight=1.5", line + "weight = 1.5: must lie between 0 and 1"),
             ("no radius", "radius=0", line + "radius(1) = 0: must be positive"),
             ("radii without links", "radius=0.1,0.2",
-             line + "radius = 0.1, 0.2: must be one value, or one for each of 'links', which is missing"),
-            ("radii and links", "links='crank', radius=0.1,0.2", line + "radius = 0.1, 0.2: must be one value, or one for each of 'links'"),
+             line + "radius = 0.1, 0.2: has several values, but the key 'links' is missing: give one value, or name the links"),
+            ("radii and links", "links='crank', radius=0.1,0.2", line + "radius = 0.1, 0.2: must have one value, or one for each link in 'links'"),
             ("about", "about='A'", line + "about = 'A': unknown; choose from 'frame', 'origin'"),
             ("unknown key", "radii=1", line + "unknown key 'radii': did you mean 'radius'?")):
         with Folder(input=BALANCED + f"&balance {group} /\n") as folder:
@@ -199,10 +199,10 @@ def test_refused():
     with Folder(input=BALANCED.replace("&link name='coupler', from='A', to='B'", "&link name='coupler', from='A'")
                 + "&balance links='coupler' /\n") as folder:
         Run(folder, "input.nml").refused("balance, translates", 2,
-                                         line + "links(1) = 'coupler': 'coupler' cannot carry a counterweight: it has no 'to' and only translates")
+                                         line + "links(1) = 'coupler': 'coupler' cannot carry a counterweight: it has no key 'to', so it does not rotate")
     with Folder(input=functions("&drive", "&case tasks='balance' /\n&drive")) as folder:
         Run(folder, "input.nml").refused("balance, mass functions", 2, "input.nml:3: &mass_functions: the task 'balance' needs "
-                                         "joints and links: mass functions have no links that could carry counterweights")
+                                         "joints and links: a mechanism given by mass functions has no links that could carry counterweights")
 
 
 BALANCE_TESTS = (test_four_bar, test_orders, test_stiff, test_drawn, test_refused)

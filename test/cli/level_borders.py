@@ -174,8 +174,8 @@ REFUSED = [
     ("no level", "quantity='fx'", re.compile(r"level: must be given")),
     ("no limit", "quantity='probe(foot).v', measure='band'", re.compile(r"level: must be given")),
     ("negative", "quantity='fx', level=-1", re.compile(r"level = -1: must be positive")),
-    ("level of nothing", "level=1", re.compile(r"level = 1: needs 'quantity', which is missing")),
-    ("measure of nothing", "measure='rms'", re.compile(r"measure = 'rms': needs 'quantity', which is missing")),
+    ("level of nothing", "level=1", re.compile(r"level = 1: requires the key 'quantity', which is missing")),
+    ("measure of nothing", "measure='rms'", re.compile(r"measure = 'rms': requires the key 'quantity', which is missing")),
 ]
 
 
@@ -251,10 +251,10 @@ def test_map():
         follows("a finer map", vertices_on("a finer map", folder / "input", (FIRST, ALONG), force_rms, 1000 / math.sqrt(2)), force,
                 1000, (speed, stiffness), 1e-4)
         run = Run(folder, "input.nml", "-s", "boundary.level=1e7", "-o", "high")
-        check("a map without curves", "  0 curves" in run.out and "  at the centre of the ranges the quantity is: within\n" in run.out
+        check("a map without curves", "  0 curves" in run.out and "  side of the level at the centre of the ranges: within\n" in run.out
               and rows(folder / "high")[1] == [], "within", run.out)
         run = Run(folder, "input.nml", "-s", "boundary.level=1", "-o", "low")
-        check("a map above its level", "  0 curves" in run.out and "  at the centre of the ranges the quantity is: above\n" in run.out, "above", run.out)
+        check("a map above its level", "  0 curves" in run.out and "  side of the level at the centre of the ranges: above\n" in run.out, "above", run.out)
 
 
 def force_rms(rpm, stiffness):

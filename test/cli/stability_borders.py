@@ -151,7 +151,7 @@ def test_refused():
         Run(folder, "input.nml").refused(
             "borders: no parameter", 2, "input.nml:4: &case: tasks = 'boundary': needs a group &sweep with parameter, from, to and count")
         Run(folder, "point.nml").refused(
-            "borders: empty range", 2, "point.nml:11: &sweep: count = 1: must be at least 2 for the task boundary")
+            "borders: empty range", 2, "point.nml:11: &sweep: count = 1: must be at least 2 for the task 'boundary'")
         Run(folder, "-s", "boundary.tolerance=0.2", "one.nml").refused(
             "borders: a coarse tolerance", 2, "--set boundary.tolerance=0.2: must lie between 1e-13 and 0.1")
         done = Run(folder, "--check", "one.nml")

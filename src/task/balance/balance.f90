@@ -57,8 +57,8 @@ contains
   subroutine extend(schema)
     type(schema_type), intent(inout) :: schema
 
-    call schema%add(group_rule("balance", "for the task `balance`: where counterweights may sit, and how force and moment " &
-      & // "are weighted"), balance_keys)
+    call schema%add(group_rule("balance", "for the task `balance`: links that may carry counterweights, and how force and " &
+      & // "moment are weighted"), balance_keys)
   end subroutine extend
 
   !> Reads the group &balance. Fails if the mechanism is not a linkage, or for the reasons given at `read_balance`.
@@ -72,7 +72,7 @@ contains
       call read_balance(configuration%document, configuration%units, mechanism, self%options, error)
     class default
       if (self%requested) call input_error(group_named(configuration%document, "mass_functions"), "", "the task 'balance' " &
-        & // "needs joints and links: mass functions have no links that could carry counterweights", error)
+        & // "needs joints and links: a mechanism given by mass functions has no links that could carry counterweights", error)
     end select
     if (allocated(error) .or. .not. self%requested) return
     configuration%analysis%rows = max(configuration%analysis%rows, merge(velocities, guide_forces, size(configuration%frame%free) &
@@ -121,7 +121,7 @@ contains
           lines = lines(i + 1:)
         end do
         if (.not. context%reports) return
-        call result%write_section("BALANCING by counterweights: rms on rigid ground and on the mounts", &
+        call result%write_section("BALANCING by counterweights: rms values on rigid ground and on the mounts", &
           & report_balance(variants, rigid, linkage, self%options, state, length))
         if (allocated(frame%space)) call result%write_lines(turning_lines(variants, frame%space%planes(1)%axes, linkage%turns))
         call result%write_lines(link_lines(variants, rigid, linkage, configuration%units), whole=.true.)
@@ -146,9 +146,10 @@ contains
       links(i) = variants(i)%links(" ")
       if (allocated(variants(i)%mounted%reason)) valid(i) = ieee_value(1.0_dp, ieee_quiet_nan)
     end do
-    table = new_table("balance", "Counterweights", "Effect of counterweights on rigid ground and on the mounts.", &
+    table = new_table("balance", "Counterweights", "Force and moment with counterweights, on rigid ground and on the mounts.", &
       & shown=.true.)
-    call table%add("aim", "what the counterweights minimise; found: none, complete: force cancelled", [(aims(variants(i)%aim), &
+    call table%add("aim", "what the counterweights minimise. 'found': machine of the input, without counterweights; " &
+      & // "'complete': force cancelled completely", [(aims(variants(i)%aim), &
       & i = 1, n)])
     call table%add("links", "links with counterweights", links)
     call table%add("added_mass", kilogram, "mass of the counterweights", [(variants(i)%mass, i = 1, n)])
@@ -211,15 +212,16 @@ contains
     table = new_table("balance_links", "Counterweights as links", "Masses and positions of the counterweights.", "", shown=.true.)
     call table%add("aim", "what the counterweights minimise, as in balance.csv", aim)
     call table%add("links", "links with counterweights, as in balance.csv", links)
-    call table%add("name", "name of the counterweight as a link of the input", name)
+    call table%add("name", "name of the &link group that describes the counterweight", name)
     call table%add("on", "link that carries it", on)
-    call table%add("from", "joint at the origin of its axes", from)
-    call table%add("to", "joint to which its first axis points", to)
+    call table%add("from", "joint at the origin of the counterweight's axes", from)
+    call table%add("to", "joint to which the counterweight's first axis points", to)
     call table%add("mass", kilogram, "mass of the counterweight, a point mass", mass)
-    call table%add("center_x", metre, "position along the first axis", x)
-    call table%add("center_y", metre, "position across, to the left", y)
-    if (size(rigid%kinds()) > 3) call table%add("z", metre, "position along the normal of the mechanism's plane", z)
-    call table%add("unbalance", kilogram_metre, "mass times distance from the pivot", unbalance)
+    call table%add("center_x", metre, "coordinate along the counterweight's first axis", x)
+    call table%add("center_y", metre, "coordinate perpendicular to the counterweight's first axis, positive to the left", y)
+    if (size(rigid%kinds()) > 3) call table%add("z", metre, "coordinate along the normal of the mechanism's plane", z)
+    call table%add("unbalance", kilogram_metre, "mass times distance from the link's pivot on the frame, or from joint 'from' " &
+      & // "if there is no such pivot", unbalance)
   end function links_of
 
   !> Table balance_harmonics.csv with a row for every variant and each order up to `orders`.

@@ -18,17 +18,18 @@ module gestell_task_balance_keys
   integer, parameter :: most_links = 20
 
   type(key_type), parameter, public :: balance_keys(*) = [ &
-    & key_type("balance", "links", text_key, "names of links on which counterweights may sit", 1, 1, most_links, &
+    & key_type("balance", "links", text_key, "names of the links that may carry counterweights", 1, 1, most_links, &
     &   otherwise="all links that rotate"), &
     & key_type("balance", "radius", real_key, "distance of a counterweight from its link's pivot on the frame, or from joint " // &
-    &   "`from` if there is no such pivot; one value for all, or one for each of `links`", 1, 1, most_links, unit=of_length, &
-    &   range=positive, otherwise="the length of the link, from `from` to `to`"), &
-    & key_type("balance", "weight", real_key, "weight of the moment in the weighted sum; the force has 1 - `weight`", &
+    &   "`from` if there is no such pivot; one value for all links, or one for each link in `links`", 1, 1, most_links, &
+    &   unit=of_length, range=positive, otherwise="length of the link: distance from joint `from` to joint `to`"), &
+    & key_type("balance", "weight", real_key, "factor in the weighted sum (1 - `weight`) force^2 + `weight` " // &
+    &   "(moment/`length`)^2 of rms values", &
     &   default=0.5_dp, range=range_type(0.0_dp, 1.0_dp)), &
-    & key_type("balance", "length", real_key, "length that converts moments to forces in that sum", unit=of_length, &
-    &   range=positive, otherwise="rms moment over rms force without counterweights"), &
-    & key_type("balance", "about", text_key, "reference point of moments on rigid ground: the frame's centre of mass F, as " // &
-    &   "for `m`, or the mechanism's origin O", word="frame", words="frame, origin")]
+    & key_type("balance", "length", real_key, "length by which moments are divided in the weighted sum of force and moment", &
+    &   unit=of_length, range=positive, otherwise="rms moment divided by rms force, without counterweights"), &
+    & key_type("balance", "about", text_key, "reference point of moments on rigid ground: `'frame'`, the frame's centre of " // &
+    &   "mass F, as for the quantity `m`; or `'origin'`, the mechanism's origin O", word="frame", words="frame, origin")]
 
   !> Values of the group &balance, in SI units.
   type, public :: balance_options
@@ -69,9 +70,10 @@ contains
     call read(group, balance_keys, "radius", options%radii, error, units)
     if (allocated(error) .or. size(options%radii) == 1) return
     if (.not. allocated(options%links)) then
-      call input_error(group, "radius", "must be one value, or one for each of 'links', which is missing", error)
+      call input_error(group, "radius", "has several values, but the key 'links' is missing: give one value, or name the " &
+        & // "links", error)
     else if (size(options%radii) /= size(options%links)) then
-      call input_error(group, "radius", "must be one value, or one for each of 'links'", error)
+      call input_error(group, "radius", "must have one value, or one for each link in 'links'", error)
     end if
   end subroutine read_balance
 
@@ -96,8 +98,8 @@ contains
       if (options%links(i) == 0) then
         call input_error(group, "links", "there is no link '" // trim(names(i)) // "'", error, i)
       else if (linkage%links(options%links(i))%to == 0) then
-        call input_error(group, "links", "'" // trim(names(i)) // "' cannot carry a counterweight: it has no 'to' and only " &
-          & // "translates", error, i)
+        call input_error(group, "links", "'" // trim(names(i)) // "' cannot carry a counterweight: it has no key 'to', so it " &
+          & // "does not rotate", error, i)
       else if (any(options%links(:i - 1) == options%links(i))) then
         call input_error(group, "links", "link '" // trim(names(i)) // "' is named twice", error, i)
       end if

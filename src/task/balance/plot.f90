@@ -41,7 +41,7 @@ contains
       & // panel(force, "force", "rigid_f_rms_N", "f_rms_N", "set xtics format ''") // "set key off" // newline &
       & // panel(moment, "moment", "rigid_m_rms_Nm", "m_rms_Nm", "set xtics rotate by 35 right noenhanced (" &
       & // tics(labels, 0) // ")") // "unset multiplot" // newline
-    figure = new_figure("balance", "Effect of counterweights on rigid ground and on the mounts", lines, &
+    figure = new_figure("balance", "Force and moment with counterweights, on rigid ground and on the mounts", lines, &
       & width=max(640, 200 + 70 * size(variants)), height=height)
 
   contains

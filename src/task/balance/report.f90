@@ -38,23 +38,23 @@ contains
     lines = ""
     on_rigid = minloc([(variants(i)%residual%rms(force), i = 1, size(variants))], dim=1)
     if (on_rigid == 1) return
-    lines = "Best counterweights on rigid ground (" // variants(on_rigid)%label() // "): rms force " // change(on_rigid, .true.) &
+    lines = "Best counterweights for rigid ground (" // variants(on_rigid)%label() // "): rms force " // change(on_rigid, .true.) &
       & // ", on the mounts " // change(on_rigid, .false.) // newline
     solved = [(.not. allocated(variants(i)%mounted%reason), i = 1, size(variants))]
     if (.not. solved(1)) return
     on_mounts = minloc([(variants(i)%mounted%rms(force), i = 1, size(variants))], dim=1, mask=solved)
     if (on_mounts == 1) then
-      lines = lines // "On the mounts none of these counterweights reduces the rms force" // newline
+      lines = lines // "None of these counterweights reduces the rms force on the mounts" // newline
     else if (on_mounts /= on_rigid) then
-      lines = lines // "Best counterweights on the mounts (" // variants(on_mounts)%label() // "): rms force " &
+      lines = lines // "Best counterweights for the mounts (" // variants(on_mounts)%label() // "): rms force " &
         & // change(on_mounts, .false.) // ", on rigid ground " // change(on_mounts, .true.) // newline
     end if
     misleading = solved .and. [(variants(i)%residual%rms(force) < (1 - notable_change) * variants(1)%residual%rms(force) .and. &
       & variants(i)%mounted%rms(force) > (1 + notable_change) * variants(1)%mounted%rms(force), i = 1, size(variants))]
     misleading(on_rigid) = .false.
     worst = maxloc([(variants(i)%mounted%rms(force), i = 1, size(variants))], dim=1, mask=misleading)
-    if (worst > 0) lines = lines // "Worst counterweights on the mounts (" // variants(worst)%label() // "): rms force " &
-      & // change(worst, .false.) // ", though on rigid ground " // change(worst, .true.) // newline
+    if (worst > 0) lines = lines // "Worst counterweights for the mounts (" // variants(worst)%label() // "): rms force " &
+      & // change(worst, .false.) // ", although on rigid ground " // change(worst, .true.) // newline
 
   contains
 
@@ -142,11 +142,11 @@ contains
     end do
     report = tabulated("lrrrrrl", "counterweight,mass,rigid,rigid,mounts,mounts" // newline // ",kg,force,moment,force,moment", &
       & rows)
-    if (size(variants) > 1) report = report // "  for force, moment, sum: counterweight with the smallest rms on rigid ground" &
+    if (size(variants) > 1) report = report // "  for force, moment, sum: counterweight that minimises this rms on rigid ground" &
       & // newline
     select case (state)
     case (balanced)
-      report = report // "  counterweights that cancel the force completely: on " // variants(size(variants))%links(", ")
+      report = report // "  the force is cancelled completely by counterweights on: " // variants(size(variants))%links(", ")
     case (balanced_already)
       report = report // "  the force is already balanced"
     case (no_pivots)
@@ -161,12 +161,14 @@ contains
         if (any([(variants(i)%aim == aim .and. any(variants(i)%weights%body == b), i = 2, size(variants))])) cycle
         links = links // ", " // linkage%links(rigid%bodies(b)%link)%name
       end do
-      if (links /= "") report = report // "  a single counterweight cannot reduce the " // trim(aims(aim)) // " on: " // links(3:) &
+      if (links /= "") report = report // "  a single counterweight on one of these links cannot reduce the rms " &
+        & // trim(aims(aim)) // ": " // links(3:) &
         & // newline
     end do
     report = report // "  moments about " // either("F;", "O;", options%about_frame) // " sum: " // concise(1 - options%weight, 3) &
       & // " force^2 + " // concise(options%weight, 3) // " (moment / " // concise(length, 4) // " m)^2, of rms values" // newline &
-      & // "  radius of a counterweight: " // either("as given in &balance", "length of its link; change it by &balance radius", &
+      & // "  radius of a counterweight: " // either("as given in &balance", "the link's length; set another with &balance " &
+      & // "radius", &
       & allocated(options%radii)) // newline // newline &
       & // "RMS FORCE on rigid ground and on the mounts, by orders of the crank" // newline &
       & // tabulated("lrrrrrr", "counterweight,rigid " // heads // ",mounts " // heads // newline // ",N,N,N,N,N,N", orders)
@@ -194,7 +196,7 @@ contains
       end do
       lines = lines // newline
     end do
-    lines = newline // wrapped("VECTORS across the shaft that rotate with the crank and against it, order 1, rigid ground" &
+    lines = newline // wrapped("VECTORS normal to the first shaft, rotating with and against the crank, order 1, on rigid ground" &
       & // newline) &
       & // tabulated("lrrrr", "counterweight,force with,against,moment with,against" // newline // ",N,N,N m,N m", lines)
   end function turning_lines
@@ -232,7 +234,7 @@ contains
 
     lines = ""
     if (size(variants) == 1) return
-    lines = newline // "COUNTERWEIGHTS as links for the input" // newline // copies_line(variants, rigid, linkage)
+    lines = newline // "COUNTERWEIGHTS as &link groups for the input" // newline // copies_line(variants, rigid, linkage)
     do i = 2, size(variants)
       associate (one => variants(i))
         lines = lines // "  ! " // one%label() // newline
@@ -280,7 +282,8 @@ contains
       has_counterweight = any([(any(variants(i)%weights%body == b), i = 1, size(variants))])
       if (copied .and. has_counterweight) line = line // ", " // tail(2:)
     end do
-    if (line /= "") line = wrapped("  note: &repeat also copies a counterweight that is added to its original, here on " &
+    if (line /= "") line = wrapped("  note: &repeat also copies a counterweight that you add to the original mechanism; this " &
+      & // "concerns the links " &
       & // line(3:) // newline)
   end function copies_line
 

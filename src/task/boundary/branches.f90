@@ -323,7 +323,7 @@ contains
     call iterate(frame, self%accuracy, .false., varied, steps, error)
     if (allocated(error)) return
     if (steps(1) > max_step) then
-      call fatal_error(error, "the vibration has left the branch", failed_computation)
+      call fatal_error(error, "Newton's method has left this branch of periodic vibrations", failed_computation)
       return
     end if
     call move_alloc(varied, system)

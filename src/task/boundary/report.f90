@@ -51,11 +51,11 @@ contains
     end do
     if (present(level) .or. plan%options%model /= "exact") return
     if (size(plan%grid%axes) == 1) then
-      report = report // "  Vibrations at the search points are followed through the range. At a turning point a " &
+      report = report // "  The vibrations found at the search points are followed through the range. At a turning point a " &
         & // "vibration ceases to exist." // newline
     else
-      report = report // "  Each point is solved from rest. A jump to another vibration counts as a boundary; a tongue " &
-        & // "next to it can be missed." // newline
+      report = report // "  The solution at each point starts from rest. A jump to another vibration counts as a boundary; a " &
+        & // "narrow unstable region (tongue) next to the jump can be missed." // newline
     end if
   end function report_search
 
@@ -75,7 +75,7 @@ contains
     report = newline
     if (allocated(results%map)) then
       report = report // curve_lines(results%map, plan%paths)
-      if (results%side_at_centre /= "") report = report // "  at the centre of the ranges the quantity is: " &
+      if (results%side_at_centre /= "") report = report // "  side of the level at the centre of the ranges: " &
         & // trim(results%side_at_centre) &
         & // newline
     else
@@ -83,14 +83,15 @@ contains
     end if
     if (allocated(results%curve)) then
       if (max(size(results%values), size(results%rest%places)) > max_listed) report = report // more_listed
-      if (.not. results%curve%complete) report = report // "  note: the curve is not fully refined; more search points may " &
-        & // "reveal more crossings" // newline
-      report = report // "  based on " // counted(size(results%curve%points), "point") // " of the curve, listed in level.csv" &
+      if (.not. results%curve%complete) report = report // "  note: the quantity's curve could not be refined everywhere; more " &
+        & // "search points may reveal more crossings" // newline
+      report = report // "  based on " // counted(size(results%curve%points), "point") // " of the quantity's curve, listed in " &
+        & // "level.csv" &
         & // newline
     end if
     if (.not. allocated(results%nearest)) return
     report = report // newline // "  Machine of the input: " // trim(results%nearest(1)%verdict) &
-      & // ". Nearest values that are not unstable:" // newline
+      & // ". Nearest values at which it is not unstable:" // newline
     do k = 1, size(results%nearest)
       report = report // "    " // nearest_words(trim(plan%paths(k)), results%nearest(k)) // newline
     end do

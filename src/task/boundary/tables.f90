@@ -14,8 +14,9 @@ module gestell_task_boundary_tables
   public :: border_table, curve_table
 
   character, parameter :: newline = new_line("a")
-  character(len=*), parameter :: level_kind = "level: continuous crossing, jump: the quantity jumps across the level", &
-    & level_state = "state of the machine: ok, undamped, undecided or unstable"
+  character(len=*), parameter :: level_kind = "kind of crossing. 'level': the quantity crosses the level continuously; 'jump': " &
+    & // "it jumps across the level", &
+    & level_state = "state of the machine: ok (stable), undamped, undecided or unstable"
 
 contains
 
@@ -33,7 +34,8 @@ contains
         table%remarks = "level: " // trim(measure%name()) // " = " // exact(level%value) // " " // trim(measure%unit) // newline
       end associate
     else
-      table = new_table("boundary", "Stability boundaries", "Where the largest multiplier crosses the unit circle.", "", &
+      table = new_table("boundary", "Stability boundaries", "Parameters at which the largest multiplier crosses the unit " &
+        & // "circle.", "", &
         & shown=.true.)
     end if
     if (allocated(results%map)) then
@@ -60,24 +62,28 @@ contains
     associate (values => results%values)
       if (of_level) then
         call table%add("curve", "number of the crossing", [(i, i = 1, size(values))])
-        call table%add(path, unit, "parameter at the crossing, in the units of the input", (values%value), error=path // "_error")
+        call table%add(path, unit, "value of the parameter at the crossing, in the units of the input", (values%value), &
+          & error=path // "_error")
         call table%add("kind", level_kind, (values%kind))
       else
         call table%add("curve", "number of the critical value", [(i, i = 1, size(values))])
-        call table%add(path, unit, "critical value of the parameter, in the units of the input", (values%value), error=path &
+        call table%add(path, unit, "critical value of the parameter, in the units of the input", (values%value), &
+          & error=path &
           & // "_error")
-        call table%add("arg", radian, "argument of the critical multiplier", (values%arg_rad))
+        call table%add("arg", radian, "argument of the multiplier that crosses the unit circle", (values%arg_rad))
         call table%add("kind", "divergence, period_doubling, flutter or turning_point", (values%kind))
       end if
-      call table%add(path // "_error", unit, "error bound: the " // border // " lies within the value +- this", (values%error))
+      call table%add(path // "_error", unit, "bound on the error: the distance of the " // border // " from the value in this " &
+        & // "row is at most this large", (values%error))
       if (of_level) then
-        call table%add("below", "side of the level below this value: within, above or undecided", (values%below))
-        call table%add("above", "side of the level above this value", (values%above))
+        call table%add("below", "side of the level on which the quantity lies for smaller values of the parameter: within (at " &
+          & // "most the level), above or undecided", (values%below))
+        call table%add("above", "side of the level on which the quantity lies for larger values of the parameter", (values%above))
         call table%add("state", level_state, (values%state))
       else
-        call table%add("below", "verdict below this value", (values%below))
-        call table%add("above", "verdict above this value", (values%above))
-        call table%add("vibration", "number of the vibration that has this boundary", (values%vibration))
+        call table%add("below", "verdict below the critical value", (values%below))
+        call table%add("above", "verdict above the critical value", (values%above))
+        call table%add("vibration", "number of the periodic vibration to which this boundary belongs", (values%vibration))
       end if
     end associate
     do i = 1, size(results%rest%places)
@@ -99,17 +105,19 @@ contains
     associate (vertices => results%map%vertices, places => results%map%places, paths => plan%paths)
       call table%add("curve", "number of the curve", (vertices%curve))
       do k = 1, 2
-        call table%add(trim(paths(k)), unit_type(words=plan%units(k)), "parameter at the vertex, in the units of the input", &
+        call table%add(trim(paths(k)), unit_type(words=plan%units(k)), "value of the parameter at the vertex of the curve, in " &
+          & // "the units of the input", &
           & [(vertices(i)%parameters(k), i = 1, size(vertices))], error=trim(paths(k)) // "_error")
       end do
       if (of_level) then
         call table%add("kind", level_kind, (vertices%kind))
       else
-        call table%add("arg", radian, "argument of the critical multiplier", (vertices%arg_rad))
+        call table%add("arg", radian, "argument of the multiplier that crosses the unit circle", (vertices%arg_rad))
         call table%add("kind", "divergence, period_doubling or flutter", (vertices%kind))
       end if
       do k = 1, 2
-        call table%add(trim(paths(k)) // "_error", unit_type(words=plan%units(k)), "error bound along the search line", &
+        call table%add(trim(paths(k)) // "_error", unit_type(words=plan%units(k)), "bound on the error of the parameter, along " &
+          & // "the search line", &
           & [(vertices(i)%error(k), i = 1, size(vertices))])
       end do
       if (of_level) call table%add("state", level_state, (vertices%state))
@@ -133,12 +141,13 @@ contains
     name = trim(level%measure%name())
     table = new_table("level", "Quantity over the parameter", "", "")
     associate (unit => new_unit(trim(level%measure%unit)), n => size(points))
-      call table%add(trim(plan%paths(1)), unit_type(words=plan%units(1)), "parameter, in the units of the input", &
+      call table%add(trim(plan%paths(1)), unit_type(words=plan%units(1)), "value of the parameter, in the units of the input", &
         & [(points(i)%speed, i = 1, n)])
       call table%add(name, unit, trim(level%measure%meaning()), [(points(i)%values(1, 1), i = 1, n)], error=name // "_error")
-      call table%add(name // "_error", unit, "error bound of the quantity", [(points(i)%values(2, 1), i = 1, n)])
+      call table%add(name // "_error", unit, "bound on the error of the quantity", [(points(i)%values(2, 1), i = 1, n)])
     end associate
-    call table%add("state", "state of the machine: ok, undamped, undecided, unstable, resonance, impossible or failed", &
+    call table%add("state", "state of the machine: ok (stable), undamped, undecided, unstable, resonance (a multiplier may " &
+      & // "equal 1), impossible (the mechanism cannot be assembled) or failed (no solution)", &
       & state_word(points%state))
   end function curve_table
 

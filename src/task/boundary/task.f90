@@ -50,7 +50,7 @@ contains
     class(boundary_task), intent(inout) :: self
 
     self%name = "boundary"
-    self%meaning = "stability boundary, or level of a quantity, over the parameters of `&sweep`"
+    self%meaning = "parameters of `&sweep` at which the machine becomes unstable, or at which a quantity crosses a level"
     self%tables = [character(len=longest_table) :: "boundary", "level"]
     self%scope = all_machines
   end subroutine describe
@@ -71,7 +71,7 @@ contains
     associate (plan => configuration%plan)
       do k = 1, size(ranges)
         if (plan%grid%axes(k)%count > 1) cycle
-        call input_error(ranges(k), "count", "must be at least 2 for the task boundary", error)
+        call input_error(ranges(k), "count", "must be at least 2 for the task 'boundary'", error)
         return
       end do
       call limit_points(plan%grid, ranges, most_searched, error)
@@ -83,9 +83,9 @@ contains
     if (has(group, "quantity")) then
       call read_level(self, group, configuration, error)
     else if (has(group, "measure")) then
-      call input_error(group, "measure", "needs 'quantity', which is missing", error)
+      call input_error(group, "measure", "requires the key 'quantity', which is missing", error)
     else if (has(group, "level")) then
-      call input_error(group, "level", "needs 'quantity', which is missing", error)
+      call input_error(group, "level", "requires the key 'quantity', which is missing", error)
     end if
   end subroutine read_boundary
 
@@ -154,7 +154,7 @@ contains
       call result%warn("", summary(plan, results, self%level))
       if (allocated(results%nearest)) then
         do k = 1, size(results%nearest)
-          call result%warn("", "Nearest machine that is not unstable: " &
+          call result%warn("", "Nearest value at which the machine is not unstable: " &
             & // nearest_words(trim(plan%paths(k)), results%nearest(k)))
         end do
       end if

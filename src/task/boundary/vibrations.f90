@@ -154,7 +154,8 @@ contains
       arc = min(arc, abs((target - at%lambda) / at%rise))
       call advance(family, at, arc, next, easy, error)
       if (.not. allocated(error)) then
-        if (next%lambda > 1 .or. next%lambda < 0) call fatal_error(error, "the path has left the range", failed_computation)
+        if (next%lambda > 1 .or. next%lambda < 0) call fatal_error(error, "the curve of periodic vibrations has left the range " &
+          & // "of the parameter", failed_computation)
       end if
       if (allocated(error)) then
         arc = arc / 4
@@ -351,7 +352,8 @@ contains
     class is (frame_type)
       allocate(frame, source=system)
     class default
-      call fatal_error(error, "only vibrations of frames can be followed", failed_computation)
+      call fatal_error(error, "the members of the family must be frames: only their vibrations can be followed through the " &
+        & // "range", failed_computation)
     end select
   end subroutine bare_frame
 

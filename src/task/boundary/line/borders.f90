@@ -192,13 +192,13 @@ contains
     integer :: i
 
     if (size(base) /= size(axes) .or. which < 1 .or. which > size(axes)) then
-      call fatal_error(error, "the given system needs a value for each axis, and the axis must exist", invalid_input)
+      call fatal_error(error, "'base' must have one value for each axis, and 'which' must be the number of an axis", invalid_input)
       return
     end if
     call check_search([axes(which)], accuracy, tolerance, error)
     if (allocated(error)) return
     if (.not. all(ieee_is_finite(base))) then
-      call fatal_error(error, "the parameters of the given system must be finite", invalid_input)
+      call fatal_error(error, "the parameters in 'base' must be finite", invalid_input)
       return
     end if
     options = border_options(accuracy, tolerance)

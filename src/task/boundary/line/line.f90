@@ -88,11 +88,11 @@ contains
     end do
     if (allocated(error)) return
     if (any(axes%count < 2)) then
-      call fatal_error(error, "a search for boundaries needs at least two values on each axis", invalid_input)
+      call fatal_error(error, "a search for boundaries needs at least two search points on each axis", invalid_input)
     else if (product(real(axes%count, dp)) > most_searched) then
-      call fatal_error(error, "the search has more than 1e7 points", invalid_input)
+      call fatal_error(error, "the grid of search points has more than 1e7 points", invalid_input)
     else if (.not. (tolerance >= min_tolerance .and. tolerance <= max_tolerance)) then
-      call fatal_error(error, "the tolerance of boundaries must lie between 1e-13 and 0.1", invalid_input)
+      call fatal_error(error, "the relative tolerance of boundaries must lie between 1e-13 and 0.1", invalid_input)
     end if
   end subroutine check_search
 

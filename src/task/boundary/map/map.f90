@@ -105,7 +105,7 @@ contains
     call check_grid(grid, error)
     if (allocated(error)) return
     if (size(grid%axes) /= 2) then
-      call fatal_error(error, "a map of boundaries needs two axes", invalid_input)
+      call fatal_error(error, "a map of stability boundaries needs a grid with exactly two axes", invalid_input)
       return
     end if
     call check_search(grid%axes, plane%accuracy, plane%tolerance, error)

@@ -49,7 +49,7 @@ contains
     end do
     if (map%curves > max_listed) report = report // more_listed
     if (map%rough > 0) report = report // "  note: " // counted(map%rough, "segment") // " of the curves " &
-      & // "could not be refined, for example at the tip of a tongue" // newline
+      & // "could not be refined to the tolerance, as happens at the tip of an unstable region (tongue)" // newline
     report = report // unsearched_lines(map%thin, 2 * finest_lines, map%left_out)
     do i = 1, min(size(map%places), max_listed)
       associate (along => maxloc(map%places(i)%width, dim=1))
@@ -70,8 +70,8 @@ contains
     report = ""
     if (thin > 0) report = "  note: without damping, multipliers meet at " // counted(thin, "more place") // "; a " &
       & // "tongue there is narrower than " // concise(width, 2) // " of the range" // newline
-    if (left_out > 0) report = report // "  note: multipliers meet so often that " // counted(left_out, "place") // &
-      & " were not searched; they lie in the open ranges below. Search these ranges separately" // newline
+    if (left_out > 0) report = report // "  note: multipliers meet in so many places that " // counted(left_out, "place") // &
+      & " were not searched; these places lie in the ranges that are marked 'open' below. Search these ranges separately" // newline
   end function unsearched_lines
 
   !> List such as ": divergence, flutter". It contains each kind once, in the order along the curve, with the state of the machine
