@@ -57,7 +57,7 @@ contains
     !> Borders and turning points, sorted in the direction of the axis; their component `vibration` is the number of the branch
     type(border_type), allocatable, intent(out) :: borders(:)
     type(error_type), allocatable, intent(out) :: error
-    !> Parts of the range that remain undecided
+    !> Parts of the range that remain open
     type(border_rest_type), intent(out) :: rest
     !> False if no branch exists: nothing excites the frames, or no vibration was found
     logical, intent(out) :: followed
@@ -129,7 +129,7 @@ contains
     nodes = merged(range_nodes(count), pack(t, taken))
   end function nodes_of
 
-  !> Adds the undecided parts of the range to `rest`: parts that no branch covers, and parts beyond an end at which the continuation
+  !> Adds the open parts of the range to `rest`: parts that no branch covers, and parts beyond an end at which the continuation
   !> failed. The latter extend to the nearest end of another failed continuation, or else to the end of the range. They are omitted
   !> if another branch passes through the end.
   subroutine add_gaps(axis, branches, rest)

@@ -197,7 +197,7 @@ contains
       if (nearest%error > 0) sentence = sentence // " +- " // concise(nearest%error, 2)
       sentence = sentence // " (" // concise(abs(nearest%distance), 6) &
         & // trim(merge(" less", " more", nearest%distance < 0)) // "), " // trim(nearest%there)
-      if (nearest%open > 0) sentence = sentence // "; " // counted(nearest%open, "place") // " in between undecided"
+      if (nearest%open > 0) sentence = sentence // "; " // counted(nearest%open, "open place") // " in between"
     else
       sentence = path // ": none in the range"
     end if

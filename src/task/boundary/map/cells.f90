@@ -221,7 +221,7 @@ contains
 
   !> Decides, for four vertices, whether the two parts of the box's sides inside the region are connected (`joined`). The shorter
   !> chords are assumed to be the ends of a tongue, which lies inside or outside the region. The decision is `certain` if the system
-  !> at the mean of the vertices agrees. If it disagrees, the tongue may pass beside the mean, or end. Then both borders of the
+  !> at the mean of the vertices agrees. If it disagrees, the tongue may miss the mean, or end. Then both borders of the
   !> tongue are sought on a line through the mean, across the tongue.
   subroutine decide_by_mean(plane, box, ids, enter, opposite, vertices, joined, certain, error)
     class(plane_type), intent(in) :: plane
