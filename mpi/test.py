@@ -180,7 +180,7 @@ def limited(folder, name, expected, tile):
     """A run by two ranks that can write no tile from number `tile` on, one of 5, ... 8: file sizes are limited before its last row."""
     head = expected.index(b"\n", expected.index(b"\ndrive.speed_rpm,") + 1) + 1
     width = (len(expected) - head) // (24 * 30)
-    # tiles 5 to 8 lie beside each other, of 8 rows of the first axis, 9 to 16, and 7, 8, 7, 8 of the second
+    # tiles 5 to 8 lie next to each other, of 8 rows of the first axis, 9 to 16, and 7, 8, 7, 8 of the second
     size = head + (15 * 30 + (0, 7, 15, 22)[tile - 5]) * width
     # without files of shared memory, which are longer
     words = ["mpirun", "-q", "--mca", "osc", "pt2pt", "--mca", "btl", "self,tcp", "-n", "2", sys.executable, "-c",

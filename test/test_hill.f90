@@ -29,7 +29,7 @@ contains
       & new_unittest("the reference is visibly inaccurate if the coefficients jump", test_jumping_coefficients)]
   end subroutine collect_hill
 
-  !> Greatest distance of ln(rho), taken in their common order, imaginary parts modulo 2 pi.
+  !> Largest distance of ln(rho), taken in their common order, imaginary parts modulo 2 pi.
   pure function distance(a, b)
     complex(qp), intent(in) :: a(:), b(:)
     real(qp) :: distance

@@ -166,7 +166,7 @@ contains
     call check_that(error, real(refused, dp), ">", 0.0_dp, "refused motions")
   end subroutine test_too_few_phases
 
-  !> Greatest distance of displacements, relative to them.
+  !> Largest distance of displacements, relative to them.
   real(dp) function distance(motion, fine)
     type(balance_type), intent(in) :: motion
     type(quick_motion_type), intent(in) :: fine

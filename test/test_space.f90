@@ -229,7 +229,7 @@ contains
 
   end subroutine test_engines
 
-  !> Greatest multipliers and rms of the six coordinates, to the digits of the reference's integration (tolerance 1e-12).
+  !> Largest multipliers and rms of the six coordinates, to the digits of the reference's integration (tolerance 1e-12).
   subroutine test_reference(error)
     type(error_type), allocatable, intent(out) :: error
     type(frame_type) :: frame

@@ -1,4 +1,4 @@
-!> Greatest multipliers of matrices, eight at a time, against eigenvalues known by construction and LAPACK one by one.
+!> Largest multipliers of matrices, eight at a time, against eigenvalues known by construction and LAPACK one by one.
 module test_spectra
   use checks, only: check_that
   use gestell_base_error, only: gestell_error => error_type

@@ -1,4 +1,4 @@
-!> Greatest multipliers of eight matrices at once, with eigenvalues that are close, far apart, on the border of a verdict, or
+!> Largest multipliers of eight matrices at once, with eigenvalues that are close, far apart, on the border of a verdict, or
 !> not finite.
 module test_spectra_edges
   use checks, only: check_that

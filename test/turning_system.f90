@@ -14,7 +14,7 @@ module turning_system
   type, extends(periodic_system), public :: turning_type
     real(dp) :: rate(3) = 0, frequency(3) = 0
     logical :: real_block(3) = .false.
-    !> Greatest angle of the rotations.
+    !> Largest angle of the rotations.
     real(dp) :: swing = 0.3_dp
   contains
     procedure :: matrix

@@ -1,4 +1,4 @@
-!> Greatest multipliers of many small matrices, gestell_floquet_multipliers_spectra, beside LAPACK's dgeev one by one:
+!> Largest multipliers of many small matrices, gestell_floquet_multipliers_spectra, compared with LAPACK's dgeev one by one:
 !>
 !>     fpm run --directory bench/spectra --profile release [--flag "-march=native -mprefer-vector-width=512"]
 !>

@@ -16,7 +16,7 @@ module extreme_rows
     real(dp) :: claimed_rho = 0, true_rho = -1, true_log = -1, claimed_x0 = 0, true_x0 = -1
     !> Some true error is above what was claimed for that value; the verdict is not that of the reference.
     logical :: beaten = .false., wrong = .false.
-    !> Greatest of claimed over true error, true ones below `least` taken as that.
+    !> Largest of claimed over true error, true ones below `least` taken as that.
     real(dp) :: wide_rho = 0, wide_x0 = 0
   end type row_type
 

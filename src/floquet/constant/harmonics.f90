@@ -98,7 +98,7 @@ contains
     end do
     units = [scale(:f), scale(:f)]
     spectrum%error = spectrum%error * units
-    ! Drop the highest harmonics that are negligible beside the largest amplitude.
+    ! Drop the highest harmonics that are negligible compared with the largest amplitude.
     do last = ubound(x, 2), 1, -1
       if (any(abs(x(:, last)) > 1.0e-3_dp * epsilon(1.0_dp) * maximum)) exit
     end do

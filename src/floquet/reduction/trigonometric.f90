@@ -71,7 +71,7 @@ contains
     do k = 1, n
       ck = alternating(k - 1) * cos(pi * (k - 1) / n)
       sk = alternating(k - 1) * sin(pi * (k - 1) / n)
-      ! At a node the cotangent is made so large that all other terms vanish beside it.
+      ! At a node the cotangent is made so large that all other terms become negligible.
       associate (sine => alternating(k - 1) * (s * ck - c * sk))
         w(:, k) = (c * ck + s * sk) / merge(sine, least, abs(sine) > least)
       end associate

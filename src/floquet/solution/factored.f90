@@ -191,7 +191,7 @@ contains
     own = (relative_rounding(system, comparison%steps, self%phase_advance) + system%load_rounding) * comparison%size / count
     if (present(disturbance)) own = own + disturbance / minval(self%scale) / count
     call accumulate(self%factors, self%spectrum, own, at_starts)
-    ! Pass z twice: the motion starts anew in each segment.
+    ! Pass z twice: each segment starts a new motion.
     call compute_differences(comparison, self%scale, z, z, at_starts, own, errors)
   end subroutine part_errors
 

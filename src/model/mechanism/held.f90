@@ -4,7 +4,7 @@
 !> | held by    | turns uniformly                        | moment on the frame due to the torque M_d on the crank  |
 !> |------------|----------------------------------------|---------------------------------------------------------|
 !> | `motor`    | the crank relative to the frame: phi   | all of M_d: the motor stands on the frame               |
-!> | `outside`  | the crank in space: phi + psi          | none: the drive stands beside the frame                 |
+!> | `outside`  | the crank in space: phi + psi          | none: the drive stands next to the frame                |
 !> | `flywheel` | the crank in space: phi + psi          | mean of M_d, from the motor on the frame                |
 !>
 !> For `outside` and `flywheel` phi = Omega t - p psi, where p = 1, or p = 1/q if the drive turns q times per turn of phi. If only

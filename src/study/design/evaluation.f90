@@ -7,7 +7,7 @@ module gestell_study_design_evaluation
   use gestell_study_design_branches, only: measure_branches
   use gestell_study_design_coordinates, only: coordinates_type, find_coordinates
   use gestell_study_design_goal, only: components, goal_type, machine_goal, multiplier_goal, plain_values, sample_goals
-  use gestell_study_design_motion, only: beside, derivative_tolerance, motion_type
+  use gestell_study_design_motion, only: derivative_tolerance, get_neighbour, motion_type
   use gestell_study_design_perturbed_members, only: at_condition, condition_type, members_type, setting_type, step_type
   use gestell_study_design_separation, only: find_branches, separation_type
   implicit none (type, external)
@@ -258,7 +258,7 @@ contains
     do k = 1, size(slopes, 4)
       slopes(:, :, :, k) = members%weight(0, k) * samples
       do i = 1, 2
-        call beside(members, motion%frame, motion, k, i, frame, q)
+        call get_neighbour(members, motion%frame, motion, k, i, frame, q)
         call sample_goals(goals, frame, members%setting%probes, motion%phases, q, other, error)
         if (allocated(error)) return
         slopes(:, :, :, k) = slopes(:, :, :, k) + members%weight(i, k) * other
@@ -302,7 +302,7 @@ contains
       call motion%frame%sample(motion%phases, a)
       a = members%weight(0, k) * motion%frame%period * a
       do i = 1, 2
-        call beside(members, motion%frame, motion, k, i, frame, q)
+        call get_neighbour(members, motion%frame, motion, k, i, frame, q)
         call frame%sample(motion%phases, other)
         a = a + members%weight(i, k) * frame%period * other
       end do

@@ -23,7 +23,7 @@ module gestell_study_design_motion
   implicit none (type, external)
   private
 
-  public :: beside, derivative_tolerance, default_phase_count, solve_motion, solve_slopes
+  public :: derivative_tolerance, default_phase_count, get_neighbour, solve_motion, solve_slopes
 
   !> A machine under one condition, with its model applied, and its motion.
   type, public :: motion_type
@@ -270,7 +270,7 @@ contains
       lack = members%weight(0, k) * r
     end if
     do i = 1, 2
-      call beside(members, system, motion, k, i, frame, q)
+      call get_neighbour(members, system, motion, k, i, frame, q)
       call compute_equations(frame, motion%phases, q, r)
       lack = lack + members%weight(i, k) * r
     end do
@@ -278,7 +278,7 @@ contains
 
   !> Returns neighbour number `i` of the machine along parameter `k` under the condition, and its motion q to first order. If
   !> `system` is linearised about its motion, the neighbour is linearised about q.
-  subroutine beside(members, system, motion, k, i, frame, q)
+  subroutine get_neighbour(members, system, motion, k, i, frame, q)
     !> The machine and its neighbours, which differ in one parameter each
     type(members_type), intent(in) :: members
     !> The machine under the condition
@@ -306,7 +306,7 @@ contains
     class default
       call move_alloc(run, frame)
     end select
-  end subroutine beside
+  end subroutine get_neighbour
 
   !> Computes the residual R of the frame's equations at a motion q, shape (phases, dofs). Its blocked components are zero.
   subroutine compute_equations(frame, phases, q, r)

@@ -147,9 +147,9 @@ contains
     if (allocated(analysis%newton%others)) others = size(analysis%newton%others)
     if (others == 0 .and. .not. options%all_vibrations) return
     allocate(list(1 + others))
-    select type (told => analysis%frame)
+    select type (reported => analysis%frame)
     class is (varied_frame_type)
-      list(1) = told
+      list(1) = reported
     end select
     do i = 1, others
       list(1 + i) = analysis%newton%others(i)

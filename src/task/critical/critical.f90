@@ -134,7 +134,7 @@ contains
     type(curve_points_type) :: curve
     type(maximum_type) :: tops(2)
     type(speed_point_type), allocatable :: points(:)
-    type(speed_point_type) :: beside
+    type(speed_point_type) :: nearby
     real(dp), allocatable :: speeds(:)
     real(dp) :: half, step(2), gain_of_step
     integer :: i, round, quantity
@@ -148,10 +148,10 @@ contains
         if (critical%outcome == self_excited) critical%verdict = unstable
         if (critical%outcome == unbounded) critical%verdict = merge(undamped, undecided, mode%neutral)
         if (critical%outcome == unbounded) then
-          ! if the order does not excite the mode just beside an undamped crossing, there is no peak
-          call solve_at_speed(self%family, options, crossing%speed * (1 + aside), crossing%harmonic, beside, error)
-          if (.not. allocated(error) .and. has_vibration(beside%state)) then
-            if (beside%values(part_of_order, amplitude) < options%accuracy%tolerance) critical%outcome = no_peak
+          ! if the order does not excite the mode just next to an undamped crossing, there is no peak
+          call solve_at_speed(self%family, options, crossing%speed * (1 + aside), crossing%harmonic, nearby, error)
+          if (.not. allocated(error) .and. has_vibration(nearby%state)) then
+            if (nearby%values(part_of_order, amplitude) < options%accuracy%tolerance) critical%outcome = no_peak
           end if
         end if
         if (critical%outcome /= no_peak .or. critical%verdict /= not_judged) return

@@ -28,9 +28,9 @@ module gestell_task_drawing_views
   integer, parameter :: right(3) = [1, 3, 1], upward(3) = [2, 2, 3]
   character(len=2), parameter :: axes(3) = ["ξ", "η", "ζ"]
   character(len=*), parameter :: headings(3) = [character(len=16) :: "from the front", "from the left", "from above"]
-  !> Sizes in pixels. `wide`: width of the picture. `beside`, `between`, `above`, `below`: margins around and between the views.
+  !> Sizes in pixels. `wide`: width of the picture. `side`, `between`, `above`, `below`: margins around and between the views.
   !> `tallest`: maximum height
-  real(dp), parameter :: wide = 960, beside = 70, between = 75, above = 80, below = 60, tallest = 1100
+  real(dp), parameter :: wide = 960, side = 70, between = 75, above = 80, below = 60, tallest = 1100
   !> Maximum number of links named in the key
   integer, parameter :: longest_key = 12
 
@@ -70,7 +70,7 @@ contains
     if (.not. extent > 0) extent = 1
     low = low - 0.16_dp * extent
     high = high + 0.16_dp * extent
-    scale = min((wide - 2 * beside - between) / (high(1) - low(1) + high(3) - low(3)), &
+    scale = min((wide - 2 * side - between) / (high(1) - low(1) + high(3) - low(3)), &
       & (tallest - above - below - between) / (high(2) - low(2) + high(3) - low(3)))
     height = above + below + between + scale * (high(2) - low(2) + high(3) - low(3))
     lines = "set multiplot title heading noenhanced" // newline // "row = " // text(bold) // newline // "step = " // text(step) &
@@ -78,7 +78,7 @@ contains
       & // "margins 0.3,0.3" // newline // "unset key" // newline // "set xtics " // concise(tics(extent), 2) // "; set ytics " &
       & // concise(tics(extent), 2) // newline
     do view = 1, 3
-      left = merge(beside + between + scale * (high(1) - low(1)), beside, view == 2)
+      left = merge(side + between + scale * (high(1) - low(1)), side, view == 2)
       bottom = merge(below, below + between + scale * (high(3) - low(3)), view == 3)
       associate (h => right(view), v => upward(view))
         lines = lines // "set lmargin at screen " // concise(left / wide, 6) // "; set rmargin at screen " &
@@ -90,7 +90,7 @@ contains
       end associate
       lines = lines // panel(view)
     end do
-    lines = lines // key(linkage, (beside + between + scale * (high(1) - low(1))) / wide, &
+    lines = lines // key(linkage, (side + between + scale * (high(1) - low(1))) / wide, &
       & (below + scale * (high(3) - low(3))) / height) // "unset multiplot" // newline
     figure = new_figure("mechanism", "The mechanisms during " // turns_in_words(frame%mechanism%turns) &
       & // ", bold at a crank angle of " // text(nint(sign(1.0_dp, &

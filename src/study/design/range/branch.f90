@@ -25,7 +25,7 @@ module gestell_study_design_range_branch
   end type turn_type
 
   !> Distance from the maximum over the speed at which the local maxima are compared, in half widths of the resonance.
-  real(dp), parameter :: beside = 0.125_dp
+  real(dp), parameter :: comparison_distance = 0.125_dp
   !> Safety margin on the gain that a parabola through three points predicts, relative to the gain.
   real(dp), parameter :: margin = 1
 
@@ -55,7 +55,7 @@ contains
 
     if (.not. (climb%smooth .and. goal%is_periodic() .and. goal%measure%kind == peak_measure .and. goal%is_inverted())) return
     width = sqrt(-climb%highest / climb%bend)
-    h = beside * width
+    h = comparison_distance * width
     places = climb%top + [-h, 0.0_dp, h]
     do k = -1, 1
       call find_maxima_over_turn(members, goal, start%moved_to(places(k)), at(k), error, motion)
