@@ -12,7 +12,7 @@ module gestell_math_cosine_sine
   real(dp), parameter :: quarter_head = anint(pi / 2 * 2.0_dp**32) / 2.0_dp**32
   real(dp), parameter :: quarter_tail = 6.077100506506192e-11_dp
 
-  !> Cosines and sines of larger angles (rad) are computed by the run-time library.
+  !> Maximum modulus of an angle (rad) for these series; the run-time library computes the cosines and sines of larger angles.
   real(dp), parameter :: farthest = 1.0e6_dp
 
   !> A number is rounded to the nearest integer by adding and then subtracting this constant.

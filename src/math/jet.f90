@@ -7,7 +7,7 @@ module gestell_math_jet
 
   public :: operator(+), operator(-), operator(*), operator(/), sqrt, sin, cos
 
-  !> Value `v`, first derivative `d`, second derivative `dd` and third derivative `ddd`
+  !> `v`: value. `d`, `dd`, `ddd`: first, second and third derivative
   type, public :: jet
     real(dp) :: v = 0, d = 0, dd = 0, ddd = 0
   end type jet

@@ -125,7 +125,7 @@ module gestell_math_lapack
 
 contains
 
-  !> Replaces the square matrix `a` by its LU factors (dgetrf). Error: `a` is singular.
+  !> Replaces the square matrix `a` by its LU factors (dgetrf). Fails if `a` is singular.
   subroutine factorise(a, pivots, error)
     real(dp), contiguous, intent(inout) :: a(:, :)
     integer, intent(out) :: pivots(:)
@@ -146,7 +146,7 @@ contains
     call dgetrs("N", size(a, 1), size(b, 2), a, size(a, 1), pivots, b, size(b, 1), info)
   end subroutine solve_factored
 
-  !> Computes ln |det A| of the square matrix `a`. Error: `a` is singular.
+  !> Computes ln |det A| of the square matrix `a`. Fails if `a` is singular.
   subroutine log_abs_determinant(a, value, error)
     real(dp), intent(in) :: a(:, :)
     real(dp), intent(out) :: value
@@ -161,7 +161,7 @@ contains
     value = sum([(log(abs(lu(i, i))), i = 1, size(a, 1))])
   end subroutine log_abs_determinant
 
-  !> Computes the inverse of the real matrix `a`. Error: `a` is singular.
+  !> Computes the inverse of the real matrix `a`. Fails if `a` is singular.
   subroutine real_inverse(a, inverted, error)
     real(dp), intent(in) :: a(:, :)
     real(dp), allocatable, intent(out) :: inverted(:, :)
@@ -175,7 +175,7 @@ contains
     if (.not. allocated(error)) call solve_factored(lu, pivots, inverted)
   end subroutine real_inverse
 
-  !> Computes the inverse of the complex matrix `a`. Error: `a` is singular.
+  !> Computes the inverse of the complex matrix `a`. Fails if `a` is singular.
   subroutine complex_inverse(a, inverted, error)
     complex(dp), intent(in) :: a(:, :)
     complex(dp), allocatable, intent(out) :: inverted(:, :)
@@ -195,7 +195,8 @@ contains
   end subroutine complex_inverse
 
   !> Computes the eigenvalues of the real matrix `a(n, n)`, and its right and left eigenvectors as unit columns (dgeev, which
-  !> balances). Conjugate pairs are adjacent, the eigenvalue with positive imaginary part first. Error: no convergence.
+  !> balances). Conjugate pairs are adjacent, the eigenvalue with positive imaginary part first. Fails if the iteration does not
+  !> converge.
   subroutine real_eigensystem(a, values, right, left, error)
     real(dp), intent(in) :: a(:, :)
     complex(dp), allocatable, intent(out) :: values(:), right(:, :), left(:, :)
@@ -217,8 +218,8 @@ contains
     call unpack_vectors(vl, wi, left)
   end subroutine real_eigensystem
 
-  !> Computes the eigenvalues and unit eigenvectors of the complex matrix `a(n, n)` (zgeev), in LAPACK's order. Error: no
-  !> convergence.
+  !> Computes the eigenvalues and unit eigenvectors of the complex matrix `a(n, n)` (zgeev), in LAPACK's order. Fails if the
+  !> iteration does not converge.
   subroutine complex_eigensystem(a, values, right, left, error)
     complex(dp), intent(in) :: a(:, :)
     complex(dp), allocatable, intent(out) :: values(:), right(:, :), left(:, :)
@@ -253,7 +254,7 @@ contains
   end subroutine unpack_vectors
 
   !> Solves A x = lambda B x for a symmetric A and a symmetric positive definite B (dsygv). Computes the eigenvalues, ascending, and
-  !> the eigenvectors as columns with X' B X = E. Errors: B is not positive definite; no convergence.
+  !> the eigenvectors as columns of X with X' B X = E. Fails if B is not positive definite or the iteration does not converge.
   subroutine symmetric_pencil(a, b, values, error, vectors)
     !> A and B, shape (n, n)
     real(dp), intent(in) :: a(:, :), b(:, :)
@@ -290,8 +291,8 @@ contains
     if (info /= 0) d = 1
   end function balancing
 
-  !> Computes the lower triangular R with R B R' = E for a symmetric positive definite B (dpotrf, dtrtri). Error: B is not positive
-  !> definite.
+  !> Computes the lower triangular R with R B R' = E for a symmetric positive definite B (dpotrf, dtrtri). Fails if B is not
+  !> positive definite.
   subroutine inverse_factor(b, r, error)
     real(dp), intent(in) :: b(:, :)
     real(dp), allocatable, intent(out) :: r(:, :)
@@ -308,9 +309,9 @@ contains
     end do
   end subroutine inverse_factor
 
-  !> Computes the x that minimises |A x - c| subject to B x = d (dgglse). Error: x is not unique.
+  !> Computes the x that minimises |A x - c| subject to B x = d (dgglse). Fails if x is not unique.
   subroutine constrained_least_squares(a, c, b, d, x, error)
-    !> `a`: A, shape (m, n). `c`: c, shape (m). `b`: B, shape (p, n). `d`: d, shape (p).
+    !> `a`, shape (m, n): matrix A. `c`, shape (m): vector c. `b`, shape (p, n): matrix B. `d`, shape (p): vector d.
     real(dp), intent(in) :: a(:, :), c(:), b(:, :), d(:)
     !> Solution, shape (n)
     real(dp), intent(out) :: x(:)

@@ -8,7 +8,7 @@ module gestell_math_matrix
 
 contains
 
-  !> Matrix D^-1 A D with D = diag(d): A in units `d` of the states.
+  !> Matrix D^-1 A D with D = diag(d). This is A if the states are measured in the units `d`.
   pure function balanced(a, d)
     real(dp), intent(in) :: a(:, :), d(:)
     real(dp) :: balanced(size(d), size(d))

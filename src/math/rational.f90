@@ -6,11 +6,11 @@ module gestell_math_rational
 
   public :: common_multiple, greatest_divisor, to_rational
 
-  !> Maximum denominator of the fraction that replaces a decimal number
+  !> Maximum denominator of a fraction that replaces a decimal number
   integer, parameter :: highest = 64
-  !> Maximum relative difference between a decimal number and the fraction
+  !> Maximum relative difference between a decimal number and its fraction
   real(dp), parameter :: rounding = 1.0e-9_dp
-  !> Maximum of numerator and denominator
+  !> Largest numerator or denominator that is accepted
   real(dp), parameter :: maximum = 4096
 
 contains

@@ -18,7 +18,7 @@ module gestell_math_root_search
     real(dp) :: x(2) = 0, f(2) = 0
     !> Point that was an end of the interval most recently, and the value of the function at this point
     real(dp), private :: x_before = 0, f_before = 0
-    !> True until the first point has been added by `take`
+    !> True until `take` has added the first point
     logical, private :: is_new = .true.
   contains
     procedure :: start

@@ -50,7 +50,8 @@ contains
     r = rotation_less_one(theta) + identity()
   end function rotation_matrix
 
-  !> R - 1, where R is the rotation matrix; shape (3, 3). Computing R first would lose digits of small rotations.
+  !> R - 1, where R is the rotation matrix; shape (3, 3). It is not computed from R, because the subtraction would lose digits for
+  !> small rotations.
   pure function rotation_less_one(theta) result(r)
     real(dp), intent(in) :: theta(3)
     real(dp) :: r(3, 3), s(3, 0:2), c(3, 3)
@@ -103,7 +104,7 @@ contains
       & + f(3, 2) * cc(:, :, 0) + 2 * f(3, 1) * cc(:, :, 1) + f(3, 0) * cc(:, :, 2)
   end function turning_matrices
 
-  !> T - 1, shape (3, 3), where w = T theta' is the angular velocity; without loss of digits for small rotations.
+  !> T - 1, shape (3, 3), where w = T theta' is the angular velocity. It is computed without loss of digits for small rotations.
   pure function turning_less_one(theta) result(t)
     real(dp), intent(in) :: theta(3)
     real(dp) :: t(3, 3), s(3, 0:2), c(3, 3)

@@ -98,8 +98,8 @@ contains
     end do
   end subroutine separate_groups
 
-  !> Lower bound on the minimum distance over all phases between two groups, or between a fast group and zero. Each group is
-  !> represented by a disc around the mean of its eigenvalues that contains all of them.
+  !> Lower bound on the minimum distance over all phases between two groups, or between a fast group and zero. A disc around the
+  !> mean of a group's eigenvalues, which contains all of them, represents the group.
   pure real(dp) function min_distance(d, modes)
     real(dp), contiguous, intent(in) :: d(:, :, :)
     type(modes_type), intent(in) :: modes

@@ -27,11 +27,11 @@ module gestell_floquet_solution_constant
     !> `radius`: radii of the error discs around the eigenvalues (1/s). `condition`: condition numbers in balanced units. Shapes
     !> (n).
     real(dp), allocatable :: radius(:), condition(:)
-    !> Difference T (sum of lambda - tr P), which is zero except for rounding.
+    !> Defect of Liouville's formula, T (sum of lambda - tr P); zero except for rounding errors.
     real(dp) :: trace_defect = 0
     !> Periodic motion; unallocated if it was not requested or does not exist.
     type(spectrum_type), allocatable :: spectrum
-    !> Error that explains why no periodic motion exists; unallocated if it exists.
+    !> Error message that explains why no periodic motion exists; unallocated if the motion exists.
     type(error_type), allocatable :: resonance
   contains
     procedure :: multipliers => part_multipliers
@@ -44,7 +44,7 @@ module gestell_floquet_solution_constant
 contains
 
   !> Computes the eigenvalues, and the periodic motion if `forced` is true. Resonance is not an error here, because it affects only
-  !> the periodic motion: it is stored in `constant%resonance`. Errors: M is singular; LAPACK finds no eigenvalues.
+  !> the periodic motion: it is stored in `constant%resonance`. Fails if M is singular or LAPACK finds no eigenvalues.
   subroutine solve_constant(system, forced, constant, error)
     type(averaged_system), intent(in) :: system
     !> True: compute the periodic motion too

@@ -24,7 +24,7 @@ module gestell_floquet_solution_factored
     type(factors_type) :: factors
     !> Multipliers and eigenvectors of the product of the factors
     type(spectrum_type) :: spectrum
-    !> Error that explains why the spectrum could not be computed; unallocated if it was computed
+    !> Error message that explains why the spectrum could not be computed; unallocated if it was computed
     type(error_type), allocatable :: failure
     !> Periodic motion at the starts of the K segments, in balanced units, shape (n, K). Unallocated if there is no forcing, and at
     !> resonance.
@@ -40,8 +40,8 @@ module gestell_floquet_solution_factored
 contains
 
   !> Computes the factors of `system` to the requested accuracy, and their spectrum. If the spectrum cannot be computed, the reason
-  !> is stored in `factored%failure`, which later requests for multipliers or the periodic motion return as their error. Errors:
-  !> those of `solve_factors`.
+  !> is stored in `factored%failure`, and later requests for multipliers or the periodic motion return it as their error. Fails in
+  !> the cases in which `solve_factors` fails.
   subroutine solve_factored(system, accuracy, forced, factored, error, surveyed)
     class(periodic_system), intent(in) :: system
     type(accuracy_type), intent(in) :: accuracy

@@ -30,7 +30,7 @@ module gestell_floquet_solution_integrated
 
 contains
 
-  !> Computes Phi(T), and x_p(T) if `forced`, to the requested accuracy. Errors: those of `solve_monodromy`.
+  !> Computes Phi(T), and x_p(T) if `forced`, to the requested accuracy. Fails in the cases in which `solve_monodromy` fails.
   subroutine integrate(system, accuracy, forced, integrated, error, surveyed)
     class(periodic_system), intent(in) :: system
     type(accuracy_type), intent(in) :: accuracy
@@ -83,7 +83,8 @@ contains
     call trajectory(system, self%monodromy%method, self%monodromy%nodes, x0, phases, x, error)
   end subroutine part_motion
 
-  !> Implements `errors` of part_solution_type, by (67) of doc/theory.md. Errors: resonance within rounding; overflow.
+  !> Implements `errors` of part_solution_type, by (67) of doc/theory.md. Fails on overflow, or if rounding errors do not exclude a
+  !> resonance.
   subroutine part_errors(self, system, phases, x, errors, error, disturbance)
     class(integrated_type), intent(in) :: self
     class(periodic_system), intent(in) :: system

@@ -18,14 +18,14 @@ module gestell_floquet_solution_mode_group
 
   public :: blocks, group_amplification, group_multipliers, min_size, mirror, solve_group, bound_rates
 
-  !> Group of m modes. In a period their motion is multiplied by the matrix exp(shift) Phi.
+  !> Group of m modes. Over a period their motion is multiplied by the matrix exp(shift) Phi.
   type, public :: group_type
     !> `columns`: columns of the basis that belong to the group. `conjugates`: columns of the conjugate group; equal to `columns`
     !> for a real group. Shapes (m).
     integer, allocatable :: columns(:), conjugates(:)
     !> Logarithm of a factor that is common to all modes of the group.
     complex(dp) :: shift = 0
-    !> Matrix Phi, shape (m, m); unallocated if the group is solved by factors.
+    !> Matrix Phi, shape (m, m); unallocated if the solution of the group keeps Phi as a product of factors.
     complex(dp), allocatable :: phi(:, :)
     !> Bound on the norm of the error of Phi.
     real(dp) :: error = 0
@@ -36,11 +36,11 @@ module gestell_floquet_solution_mode_group
 
 contains
 
-  !> Computes the map of one group over the period. Errors: those of `solve_monodromy`; the multipliers of a complex group differ
-  !> too much in modulus.
+  !> Computes the map of one group over the period. Fails if `solve_monodromy` fails, or if the multipliers of a complex group
+  !> differ too much in modulus.
   subroutine solve_group(reduction, forced, accuracy, group, error)
     type(reduction_type), intent(in) :: reduction
-    !> True: also compute the motion from rest under the forcing
+    !> True: also compute the forced motion that starts from zero
     logical, intent(in) :: forced
     type(accuracy_type), intent(in) :: accuracy
     !> The group. On entry it holds its columns and those of its conjugate; the other components are computed.
@@ -226,8 +226,8 @@ contains
     !> Generator D of the group at all phases, shape (m, m, phases)
     complex(dp), intent(in) :: d(:, :, :)
     !> `growth`: logarithm of the maximum size of the motion relative to its size at the ends of the period. `rate`: lower bound,
-    !> valid at all phases, on the rate of decay or of growth; zero if there is none. `condition`: condition number of the
-    !> coordinates.
+    !> valid at all phases, on the rate of decay or of growth; zero if the motion neither decays nor grows at all phases.
+    !> `condition`: condition number of the coordinates.
     real(dp), intent(out) :: growth, rate, condition
     type(error_type), allocatable :: error
     complex(dp), allocatable :: values(:), right(:, :), left(:, :), inverted(:, :)
@@ -254,8 +254,8 @@ contains
   end subroutine bound_rates
 
   !> Computes `growth` and `rate` of `bound_rates` in the coordinates of `d`. The rate of change of ln |y| lies between the extreme
-  !> eigenvalues of the Hermitian part of D, which Gershgorin's discs bound. A motion that decays on the whole is followed forward,
-  !> a motion that grows is followed backward.
+  !> eigenvalues of the Hermitian part of D, which Gershgorin's discs bound. A motion that decays over the period is followed
+  !> forward, a motion that grows is followed backward.
   pure subroutine rates_of(d, growth, rate)
     complex(dp), intent(in) :: d(:, :, :)
     real(dp), intent(out) :: growth, rate

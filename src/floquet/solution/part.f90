@@ -1,5 +1,6 @@
-!> Solves one part of a system in the cheapest way. If its vibrations are fast compared with the period, it is reduced. If rounding
-!> in the map over the period destroys modes, the factors of the map are used. All other systems are integrated over the period.
+!> Solves one part of a system in the cheapest way. If the vibrations of the part are fast compared with the period, the part is
+!> reduced. If rounding errors in the map over the period would destroy slow or strongly damped modes, the factors of the map are
+!> used. All other parts are integrated over the period.
 module gestell_floquet_solution_part
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
@@ -116,7 +117,7 @@ contains
     end if
   end subroutine solve_part
 
-  !> Solves the system by its map over the period, or by the factors of this map if it loses modes. If both fail, `solution` is
+  !> Solves the system by its map over the period, or by the factors of the map if the map loses modes. If both fail, `solution` is
   !> unallocated.
   subroutine map_period(system, settings, forced, survey, solution)
     class(periodic_system), intent(in) :: system

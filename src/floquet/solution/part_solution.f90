@@ -16,8 +16,9 @@ module gestell_floquet_solution_part_solution
     !> Names of the integration methods, separated by commas; 'averaged' for a solution in closed form. Empty if all parts are
     !> solved by reduction.
     character(len=:), allocatable :: methods
-    !> `parts`: number of parts that do not interact. `steps`: steps of the integrations over the period. `factors`: factors of
-    !> Phi(T), if used. `angles`: phases of the reductions. `evaluations`: evaluations of the coefficients.
+    !> `parts`: number of parts that do not interact. `steps`: number of steps of the integrations over the period. `factors`:
+    !> number of factors of Phi(T), if used. `angles`: number of phases of the reductions. `evaluations`: number of evaluations of
+    !> the coefficients.
     integer :: parts = 0, steps = 0, factors = 0, angles = 0, evaluations = 0
     !> Maximum over the parts of the relative error of the map over the period.
     real(dp) :: error = 0
@@ -75,8 +76,8 @@ module gestell_floquet_solution_part_solution
     end subroutine part_motion
 
     !> Computes the errors of the motion `x`, shape (n, phases), that `follow` has computed at `phases`. The first phase is 0, the
-    !> last 1. `disturbance` bounds the integral of the error of the load over the period. Errors: overflow; resonance within the
-    !> errors.
+    !> last 1. `disturbance` bounds the integral of the error of the load over the period. Fails on overflow, or if the error bounds
+    !> do not exclude a resonance.
     subroutine part_errors(self, system, phases, x, errors, error, disturbance)
       import :: dp, error_type, part_solution_type, periodic_system, turn_errors_type
       implicit none (type, external)
@@ -88,8 +89,8 @@ module gestell_floquet_solution_part_solution
       real(dp), intent(in), optional :: disturbance
     end subroutine part_errors
 
-    !> Computes the sum of ln |rho| minus the integral of tr P. By Liouville's theorem it is zero. Errors: the coefficients are not
-    !> finite; LAPACK finds no eigenvalues.
+    !> Computes the sum of ln |rho| minus the integral of tr P. By Liouville's theorem this difference is zero. Fails if the
+    !> coefficients are not finite or LAPACK finds no eigenvalues.
     subroutine part_liouville_defect(self, system, defect, error)
       import :: dp, error_type, part_solution_type, periodic_system
       implicit none (type, external)
@@ -102,7 +103,8 @@ module gestell_floquet_solution_part_solution
 
 contains
 
-  !> Adds the record of another part: adds its numbers, appends its method if it is new, and keeps the larger error.
+  !> Combines this record with the record of another part: adds the numbers, appends the method if it is new, and keeps the larger
+  !> error.
   pure subroutine add(self, part)
     class(evidence_type), intent(inout) :: self
     type(evidence_type), intent(in) :: part

@@ -41,7 +41,7 @@ module gestell_floquet_solution_reduced
 
 contains
 
-  !> Computes the maps of all groups over the period. Errors: those of `solve_monodromy` for groups of several modes.
+  !> Computes the maps of all groups over the period. Fails if `solve_monodromy` fails for a group of several modes.
   subroutine solve_reduced(system, reduction, scale, accuracy, reduced, error)
     class(periodic_system), intent(in) :: system
     type(reduction_type), intent(in) :: reduction
@@ -139,7 +139,7 @@ contains
     end associate
   end subroutine part_start
 
-  !> Bound on the rounding error of p, in the units of the states; shape (n).
+  !> Bound on the rounding error of the response p, in the units of the states; shape (n).
   pure function rounding_of(reduced) result(rounding)
     class(reduced_type), intent(in) :: reduced
     real(dp) :: rounding(size(reduced%scale))

@@ -65,8 +65,8 @@ contains
   !> Solves `system` over its period to the requested accuracy.
   !>
   !> The method `auto`, if no steps are given, may use reduction; the method `reduced` always does. If the multipliers differ so
-  !> much that Phi(T) loses the small ones, the factors of Phi(T) are used instead, unless steps are given. Errors: those of
-  !> `solve_monodromy`; the table `coupled` has a wrong shape; reduction is requested but does not apply.
+  !> much that Phi(T) loses the small ones, the factors of Phi(T) are used instead, unless steps are given. Fails if
+  !> `solve_monodromy` fails, the table `coupled` has a wrong shape, or reduction is requested but does not apply.
   subroutine solve_floquet(system, accuracy, forced, floquet, error)
     class(periodic_system), intent(in) :: system
     type(accuracy_type), intent(in) :: accuracy
@@ -104,7 +104,7 @@ contains
     end do
   end subroutine solve_floquet
 
-  !> Collects the methods, cost and error of a solution; they are empty if `floquet` has not been solved.
+  !> Collects the methods, cost and error of a solution in `found`, which is empty if `floquet` has not been solved.
   subroutine evidence(floquet, found)
     type(floquet_type), intent(in) :: floquet
     type(evidence_type), intent(out) :: found
@@ -118,9 +118,9 @@ contains
     end do
   end subroutine evidence
 
-  !> Computes the sum of ln |rho| minus the integral of tr P. By Liouville's theorem it is zero. For several parts, the defect with
-  !> the largest modulus is returned. Errors: `floquet` has not been solved; the coefficients are not finite; LAPACK finds no
-  !> eigenvalues.
+  !> Computes the sum of ln |rho| minus the integral of tr P. By Liouville's theorem this difference is zero. For several parts, the
+  !> difference with the largest modulus is returned. Fails if `floquet` has not been solved, the coefficients are not finite, or
+  !> LAPACK finds no eigenvalues.
   subroutine liouville_defect(system, floquet, defect, error)
     class(periodic_system), intent(in) :: system
     type(floquet_type), intent(in) :: floquet
@@ -147,7 +147,7 @@ contains
     end do
   end subroutine liouville_defect
 
-  !> Computes all multipliers, and the eigenvectors if `vectors` is true. Errors: `floquet` has not been solved; LAPACK finds no
+  !> Computes all multipliers, and the eigenvectors if `vectors` is true. Fails if `floquet` has not been solved or LAPACK finds no
   !> eigenvalues.
   subroutine multipliers_of_floquet(floquet, vectors, multipliers, error)
     type(floquet_type), intent(in) :: floquet
@@ -184,7 +184,7 @@ contains
     call arrange(multipliers)
   end subroutine multipliers_of_floquet
 
-  !> Computes the start of the periodic motion. Errors: `floquet` was solved without forcing; resonance in one of the parts.
+  !> Computes the start of the periodic motion. Fails if `floquet` was solved without forcing or one of the parts is at resonance.
   subroutine periodic_of_floquet(floquet, solution, error)
     type(floquet_type), intent(in) :: floquet
     type(periodic_solution_type), intent(out) :: solution
@@ -210,8 +210,8 @@ contains
     end do
   end subroutine periodic_of_floquet
 
-  !> Computes the periodic motion at `phases`. Errors: invalid phases; `solution` does not belong to `floquet` and `system`;
-  !> overflow.
+  !> Computes the periodic motion at `phases`. Fails if the phases are invalid, `solution` does not belong to `floquet` and
+  !> `system`, or a number overflows.
   subroutine follow_floquet(system, floquet, solution, phases, x, error)
     class(periodic_system), intent(in) :: system
     type(floquet_type), intent(in) :: floquet
@@ -264,7 +264,8 @@ contains
     number = max(fewest, ceiling(2 / pi * min(phase_advance, 1.0e6_dp)))
   end function checkpoints
 
-  !> Computes the errors of a motion that `follow` has computed. Errors: overflow; resonance within the errors.
+  !> Computes the errors of a motion that `follow` has computed. Fails on overflow, or if the error bounds do not exclude a
+  !> resonance.
   subroutine bound_motion_errors(system, floquet, phases, x, errors, error)
     class(periodic_system), intent(in) :: system
     type(floquet_type), intent(in) :: floquet

@@ -17,7 +17,7 @@ module gestell_math_batch_characteristic_roots
   !> (`last_part`). Convergence is cubic: the remaining error is about the first bound times the square of the second one, below
   !> roundoff.
   real(dp), parameter :: last_step = 1.0e-9_dp, last_part = 1.0e-4_dp
-  !> Indices of the following array constructor
+  !> Indices of the array constructor below
   integer :: i, m
   !> Cosines of the starting angles of m pairs of roots, as column m. The angles are not symmetric, because the iteration would
   !> preserve a symmetry.

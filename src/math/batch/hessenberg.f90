@@ -28,7 +28,8 @@ module gestell_math_batch_hessenberg
     real(dp) :: v(lanes, max_states)
     !> `norm`: Frobenius norm. `trace`: trace. `product`: product of the absolute values of the subdiagonal elements.
     real(dp) :: norm(lanes), trace(lanes), product(lanes)
-    !> Normally 1. 0 where `product` is so small that overflow is possible; the subdiagonal elements are then replaced by 1
+    !> 1 if the matrix is valid. 0 if `product` is so small that numbers may overflow; the subdiagonal elements are then replaced by
+    !> 1
     real(dp) :: sound(lanes)
   end type hessenberg_type
 
@@ -39,7 +40,7 @@ contains
     !$omp declare simd uniform(a, n, k) linear(once) simdlen(2) notinbranch
     real(dp), intent(inout) :: a(lanes, max_states, max_states)
     integer(c_int), value :: n, k, once
-    !> A column below the diagonal that is shorter than this needs no reflection.
+    !> Length of the part of a column below the diagonal; a shorter one needs no reflection.
     real(dp), parameter :: nothing = 1.0e-100_dp
     real(dp) :: u(lanes, max_states), beta(lanes), share(lanes), length, sum
     integer :: i, j, lane
@@ -296,7 +297,7 @@ contains
 
   !> Computes p = -r(lambda), which is the characteristic polynomial up to a constant factor, and its derivative d at lambda = z.
   pure subroutine evaluate(length, h, z_re, z_im, p_re, p_im, d_re, d_im)
-    !> Numbers per vector register (gestell_base_processor)
+    !> Number of double precision numbers in a vector register of the processor (gestell_base_processor)
     integer, intent(in) :: length
     type(hessenberg_type), intent(in) :: h
     !> Real and imaginary parts of z

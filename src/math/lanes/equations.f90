@@ -8,7 +8,7 @@ module gestell_math_lanes_equations
 
   public :: solve_equations
 
-  !> Minimum length of a column: a shorter column counts as zero.
+  !> Minimum length of a column; the procedures treat a shorter column as zero.
   real(dp), parameter :: nothing = 1.0e-100_dp
 
 contains

@@ -25,7 +25,7 @@ module gestell_math_lanes
   !> Largest multiplier for which elimination without exchanges loses no significant digits. For comparison, threshold pivoting in
   !> sparse elimination allows 10 to 100 (I. S. Duff, A. M. Erisman, J. K. Reid, Direct Methods for Sparse Matrices, section 5).
   real(dp), parameter, public :: safe_multiplier = 16
-  !> Minimum absolute value of a pivot: a smaller pivot counts as zero.
+  !> Minimum absolute value of a pivot; the procedures treat a smaller pivot as zero.
   real(dp), parameter :: min_pivot = 1.0e-8_dp
 
 contains

@@ -73,8 +73,8 @@ contains
 
   !> Applies x <- A x + b to all vectors for the maps of `steps` steps, one after the other.
   pure subroutine apply_in_turn(n, columns, room, first, steps, groups, maps, forced, most, motion, done)
-    !> `n`: number of states. `columns`: columns of the maps. `room`: first extent of `maps`. `first`: number of the first map.
-    !> `steps`: number of steps. `groups`: number of groups of vectors.
+    !> `n`: number of states. `columns`: number of columns of a map. `room`: first extent of `maps`. `first`: number of the first
+    !> map. `steps`: number of steps. `groups`: number of groups of vectors.
     integer, intent(in) :: n, columns, room, first, steps, groups
     !> `maps`: maps [A b], or A alone, shape (room, n, columns). `forced`: 1 in lanes of the last group to which b is added, else 0.
     !> `most`: limit on the sum of absolute values in a lane.

@@ -13,7 +13,7 @@ module gestell_math_lanes_peaks
 
 contains
 
-  !> Computes max |f| of trigonometric polynomials by solving f' = 0 near every sample close to which the maximum can lie. Within
+  !> Computes max |f| of trigonometric polynomials by solving f' = 0 near all samples that may be neighbours of the maximum. Within
   !> half a spacing of the maximum, |f| is smaller than the maximum by at most spacing^2 max |f''| / 8. `samples` has the shape
   !> (lanes, n). The columns of `harmonics` are the coefficients of cos(k theta), k = 1 ... (n - 1) / 2, then those of sin(k theta);
   !> further columns are ignored.

@@ -68,7 +68,8 @@ contains
     end do
   end subroutine subtract_here
 
-  !> Computes C <- C - R S in all lanes. R has `terms` columns, S has `terms` rows. `length`: numbers in a vector register.
+  !> Computes C <- C - R S in all lanes. R has `terms` columns, S has `terms` rows. `length`: number of double precision numbers in
+  !> a vector register.
   pure subroutine subtract_product(length, terms, c, r, s)
     integer, intent(in) :: length, terms
     real(dp), intent(inout) :: c(lanes, width, block)

@@ -47,8 +47,8 @@ contains
     end do
   end function waves_at
 
-  !> Computes values at the phases k/phases from harmonics, which are the coefficients of cosines of the orders 0 ... half - 1, then
-  !> of sines of these orders. Values and harmonics have the shape (phases, functions).
+  !> Computes values at the phases k/phases from harmonics. The harmonics are the coefficients of the cosines of orders 0 ... half -
+  !> 1, followed by those of the sines. Values and harmonics have the shape (phases, functions).
   pure function values(waves, harmonics)
     class(waves_type), intent(in) :: waves
     real(dp), contiguous, intent(in) :: harmonics(0:, :)
@@ -92,7 +92,7 @@ contains
     harmonics(0, :) = harmonics(0, :) / 2
   end function harmonics
 
-  !> Product A B for a matrix A whose rows are stored side by side in lanes.
+  !> Product A B, computed in lanes, for a matrix A whose rows are stored side by side.
   pure function products(a, b) result(c)
     real(dp), contiguous, intent(in) :: a(:, :, :)
     real(dp), intent(in) :: b(:, :)

@@ -34,17 +34,19 @@ module gestell_math_optimum_minimax
   type, public :: optimum_type
     !> `x`: the best point, shape (parameters). `groups`: value of each group at this point, shape (groups).
     real(dp), allocatable :: x(:), groups(:)
-    !> Price of each constraint, shape (constraints): amount by which the minimum decreases if the limit is relaxed by one. It is
-    !> the sum of the multipliers of the group's branches, >= 0. For a limit that cannot be met it is only a weight.
+    !> Price of each constraint, shape (constraints): the ratio of the decrease of the minimum to a small relaxation of the limit.
+    !> The price is the sum of the multipliers of the group's branches, so it is never negative. For a limit that cannot be met the
+    !> number is only a weight.
     real(dp), allocatable :: price(:)
-    !> Price of each bound, shape (parameters). If a bound is active, it is dL/dx: > 0 at the lower and < 0 at the upper bound.
-    !> Between the bounds it is 0. For a fixed parameter it is dL/dx of either sign.
+    !> Price of each bound, shape (parameters). If a bound is active, the price is dL/dx, which is positive at the lower bound and
+    !> negative at the upper bound. Between the bounds it is 0. For a fixed parameter it is dL/dx with either sign.
     real(dp), allocatable :: bound_price(:)
     !> Derivative dL/dx of the Lagrangian, shape (parameters); zero for fixed parameters
     real(dp), allocatable :: slope(:)
     !> Objective minus the Lagrangian L; positive if branches with multipliers lie below the value of their group
     real(dp) :: slack = 0
-    !> `objective`: sum of the objectives. `violation`: value of the largest constraint if it is > 0, else 0.
+    !> `objective`: sum of the values of the objectives. `violation`: largest value of a constraint, or 0 if no constraint is
+    !> positive.
     real(dp) :: objective = 0, violation = 0
     !> Residual of the Karush-Kuhn-Tucker conditions relative to the objective (dimensionless): the larger of
     !>
@@ -73,7 +75,7 @@ module gestell_math_optimum_minimax
   !> State of the search: scaling, weights w of the groups (1 for objectives), and B for the parameters that are not fixed
   type, extends(scaled_type) :: search_type
     real(dp), allocatable :: weight(:), hessian(:, :)
-    !> Values of the groups at the last points, at most three; shape (groups, points)
+    !> Values of the groups at the latest points, at most three points; shape (groups, points)
     real(dp), allocatable :: past(:, :)
     !> `learned`: true if B is based on at least one step. `full`: true if the full step will probably be accepted, so that
     !> gradients are requested at once.
@@ -85,7 +87,7 @@ module gestell_math_optimum_minimax
   !> `nothing`: rounding error in the violation of a group. `noise`: relative rounding error in Phi. `shortest`: minimum fraction of
   !> a step. `standstill`: norm below which a step counts as zero.
   real(dp), parameter :: nothing = 1.0e-11_dp, noise = 1.0e-13_dp, shortest = 1.0e-9_dp, standstill = 1.0e-10_dp
-  !> Minimum of the scale by which results are divided, as a fraction of the objective's size at the start
+  !> Minimum of the scale S by which optimality residuals are divided, as a fraction of the objective's size at the start
   real(dp), parameter :: floor_of_size = 1.0e-3_dp
 
 contains
@@ -94,8 +96,8 @@ contains
   !>
   !> If rounding errors prevent convergence, the best point is returned and `converged` is false. The same happens if the optimum is
   !> at a zero of a norm, where the norm has no gradient; the square of the norm has a gradient there. If the limits cannot be met,
-  !> the result minimises the sum of their violations, each divided by the size of the limit at the start. Errors: bounds that are
-  !> not finite or lower > upper; the problem cannot be evaluated at the start; errors of `evaluate`.
+  !> the result minimises the sum of their violations, each divided by the size of the limit at the start. Fails if bounds are not
+  !> finite or lower > upper, the problem cannot be evaluated at the start, or `evaluate` fails.
   subroutine minimise(problem, start, tolerance, optimum, error)
     !> The problem; its procedure `evaluate` may change it
     class(minimax_problem), intent(inout) :: problem
@@ -150,7 +152,7 @@ contains
     optimum%gradients = search%gradients
   end subroutine minimise
 
-  !> Values of the groups as they contribute to Phi: for constraints, negative values are replaced by 0.
+  !> Values of the groups as Phi counts them: for constraints, negative values are replaced by 0.
   pure function counted(search, maximum) result(top)
     type(search_type), intent(in) :: search
     real(dp), intent(in) :: maximum(:)

@@ -27,15 +27,15 @@ module gestell_math_optimum_quadratic_program
 
 contains
 
-  !> Solves the quadratic program.
-  !> Errors: B is not positive definite; no d satisfies the constraints; rounding errors prevent convergence.
+  !> Solves the quadratic program. Fails if B is not positive definite, no d satisfies the constraints, or rounding errors prevent
+  !> convergence.
   subroutine solve_quadratic_program(hessian, weight, group, value, slope, d, multiplier, error)
     !> `hessian`: B, shape (n, n), positive definite. `weight`: weights >= 0 of the groups 1, 2, ... `value`: values v, shape
     !> (branches). `slope`: slopes a, shape (n, branches).
     real(dp), intent(in) :: hessian(:, :), weight(:), value(:), slope(:, :)
     !> Group of each branch, 0 for constraints. Every group from 1 on must have a branch.
     integer, intent(in) :: group(:)
-    !> `d`: minimum, shape (n). `multiplier`: multipliers of the branches, shape (branches).
+    !> `d`: solution, shape (n). `multiplier`: multipliers of the branches, shape (branches).
     real(dp), intent(out) :: d(:), multiplier(:)
     type(error_type), allocatable, intent(out) :: error
     real(dp), allocatable :: inverse_l(:, :), a(:, :), r(:)
@@ -122,8 +122,8 @@ contains
     end function top_of
 
     !> Recomputes y from the working set alone, to remove rounding errors, which grow with the sizes of the multipliers. The new y
-    !> minimises |y|^2 / 2 + sum over g of w_g phi_g, where phi_g is the value of group g. The working branches of each group must
-    !> have equal values; those of group 0 must be zero.
+    !> minimises |y|^2 / 2 + sum over g of w_g phi_g, where phi_g is the value of group g, under two conditions: all working
+    !> branches of a group have equal values, and those of group 0 have the value zero.
     subroutine settle()
       real(dp) :: gradient(size(d)), differences(size(working), size(d)), gaps(size(working))
       integer :: first(0:size(weight)), j, rows
@@ -149,9 +149,9 @@ contains
       call constrained_least_squares(unit_matrix(size(d)), gradient, differences(:rows, :), gaps(:rows), y, error)
     end subroutine settle
 
-    !> Computes r of (1). For a branch that is the only working branch of its group, r is known: -1 for the group of p, else 0. So
-    !> the unknowns of the least-squares problem are only the working branches that share a group, at most twice the number of
-    !> parameters.
+    !> Computes the vector r of equation (1) in the module's header. If a working branch is the only one in its group, its element
+    !> of r is known: -1 for the group of p, 0 for other groups. Least squares therefore need only the working branches whose group
+    !> contains another working branch; these are at most twice as many as the parameters.
     function change(entering) result(ratio)
       integer, intent(in) :: entering
       real(dp) :: ratio(size(working)), total(size(weight))

@@ -27,7 +27,7 @@ module gestell_math_optimum_scaled
     integer :: objectives = 1, constraints = 0
     !> Bounds, shape (parameters), finite. A parameter with equal bounds is fixed.
     real(dp), allocatable :: lower(:), upper(:)
-    !> Relative improvement below which a step counts as idle
+    !> Minimum relative improvement of a step; a step with less improvement counts as idle
     real(dp) :: worth = 0
     !> Number of successive idle steps after which the search ends
     integer :: patience = 15
@@ -79,8 +79,8 @@ module gestell_math_optimum_scaled
 
 contains
 
-  !> Determines the scaling and evaluates the start. Errors: wrong number of bounds; bounds not finite, or lower > upper; the
-  !> problem cannot be evaluated at the start.
+  !> Determines the scaling and evaluates the start. Fails if the number of bounds is wrong, a bound is not finite, lower > upper,
+  !> or the problem cannot be evaluated at the start.
   subroutine begin(self, problem, start, here, error)
     class(scaled_type), intent(out) :: self
     class(minimax_problem), intent(inout) :: problem
@@ -126,7 +126,7 @@ contains
     here%slope = here%slope / spread(self%unit(here%group), 1, size(start))
   end subroutine begin
 
-  !> Evaluates the branches at the point `s`; everything is in scaled units.
+  !> Evaluates the branches at the point `s`. The point and the results are in scaled units.
   subroutine evaluate_point(self, problem, s, gradients, there, error)
     class(scaled_type), intent(inout) :: self
     class(minimax_problem), intent(inout) :: problem

@@ -159,9 +159,9 @@ contains
     peak = largest_between(samples, self%amplitude * cos(self%phase), -self%amplitude * sin(self%phase))
   end function peak
 
-  !> Maximum of |f| over all theta, by solving f' = 0 near every sample close to which the maximum can lie. The highest orders are
-  !> omitted if their amplitudes are below the rounding of the samples, epsilon / sqrt(samples) of the largest sample: multiplied by
-  !> k^2 they would create many candidates.
+  !> Maximum of |f| over all theta, by solving f' = 0 near all samples that may be neighbours of the maximum. The highest orders are
+  !> omitted if their amplitudes are rounding errors (below epsilon / sqrt(samples) times the largest sample), because the factor
+  !> k^2 in f'' would turn them into many false candidates.
   pure real(dp) function largest_between(samples, cosine, sine) result(peak)
     real(dp), intent(in) :: samples(:), cosine(:), sine(:)
     real(dp), parameter :: noise = 4 * epsilon(1.0_dp)
@@ -187,18 +187,18 @@ contains
   !> Finds the points close to which the maximum of |f| may lie. Within half a spacing of the maximum, |f| is smaller than the
   !> maximum by at most `loss`, spacing^2 max |f''| / 8.
   !>
-  !> If all samples are nearly equal, such as those of a constant with rounding, all of them are candidates. If there are more than
-  !> a few candidates, it is cheaper to evaluate f at a fraction of the spacing: the loss falls with the square of the spacing,
-  !> which rules out most candidates.
+  !> If all samples are nearly equal, such as those of a constant with rounding errors, all of them are candidates. If there are
+  !> more than a few candidates, it is cheaper to evaluate f at a fraction of the spacing: `loss` falls with the square of the
+  !> spacing, and a small `loss` rules out most candidates.
   pure subroutine find_candidates(samples, mean, cosine, sine, loss, places, step)
     !> `samples`: samples of f. `mean`: mean of f. `cosine`, `sine`: coefficients of cos(k theta) and sin(k theta). `loss`: maximum
-    !> loss at the spacing of the samples.
+    !> by which the largest sample can fall short of the maximum of |f|.
     real(dp), intent(in) :: samples(:), mean, cosine(:), sine(:), loss
     !> Values of theta (rad) close to which the maximum may lie
     real(dp), allocatable, intent(out) :: places(:)
     !> Spacing of theta (rad) between the points that were compared
     real(dp), intent(out) :: step
-    !> The spacing is divided by `finer`, at most twice, while more than `few` points times the next divisor remain.
+    !> If more candidates than `few` points times the next divisor remain, the spacing is divided by `finer`, at most twice.
     integer, parameter :: finer = 4, finest = finer**2, few = 8
     real(dp), allocatable :: f(:)
     complex(dp), allocatable :: c(:)

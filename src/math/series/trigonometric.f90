@@ -191,8 +191,8 @@ contains
     end do
   end subroutine add_up
 
-  !> Largest amplitude of each function in the upper third of the orders, shape (functions). The error caused by unresolved orders
-  !> is about as large.
+  !> Largest amplitude of each function in the upper third of the orders, shape (functions). It estimates the error caused by
+  !> unresolved orders.
   pure function tail(self)
     class(series_type), intent(in) :: self
     real(dp) :: tail(size(self%cosine, 2))
@@ -204,9 +204,9 @@ contains
     end associate
   end function tail
 
-  !> Estimate of the largest amplitude of each function above the highest order, shape (functions). From the last sixth of the
-  !> orders to the orders above it, amplitudes are assumed to fall by the same factor as from the sixth before it to the last sixth.
-  !> This factor is limited to ten.
+  !> Estimate of the largest amplitude of each function above the highest order, shape (functions). The amplitudes above the highest
+  !> order are assumed to be smaller than those of the last sixth of the orders by a factor of at most ten. The factor is the one by
+  !> which the amplitudes fall from the second last sixth to the last sixth.
   pure function beyond(self)
     class(series_type), intent(in) :: self
     real(dp), parameter :: steepest = 0.1_dp
@@ -223,7 +223,7 @@ contains
   end function beyond
 
   !> Removes the highest orders if the amplitudes of all functions, divided by `units`, are below `least`: derivatives would amplify
-  !> the noise in these orders.
+  !> the rounding errors in these orders.
   pure subroutine trim_series(self, units, least)
     class(series_type), intent(inout) :: self
     real(dp), intent(in) :: units(:), least

@@ -1,8 +1,8 @@
 !> Forces of the supports on a frame after a displacement and rotation of any size, and their derivatives with respect to the
 !> motion; (32) to (34) of doc/theory.md.
 !>
-!> Vectors of the plane are complex numbers, E = exp(i psi). The head of a support is at p seen from the frame's centre of mass F,
-!> along the frame's axes. It has the displacement and velocity
+!> Vectors of the plane are complex numbers, E = exp(i psi). The upper end of a support, where it is attached to the frame, is at p
+!> relative to the frame's centre of mass F, along the frame's axes. It has the displacement and velocity
 !>
 !>     d = u + (E - 1) p,   v = u' + i psi' E p,   u = xi + i eta.
 !>
@@ -16,9 +16,9 @@
 !>
 !>     e = conj(E) d = p + w,   e' = conj(E) u' - i psi' w,   f = K e + B e' + G.
 !>
-!> The support then exerts the force -E f on the frame. Its line of action passes through p, the position of the head at rest: M =
-!> Im(conj(w) f). The static force G on the ground turns with these axes. At rest, G and its moment balance the weights. Therefore G
-!> and Im(conj(p) G) are added to the force and moment on the frame.
+!> The support then exerts the force -E f on the frame. Its line of action passes through p, the position of the upper end when the
+!> frame is at rest: M = Im(conj(w) f). The static force G on the ground turns with these axes. At rest, G and its moment balance
+!> the weight of the machine. Therefore G and Im(conj(p) G) are added to the force and moment on the frame.
 module gestell_model_exact_moved_mounting
   use gestell_base_kinds, only: dp
   use gestell_math_turn, only: less_one
@@ -30,7 +30,7 @@ module gestell_model_exact_moved_mounting
 
   complex(dp), parameter :: i = (0.0_dp, 1.0_dp)
 
-  !> Two springs or two dampers along perpendicular axes. The displacement d of their head causes the force K d = `mean` d +
+  !> Two springs or two dampers along perpendicular axes. The displacement d of their upper end causes the force K d = `mean` d +
   !> `difference` conj(d).
   type :: pair_type
     real(dp) :: mean = 0
@@ -39,9 +39,9 @@ module gestell_model_exact_moved_mounting
     procedure :: times
   end type pair_type
 
-  !> Sums over all springs, or all dampers, whose axes stay in space; p is the position of their head. `mean`, `mean_p` and
-  !> `mean_pp` are sums of the means of the pairs times 1, p and |p|^2. `difference`, `difference_p` and `difference_pp` are sums of
-  !> the differences times 1, conj(p) and conj(p)^2.
+  !> Sums over all springs, or all dampers, whose axes do not turn with the frame; p is the position of their upper end. `mean`,
+  !> `mean_p` and `mean_pp` are sums of the means of the pairs times 1, p and |p|^2. `difference`, `difference_p` and
+  !> `difference_pp` are sums of the differences times 1, conj(p) and conj(p)^2.
   type :: sums_type
     real(dp) :: mean = 0, mean_pp = 0
     complex(dp) :: difference = 0, mean_p = 0, difference_p = 0, difference_pp = 0
@@ -50,9 +50,9 @@ module gestell_model_exact_moved_mounting
 
 contains
 
-  !> Subtracts the forces F_j and moments of the supports from the left sides r of the equations of motion. Their derivatives with
-  !> respect to q' are subtracted from b, those with respect to q from c. The supports whose axes stay in space have the total
-  !> moment Im(conj(E) G) with G = sum of conj(p_j) F_j.
+  !> Subtracts the forces F_j and moments of the supports from the left sides r of the equations of motion. The derivatives of
+  !> forces and moments with respect to q' are subtracted from b, those with respect to q from c. The supports whose axes do not
+  !> turn with the frame have the total moment Im(conj(E) G) with G = sum of conj(p_j) F_j.
   pure subroutine add_mounting(supports, q, v, turn, r, b, c)
     type(support_type), intent(in) :: supports(:)
     !> `q`: displacement and rotation (xi, eta, psi) of the frame; `v`: their rates; shapes (points, 3)
@@ -159,7 +159,7 @@ contains
     sums%difference_pp = sums%difference_pp + pair%difference * conjg(p)**2
   end subroutine add_pair
 
-  !> Adds the sum of the forces F_j to f and the sum of conj(p_j) F_j to g, for heads that move by u + w p_j.
+  !> Adds the sum of the forces F_j to f and the sum of conj(p_j) F_j to g, for upper ends that move by u + w p_j.
   pure subroutine add_head_forces(sums, u, w, f, g)
     type(sums_type), intent(in) :: sums
     complex(dp), intent(in) :: u(:), w(:)
@@ -169,9 +169,9 @@ contains
     g = g - (conjg(sums%mean_p) * u + sums%difference_p * conjg(u) + sums%mean_pp * w + sums%difference_pp * conjg(w))
   end subroutine add_head_forces
 
-  !> Forces of the supports on the ground along axes in space (N), and their moment about the rest position of F (N m), shape
-  !> (points, 3). Static forces are excluded. The moment is the sum of (p + d) x (K d + B v), or of p x (E f - G) for axes that turn
-  !> with the frame.
+  !> Forces of the supports on the ground along the fixed axes xi and eta (N), and their moment about the rest position of F (N m),
+  !> shape (points, 3). Static forces are excluded. The moment is the sum of (p + d) x (K d + B v), or of p x (E f - G) for axes
+  !> that turn with the frame.
   pure function ground_load(supports, q, v) result(load)
     type(support_type), intent(in) :: supports(:)
     real(dp), intent(in) :: q(:, :), v(:, :)
@@ -221,8 +221,8 @@ contains
     end do
   end function mounting_energy
 
-  !> Computes displacement d and velocity d' of the head of a support along axes in space. If the support's axes turn with the
-  !> frame, computes e and e' along the frame's axes instead.
+  !> Computes displacement d and velocity d' of the upper end of a support along the fixed axes xi and eta. If the support's axes
+  !> turn with the frame, computes e and e' along the frame's axes instead.
   pure subroutine elongate(support, q, v, d, d_dot)
     type(support_type), intent(in) :: support
     real(dp), intent(in) :: q(:, :), v(:, :)
@@ -243,8 +243,8 @@ contains
     complex_of = cmplx(a(1), a(2), dp)
   end function complex_of
 
-  !> Adds to k the derivatives of -force and -moment with respect to xi and eta. A unit of xi moves all heads by 1, a unit of eta by
-  !> i. If `sums` are those of the dampers, these are the derivatives with respect to xi' and eta'.
+  !> Adds to k the derivatives of -force and -moment with respect to xi and eta. A unit of xi moves all upper ends by 1, a unit of
+  !> eta by i. If `sums` are those of the dampers, the derivatives are with respect to xi' and eta'.
   pure subroutine subtract_plane(sums, turn, k)
     type(sums_type), intent(in) :: sums
     complex(dp), intent(in) :: turn(:)

@@ -1,5 +1,5 @@
-!> Effective mass functions of the exact frame at given crank angles, with derivatives. They depend on what keeps the speed constant
-!> (see gestell_model_mechanism_held).
+!> Effective mass functions of the exact frame at given crank angles, with derivatives. They depend on what keeps the speed
+!> constant: the frame, a flywheel or an outside drive (see gestell_model_mechanism_held).
 module gestell_model_exact_moving_masses
   use gestell_base_kinds, only: dp
   use gestell_model_frame, only: frame_type
@@ -11,17 +11,18 @@ module gestell_model_exact_moving_masses
   public :: find_masses
 
   !> Sums over the masses about F along the frame's axes, each of shape (angles). Suffix _t: time derivative, Omega d/dphi at
-  !> constant psi. Suffix _psi: derivative with respect to psi at constant time. A crank that turns uniformly in space then turns
-  !> back relative to the frame. Z = E S is the first moment of the masses along axes in space.
+  !> constant psi. Suffix _psi: derivative with respect to psi at constant time; for a crank that turns uniformly relative to the
+  !> ground, the crank angle relative to the frame decreases as psi grows. Z = E S is the first moment of the masses along the fixed
+  !> axes xi and eta.
   type, public :: masses_type
     !> First moment S = sum m r of the masses (kg m). `s_tt`: d2S/dt2. With Z = E S, E = exp(i psi): dZ/dpsi = i E S_1, d2Z/dpsi2 =
-    !> -E S_2, d3Z/dpsi3 = -i E S_3. Suffixes _t and _tt: first and second time derivative.
+    !> -E S_2, d3Z/dpsi3 = -i E S_3. Suffixes _t and _tt denote first and second time derivatives.
     complex(dp), allocatable :: s_tt(:), s_1(:), s_1_t(:), s_1_tt(:), s_2(:), s_2_t(:), s_3(:)
-    !> `inertia`: effective moment of inertia J_1, the factor of psi'' (kg m^2). The others are its derivatives with respect to time
-    !> and psi.
+    !> `inertia`: effective moment of inertia J_1, the factor of psi'' (kg m^2). The other components are the derivatives of J_1
+    !> with respect to time and psi.
     real(dp), allocatable :: inertia(:), inertia_t(:), inertia_psi(:), inertia_tpsi(:), inertia_psipsi(:)
-    !> `moment`: negative moment about F of the load on a frame at rest (N m), as in the equation of psi. `moment_psi`: its
-    !> derivative with respect to psi.
+    !> `moment`: moment about F of the load on a frame at rest (N m), with reversed sign, as in the equation of psi. `moment_psi`:
+    !> derivative of `moment` with respect to psi.
     real(dp), allocatable :: moment(:), moment_psi(:)
   end type masses_type
 

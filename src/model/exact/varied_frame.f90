@@ -2,33 +2,33 @@
 !> doc/theory.md.
 !>
 !> Vectors of the plane are complex numbers: u = xi + i eta, E = exp(i psi). Let m be the mass of the whole machine. A mass of the
-!> mechanism is at r = O + x + i y seen from F, along the frame's axes. The sums over the masses are
+!> mechanism is at r = O + x + i y relative to F, along the frame's axes. The sums over the masses are
 !>
 !>     S = sum m r,   J = moment of inertia about F,   H' = sum (m r x r'' + J_i phi_i'').
 !>
-!> Momentum, and angular momentum about F, give
+!> The balances of momentum, and of angular momentum about F, give
 !>
 !>     m u'' + E [S'' + 2 i psi' S' + (i psi'' - psi'^2) S]           = sum of F_j
 !>     J psi'' + J' psi' + H' + Im(conj(E S) u'')                     = sum of M_j
 !>
 !> with the forces F_j and moments M_j of the mounting (gestell_model_exact_moved_mounting) and the moment of the weights
-!> (gestell_model_mounting_weights). Linearised about rest, q = 0, they become (8) to (12). The sums over the masses are functions
-!> of the crank angle phi = Omega t, so ' is Omega d/dphi.
+!> (gestell_model_mounting_weights). Linearised about rest, q = 0, these equations become (8) to (12). The sums over the masses are
+!> functions of the crank angle phi = Omega t, so ' is Omega d/dphi.
 !>
-!> If the crank turns uniformly in space, phi = Omega t - p psi; p, A and K are defined in gestell_model_mechanism_held. Then the
-!> first moment Z = E S of the masses depends on t and psi:
+!> If the crank turns uniformly relative to the ground, phi = Omega t - p psi; gestell_model_mechanism_held defines p, A and K. Then
+!> the first moment Z = E S of the masses depends on t and psi:
 !>
 !>     dZ/dpsi = i E S_1,   S_1 = S + i p dS/dphi,   S_2 = S_1 + i p dS_1/dphi,   S_3 = S_2 + i p dS_2/dphi.
 !>
-!> If the crank turns uniformly relative to the frame, p = 0 and S_1, S_2, S_3 equal S. For all quantities but u and psi let ' now
-!> be the derivative at constant psi, Omega d/dphi. In both cases
+!> If the crank turns uniformly relative to the frame, p = 0 and S_1, S_2, S_3 equal S. From here on ' is the derivative at constant
+!> psi, Omega d/dphi, for all quantities except u and psi. In both cases
 !>
 !>     m u'' + E [S'' + 2 i psi' S_1' + i psi'' S_1 - psi'^2 S_2]                 = sum of F_j
 !>     J_1 psi'' + J_1' psi' + psi'^2/2 dJ_1/dpsi + H_1' + Im(conj(E S_1) u'')    = sum of M_j - M.
 !>
-!> If the crank turns uniformly in space, J_1 = J - 2 p A + p^2 K and H_1' = Omega^2 d(A - p K/2)/dphi. Otherwise J_1 = J, which
-!> does not depend on psi, and H_1' = H'. M is the mean torque of a motor on the frame that drives a flywheel; M = 0 without a
-!> flywheel.
+!> If the crank turns uniformly relative to the ground, J_1 = J - 2 p A + p^2 K and H_1' = Omega^2 d(A - p K/2)/dphi. If it turns
+!> uniformly relative to the frame, J_1 = J, which does not depend on psi, and H_1' = H'. M is the mean torque of a motor on the
+!> frame that drives a flywheel; M = 0 without a flywheel.
 module gestell_model_exact_varied_frame
   use gestell_math_cosine_sine, only: cosine_sine
   use gestell_base_kinds, only: dp, pi
@@ -50,17 +50,17 @@ module gestell_model_exact_varied_frame
   !> multipliers decide whether `motion` is stable. Its periodic solution is the next iterate of Newton's method, (36), if `newton`
   !> is true, otherwise `motion` itself.
   type, extends(frame_type), public :: varied_frame_type
-    !> Displacements and rotations of all degrees of freedom as functions of theta = 2 pi t/T, T the period.
+    !> Displacements and rotations of all degrees of freedom as functions of theta = 2 pi t/T, where T is the period.
     type(series_type) :: motion
     logical :: newton = .true.
     !> True if h is only the negative residual of the exact equations at `motion`. The periodic solution is then the step of
     !> Newton's method, not the next iterate.
     logical :: lacking = .false.
-    !> Factor on the excitation: 1 for the machine itself, 0 at the start of a path from rest.
+    !> Factor on the excitation: 1 for the actual excitation, 0 where continuation begins at the frame at rest.
     real(dp) :: excitation = 1
     !> Only for a frame in space with a flywheel: the angle chi by which the drive lags (rad); see gestell_model_space_drive.
     type(series_type) :: flywheel_series
-    !> Mean over the turn of the frame's rate of rotation about the shaft, w n (rad/s). Only for a frame in space with a flywheel.
+    !> Mean over the period of the frame's rate of rotation about the shaft, w n (rad/s). Only for a frame in space with a flywheel.
     real(dp) :: drift = 0
   contains
     procedure :: linearise_about, lag, sample_second_order, coupled, ground_forces
@@ -82,8 +82,8 @@ contains
     call varied%linearise_about(motion)
   end function varied_frame
 
-  !> Linearises the frame about another motion. With a flywheel, also computes the mean torque of its motor, which must replace the
-  !> power that the dampers dissipate over the turn.
+  !> Linearises the frame about another motion. With a flywheel, also computes the mean torque of the motor, which must replace the
+  !> power that the dampers dissipate in a period.
   pure subroutine linearise_about(self, motion)
     class(varied_frame_type), intent(inout) :: self
     type(series_type), intent(in) :: motion
@@ -261,10 +261,11 @@ contains
     end if
   end subroutine vary_inertia
 
-  !> True for each pair of free degrees of freedom that the equations couple. In general, rotations are assumed to be coupled to all
-  !> others, and displacements are coupled as about rest. If only some degrees of freedom are damped, the matrices are examined at
-  !> many phases: a subsystem without dampers can then be proved undamped. Otherwise they are not examined, because each subsystem
-  !> costs as much as the whole frame. The phases are shifted by 1/pi of their spacing, so that none is a phase of symmetry.
+  !> True for each pair of free degrees of freedom that the equations couple. Usually a rotation counts as coupled to all other
+  !> degrees of freedom, and displacements count as coupled if the equations about rest couple them. If only some degrees of freedom
+  !> are damped, the matrices are examined at many phases instead, so that a subsystem without dampers can be proved undamped. This
+  !> is done only then, because solving each subsystem costs as much as solving the whole frame. The phases are shifted by 1/pi of
+  !> their spacing, so that no phase has a special symmetry.
   function coupled(self)
     class(varied_frame_type), intent(in) :: self
     logical, allocatable :: coupled(:, :), turns(:)
@@ -300,8 +301,8 @@ contains
       & + matmul(v, transpose(self%foundation_damping)))
   end function ground_forces
 
-  !> The exact values of E = exp(i psi), dE/dpsi and again E, in place of three approximations in a frame about rest (see
-  !> `rotations` of gestell_model_frame).
+  !> The exact values of E = exp(i psi), dE/dpsi and again E. A frame linearised about rest uses three approximations in their place
+  !> (see `rotations` of gestell_model_frame).
   pure function rotations(self, psi)
     class(varied_frame_type), intent(in) :: self
     real(dp), intent(in) :: psi

@@ -30,8 +30,8 @@ contains
     end if
   end subroutine check_frame_data
 
-  !> Checks the indices of the free degrees of freedom. Fails if there is none, if one is outside 1 to `dofs` (3 or 6), or if one
-  !> occurs twice.
+  !> Checks the indices of the free degrees of freedom. Fails if the list is empty, an index is outside 1 to `dofs` (3 or 6), or an
+  !> index occurs twice.
   subroutine check_free(free, dofs, error)
     integer, intent(in) :: free(:), dofs
     type(error_type), allocatable, intent(out) :: error

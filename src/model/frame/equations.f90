@@ -12,7 +12,8 @@ contains
 
   !> The part of the mass matrix M in (9) that does not depend on the crank angle, for xi, eta and psi.
   pure function mass_matrix(mass, inertia, origin, mechanism) result(m)
-    !> `mass` (kg) and `inertia` about F (kg m^2): of the frame; `origin`: of the mechanism, seen from F (m)
+    !> `mass` (kg), `inertia` about F (kg m^2): mass and moment of inertia of the frame. `origin`: origin of the mechanism relative
+    !> to F (m)
     real(dp), intent(in) :: mass, inertia, origin(2)
     class(mechanism_type), intent(in) :: mechanism
     real(dp) :: m(3, 3)
@@ -33,8 +34,8 @@ contains
   !> functions in `table` depend on the crank angle alone; the speed enters by d/dt = Omega d/dphi.
   pure subroutine set_matrices(free, constant, damping, stiffness, speed, origin, table, m, b, c)
     integer, intent(in) :: free(:)
-    !> `constant`: M without the mass functions (from `mass_matrix`); `damping`: B_0; `stiffness`: C_0; `speed`: of the crank
-    !> (rad/s); `origin`: of the mechanism, seen from F (m)
+    !> `constant`: M without the mass functions (from `mass_matrix`). `damping`: B_0. `stiffness`: C_0. `speed`: crank speed
+    !> (rad/s). `origin`: origin of the mechanism relative to F (m)
     real(dp), intent(in) :: constant(3, 3), damping(3, 3), stiffness(3, 3), speed, origin(2)
     !> Mass functions at the crank angles, shape (angles, table_columns)
     real(dp), contiguous, intent(in) :: table(:, :)
@@ -74,9 +75,9 @@ contains
   !> Computes the load h of (12), shape (angles, size(free)), for the degrees of freedom `free`.
   pure subroutine set_load(free, speed, origin, load, h)
     integer, intent(in) :: free(:)
-    !> `speed`: of the crank (rad/s); `origin`: of the mechanism, seen from F (m)
+    !> `speed`: crank speed (rad/s). `origin`: origin of the mechanism relative to F (m)
     real(dp), intent(in) :: speed, origin(2)
-    !> Two forces and the moment of the load, divided by -Omega^2, from `tabulate_effective`, shape (angles, 3)
+    !> Two forces and the moment of the load, each divided by -Omega^2, from `tabulate_effective`; shape (angles, 3)
     real(dp), contiguous, intent(in) :: load(:, :)
     real(dp), contiguous, intent(inout) :: h(:, :)
     integer :: i
@@ -97,15 +98,16 @@ contains
     end associate
   end subroutine set_load
 
-  !> How strongly the terms of the load cancel (dimensionless): the largest sum of their absolute values, divided by the largest
-  !> load, minus 1; 0 means that nothing cancels. The maxima are over the degrees of freedom `free`. To compare them, forces are
-  !> divided by the square root of the machine's mass, moments by that of its moment of inertia.
+  !> Measures how strongly the terms of the load cancel (dimensionless): the largest sum of their absolute values, divided by the
+  !> largest load, minus 1. The value 0 means that nothing cancels. The maxima are over the degrees of freedom `free`. To make
+  !> forces and moments comparable, forces are divided by the square root of the machine's mass, moments by the square root of its
+  !> moment of inertia.
   real(dp) function cancellation(mechanism, free, origin, mass, inertia, uniform_in_space)
     class(mechanism_type), intent(in) :: mechanism
     integer, intent(in) :: free(:)
-    !> `origin`: of the mechanism, seen from F (m); `mass` (kg) and `inertia` (kg m^2): of the frame
+    !> `origin`: origin of the mechanism relative to F (m). `mass` (kg), `inertia` (kg m^2): mass and moment of inertia of the frame
     real(dp), intent(in) :: origin(2), mass, inertia
-    !> True if the crank turns uniformly in space, false if relative to the frame
+    !> True if the crank turns uniformly relative to the ground, false if it turns uniformly relative to the frame
     logical, intent(in) :: uniform_in_space
     integer, parameter :: angles = 16
     real(dp) :: effective(angles, table_columns), load(angles, 3), h(angles, size(free)), terms(3), weights(3), maximum

@@ -32,10 +32,10 @@ module gestell_model_frame
     real(dp) :: inertia = 0, origin(2) = 0
     !> What keeps the crank speed constant: one of `holders` of gestell_model_mechanism_held.
     character(len=8) :: held_by = "motor"
-    !> Moment of inertia of the flywheel beyond that of the links (kg m^2); 0 if unknown.
+    !> Moment of inertia of the flywheel in addition to that of the links (kg m^2); 0 if unknown.
     real(dp) :: flywheel_inertia = 0
-    !> Mean torque of the motor (N m) if it stands on the frame and drives a flywheel; otherwise 0. Only the exact frame uses it: in
-    !> the equations about rest it is 0.
+    !> Mean torque of the motor (N m) if the motor stands on the frame and drives a flywheel; in all other cases 0. Only the exact
+    !> frame uses this torque: in the equations linearised about rest it is 0.
     real(dp) :: motor_torque = 0
     class(mechanism_type), allocatable :: mechanism
     !> The mechanisms of a frame in space; they replace `mechanism` and `origin`. Not allocated in the plane. See
@@ -63,27 +63,27 @@ module gestell_model_frame
 
 contains
 
-  !> Makes a frame on its mounting, with its own copy of the mechanism, whose motion is checked over the whole turn. With `gravity`
-  !> all masses have weight, and q = 0 is the rest position of the machine under its weights. Fails if a number is not finite or out
-  !> of range, if the mechanism cannot turn, or if `add_gravity` or `check_held` fails.
+  !> Creates a frame on its mounting. The frame gets its own copy of the mechanism, whose motion is checked over the whole period.
+  !> With `gravity` all masses have weight, and q = 0 is the rest position of the machine under its own weight. Fails if a number is
+  !> not finite or out of range, if the mechanism cannot turn, or if `add_gravity` or `check_held` fails.
   subroutine new_frame(frame, mechanism, mass, inertia, origin, stiffness, damping, speed, error, free, supports, gravity, held_by)
     type(frame_type), intent(out) :: frame
     class(mechanism_type), intent(in) :: mechanism
-    !> `mass` (kg) and `inertia` about F (kg m^2): of the frame without links. `origin`: of the mechanism's axes, seen from F (m).
-    !> `stiffness` (N/m, N, N m) and `damping` (N s/m, N s, N m s): of the foundation, or of the whole mounting if there are no
-    !> `supports`. `speed`: of the crank (rad/s, negative: clockwise)
+    !> `mass` (kg), `inertia` about F (kg m^2): mass and moment of inertia of the frame without links. `origin`: origin of the
+    !> mechanism's axes relative to F (m). `stiffness` (N/m, N, N m), `damping` (N s/m, N s, N m s): matrices of the foundation, or
+    !> of the whole mounting if there are no `supports`. `speed`: crank speed (rad/s); negative means clockwise
     real(dp), intent(in) :: mass, inertia, origin(2), stiffness(3, 3), damping(3, 3), speed
     type(error_type), allocatable, intent(out) :: error
     !> Indices of the free degrees of freedom: 1 xi, 2 eta, 3 psi; default: all three
     integer, intent(in), optional :: free(:)
     !> Supports whose stiffness and damping are added to those of the foundation
     type(support_type), intent(in), optional :: supports(:)
-    !> Acceleration of gravity along xi and eta (m/s^2); default: no weights
+    !> Acceleration of gravity along xi and eta (m/s^2); without this argument, gravity is ignored
     real(dp), intent(in), optional :: gravity(2)
     !> What keeps the speed constant: one of `holders`; default: "motor"
     character(len=*), intent(in), optional :: held_by
-    !> Number of rounding errors in each term of the load. They come from the joints' accelerations and from the crank angle of up
-    !> to 2 pi.
+    !> Assumed number of rounding errors in each term of the load. They arise in the accelerations of the joints and in the crank
+    !> angle of up to 2 pi.
     real(dp), parameter :: share = 12
 
     if (present(supports)) then
@@ -123,11 +123,11 @@ contains
     if (present(gravity)) call frame%weigh([gravity, 0.0_dp], error)
   end subroutine new_frame
 
-  !> Gives weight to all masses of a frame and sets the static forces of its supports, which carry the weights. Fails if no spring
-  !> carries the weights along some free degree of freedom, or if the weights overflow.
+  !> Gives weight to all masses of a frame and sets the static forces of its supports, which carry the weight. Fails if no spring
+  !> carries the weight along some free degree of freedom, or if the weight overflows.
   subroutine add_gravity(frame, gravity, error)
     class(frame_type), intent(inout) :: frame
-    !> Acceleration of gravity along xi, eta, zeta (m/s^2); the last is 0 in the plane
+    !> Acceleration of gravity along xi, eta, zeta (m/s^2); the component along zeta is 0 for a frame in the plane
     real(dp), intent(in) :: gravity(3)
     type(error_type), allocatable, intent(out) :: error
     complex(dp) :: unbalance
@@ -144,7 +144,7 @@ contains
     call new_weights(frame%weights, gravity, frame%mass + mass, mean, maximum, frame%stiffness, frame%supports, frame%free, error)
   end subroutine add_gravity
 
-  !> Checks that the frame is a valid second-order system. Fails if it was not made by `new_frame`, or if its period does not match
+  !> Checks that the frame is a valid second-order system. Fails if `new_frame` has not created it, or if its period does not match
   !> its speed.
   subroutine check(self, error)
     class(frame_type), intent(in) :: self
@@ -198,7 +198,7 @@ contains
     call self%sample_at_rest(self%crank_angles(phases), self%free, m, b, c, h)
   end subroutine sample_second_order
 
-  !> Computes M, B, C and h about rest at crank angles (rad), for the degrees of freedom `free`.
+  !> Computes M, B, C and h, linearised about rest, at crank angles (rad), for the degrees of freedom `free`.
   subroutine sample_at_rest(self, angles, free, m, b, c, h)
     class(frame_type), intent(in) :: self
     real(dp), contiguous, intent(in) :: angles(:)
@@ -213,7 +213,7 @@ contains
     end if
   end subroutine sample_at_rest
 
-  !> Computes M, B, C and h about rest of a frame in the plane, (9) to (12), from the effective mass functions
+  !> Computes M, B, C and h, linearised about rest, of a frame in the plane, (9) to (12), from the effective mass functions
   !> (gestell_model_mechanism_held).
   subroutine sample_in_plane(self, angles, free, m, b, c, h)
     class(frame_type), intent(in) :: self
@@ -244,7 +244,7 @@ contains
     end associate
   end subroutine sample_in_plane
 
-  !> True if the crank turns uniformly in space, false if it turns uniformly relative to the frame.
+  !> True if the crank turns uniformly relative to the ground, false if it turns uniformly relative to the frame.
   pure logical function uniform_in_space(self)
     class(frame_type), intent(in) :: self
 
@@ -260,8 +260,8 @@ contains
     angles = sign(2 * pi, self%speed) * phases
   end function crank_angles
 
-  !> Tabulates the mass functions of the mechanism at `phases`. Later evaluations at exactly these phases use the table. The
-  !> magnitude of the speed, masses, stiffness and damping may change meanwhile; the sign of the speed may not.
+  !> Tabulates the mass functions of the mechanism at `phases`. Later evaluations at exactly these phases use the table. Before
+  !> these evaluations the magnitude of the speed, masses, stiffness and damping may change, but not the sign of the speed.
   subroutine remember(self, phases)
     class(frame_type), intent(inout) :: self
     real(dp), intent(in) :: phases(:)
@@ -281,7 +281,7 @@ contains
     if (allocated(plain)) call move_alloc(plain, self%mechanism)
   end subroutine remember
 
-  !> True for each pair of free degrees of freedom that the equations about rest couple, shape (n, n).
+  !> True for each pair of free degrees of freedom that the equations linearised about rest couple, shape (n, n).
   function coupled(self)
     class(frame_type), intent(in) :: self
     logical, allocatable :: coupled(:, :)
@@ -289,8 +289,8 @@ contains
     coupled = connections(self, 0.0_dp)
   end function coupled
 
-  !> True for each pair of free degrees of freedom that M, B or C couples at one of many equidistant phases, shape (n, n). Stops
-  !> early once all degrees of freedom are connected.
+  !> True for each pair of free degrees of freedom that M, B or C couples at one of many equidistant phases, shape (n, n). The
+  !> search stops as soon as all degrees of freedom are connected.
   function connections(frame, shift) result(coupled)
     class(frame_type), intent(in) :: frame
     !> Shift of the phases as a fraction of their spacing, 0 to 1
@@ -308,7 +308,7 @@ contains
     end do
   end function connections
 
-  !> True if the first degree of freedom is coupled to all others, directly or through others.
+  !> True if the first degree of freedom is coupled to all others, directly or through other degrees of freedom.
   pure logical function all_connected(coupled)
     logical, intent(in) :: coupled(:, :)
     logical :: reached(size(coupled, 1))
@@ -323,9 +323,10 @@ contains
     all_connected = all(reached)
   end function all_connected
 
-  !> Computes the model with M, B and C averaged over the turn, and bounds on its rounding errors. The periodic parts of B and C in
-  !> (10) and (11) are derivatives with respect to the crank angle, so their means are zero. So is the mean of the weights' periodic
-  !> part. Hence the mean of B is the damping of the mounting; the mean of C is the stiffness of mounting and weights at rest.
+  !> Computes the model with M, B and C averaged over the period, and bounds on its rounding errors. The periodic parts of B and C
+  !> in (10) and (11) are derivatives with respect to the crank angle, so their means are zero. The mean of the periodic part of the
+  !> moment of the weights is zero as well. Hence the mean of B is the damping of the mounting. The mean of C is the stiffness of
+  !> the mounting, plus the contribution of the weights when the frame is at rest.
   subroutine averaged(self, model)
     class(frame_type), intent(in) :: self
     type(averaged_system), intent(out) :: model
@@ -347,8 +348,8 @@ contains
     model%c_error = moved(self%free, self%free)
   end subroutine averaged
 
-  !> Computes means over the turn for the degrees of freedom `free` of the frame about rest: of M, of C, and of the gyroscopic part
-  !> G of B (0 in the plane).
+  !> Computes means over the period for the degrees of freedom `free` of the frame linearised about rest: `m` of M, `c` of C, and
+  !> `g` of the gyroscopic part of B (0 in the plane).
   subroutine mean_matrices(self, free, m, g, c)
     class(frame_type), intent(in) :: self
     !> Indices of the degrees of freedom, which may be free or locked
@@ -371,8 +372,8 @@ contains
     where (abs(g) <= 64 * epsilon(1.0_dp) * maxval(abs(all_b), dim=1)) g = 0
   end subroutine mean_matrices
 
-  !> Computes the natural angular frequencies (rad/s) of the undamped frame about rest from the mean matrices. Fails if `check` or
-  !> `solve_natural_frequencies` fails.
+  !> Computes the natural angular frequencies (rad/s) of the undamped frame, linearised about rest, from the mean matrices. Fails if
+  !> `check` or `solve_natural_frequencies` fails.
   subroutine natural_frequencies(self, frequencies, error)
     class(frame_type), intent(in) :: self
     real(dp), allocatable, intent(out) :: frequencies(:)
@@ -392,9 +393,9 @@ contains
     dofs = merge(6, 3, allocated(self%space))
   end function dofs
 
-  !> True if the equations of the degrees of freedom free(chosen) derive from a Lagrangian: no damping, symmetric stiffness. In
-  !> space the crank must also turn uniformly relative to the frame. Equations in space about rest do not qualify with two or more
-  !> rotations, because they leave out terms.
+  !> True if the equations of the degrees of freedom free(chosen) derive from a Lagrangian: no damping, symmetric stiffness. For a
+  !> frame in space the crank must also turn uniformly relative to the frame. The equations in space linearised about rest with two
+  !> or more rotations do not derive from a Lagrangian, because they neglect terms.
   pure logical function conserves(self, chosen)
     class(frame_type), intent(in) :: self
     integer, intent(in) :: chosen(:)
@@ -424,8 +425,8 @@ contains
       & + matmul(self%damping(:, self%free), x(size(self%free) + 1:, :))
   end function ground_forces
 
-  !> Three complex numbers: E = exp(i psi), which rotates vectors of the plane with the frame, to first order in psi; dE/dpsi at
-  !> rest; E to second order in psi, as the weights need it.
+  !> Three complex numbers. The first is E = exp(i psi), which rotates vectors of the plane with the frame, to first order in psi.
+  !> The second is dE/dpsi at rest. The third is E to second order in psi, which the weights require.
   pure function rotations(self, psi)
     class(frame_type), intent(in) :: self
     real(dp), intent(in) :: psi
@@ -445,7 +446,7 @@ contains
   end function potential
 
   !> Power dissipated by the mounting (W) at the displacement q and velocity v, by the dampers and by the asymmetric part of the
-  !> stiffness.
+  !> stiffness matrix.
   pure real(dp) function dissipation(self, q, v)
     class(frame_type), intent(in) :: self
     real(dp), intent(in) :: q(3), v(3)
@@ -454,8 +455,8 @@ contains
       & + dot_product(v, matmul(self%stiffness - transpose(self%stiffness), q)) / 2
   end function dissipation
 
-  !> Mean speed of the drive (rad/s). `speed` is that of a shaft with one turn per period, in which the drive may turn several
-  !> times.
+  !> Mean speed of the drive (rad/s). The component `speed` is the speed of a shaft that turns once per period; the drive may turn
+  !> several times per period.
   pure real(dp) function drive_speed(self)
     class(frame_type), intent(in) :: self
 

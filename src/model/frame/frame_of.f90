@@ -10,7 +10,7 @@ module gestell_model_frame_frame_of
 
 contains
 
-  !> Pointer to the frame if `system` is a frame or the averaged model of one; null otherwise.
+  !> Pointer to the frame if `system` is a frame or the averaged model of a frame; null for all other systems.
   function frame_of(system) result(frame)
     class(periodic_system), intent(in), target :: system
     class(frame_type), pointer :: frame

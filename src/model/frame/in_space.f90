@@ -17,7 +17,7 @@ module gestell_model_frame_in_space
 
 contains
 
-  !> Converts a frame that `new_frame` has made with its foundation to a frame in space. The frame gets an inertia tensor,
+  !> Converts a frame that `new_frame` has created with its foundation to a frame in space. The frame gets an inertia tensor,
   !> mechanisms in several planes, supports and six degrees of freedom. Fails if a number is not finite or out of range, or if a
   !> mechanism cannot turn.
   subroutine put_in_space(frame, inertia, planes, supports, free, error, stiffness, damping, drive)
@@ -30,11 +30,12 @@ contains
     !> Indices of the free degrees of freedom, 1 to 6
     integer, intent(in) :: free(:)
     type(error_type), allocatable, intent(out) :: error
-    !> Matrices of the foundation in the frame's order of degrees of freedom; default: those that the frame has for (xi, eta, psi)
+    !> Matrices of the foundation; degrees of freedom in the frame's order. Default: the matrices that the frame has for (xi, eta,
+    !> psi)
     real(dp), intent(in), optional :: stiffness(6, 6), damping(6, 6)
-    !> What keeps the speed constant; default: the motor
+    !> What keeps the speed constant; by default it is the motor
     type(drive_type), intent(in), optional :: drive
-    !> Number of rounding errors in each term of the load, as for a frame in the plane (gestell_model_frame).
+    !> Assumed number of rounding errors in each term of the load, as for a frame in the plane (gestell_model_frame).
     real(dp), parameter :: share = 12
     type(plane_type), allocatable :: prepared(:)
     real(dp) :: c(6, 6), b(6, 6)
@@ -83,12 +84,12 @@ contains
     frame%load_rounding = min(1.0_dp, share * frame%rounding * frame%space%cancellation(frame%mass, free))
   end subroutine put_in_space
 
-  !> Splits a linkage by planes: the plane of the frame, number 0, and the other planes given. Each part gets all joints, but only
-  !> the links that move in its plane. Planes without links are omitted.
+  !> Splits a linkage by planes: plane 0, which is the plane of the frame, and the planes given by `origins` and `axes`. Each part
+  !> gets all joints, but only the links that move in its plane. Planes without links are omitted.
   subroutine split_into_planes(linkage, origin, origins, axes, planes)
     type(linkage_type), intent(in) :: linkage
-    !> `origin`: of plane 0 seen from F (m). `origins`: of the other planes seen from `origin` (m), shape (3, planes). `axes`: the
-    !> axes of these planes as columns, shape (3, 3, planes)
+    !> `origin`: origin of plane 0 relative to F (m). `origins`: origins of the other planes relative to `origin` (m), shape (3,
+    !> planes). `axes`: axes of the other planes as columns, shape (3, 3, planes)
     real(dp), intent(in) :: origin(3), origins(:, :), axes(:, :, :)
     type(plane_type), allocatable, intent(out) :: planes(:)
     integer :: k, n

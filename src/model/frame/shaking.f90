@@ -1,5 +1,5 @@
-!> Shaking forces: the forces that mechanisms exert on a frame at rest, without weights. Moments are about the rest position of F.
-!> Only those of the balance table (`shaking_in_space`) are about O, the origin of the mechanisms.
+!> Shaking forces: the forces that mechanisms exert on a frame at rest if gravity is ignored. Moments are about the rest position of
+!> F. Only the moments of the balance table (`shaking_in_space`) are about O, the origin of the mechanisms.
 module gestell_model_frame_shaking
   use gestell_base_kinds, only: dp
   use gestell_math_series_fourier, only: fourier_series, fourier_type
@@ -21,20 +21,20 @@ module gestell_model_frame_shaking
     !> Three forces along xi, eta, zeta (N), then three moments about axes parallel to these through the origin O of the mechanisms
     !> (N m).
     type(fourier_type) :: series(6)
-    !> For each component: maximum absolute value over the period, rms value, and the absolute value below which it is only rounding
-    !> (`noise`); N and N m.
+    !> For each component: maximum absolute value over the period; rms value; and `noise`, the absolute value below which the
+    !> component is only rounding error (N and N m).
     real(dp), dimension(6) :: peak = 0, rms = 0, noise = 0
     !> Direction of the shaft: the unit normal to the plane of the first mechanism.
     real(dp) :: shaft(3) = [0, 0, 1]
-    !> Two rotating vectors of each order make up the components perpendicular to the shaft. Their magnitudes for force (N) and
-    !> couple (N m), shape (orders, 2): column 1 turns with the crank, column 2 against it.
+    !> The part of force and couple perpendicular to the shaft is the sum of two rotating vectors for each order. `force` (N),
+    !> `couple` (N m): magnitudes of these vectors, shape (orders, 2). Column 1 rotates with the crank, column 2 against it.
     real(dp), allocatable :: force(:, :), couple(:, :)
   end type space_shaking_type
 
 contains
 
-  !> Computes the load h about rest without weights, shape (phases, dofs): forces (N) and moments about the rest position of F (N
-  !> m), for all degrees of freedom in the frame's order.
+  !> Computes the load h, linearised about rest and without gravity, shape (phases, dofs): forces (N) and moments about the rest
+  !> position of F (N m), for all degrees of freedom in the frame's order.
   subroutine shaking_loads(frame, phases, loads)
     class(frame_type), intent(in) :: frame
     real(dp), contiguous, intent(in) :: phases(:)
@@ -53,7 +53,7 @@ contains
   end subroutine shaking_loads
 
   !> Bounds on the sums of the absolute values of the terms of `shaking_loads`, shape (dofs). Where the terms cancel, digits are
-  !> lost: the load is only accurate to the rounding errors of its terms.
+  !> lost, because the load has the rounding errors of its terms.
   pure function shaking_terms(frame) result(terms)
     class(frame_type), intent(in) :: frame
     real(dp) :: terms(frame%dofs())
@@ -73,8 +73,8 @@ contains
     terms = frame%speed**2 * terms
   end function shaking_terms
 
-  !> Computes harmonics, maxima and rotating vectors of the shaking forces of a frame in space. Moments are about the origin O of
-  !> the mechanisms instead of F.
+  !> Computes harmonics, maxima and rotating vectors of the shaking forces of a frame in space. Moments are about O, the origin of
+  !> the mechanisms.
   subroutine shaking_in_space(frame, computed)
     class(frame_type), intent(in) :: frame
     type(space_shaking_type), intent(out) :: computed
@@ -113,15 +113,15 @@ contains
   end subroutine shaking_in_space
 
   !> Splits a vector's component in the plane of `x` and `y` into two rotating vectors for each order 1, 2, .... Returns their
-  !> magnitudes, shape (orders, 2). If the components along x and y are Re C_x e^(ik theta) and Re C_y e^(ik theta), the vector x +
-  !> iy is
+  !> magnitudes, shape (orders, 2). If the components along x and y are Re C_x e^(ik theta) and Re C_y e^(ik theta), the component x
+  !> + iy is
   !>
   !>     F+ e^(ik theta) + F- e^(-ik theta),   |F+-| = |C_x +- i C_y| / 2.
   pure function turning_vectors(series, orders, x, y) result(sizes)
     !> Fourier series of the components along xi, eta, zeta
     type(fourier_type), intent(in) :: series(3)
     integer, intent(in) :: orders
-    !> Unit vectors that span the plane: the crank turns from `x` to `y`
+    !> Unit vectors that span the plane. The crank turns from `x` to `y`
     real(dp), intent(in) :: x(3), y(3)
     real(dp) :: sizes(orders, 2)
     complex(dp), parameter :: i = (0.0_dp, 1.0_dp)

@@ -24,7 +24,7 @@ module gestell_model_joints_data
     integer :: count = 0
     !> Reason why the values do not define a joint; set by `define` of the joint's type.
     character(len=200), public :: reason = ""
-    !> The key at fault, if it is a single one.
+    !> The key that causes the error, if it is a single key.
     character(len=16), public :: key = ""
   contains
     procedure :: add

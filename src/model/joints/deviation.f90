@@ -1,7 +1,7 @@
 !> Bounds on the change of a joint's acceleration within an interval of the crank angle, (25) of doc/theory.md. The deviation of the
-!> acceleration from its value in the middle lies in a parallelogram, because bars and guides bound its components along themselves.
-!> With discs instead, the bounds would grow by 1 / sin mu from dyad to dyad (mu: transmission angle). With parallelograms they grow
-!> only as the motions do.
+!> acceleration from its value in the middle of the interval lies in a parallelogram, because each bar and each guide bounds the
+!> component of the deviation along itself. If the bounds were discs, they would grow by 1 / sin mu from dyad to dyad (mu:
+!> transmission angle). As parallelograms, they grow only as much as the motions themselves.
 module gestell_model_joints_deviation
   use gestell_base_kinds, only: dp
   use gestell_math_ball, only: ball, operator(*), operator(+), operator(-), operator(/)
@@ -21,7 +21,7 @@ module gestell_model_joints_deviation
 
 contains
 
-  !> Maximum component of the set's vectors along a unit direction.
+  !> Maximum component of the vectors in the set along a unit direction.
   pure real(dp) function along(self, direction)
     class(deviation_type), intent(in) :: self
     real(dp), intent(in) :: direction(2)
@@ -54,17 +54,17 @@ contains
     end associate
   end function parallelogram
 
-  !> Bounds the deviation of the acceleration of joint `to` along a bar p of constant length, which leads there from joint `from`.
-  !> Returns the bar's `direction` in the middle of the interval and the `bound`. `deviation`: that of joint `from`. At all times p
-  !> . p'' = -|p'|^2. With index 0 for values in the middle and |p''| <= b in the interval,
+  !> Bounds the deviation of the acceleration of joint `to` along a bar p of constant length, which leads from joint `from` to joint
+  !> `to`. Returns the bar's `direction` in the middle of the interval and the `bound`. `deviation`: deviation of joint `from`. At
+  !> all crank angles p . p'' = -|p'|^2. With index 0 for values in the middle and |p''| <= b in the interval,
   !>
   !>     |p0 . (p'' - p0'')| = ||p0'|^2 - |p'|^2 - (p - p0) . p''| <= b w (3 |p0'| + 2 b w)
   !>
-  !> within the half width w.
+  !> within the half width w of the interval.
   pure subroutine along_bar(from, to, deviation, radius, half_width, direction, bound)
     type(point_type), intent(in) :: from, to
     class(deviation_type), intent(in) :: deviation
-    !> `radius`: bound on the deviation of the acceleration of joint `to` (m); `half_width`: of the interval (rad)
+    !> `radius`: bound on the deviation of the acceleration of joint `to` (m). `half_width`: half the width of the interval (rad)
     real(dp), intent(in) :: radius, half_width
     real(dp), intent(out) :: direction(2), bound
     real(dp) :: length, change
@@ -76,14 +76,15 @@ contains
     bound = deviation%along(direction) + slack * change * (3 * hypot(to%x%d - from%x%d, to%y%d - from%y%d) + 2 * change) / length
   end subroutine along_bar
 
-  !> Computes the deviation for a point of a body that carries the joints `from` and `to`. Seen from `from`, the point is `arm(1)`
-  !> toward `to` and `arm(2)` to the left (m). The vector s = to - from has the length L and the unit direction u. u rotates at the
-  !> rate omega, by theta since the middle:
+  !> Computes the deviation for a point of a body that carries the joints `from` and `to`. The point is at the distance `arm(1)`
+  !> from joint `from` toward joint `to`, and at the distance `arm(2)` to the left (m). The vector s = to - from has the length L
+  !> and the unit direction u. Since the middle of the interval u has rotated by theta; its rate of rotation is omega:
   !>
   !>     u'' = omega' u_perp - omega^2 u,   omega' = (u_perp . s'' - 2 omega L') / L,   L'' = u . s'' + omega^2 L.
   !>
-  !> Components along u and u_perp in the middle are bounded separately. If L is constant, the bound across the bar therefore grows
-  !> from body to body only by terms in theta^2. `known` is false if the two joints may coincide.
+  !> Components along the directions that u and u_perp have in the middle are bounded separately. If L is constant, the bound
+  !> perpendicular to the bar therefore grows from body to body only by terms in theta^2. `known` is false if the two joints may
+  !> coincide.
   pure subroutine of_body(from, to, deviations, arm, half_width, deviation, known)
     type(point_type), intent(in) :: from, to
     !> Deviations of the two joints
@@ -127,8 +128,8 @@ contains
     deviation = minkowski_sum(deviation, deviations(1))
   end subroutine of_body
 
-  !> A rectangle that contains all sums of a vector of `one` and a vector of `two`. One of its sides is parallel to the longest side
-  !> of the two parallelograms.
+  !> A rectangle that contains all sums of a vector of `one` and a vector of `two`. One side of the rectangle is parallel to the
+  !> longest side of the two parallelograms.
   pure type(deviation_type) function minkowski_sum(one, two)
     class(deviation_type), intent(in) :: one, two
     real(dp) :: sides(2, 4), directions(2, 2)

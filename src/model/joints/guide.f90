@@ -12,8 +12,8 @@ module gestell_model_joints_guide
 
   public :: crossing, intersect_lines, parallel
 
-  !> A guide: the line through `point` (m) at `angle` (rad) to the x-axis. If two joints P and Q carry it, `carriers` are their
-  !> indices; `point` and `angle` then refer to axes with origin P whose first axis points to Q.
+  !> A guide: the line through `point` (m) at `angle` (rad) to the x-axis. If two joints P and Q carry the guide, `carriers` are the
+  !> indices of P and Q; `point` and `angle` then refer to axes with origin P whose first axis points to Q.
   type, public :: guide_type
     integer :: carriers(2) = 0
     real(dp) :: point(2) = 0, angle = 0
@@ -48,11 +48,11 @@ module gestell_model_joints_guide
   type, public :: guide_motion_type
     !> True if the two carriers cannot coincide, so that the guide has a direction.
     logical :: sound = .true.
-    !> `speed`: bound on the speed of the guide's point (m per rad of the crank); `turning`: bound on the guide's rate of rotation
-    !> (rad per rad).
+    !> `speed`: bound on the speed of the guide's point (m per rad of the crank angle). `turning`: bound on the guide's rate of
+    !> rotation (rad per rad of the crank angle).
     real(dp) :: speed = 0, turning = 0
-    !> `acceleration`: bound for the guide's point (m per rad^2 of the crank); `turning_change`: bound on the derivative of the
-    !> guide's rate of rotation (rad per rad^2).
+    !> `acceleration`: bound on the acceleration of the guide's point (m per rad^2 of the crank angle). `turning_change`: bound on
+    !> the derivative of the guide's rate of rotation (rad per rad^2).
     real(dp) :: acceleration = 0, turning_change = 0
     !> Crank angle over which the guide's direction changes noticeably (rad).
     real(dp) :: angle_scale = 1
@@ -137,7 +137,7 @@ contains
   end subroutine trace
 
   !> Bounds on the guide's motion while the crank turns by at most `half_width` (rad) to either side of the middle of an interval.
-  !> `points`: joints in the middle; `speeds` and `accelerations`: bounds for the joints.
+  !> `points`: positions of the joints in the middle. `speeds`, `accelerations`: bounds for the joints.
   pure function motion(self, points, speeds, accelerations, half_width)
     class(guide_type), intent(in) :: self
     type(point_type), intent(in) :: points(:)

@@ -13,11 +13,11 @@ module gestell_model_joints_joint
 
   public :: largest_change, point_type, reach_body, slack
 
-  !> Intervals are so short that the sine of a transmission angle never falls below this fraction of its value in the middle. The
-  !> minimum of the sines in the middles is then nearly the minimum over the turn.
+  !> Intervals are so short that the sine of a transmission angle does not fall below this fraction of its value in the middle of
+  !> the interval. The minimum over all middles is then nearly the minimum over the turn.
   real(dp), parameter, public :: steady = 0.8_dp
 
-  !> Bounds on the motion of a joint over an interval of the crank angle, proved from the position in its middle.
+  !> Bounds on the motion of a joint over an interval of the crank angle, proved from the position in the middle of the interval.
   type, public :: reach_type
     !> True if the joint can be assembled in the whole interval without a dead point.
     logical :: assembled = .true.
@@ -29,9 +29,9 @@ module gestell_model_joints_joint
 
   !> Quality of the transmission of motion at a joint at one crank angle, with derivatives with respect to the crank angle.
   type, public :: transmission_type
-    !> Sine of the transmission angle: 1 at best, 0 at a dead point.
+    !> Sine of the transmission angle: 1 is the best value, 0 is a dead point.
     type(jet) :: sine = jet(v=1.0_dp)
-    !> Smallest change of one of the joint's lengths that would lead to a dead point (m); huge if no length can.
+    !> Smallest change of one of the joint's lengths that would lead to a dead point (m); huge if no change of length can.
     type(jet) :: margin = jet(v=huge(1.0_dp))
     !> True if the joint slides on a guide.
     logical :: slides = .false.
@@ -45,13 +45,13 @@ module gestell_model_joints_joint
     character(len=8) :: name
     !> A sentence that says where the joint is.
     character(len=320) :: meaning
-    !> Number of links and of pairs with one degree of freedom that the joint adds to Gruebler's count.
+    !> Number of links, and number of pairs with one degree of freedom, that the joint adds to Gruebler's count.
     integer :: links, pairs
-    !> Number of pairs with two degrees of freedom that the joint adds to Gruebler's count, as cams do.
+    !> Number of pairs with two degrees of freedom that the joint adds to Gruebler's count; cams have such pairs.
     integer :: higher_pairs = 0
     !> Keys of the joint in an input, required ones first.
     type(key_type), allocatable :: keys(:)
-    !> Bars to be drawn: indices of their two joints, bar after bar.
+    !> Bars to be drawn, as a list of joint indices with two indices for each bar.
     integer, allocatable :: bars(:)
     !> Guides on which the joint slides.
     type(guide_type), allocatable :: guides(:)
@@ -98,7 +98,8 @@ module gestell_model_joints_joint
   end type named_joint_type
 
   abstract interface
-    !> Describes the joint. Before `define` was called, describes only its type.
+    !> Describes the joint and its type. Before `define` has been called, the description contains only what all joints of this type
+    !> share.
     pure subroutine describe_joint(self, form)
       import :: form_type, joint_type
       implicit none (type, external)
@@ -106,7 +107,8 @@ module gestell_model_joints_joint
       type(form_type), intent(out) :: form
     end subroutine describe_joint
 
-    !> Computes the joint's point at a crank angle (rad) from the points of the earlier joints. The joint must be assembled there.
+    !> Computes the joint's point at a crank angle (rad) from the points of the earlier joints. It must be possible to assemble the
+    !> joint at this angle.
     pure subroutine locate_joint(self, crank_angle, points, here)
       import :: joint_type, point_type, dp
       implicit none (type, external)
@@ -117,7 +119,7 @@ module gestell_model_joints_joint
     end subroutine locate_joint
 
     !> Bounds on the joint's motion while the crank turns by at most `half_width` (rad) to either side of the middle of an interval.
-    !> `points`: the earlier joints in the middle; `speeds` and `accelerations`: bounds for them.
+    !> `points`: positions of the earlier joints in the middle. `speeds`, `accelerations`: bounds for the earlier joints.
     pure function reach_joint(self, points, speeds, accelerations, half_width) result(reach)
       import :: joint_type, point_type, reach_type, dp
       implicit none (type, external)
@@ -130,24 +132,26 @@ module gestell_model_joints_joint
 
 contains
 
-  !> Bound on the change of a length (m) within `half_width` (rad) of the crank angle: the smaller of two bounds. The first uses the
-  !> maximum speed. The second uses the speed in the middle and a bound on the second derivative. It is much smaller near a dead
-  !> point, where the length has an extremum.
+  !> Bound on the change of a length (m) while the crank angle changes by at most `half_width`. It is the smaller of two bounds. The
+  !> first uses the maximum speed. The second uses the speed in the middle of the interval and a bound on the second derivative; it
+  !> is much smaller near a dead point, where the length has an extremum.
   pure real(dp) function largest_change(speed, speed_in_middle, second_derivative, half_width) result(change)
-    !> `speed`: maximum rate of the length (m per rad); `speed_in_middle`: its rate in the middle of the interval;
-    !> `second_derivative`: bound on it (m per rad^2); `half_width`: of the interval (rad)
+    !> `speed`: maximum rate of change of the length (m per rad). `speed_in_middle`: its rate of change in the middle of the
+    !> interval. `second_derivative`: bound on its second derivative (m per rad^2). `half_width`: half the width of the interval
+    !> (rad)
     real(dp), intent(in) :: speed, speed_in_middle, second_derivative, half_width
 
     change = slack * half_width * min(speed, abs(speed_in_middle) + second_derivative * half_width / 2)
   end function largest_change
 
-  !> Bounds on the motion of a point at distance `arm` (m) from end number `base` of a body that carries two joints, its `ends`. The
-  !> body's angular velocity omega is at most the sum of the ends' speeds divided by their distance d, which must not vanish. With
-  !> the ends' accelerations a1, a2 and the unit vector e from end 1 to end 2, omega' = e_perp . (a2 - a1) / d - 2 omega d' / d.
+  !> Bounds on the motion of a point of a body that carries two joints, `ends`. The point is at the distance `arm` (m) from end
+  !> number `base`. The body's angular velocity omega is at most the sum of the ends' speeds divided by their distance d, which must
+  !> not vanish. With the ends' accelerations a1, a2 and the unit vector e from end 1 to end 2, omega' = e_perp . (a2 - a1) / d - 2
+  !> omega d' / d.
   pure function reach_body(ends, speeds, accelerations, half_width, base, arm) result(reach)
     type(point_type), intent(in) :: ends(2)
-    !> `speeds`, `accelerations`: bounds for the two ends; `half_width`: of the interval (rad); `arm`: distance of the point from
-    !> its end (m)
+    !> `speeds`, `accelerations`: bounds for the two ends. `half_width`: half the width of the interval (rad). `arm`: distance of
+    !> the point from end number `base` (m)
     real(dp), intent(in) :: speeds(2), accelerations(2), half_width, arm
     integer, intent(in) :: base
     type(reach_type) :: reach
@@ -164,8 +168,8 @@ contains
   end function reach_body
 
   !> Set that contains the deviation of the joint's acceleration from its value in the middle of an interval, where the joint is
-  !> `here`. By default it is a disc that follows from `acceleration`, the bound on the joint's acceleration. Types of joints that
-  !> form long chains override this function to use the deviations of the earlier joints.
+  !> `here`. By default the set is a disc that follows from `acceleration`, the bound on the joint's acceleration. Types of joints
+  !> that form long chains override this function to use the deviations of the earlier joints.
   pure function deviation(self, points, here, deviations, acceleration, half_width)
     class(joint_type), intent(in) :: self
     type(point_type), intent(in) :: points(:), here
@@ -179,7 +183,7 @@ contains
   end function deviation
 
   !> Computes the joint's path over a batch of crank angles (rad) from the paths of the earlier joints: calls `locate` at each
-  !> angle. Types of joints override it by loops over the batch, which are faster.
+  !> angle. Types of joints override this procedure by loops over the batch, which are faster.
   pure subroutine trace(self, angles, points, here)
     class(joint_type), intent(in) :: self
     real(dp), intent(in) :: angles(batch)
@@ -204,8 +208,8 @@ contains
     end do
   end subroutine trace
 
-  !> Quality of the transmission at the joint; by default that of a perfect transmission. `points`: all joints at one crank angle;
-  !> `here`: this joint.
+  !> Quality of the transmission at the joint; by default that of a perfect transmission. `points`: positions of all joints at one
+  !> crank angle. `here`: position of this joint.
   pure function transmission(self, points, here)
     class(joint_type), intent(in) :: self
     type(point_type), intent(in) :: points(:), here
@@ -217,8 +221,8 @@ contains
   end function transmission
 
   !> Returns the reason, for an error message, why the joint cannot be assembled with the earlier joints at `points`; by default the
-  !> `obstacle` of its description. A function would not be thread-safe: gfortran keeps the length of an allocatable text result in
-  !> static memory.
+  !> `obstacle` of its description. This is a subroutine, because a function would not be thread-safe: gfortran keeps the length of
+  !> an allocatable text result in static memory.
   pure subroutine explain(self, points, text)
     class(joint_type), intent(in) :: self
     type(point_type), intent(in) :: points(:)
@@ -231,7 +235,7 @@ contains
     text = trim(form%obstacle)
   end subroutine explain
 
-  !> Sets the joint from the values of its keys in an input, among them all required keys. If the values do not define a joint,
+  !> Defines the joint by the values of its keys in an input, among them all required keys. If the values do not define a joint,
   !> stores the reason in `data`.
   pure subroutine define(self, data)
     class(joint_type), intent(inout) :: self
@@ -251,8 +255,8 @@ contains
     end associate
   end subroutine check
 
-  !> Transforms the joint from the mechanism's axes to the machine's. Only joints and guides that are fixed to the frame, and
-  !> cranks, need this: other joints follow those that carry them.
+  !> Transforms the joint from the mechanism's axes to the machine's axes. Only cranks, and joints and guides that are fixed to the
+  !> frame, require this; all other joints follow from the joints that carry them.
   pure subroutine move(self, placement)
     class(joint_type), intent(inout) :: self
     type(placement_type), intent(in) :: placement

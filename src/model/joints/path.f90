@@ -14,7 +14,7 @@ module gestell_model_joints_path
     type(jet) :: x = jet(), y = jet()
   end type point_type
 
-  !> Safety factor on bounds on motions: rounding errors cannot make a proof succeed wrongly.
+  !> Safety factor on bounds on motions. It is so large that rounding errors cannot make a proof succeed wrongly.
   real(dp), parameter, public :: slack = 1.01_dp
 
   !> Number of crank angles in a batch, for which the joints of a linkage are computed together.
@@ -63,7 +63,8 @@ contains
     if (rate > apart) angle_scale = apart / rate
   end function turning_scale
 
-  !> The point at `along` (m) from `base` in the direction u and `across` (m) to the left.
+  !> The point at the distance `along` (m) from `base` in the direction u, and at the distance `across` (m) to the left of this
+  !> line.
   pure type(point_type) function carried(base, u, along, across)
     type(point_type), intent(in) :: base, u
     real(dp), intent(in) :: along, across
@@ -85,7 +86,7 @@ contains
     cross = a%x * b%y - a%y * b%x
   end function cross
 
-  !> Copies a batch of angles to `some`, from number `first` to number `last`. A batch that is not full repeats its last angle.
+  !> Copies the angles `first` to `last` to the batch `some`. A batch that is not full repeats its last angle.
   pure subroutine copy_batch(angles, first, last, some)
     real(dp), contiguous, intent(in) :: angles(:)
     integer, intent(in) :: first

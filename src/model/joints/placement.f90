@@ -4,12 +4,12 @@ module gestell_model_joints_placement
   implicit none (type, external)
   private
 
-  !> Position of a mechanism in the machine, and the rotation of its crank relative to that of the drive.
+  !> Position of a mechanism in the machine, and the rotation of its crank relative to the rotation of the drive.
   type, public :: placement_type
-    !> Origin of the mechanism (m), `angle` of its x-axis (rad), `phase` added to its crank's angle (rad). `z`: position along the
-    !> normal of its plane (m), in space only.
+    !> `origin`: origin of the mechanism (m). `angle`: angle of its x-axis (rad). `phase`: angle added to its crank angle (rad).
+    !> `z`: only for a frame in space, position along the normal of the mechanism's plane (m).
     real(dp) :: origin(2) = 0, angle = 0, phase = 0, z = 0
-    !> Turns of the crank per turn of the drive: `ratio`/`denominator`. `plane`: number of the mechanism's plane, 0 for the plane of
+    !> `ratio`/`denominator`: turns of the crank per turn of the drive. `plane`: number of the mechanism's plane; 0 is the plane of
     !> the frame.
     integer :: ratio = 1, denominator = 1, plane = 0
   contains

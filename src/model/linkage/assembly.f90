@@ -1,5 +1,5 @@
-!> Proves that a linkage can be assembled at every crank angle, not only at sampled ones; see the section "Assembly over the whole
-!> turn" in doc/theory.md.
+!> Proves that a linkage can be assembled at every crank angle, and not only at sampled angles; see the section "Assembly over the
+!> whole turn" in doc/theory.md.
 module gestell_model_linkage_assembly
   use gestell_base_error, only: error_type, fatal_error, impossible_mechanism
   use gestell_base_kinds, only: dp, pi
@@ -16,21 +16,23 @@ module gestell_model_linkage_assembly
 
   public :: prove_assembly
 
-  !> Shortest interval of the crank angle (rad) that the proof tries. If it fails even there, the joint is reported as being at a
-  !> dead point, near which the proof needs ever shorter intervals. The angle between the joint's links is then about the square
-  !> root of the interval (rad).
+  !> Shortest interval of the crank angle (rad) that the proof tries. If the proof fails even in this interval, the joint is
+  !> reported to be at a dead point, because near a dead point the proof needs ever shorter intervals. The angle between the joint's
+  !> links is then about the square root of the interval (rad).
   real(dp), parameter :: narrowest = 1.0e-9_dp
   !> Maximum number of intervals over the turn.
   integer, parameter :: max_intervals = 1000000
-  !> For messages about a joint that cannot turn. `samples`: crank angles that are tried, one every 4 deg. `halvings`: bisections
-  !> for each end of a range in which the joint can be assembled. `max_listed`: maximum number of these ranges that are listed.
+  !> Limits for messages about a joint that cannot turn. `samples`: number of crank angles that are tried, one every 4 deg.
+  !> `halvings`: number of bisections for each end of a range in which the joint can be assembled. `max_listed`: maximum number of
+  !> these ranges that are listed.
   integer, parameter :: samples = 90, halvings = 24, max_listed = 3
 
 contains
 
-  !> Proves interval by interval that the linkage can turn. In each interval, bounds on the speeds are passed from joint to joint;
-  !> they limit how far each joint can move from its position in the middle. Fails if a joint cannot be assembled or reaches a dead
-  !> point, if the two joints of a link coincide, or if too many intervals are needed. Error messages give the angle of the drive.
+  !> Proves interval by interval that the linkage can turn. In each interval, bounds on the speeds are passed from joint to joint.
+  !> The bounds limit the distance of each joint from its position in the middle. Fails if a joint cannot be assembled or reaches a
+  !> dead point, if the two joints of a link coincide, or if too many intervals are needed. Error messages give the angle of the
+  !> drive.
   subroutine prove_assembly(joints, links, angle_scale, intervals, error, turns)
     type(named_joint_type), intent(in) :: joints(:)
     type(link_type), intent(in) :: links(:)

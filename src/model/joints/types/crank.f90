@@ -1,4 +1,4 @@
-!> The crank pin: a joint on a circle about another joint, turned by the drive.
+!> The crank pin: a joint that the drive turns on a circle around another joint.
 module gestell_model_joints_types_crank
   use gestell_base_key, only: key_type, nonzero, of_angle, of_length, positive, real_key, text_key
   use gestell_base_kinds, only: dp, pi
@@ -23,8 +23,8 @@ module gestell_model_joints_types_crank
   character(len=*), parameter, public :: no_ratio = "must be a fraction: a decimal such as 0.5 with a denominator of at " // &
     & "most 64, or numerator and denominator as whole numbers up to 4096"
 
-  !> A point at the distance `radius` (m) from the joint `pivot`. It turns about this joint: its angle is phi `ratio`/`denominator`
-  !> + `phase` (rad). After `gear` (gestell_model_linkage_gearing) the denominator is 1.
+  !> A point at the distance `radius` (m) from the joint `pivot`. It turns about this joint by the angle phi `ratio`/`denominator` +
+  !> `phase` (rad). After the procedure `gear` (gestell_model_linkage_gearing) the denominator is 1.
   type, extends(joint_type), public :: crank_joint
     integer :: pivot = 0
     real(dp) :: radius = 0, phase = 0
@@ -139,7 +139,8 @@ contains
     reach%angle_scale = 1.0_dp / abs(self%ratio)
   end function reach
 
-  !> Deviation of the acceleration: that of the pivot, plus the change of the centripetal acceleration, which turns with the crank.
+  !> Deviation of the acceleration: the deviation of the pivot, plus the change of the centripetal acceleration, which turns with
+  !> the crank.
   pure function deviation(self, points, here, deviations, acceleration, half_width)
     class(crank_joint), intent(in) :: self
     type(point_type), intent(in) :: points(:), here

@@ -25,7 +25,7 @@ module gestell_model_joints_types_follower
     &   3, most, unit=of_length, otherwise="none"), &
     & key_type("joint", "lift_phase", real_key, "angle added to the cam's angle", unit=of_angle, default=0.0_dp)]
 
-  !> The joint lies on `guide` at the distance L, the lift, from the guide's point:
+  !> The joint lies on `guide`. Its distance L from the guide's point is the lift:
   !>
   !>     r = g + L(theta) u,   L = lift(1) + sum over k of lift(2 k) cos(k theta) + lift(2 k + 1) sin(k theta)   (m),
   !>
@@ -93,7 +93,7 @@ contains
   end subroutine define
 
   !> Harmonics of the lift through values at equal steps of the angle over a turn, starting at 0. For an even number n of values the
-  !> last term is cos(n theta/2). The highest orders are omitted if they are only rounding.
+  !> last term is cos(n theta/2). The highest orders are omitted if they are only rounding errors.
   pure function lift_through(table) result(lift)
     real(dp), intent(in) :: table(:)
     real(dp), allocatable :: lift(:)

@@ -90,11 +90,11 @@ contains
     call intersect_lines(g1, u1, g2, u2, here)
   end subroutine trace
 
-  !> Bounds on the joint's motion. A guide's point g moves at most with v_g, and the guide rotates at most with omega. The sine of
-  !> the angle between the guides decreases by at most (omega_1 + omega_2) half_width. If its derivative in the middle is small, a
-  !> second bound is lower: the second derivative is at most omega_1' + omega_2' + (omega_1 + omega_2)^2. Perpendicular to a guide,
-  !> the joint moves at most with v_g + omega |r - g|. The distance |r - g| grows while the joint moves, so its speed is bounded by
-  !> the V with
+  !> Bounds on the joint's motion. The speed of a guide's point g is at most v_g, and the rate of rotation of the guide at most
+  !> omega. The sine of the angle between the guides decreases by at most (omega_1 + omega_2) half_width. A second bound is lower if
+  !> the derivative of the sine is small in the middle of the interval: the second derivative is at most omega_1' + omega_2' +
+  !> (omega_1 + omega_2)^2. Perpendicular to a guide, the speed of the joint is at most v_g + omega |r - g|. The distance |r - g|
+  !> grows while the joint moves. Therefore V bounds the speed of the joint if
   !>
   !>     V sin <= sum over the guides of v_g + omega (|r - g| + (V + v_g) half_width).
   pure function reach(self, points, speeds, accelerations, half_width)

@@ -17,7 +17,7 @@ module gestell_model_joints_types_registry
 
 contains
 
-  !> Makes a joint of type number `i` without data. `joint` is not allocated if there are fewer types.
+  !> Creates a joint of type number `i` without data. `joint` is not allocated if the number of types is smaller than `i`.
   subroutine new_joint(i, joint)
     integer, intent(in) :: i
     class(joint_type), allocatable, intent(out) :: joint

@@ -12,8 +12,8 @@ module gestell_model_joints_types_rigid
   type(key_type), parameter :: offset_key = key_type("joint", "offset", real_key, "distances from `ends(1)`: toward " // &
     & "`ends(2)`, and across, to the left", 1, 2, 2, required=.true., unit=of_length)
 
-  !> A point of the body that carries joints `ends(1)` and `ends(2)`. Seen from `ends(1)`, it is `offset(1)` toward `ends(2)` and
-  !> `offset(2)` to the left (m).
+  !> A point of the body that carries joints `ends(1)` and `ends(2)`. The point is at the distance `offset(1)` from `ends(1)` toward
+  !> `ends(2)`, and at the distance `offset(2)` to the left of this line (m).
   type, extends(joint_type), public :: rigid_joint
     integer :: ends(2) = 0
     real(dp) :: offset(2) = 0

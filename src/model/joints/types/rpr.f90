@@ -10,8 +10,8 @@ module gestell_model_joints_types_rpr
   implicit none (type, external)
   private
 
-  !> The lever turns about joint `ends(2)`; its slot passes through joint `ends(1)`. The joint is a point of the lever at `length`
-  !> (m) from `ends(2)`, toward `ends(1)` (`branch` = 1) or away from it (-1).
+  !> The lever turns about joint `ends(2)`; its slot passes through joint `ends(1)`. The joint is a point of the lever at the
+  !> distance `length` (m) from `ends(2)`. It lies toward `ends(1)` if `branch` = 1, and on the opposite side if `branch` = -1.
   type, extends(joint_type), public :: rpr_joint
     integer :: ends(2) = 0
     real(dp) :: length = 0

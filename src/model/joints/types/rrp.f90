@@ -13,8 +13,8 @@ module gestell_model_joints_types_rrp
   implicit none (type, external)
   private
 
-  !> A joint on `guide`, at the distance `length` (m) from joint `end`. Of two such points it is the one farther along the guide if
-  !> `branch` = 1, the other if -1.
+  !> A joint on `guide`, at the distance `length` (m) from joint `end`. Two points of the guide have this distance: `branch` = 1 is
+  !> the point farther along the guide, `branch` = -1 the other point.
   type, extends(joint_type), public :: rrp_joint
     integer :: end = 0
     real(dp) :: length = 0
@@ -100,8 +100,8 @@ contains
     call hold_on_guide(points(self%end), self%length, g, u, self%branch, here)
   end subroutine trace
 
-  !> Computes the path of the joint; its position is that of `locate`. The joint moves along the guide, and the rod b = r - r_end
-  !> keeps its length:
+  !> Computes the path of the joint; `locate` gives its position. The joint moves along the guide, and the rod b = r - r_end keeps
+  !> its length:
   !>
   !>     r' = g' + s u' + s' u,                 b . (r' - r_end') = 0,
   !>     r'' = g'' + s u'' + 2 s' u' + s'' u,   b . (r'' - r_end'') = -|r' - r_end'|^2,
@@ -140,12 +140,13 @@ contains
     end do
   end subroutine hold_on_guide
 
-  !> Bounds on the joint's motion. The guide's point moves at most with v_g, and the guide rotates at most with omega; r leads from
-  !> this point to `end`. The distance of `end` from the guide changes by at most v_end + v_g + omega |r| per radian. If its
-  !> derivative in the middle is small, a second bound is lower: the second derivative is at most a_end + a_g + 2 (v_end + v_g)
-  !> omega + |r| (omega' + omega^2). The joint can be assembled if the distance stays below l. Then the cosine c of the angle
-  !> between rod and guide is positive. The rod limits the slider's velocity along itself. Hence the slider moves along the guide
-  !> with at most (v_end + v_guide) / c, where v_guide is the speed of the guide at the slider.
+  !> Bounds on the joint's motion. The speed of the guide's point is at most v_g, and the rate of rotation of the guide at most
+  !> omega; r leads from this point to `end`. The distance of `end` from the guide changes by at most v_end + v_g + omega |r| per
+  !> radian. A second bound is lower if the derivative of the distance is small in the middle of the interval: the second derivative
+  !> is at most a_end + a_g + 2 (v_end + v_g) omega + |r| (omega' + omega^2). The joint can be assembled if the distance remains
+  !> below l. Then the cosine c of the angle between rod and guide is positive. The rod limits the slider's velocity along itself.
+  !> Hence the slider moves along the guide with a speed of at most (v_end + v_guide) / c, where v_guide is the speed of the guide
+  !> at the slider.
   pure function reach(self, points, speeds, accelerations, half_width)
     class(rrp_joint), intent(in) :: self
     type(point_type), intent(in) :: points(:)
@@ -194,7 +195,7 @@ contains
   end function reach
 
   !> Deviation of the acceleration. On a fixed guide it has no component perpendicular to the guide. It is computed twice: first
-  !> with the bound on the acceleration, then with the smaller radius that results.
+  !> with the bound on the acceleration as radius, then with the smaller radius that results.
   pure function deviation(self, points, here, deviations, acceleration, half_width)
     class(rrp_joint), intent(in) :: self
     type(point_type), intent(in) :: points(:), here

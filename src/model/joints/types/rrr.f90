@@ -11,8 +11,8 @@ module gestell_model_joints_types_rrr
   implicit none (type, external)
   private
 
-  !> A joint at `lengths(1)` from joint `ends(1)` and `lengths(2)` from `ends(2)` (m). Seen from `ends(1)` toward `ends(2)`, it is
-  !> on the left if `branch` = 1, on the right if -1.
+  !> A joint at the distances `lengths(1)` from joint `ends(1)` and `lengths(2)` from joint `ends(2)` (m). It is on the left of the
+  !> line from `ends(1)` to `ends(2)` if `branch` = 1, and on the right if `branch` = -1.
   type, extends(joint_type), public :: rrr_joint
     integer :: ends(2) = 0
     real(dp) :: lengths(2) = 0
@@ -93,8 +93,7 @@ contains
     call close_dyad(points(self%ends(1)), points(self%ends(2)), self%lengths(1), self%lengths(2), self%branch, here)
   end subroutine trace
 
-  !> Computes the path of the joint; its position is that of `locate`. The links p = r - r1 and q = r - r2 rotate at the rates w and
-  !> z:
+  !> Computes the path of the joint; `locate` gives its position. The links p = r - r1 and q = r - r2 rotate at the rates w and z:
   !>
   !>     r' = r1' + w p_perp = r2' + z q_perp:          w = (r2' - r1') . q / (p x q),  z = (r2' - r1') . p / (p x q),
   !>     r'' = r1'' + w' p_perp - w^2 p = r2'' + ...:   w' = [(r2'' - r1'') . q + w^2 p . q - z^2 q . q] / (p x q),
@@ -138,11 +137,11 @@ contains
     end do
   end subroutine close_dyad
 
-  !> Bounds on the joint's motion. The ends move at most with v1, v2 and have at most the accelerations a1, a2. Their distance d
-  !> changes by at most (v1 + v2) half_width, or less if d' is small in the middle, because |d''| <= a1 + a2 + (v1 + v2)^2 / d. If
-  !> this range of d lies inside |l1 - l2| < d < l1 + l2, the angle mu stays away from 0 and pi. The links determine the components
-  !> of the joint's velocity along themselves, hence |v| <= (v1 + v2) / sin mu. Its acceleration along link i is that of end i minus
-  !> the centripetal term |v - v_i|^2 / l_i.
+  !> Bounds on the joint's motion. The speeds of the ends are at most v1, v2 and their accelerations at most a1, a2. Their distance
+  !> d changes by at most (v1 + v2) half_width, or less if d' is small in the middle of the interval, because |d''| <= a1 + a2 + (v1
+  !> + v2)^2 / d. If this range of d lies within |l1 - l2| < d < l1 + l2, the angle mu differs from 0 and pi everywhere. The links
+  !> determine the components of the joint's velocity along themselves, hence |v| <= (v1 + v2) / sin mu. The component of its
+  !> acceleration along link i is the acceleration of end i along this link minus the centripetal term |v - v_i|^2 / l_i.
   pure function reach(self, points, speeds, accelerations, half_width)
     class(rrr_joint), intent(in) :: self
     type(point_type), intent(in) :: points(:)
@@ -193,7 +192,7 @@ contains
   end function reach
 
   !> Deviation of the acceleration, from bounds on its components along both links. It is computed twice: first with the bound on
-  !> the acceleration, then with the smaller radius that results.
+  !> the acceleration as radius, then with the smaller radius that results.
   pure function deviation(self, points, here, deviations, acceleration, half_width)
     class(rrr_joint), intent(in) :: self
     type(point_type), intent(in) :: points(:), here
@@ -222,7 +221,7 @@ contains
     d = sqrt(ex * ex + ey * ey)
   end function distance_of
 
-  !> Quality of the transmission. At a dead point the links stretch or fold: d = l1 + l2 or d = |l1 - l2|.
+  !> Quality of the transmission. At a dead point the links are in line: d = l1 + l2 or d = |l1 - l2|.
   pure function transmission(self, points, here)
     class(rrr_joint), intent(in) :: self
     type(point_type), intent(in) :: points(:), here
