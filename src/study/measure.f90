@@ -19,6 +19,9 @@ module gestell_study_measure
 
   integer, parameter, public :: peak_measure = 1, rms_measure = 2, band_measure = 3
   character(len=*), parameter, public :: measure_names(3) = [character(len=4) :: "peak", "rms", "band"]
+  !> Message for a band measure of a quantity for which `has_band` is false.
+  character(len=*), parameter, public :: band_only = "'band' is available only for velocities of probes: probe(NAME).v, .vx, " &
+    & // ".vy, in space .vz"
 
   !> A quantity of the vibration and the number to which it is reduced.
   type, public :: measure_type
@@ -89,7 +92,7 @@ contains
     measure%unit = quantity%unit
     if (kind /= band_measure) return
     if (.not. has_band(name)) then
-      call fatal_error(error, "'band' is available only for velocities of probes: probe(NAME).v, .vx, .vy", invalid_input)
+      call fatal_error(error, band_only, invalid_input)
       return
     end if
     measure%unit = meter_unit

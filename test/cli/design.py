@@ -448,7 +448,7 @@ REFUSED = [
     ("two limits", D + O + "&constraint quantity='f', at_most=1, at_least=0 /\n",
      r"input\.nml:\d+: &constraint: has more than one of the keys at_most, at_least and equals: write a &constraint for each limit"),
     ("no band to limit", D + O + "&constraint quantity='f', measure='band', at_most=1 /\n",
-     "'band' is available only for velocities of probes: probe\\(NAME\\).v, .vx, .vy$"),
+     "'band' is available only for velocities of probes: probe\\(NAME\\).v, .vx, .vy, in space .vz$"),
     ("a negative rms", D + O + "&constraint quantity='f', at_most=-1 /\n", "at_most = -1: cannot be met: f rms is never negative"),
     ("a negative mass", D + O + "&constraint quantity='added_mass', at_most=-1e3 /\n", "cannot be met: the whole machine weighs"),
     ("less mass than the ranges allow", D + O + "&constraint quantity='added_mass', at_most=-11 /\n",

@@ -151,7 +151,7 @@ REFUSED = [
     ("twice", ", columns='f','rho_max','f'", "columns(3) = 'f': column 'f' is named twice"),
     ("unknown measure", ", columns='f', measures='men'", "measures(1) = 'men': unknown; choose from 'peak', 'rms', 'band'"),
     ("no band", ", columns='f','xi_dot', measures='band'",
-     "measures = 'band': 'band' applies to velocities of probes: request probe(NAME).v, .vx or .vy"),
+     "measures = 'band': 'band' is available only for velocities of probes: probe(NAME).v, .vx, .vy, in space .vz"),
     ("measures of nothing", ", columns='verdict', measures='rms'", "measures = 'rms': applies to quantities, but none is requested"),
 ]
 

@@ -12,7 +12,7 @@ module gestell_input_machine_quantities
   use gestell_model_frame, only: frame_type, dof_names
   use gestell_model_quantity, only: find_quantity
   use gestell_model_quantity_rows, only: probe_type, quantity_type
-  use gestell_study_measure, only: band_measure, has_band, measure_names, measure_type, new_measure, peak_measure
+  use gestell_study_measure, only: band_measure, band_only, has_band, measure_names, measure_type, new_measure, peak_measure
   implicit none (type, external)
   private
 
@@ -154,7 +154,7 @@ contains
     end do
     measures = measures(:n)
     if (size(names) > 0 .and. any(kinds == measure_names(band_measure)) .and. all(measures%kind /= band_measure)) call &
-      & input_error(group, "measures", "'band' applies to velocities of probes: request probe(NAME).v, .vx or .vy", error)
+      & input_error(group, "measures", band_only, error)
   end subroutine read_measures
 
   !> Reads the key `name`, whose value names a measure. Fails if this measure does not exist.

@@ -10,7 +10,7 @@ module gestell_study_design_goal
   use gestell_model_space, only: is_rotation
   use gestell_model_quantity_driving, only: drive_power, power_rows, torque
   use gestell_study_design_separation, only: separation_type, compute_distances
-  use gestell_study_measure, only: band_measure, measure_type, new_measure
+  use gestell_study_measure, only: band_measure, band_only, measure_type, new_measure
   use gestell_study_vibration_motion, only: complete_motion, motion_rows
   implicit none (type, external)
   private
@@ -96,8 +96,7 @@ contains
         & // "link(NAME).offset"
       return
     end if
-    if (kind == band_measure .and. .not. allocated(error)) call fatal_error(error, &
-      & "'band' is available only for velocities of probes: probe(NAME).v, .vx, .vy", invalid_input)
+    if (kind == band_measure .and. .not. allocated(error)) call fatal_error(error, band_only, invalid_input)
   end subroutine new_goal
 
   !> Number of components in the samples of a goal, which may be a vector: 2 in the plane, 3 in space.

@@ -17,6 +17,7 @@ module gestell_task_design_plan
   use gestell_study_design_goal, only: goal_type, new_goal, machine_goal
   use gestell_study_design_perturbed_members, only: along_speed, mass_part, other_part, part_names
   use gestell_study_design_problem, only: design_options
+  use gestell_study_measure, only: band_measure, band_only, has_band
   use gestell_system_family, only: family_type
   use gestell_system_periodic, only: periodic_system
   use gestell_task_common_configuration, only: configuration_type
@@ -298,12 +299,12 @@ contains
       call read(groups(i), keys, "quantity", quantity, error)
       if (.not. allocated(error)) call read_measure(groups(i), keys, "measure", kind, error)
       if (allocated(error)) return
-      call new_goal(configuration%frame, configuration%probes, trim(adjustl(quantity)), kind, goals(i), reason)
-      if (allocated(reason)) then
-        call input_error(groups(i), trim(merge("measure ", "quantity", index(reason%message, "'band'") == 1)), reason%message, &
-          & error)
-        return
-      end if
+      quantity = trim(adjustl(quantity))
+      if (kind == band_measure .and. .not. has_band(quantity)) call input_error(groups(i), "measure", band_only, error)
+      if (allocated(error)) return
+      call new_goal(configuration%frame, configuration%probes, quantity, kind, goals(i), reason)
+      if (allocated(reason)) call input_error(groups(i), "quantity", reason%message, error)
+      if (allocated(error)) return
       if (goals(i)%about == machine_goal .and. goals(i)%measure%quantity == "added_mass") then
         goals(i)%offset = configuration%frame%mass + configuration%frame%mechanism%mass
       end if
