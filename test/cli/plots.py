@@ -315,7 +315,7 @@ def test_drawing():
         center = [p + 0.18 * (q - p) / abs(q - p) for p, q in zip(a, b)]
         near("drawing, centre of the coupler", max(abs(p - q) for p, q in zip(center, at("link(coupler)"))), 0, 1e-14)
         run = Run(folder, "given.nml", "-s", "case.tasks='drawing'")
-        equal("drawing of mass functions", (run.code, "nothing to draw" in run.err), (2, True))
+        equal("drawing of mass functions", (run.code, "cannot be drawn" in run.err), (2, True))
 
 
 def test_plot_option():

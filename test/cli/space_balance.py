@@ -174,7 +174,7 @@ def pasted_tests():
             if not (checked.done(f"{name}: --check") and Run(folder, "-q", "other.nml").done(name)):
                 continue
             axes = table(checked.out, "SHAKING FORCES AND COUPLES")
-            turning = table(checked.out, "across the shaft") if "across the shaft" in checked.out else {}
+            turning = table(checked.out, "normal to the first shaft") if "normal to the first shaft" in checked.out else {}
             for one in orders:
                 if (one["aim"], one["links"]) != (row["aim"], row["links"]) or int(one["order"]) > 8:
                     continue

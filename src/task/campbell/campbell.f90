@@ -257,7 +257,7 @@ contains
     if (allocated(error) .or. .not. member%is_sound()) return
     frame => frame_of(member%system)
     if (.not. associated(frame)) then
-      call fatal_error(error, "a Campbell diagram needs a family of frames", invalid_input)
+      call fatal_error(error, "the members of the family must be frames: only frames have a Campbell diagram", invalid_input)
       return
     end if
     select type (system => member%system)

@@ -104,7 +104,7 @@ contains
     call check_campbell_options(options, error)
     if (allocated(error)) return
     if (.not. allocated(campbell%points)) then
-      call fatal_error(error, "the modes must be those of solve_campbell", invalid_input)
+      call fatal_error(error, "the Campbell diagram is empty: call solve_campbell before find_crossings", invalid_input)
       return
     end if
     harmonics = options%requested_harmonics()

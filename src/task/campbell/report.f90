@@ -38,7 +38,7 @@ contains
     if (judgement%verdict > stable) report = report // "  " // judgement%words // newline
     solved = campbell%points%solved
     if (.not. any(solved)) then
-      report = report // "  no mode can be identified at any of the speeds" // newline
+      report = report // "  no mode can be identified at any crank speed of the range" // newline
       return
     end if
     first = findloc(solved, .true., dim=1)
@@ -52,7 +52,7 @@ contains
         & // " rpm,damping" // newline // ",Hz,ratio,Hz,ratio", rows)
     end associate
     if (.not. all(solved)) report = report // "  note: at " // counted(count(.not. solved), "speed") &
-      & // " the machine is impossible or no mode can be identified" // newline
+      & // " the mechanism cannot be assembled, or no mode can be identified" // newline
     ! the first speeds at which modes cannot be distinguished
     list = ""
     named = 0
@@ -63,7 +63,7 @@ contains
       if (named <= most_named) list = list // ", " // concise(campbell%points(k)%speed, 5)
     end do
     if (named > 0) report = report // "  note: near " // list(3:) // either(", ...", "", named > most_named) &
-      & // " rpm modes mix: their numbers may be interchanged" // newline
+      & // " rpm the mode shapes mix, so the numbers of the modes may be interchanged" // newline
     report = report // crossing_lines(crossings)
   end function report_campbell
 
@@ -92,7 +92,7 @@ contains
     integer :: i
 
     if (size(crossings) == 0) then
-      report = newline // "  no crossing of a mode with a multiple of the speed within the range" // newline
+      report = newline // "  no natural frequency equals a multiple of the crank speed within the range" // newline
       return
     end if
     rows = ""

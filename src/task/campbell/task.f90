@@ -45,7 +45,7 @@ contains
     class(campbell_task), intent(inout) :: self
 
     self%name = "campbell"
-    self%meaning = "natural frequencies and damping over the crank speed"
+    self%meaning = "natural frequencies and damping ratios as functions of the crank speed"
     self%tables = [character(len=longest_table) :: "campbell", "crossings"]
     self%scope = all_speeds
     self%gives_verdict = .true.
@@ -73,16 +73,20 @@ contains
       table%model = model_of_modes
       call table%add("mode", "number of the mode", (crossings%mode))
       call table%add("order", plain, "multiple of the crank speed", (crossings%order))
-      call table%add("speed", rpm, "speed of the crossing, or middle of the locking interval", (crossings%speed), &
+      call table%add("speed", rpm, "crank speed at the crossing; if the mode is locked to the order, middle of the locking " &
+        & // "interval", (crossings%speed), &
         & bounds=(crossings%error))
-      call table%add("from", rpm, "start of the locking interval", [(crossings(i)%ends(1), i = 1, n)])
-      call table%add("to", rpm, "end of the locking interval", [(crossings(i)%ends(2), i = 1, n)])
-      call table%add("frequency", hertz, "frequency of the mode at this speed", [(crossings(i)%at%frequency() / (2 * pi), i = 1, &
+      call table%add("from", rpm, "start of the interval of speeds in which the mode is locked to the order; without locking, " &
+        & // "speed of the crossing", [(crossings(i)%ends(1), i = 1, n)])
+      call table%add("to", rpm, "end of the interval of speeds in which the mode is locked to the order; without locking, " &
+        & // "speed of the crossing", [(crossings(i)%ends(2), i = 1, n)])
+      call table%add("frequency", hertz, "frequency of the mode at the crossing", [(crossings(i)%at%frequency() / (2 * pi), i = 1, &
         & n)])
-      call table%add("growth", per_second, "growth rate of the mode at this speed", [(crossings(i)%at%growth, i = 1, n)])
-      call table%add("damping_ratio", plain, "damping ratio (Lehr) of the mode at this speed", &
+      call table%add("growth", per_second, "growth rate of the mode at the crossing", [(crossings(i)%at%growth, i = 1, n)])
+      call table%add("damping_ratio", plain, "damping ratio (Lehr) of the mode at the crossing", &
         & [(crossings(i)%at%damping_ratio(), i = 1, n)])
-      call table%add("locked", "1: the mode is locked to the order", (crossings%locked))
+      call table%add("locked", "1: the mode is locked to the order over an interval of speeds; 0: the mode only crosses the " &
+        & // "order", (crossings%locked))
       call result%add(table, plot_crossings(crossings, diagram%campbell, context%configuration%plan%base))
     end associate
     call result%judge(judgement)
@@ -129,27 +133,33 @@ contains
           values(:, modes * (i - 1) + k) = numbers(points(i)%modes(k), campbell%free)
         end do
       end do
-      table = new_table("campbell", "Campbell diagram", "Frequencies of the modes over the speed, and the orders of the crank.", &
+      table = new_table("campbell", "Campbell diagram", "Frequencies of the modes and multiples of the crank speed (orders), " &
+        & // "over the crank speed.", &
         & verdict)
       table%model = model_of_modes
       call table%add("speed", rpm, "crank speed", [((points(i)%speed, k = 1, modes), i = 1, size(points))])
       call table%add("mode", "number of the mode", [((k, k = 1, modes), i = 1, size(points))])
-      call table%add("frequency", hertz, "frequency of the strongest component", values(1, :), error="frequency_error")
-      call table%add("growth", per_second, "growth rate of the mode; negative: it decays", values(2, :), error="growth_error")
-      call table%add("partner_growth", per_second, "growth rate of the second exponent of the mode", values(3, :))
+      call table%add("frequency", hertz, "frequency of the mode's strongest component; 0: the mode does not oscillate", &
+        & values(1, :), error="frequency_error")
+      call table%add("growth", per_second, "larger growth rate of the mode's two exponents; negative: the mode decays", &
+        & values(2, :), error="growth_error")
+      call table%add("partner_growth", per_second, "smaller growth rate of the mode's two exponents", values(3, :))
       call table%add("damping_ratio", plain, "damping ratio (Lehr)", values(4, :))
-      call table%add("share", plain, "share of the strongest component in the mean square", values(5, :))
-      call table%add("frequency_error", hertz, "error bound of the frequency", values(6, :))
-      call table%add("growth_error", per_second, "error bound of the growth rate", values(7, :))
+      call table%add("share", plain, "share of the strongest component in the mean square of the mode's motion", values(5, :))
+      call table%add("frequency_error", hertz, "bound on the error of the frequency", values(6, :))
+      call table%add("growth_error", per_second, "bound on the error of the growth rate", values(7, :))
       do k = 1, merge(max_dofs, 3, any(campbell%free > 3))
         call table%add(trim(dof_names(k)) // "_re", plain, "real part of the mode shape", values(6 + 2 * k, :))
         call table%add(trim(dof_names(k)) // "_im", plain, "imaginary part of the mode shape", values(7 + 2 * k, :))
       end do
-      call table%add("real_pair", "1: two real multipliers, locked to the crank or overdamped", &
+      call table%add("real_pair", "1: the mode has two real multipliers, because it is locked to the crank or overdamped; 0: " &
+        & // "it has a conjugate pair", &
         & [((points(i)%modes(k)%identified .and. points(i)%modes(k)%real_pair, k = 1, modes), i = 1, size(points))])
-      call table%add("sure", "0: modes mix here; their numbers may be interchanged", &
+      call table%add("sure", "0: mode shapes mix at this speed, so the numbers of the modes may be interchanged; 1: the " &
+        & // "numbers are certain", &
         & [((points(i)%unambiguous, k = 1, modes), i = 1, size(points))])
-      call table%add("inserted", "1: the program added this speed", [((.not. points(i)%ordered, k = 1, modes), &
+      call table%add("inserted", "1: the program added this speed; 0: the speed was given in &sweep", &
+        & [((.not. points(i)%ordered, k = 1, modes), &
         & i = 1, size(points))])
     end associate
   end function campbell_table

@@ -6,7 +6,7 @@ module gestell_task_critical_plot
   use gestell_output_picture_marks, only: apart, beyond_colour, marks_type
   use gestell_output_picture_panels, only: height_of, key_line, layout_line, range_with_margin
   use gestell_task_campbell, only: campbell_type
-  use gestell_task_campbell_plot, only: count_or_no, marks_of
+  use gestell_task_campbell_plot, only: marks_of
   use gestell_task_critical, only: amplitude, critical_type, force
   implicit none (type, external)
   private
@@ -51,8 +51,9 @@ contains
       & // "set format x ''" // newline // panel(critical, amplitude, speeds, "m", 0.0_dp, marks%entries) // key_line(.false.) &
       & // "set format x; set xlabel 'crank speed (rpm)'" // newline // "unset label" // newline &
       & // panel(critical, force, speeds, "N", least_force, "")
-    figure = new_figure("critical", "Critical speeds: peaks near crossings, labelled mode: order; " &
-      & // count_or_no(size(critical)), &
+    figure = new_figure("critical", "Critical speeds: peaks near the crossings, labelled with mode and order; number of " &
+      & // "crossings: " &
+      & // text(size(critical)), &
       & lines // "unset multiplot" // newline, width=800, height=nint(height_of(2)))
   end function plot_critical
 

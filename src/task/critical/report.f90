@@ -35,7 +35,7 @@ contains
     if (verdict /= "stable" .and. verdict /= "") report = report // "  " // verdict // newline
     report = report // warning
     if (size(critical) == 0) then
-      report = report // "  no natural frequency crosses an order of the crank within the range" // newline
+      report = report // "  no natural frequency equals a multiple of the crank speed within the range" // newline
       return
     end if
     rows = ""
@@ -60,15 +60,15 @@ contains
         else
           rows = rows // fixed(c%crossing%speed, 5) // repeat(tab, 4)
           if (c%outcome == self_excited) rows = rows // "unstable: the free vibration grows"
-          if (c%outcome /= self_excited) rows = rows // "unbounded: no damping within the error"
+          if (c%outcome /= self_excited) rows = rows // "unbounded: the damping is zero within its error"
         end if
         rows = rows // newline
       end associate
     end do
     if (listed > 0) report = report // tabulated("rrrrrrl", "mode,order,peak at,half width,amplitude,ground force" // newline &
       & // ",,rpm,rpm,mm,N", rows)
-    if (listed == 0) report = report // "  no order of the crank has a noticeable peak" // newline
-    if (listed > max_listed) report = report // "  ... the rest is in critical.csv" // newline
+    if (listed == 0) report = report // "  the vibration has no noticeable peak at any crossing" // newline
+    if (listed > max_listed) report = report // "  ... the other critical speeds are in critical.csv" // newline
     if (quiet > 0) report = report // "  " // counted(quiet, "more crossing") // " without a noticeable peak" // newline
   end function report_critical
 
@@ -82,7 +82,7 @@ contains
     integer :: i
 
     speeds = [(critical(i)%crossing%speed, i = 1, size(critical))]
-    judgement = judge_range(speeds, (critical%verdict), "crossings", "disturbances of these vibrations grow")
+    judgement = judge_range(speeds, (critical%verdict), "crossings", "disturbances of the vibration grow")
     of_modes = campbell_verdict(campbell)
     if (of_modes%verdict > judgement%verdict) judgement = of_modes
   end function critical_verdict

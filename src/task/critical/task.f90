@@ -88,24 +88,29 @@ contains
     integer :: i, n
 
     n = size(critical)
-    table = new_table("critical", "Critical speeds", "Speeds at which the vibration peaks, for each mode and order.", verdict, &
+    table = new_table("critical", "Critical speeds", "Crank speeds at which the vibration has a peak, for each mode and " &
+      & // "order.", verdict, &
       & shown=.true.)
     table%model = model_of_modes
     call table%add("mode", "number of the mode", [(critical(i)%crossing%mode, i = 1, n)])
     call add_order_column(table, "order", "order of the crank", [(critical(i)%crossing%harmonic, i = 1, n)], turns)
-    call table%add("outcome", "peak, no_peak, unbounded (no damping) or unstable (the free vibration grows)", &
+    call table%add("outcome", "what happens at the crossing: peak, no_peak, unbounded (the damping is zero within its error) " &
+      & // "or unstable (the free vibration grows)", &
       & outcomes(critical%outcome))
-    call table%add("crossing", rpm, "speed at which the mode and the order cross", [(critical(i)%crossing%speed, i = 1, n)])
-    call table%add("half_width", rpm, "half width of the resonance, from the damping of the mode", (critical%half_width))
+    call table%add("crossing", rpm, "crank speed at which the order equals the mode's frequency", [(critical(i)%crossing%speed, &
+      & i = 1, n)])
+    call table%add("half_width", rpm, "half width of the resonance, computed from the damping of the mode", (critical%half_width))
     call table%add("frequency", hertz, "frequency of the mode at the " &
       & // "crossing", [(critical(i)%crossing%at%frequency() / (2 * pi), i = 1, n)])
     call table%add("damping_ratio", plain, "damping ratio of the mode at the " &
       & // "crossing", [(critical(i)%crossing%at%damping_ratio(), i = 1, n)])
     call add_peaks(amplitude, "", "amplitude", metre)
-    call table%add("share", plain, "share of the order in the mean square of the vibration", shown(amplitude, (critical%share)))
+    call table%add("share", plain, "share of the order in the mean square of the vibration at the peak", shown(amplitude, &
+      & (critical%share)))
     call add_peaks(force, "force_", "force", newton)
-    call table%add("verdict", "verdict on the machine at the peak", critical%verdict%word())
-    call table%add("small_motion", "1: the motion is small; 0: too large for the linear equations", &
+    call table%add("verdict", "worse of the verdicts at the peak of the amplitude and at the peak of the force", &
+      & critical%verdict%word())
+    call table%add("small_motion", "1: the motion at the peaks is small; 0: it is too large for the linearised equations", &
       & [(critical(i)%moved%small(), i = 1, n)], &
       & [(any(critical(i)%found), i = 1, n)])
 
@@ -119,9 +124,10 @@ contains
 
       call table%add(prefix // "speed", rpm, "speed of the peak", shown(which, [(critical(i)%speed(which), i = 1, n)]), &
         & bounds=shown(which, [(critical(i)%error(which), i = 1, n)]))
-      call table%add(name, unit, trim(merge("amplitude of the order at the peak", &
-        & "maximum of the force at the peak  ", which == amplitude)), shown(which, [(critical(i)%height(which), i = 1, n)]))
-      call table%add(prefix // "prominence", plain, "height of the peak over the higher of the two adjacent valleys", shown(which, &
+      call table%add(name, unit, trim(merge("amplitude of the order at the peak                 ", &
+        & "maximum of the total force at the speed of the peak", which == amplitude)), shown(which, [(critical(i)%height(which), i = 1, n)]))
+      call table%add(prefix // "prominence", plain, "height of the peak divided by the height of the higher of the two " &
+        & // "adjacent valleys", shown(which, &
         & [(critical(i)%prominence(which), i = 1, n)]))
     end subroutine add_peaks
 

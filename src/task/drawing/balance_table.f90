@@ -46,13 +46,13 @@ contains
     end do
     rows = rows // "peak" // cells(forces%peak, forces%noise) // newline // "rms" // cells(forces%rms, forces%noise) // newline
     lines = lines // ", amplitudes" // newline // tabulated("rrrrrrr", "order,fx,fy,fz,mx,my,mz" // newline &
-      & // ",N,N,N,N m,N m,N m", rows) // "  couples about O; orders are multiples of the crank speed" // newline
+      & // ",N,N,N,N m,N m,N m", rows) // "  couples are about the origin O; orders are multiples of the crank speed" // newline
     ! the axis of the shaft is mentioned only if it is not zeta
     shaft = ""
     if (forces%shaft(3) < 1) shaft = " (" // concise(forces%shaft(1), 3) // ", " // concise(forces%shaft(2), 3) // ", " &
       & // concise(forces%shaft(3), 3) // ")"
-    if (turning /= "") lines = lines // wrapped("  components across the shaft" // shaft // ", as vectors that rotate " &
-      & // "with the crank and against it:" // newline) // tabulated("rrrrr", "order,force with,against,couple with,against" &
+    if (turning /= "") lines = lines // wrapped("  components normal to the first shaft" // shaft // ", rotating with and " &
+      & // "against the crank:" // newline) // tabulated("rrrrr", "order,force with,against,couple with,against" &
       & // newline &
       & // ",N,N,N m,N m", turning)
   end function balance_table

@@ -37,7 +37,7 @@ contains
     class(drawing_task), intent(inout) :: self
 
     self%name = "drawing"
-    self%meaning = "positions of the mechanism through one turn, as a table and a picture"
+    self%meaning = "positions of the mechanism's joints and links over one period, as a table and a picture"
     self%tables = [character(len=longest_table) :: "mechanism"]
     self%drawn_with_plot = .true.
   end subroutine describe
@@ -52,8 +52,8 @@ contains
     select type (mechanism => configuration%frame%mechanism)
     type is (linkage_type)
     class default
-      call input_error(group_named(configuration%document, "mass_functions"), "", "the task 'drawing' needs joints " &
-        & // "and links: mass functions have nothing to draw", error)
+      call input_error(group_named(configuration%document, "mass_functions"), "", "the task 'drawing' needs joints and links: " &
+        & // "a mechanism given by mass functions cannot be drawn", error)
     end select
   end subroutine read_drawing
 
@@ -98,7 +98,7 @@ contains
     integer :: i, k
 
     table = new_table("mechanism", "The machine", "The mechanism during " &
-      & // turns_in_words(frame%mechanism%turns) // ", on its frame and mounts, to scale.", "")
+      & // turns_in_words(frame%mechanism%turns) // ", drawn to scale with its frame and mounts.", "")
     call table%add("crank", degree, "crank angle, negative for a clockwise crank", [(sign(360.0_dp, frame%speed) &
       & * frame%mechanism%turns * k / rows, k = 0, rows)])
     do i = 1, size(linkage%joints)
@@ -108,7 +108,7 @@ contains
     end do
     do i = 1, size(linkage%links)
       do k = 1, size(centers, 1)
-        call table%add("link(" // linkage%links(i)%name // ")." // axes(k), metre, "position of the centre of mass", &
+        call table%add("link(" // linkage%links(i)%name // ")." // axes(k), metre, "position of the link's centre of mass", &
           & centers(k, i, :))
       end do
     end do

@@ -100,7 +100,7 @@ contains
     lines = lines // newline
     pixels = 680 * (high(2) - low(2)) / (high(1) - low(1)) + 150
     figure = new_figure("mechanism", "The mechanism during " // turns_in_words(frame%mechanism%turns) &
-      & // ", bold at a crank angle of " // text(nint(sign(1.0_dp, &
+      & // "; the bold links are at a crank angle of " // text(nint(sign(1.0_dp, &
       & frame%speed)) * bold * frame%mechanism%turns) // " deg", lines, width=800, &
       & height=nint(min(max(pixels, 360.0_dp), 950.0_dp)))
   end function plot_mechanism

@@ -106,7 +106,7 @@ contains
     do k = 1, size(force)
       rows = rows // tab // concise(force(k), 5)
     end do
-    lines = newline // "STATIC LOADS on the ground, moving masses averaged over the turn" // newline
+    lines = newline // "STATIC LOADS on the ground, with the moving masses averaged over the turn" // newline
     lines = lines // tabulated("l" // repeat("r", size(force)), "support,fx,fy" // either(",fz", "", size(force) == 3) // newline &
       & // repeat(",N", size(force)), rows // newline)
   end function static_lines
@@ -288,7 +288,7 @@ contains
               & // " kg mm at " // degrees(weight%angle) // " deg" // newline
           end associate
         end do
-        lines = lines // repeat(" ", len(head)) // "by counterweights; angles from the first axis of the link" // newline
+        lines = lines // repeat(" ", len(head)) // "by counterweights; angles are measured from the link's first axis" // newline
       else
         lines = head // "impossible with counterweights on these links" // newline
       end if

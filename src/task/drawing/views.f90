@@ -93,7 +93,7 @@ contains
     lines = lines // key(linkage, (side + between + scale * (high(1) - low(1))) / wide, &
       & (below + scale * (high(3) - low(3))) / height) // "unset multiplot" // newline
     figure = new_figure("mechanism", "The mechanisms during " // turns_in_words(frame%mechanism%turns) &
-      & // ", bold at a crank angle of " // text(nint(sign(1.0_dp, &
+      & // "; the bold links are at a crank angle of " // text(nint(sign(1.0_dp, &
       & frame%speed)) * bold * frame%mechanism%turns) // " deg", lines, width=nint(wide), height=nint(height))
 
   contains

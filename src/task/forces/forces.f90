@@ -37,7 +37,7 @@ contains
     class(forces_task), intent(inout) :: self
 
     self%name = "forces"
-    self%meaning = "force of each support on the ground"
+    self%meaning = "force that each support exerts on the ground"
     self%tables = [character(len=longest_table) :: "supports", "supports_history", "supports_harmonics"]
     self%gives_verdict = .true.
     self%brief = .true.
@@ -89,18 +89,20 @@ contains
       call result%brief%add("f_peak", newton, "peak magnitude of the total force on the ground", [peak])
       do i = 1, size(support_positions(frame), 2)
         if (allocated(reactions)) peak = reactions(i)%statistics(force_magnitude)%peak
-        call result%brief%add("support(" // text(i) // ").f_peak", newton, "peak magnitude of the force of the support", [peak])
+        call result%brief%add("support(" // text(i) // ").f_peak", newton, "peak magnitude of the force that the support " &
+          & // "exerts on the ground", [peak])
       end do
       call result%record_failure(failure)
       if (.not. allocated(reactions)) return
       table = summary(reactions, frame)
       call result%add(table, plot_summary(table, reactions))
       turn = turns_in_words(frame%mechanism%turns)
-      histories = new_table("supports_history", "Forces over " // turn, "Forces of every support over " // turn // ".")
+      histories = new_table("supports_history", "Forces over " // turn, "Forces that the supports exert on the ground over " &
+        & // turn // ".")
       call add_turn(histories, frame, size(reactions(1)%history, 1) - 1)
       call histories%expect(sum([(size(components_of(reactions(i))), i = 1, size(reactions))]))
       harmonics = new_table("supports_harmonics", "Forces by orders", &
-        & "Amplitudes of the forces of the supports over the orders of the crank speed.")
+        & "Amplitudes of the forces that the supports exert on the ground, for each order of the crank speed.")
       call add_orders(harmonics, frame, last)
       ! Two columns: amplitude and phase.
       call harmonics%expect(2 * sum([(count(components_of(reactions(i)) /= force_magnitude), i = 1, size(reactions))]))
@@ -134,10 +136,12 @@ contains
     integer :: orders(size(reactions)), i, k, n
     integer, allocatable :: parts(:)
 
-    table = new_table("supports", "Forces on the ground", "Peak and root mean square of the force of every support.", shown=.true.)
-    call table%add("support", "number of the support, foundation, guide, or total (their sum)", (reactions%name))
+    table = new_table("supports", "Forces on the ground", "Peak and root mean square of the force that each support exerts on " &
+      & // "the ground.", shown=.true.)
+    call table%add("support", "number of the support; 'foundation'; 'guide': guides of the locked degrees of freedom; 'total': " &
+      & // "sum of all these forces", (reactions%name))
     do k = 1, size(reactions(1)%position)
-      call table%add(axes(k), metre, "position in the frame's axes", [(reactions(i)%position(k), i = 1, size(reactions))])
+      call table%add(axes(k), metre, "coordinate in the frame's axes", [(reactions(i)%position(k), i = 1, size(reactions))])
     end do
     ! the total has all components
     parts = components_of(reactions(size(reactions)))
@@ -162,7 +166,7 @@ contains
       call table%add(part // "_peak", units(k), "largest absolute value over the period", peak, bounds=error)
       call table%add(part // "_rms", units(k), "root mean square over the period", rms)
       call table%add(part // "_crest", plain, "crest factor, peak / rms; 0 if the rms is 0", crest)
-      call table%add(part // "_peak_crank", degree, "crank angle of the peak", angle)
+      call table%add(part // "_peak_crank", degree, "crank angle at which the peak occurs", angle)
     end do
     do n = 1, size(parts)
       orders = 0
@@ -170,14 +174,14 @@ contains
         if (has_component(reactions(i), parts(n))) orders(i) = reactions(i)%statistics(parts(n))%strongest()
       end do
       call add_order_column(table, trim(component_names(parts(n))) // "_strongest_order", &
-        & "order of the crank speed with the largest amplitude; 0: none", orders, frame%mechanism%turns)
+        & "order of the crank speed with the largest amplitude; 0: all amplitudes are zero", orders, frame%mechanism%turns)
     end do
     if (.not. any(reactions%includes_weight)) return
     do k = 1, size(reactions(1)%position)
       call table%add("static_f" // axes(k), newton, "static force along " // axes(k), &
         & [(reactions(i)%static(k), i = 1, size(reactions))])
     end do
-    call table%add("least_compression", newton, "minimum of the force along gravity, static force included", &
+    call table%add("least_compression", newton, "minimum over the period of the force along gravity, including the static force", &
       & (reactions%least_compression), &
       & bounds=(reactions%min_error))
   end function summary

@@ -44,7 +44,7 @@ contains
     associate (total => reactions(size(reactions)))
       if (most > 0) then
         if (total%statistics(force_magnitude)%peak < reactions(most)%statistics(force_magnitude)%peak) lines = lines // &
-          & "  the forces of the supports partly cancel: the total has a lower peak than one of them" // newline
+          & "  the forces of the supports partly cancel: the peak of their sum is lower than the peak of one support" // newline
       end if
       if (total%statistics(force_magnitude)%peak > 0) lines = lines // "  peak of the total force: " &
         & // concise(total%statistics(force_magnitude)%peak, 5) // " N" // crank_angle(total, force_magnitude) // newline
