@@ -125,7 +125,8 @@ contains
       call table%add(prefix // "speed", rpm, "speed of the peak", shown(which, [(critical(i)%speed(which), i = 1, n)]), &
         & bounds=shown(which, [(critical(i)%error(which), i = 1, n)]))
       call table%add(name, unit, trim(merge("amplitude of the order at the peak                 ", &
-        & "maximum of the total force at the speed of the peak", which == amplitude)), shown(which, [(critical(i)%height(which), i = 1, n)]))
+        & "maximum of the total force at the speed of the peak", which == amplitude)), shown(which, &
+        & [(critical(i)%height(which), i = 1, n)]))
       call table%add(prefix // "prominence", plain, "height of the peak divided by the height of the higher of the two " &
         & // "adjacent valleys", shown(which, &
         & [(critical(i)%prominence(which), i = 1, n)]))
