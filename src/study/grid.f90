@@ -16,7 +16,7 @@ module gestell_study_grid
     real(dp) :: from = 0, to = 0
     !> Number of values
     integer :: count = 1
-    !> True if consecutive values have a constant ratio instead of a constant difference
+    !> True for a logarithmic scale: successive values have a constant ratio instead of a constant difference
     logical :: logarithmic = .false.
   contains
     procedure :: value => value_of_axis
@@ -25,7 +25,7 @@ module gestell_study_grid
   !> A grid of points (i, j) over one or two axes. The index j of the second axis varies fastest; with one axis j = 1.
   type, public :: grid_type
     type(axis_type), allocatable :: axes(:)
-    !> True if points are solved one by one, without expansions; then tiles are smaller
+    !> True if the points are solved one by one, without expansions; tiles are then smaller
     logical :: one_by_one = .false.
   contains
     procedure :: points
@@ -39,16 +39,16 @@ module gestell_study_grid
     integer :: number = 0, first(2) = 1, last(2) = 1
   end type tile_type
 
-  !> Maximum number of points of a tile along an axis. `max_of_two`: in a grid with two axes. `max_one_by_one`: in such a grid if
-  !> points are solved one by one. `max_of_one`: in a grid with one axis.
+  !> Maximum number of points of a tile along one axis. `max_of_two`: for a grid with two axes. `max_one_by_one`: for a grid with
+  !> two axes whose points are solved one by one. `max_of_one`: for a grid with one axis.
   integer, parameter :: max_of_two = 500, max_one_by_one = 250, max_of_one = 4000
-  !> `usual_tiles`: minimum number of tiles along an axis, so that several threads have work. Short axes have fewer tiles: one for
-  !> every `min_of_tile` points. Large grids that are solved by expansions have no minimum.
+  !> `usual_tiles`: minimum number of tiles along an axis, so that several threads have work. A short axis has fewer tiles: one for
+  !> every `min_of_tile` points. The minimum does not apply to large grids that are solved by expansions.
   integer, parameter :: usual_tiles = 4, min_of_tile = 8
 
 contains
 
-  !> Makes an axis of `count` values. Fails if the range is empty or not finite, if its length or ratio overflows, or if a
+  !> Creates an axis of `count` values. Fails if the range is empty or not finite, if its length or ratio overflows, or if a
   !> logarithmic range contains zero.
   pure subroutine new_axis(axis, from, to, count, logarithmic, error)
     type(axis_type), intent(out) :: axis
@@ -86,7 +86,7 @@ contains
     end associate
   end subroutine check_axis
 
-  !> Value number `i`, from 1 to `count`. The end values are returned exactly as given.
+  !> Value number `i` of the axis, from 1 to `count`. The first and last value are returned exactly as given.
   elemental real(dp) function value_of_axis(self, i) result(value)
     class(axis_type), intent(in) :: self
     integer, intent(in) :: i
@@ -106,7 +106,7 @@ contains
     end if
   end function value_of_axis
 
-  !> Makes a grid of one or two axes. Fails in the same cases as `check_grid`.
+  !> Creates a grid of one or two axes. Fails in the same cases as `check_grid`.
   pure subroutine new_grid(grid, axes, error)
     type(grid_type), intent(out) :: grid
     type(axis_type), intent(in) :: axes(:)
@@ -148,7 +148,7 @@ contains
     end if
   end subroutine check_tile
 
-  !> Number of points; 0 for a grid without axes.
+  !> Number of points of the grid; 0 for a grid without axes.
   pure integer(int64) function points(self)
     class(grid_type), intent(in) :: self
 
@@ -156,7 +156,7 @@ contains
     if (allocated(self%axes)) points = product(int(self%axes%count, int64))
   end function points
 
-  !> Number of tiles; 0 for a grid without axes.
+  !> Number of tiles of the grid; 0 for a grid without axes.
   pure integer function tiles(self)
     class(grid_type), intent(in) :: self
     integer :: along(2)
@@ -167,7 +167,7 @@ contains
     tiles = product(along)
   end function tiles
 
-  !> Tile number `number`, from 1 to `tiles`. For any other number an empty tile with number 0.
+  !> The tile with this number, from 1 to `tiles`. For any other number an empty tile with number 0.
   pure type(tile_type) function tile(self, number)
     class(grid_type), intent(in) :: self
     integer, intent(in) :: number
@@ -205,7 +205,7 @@ contains
     end do
   end function tiles_along
 
-  !> Parameter values at point (i, j), shape (number of axes).
+  !> Values of the parameters at the grid point (i, j), shape (number of axes).
   pure function parameters(self, i, j)
     class(grid_type), intent(in) :: self
     integer, intent(in) :: i, j

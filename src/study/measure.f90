@@ -25,26 +25,26 @@ module gestell_study_measure
 
   !> A quantity of the vibration and the number to which it is reduced.
   type, public :: measure_type
-    !> The user's name of the quantity (gestell_model_quantity)
+    !> Name of the quantity as the user gave it (gestell_model_quantity)
     character(len=word_length) :: quantity = ""
-    !> One of `peak_measure`, `rms_measure` and `band_measure`
+    !> Kind of the measure: `peak_measure`, `rms_measure` or `band_measure`
     integer :: kind = peak_measure
-    !> Unit of the number
+    !> Unit of the measure
     character(len=8) :: unit = ""
-    !> Frequency band of a band measure (Hz)
+    !> Limits of the frequency band of a band measure (Hz)
     real(dp) :: band(2) = 0
   contains
     procedure :: name
     procedure :: meaning
   end type measure_type
 
-  !> Vibration meters show mm/s.
+  !> Unit of band measures, as displayed by vibration meters.
   character(len=*), parameter :: meter_unit = "mm/s"
   real(dp), parameter :: meter_scale = 1000
 
 contains
 
-  !> Name in tables, without the unit, for example f_peak.
+  !> Name of the measure in tables, without the unit, for example f_peak.
   pure function name(self)
     class(measure_type), intent(in) :: self
     character(len=len(self%quantity) + 1 + len(measure_names)) :: name
@@ -52,7 +52,7 @@ contains
     name = trim(self%quantity) // "_" // measure_names(self%kind)
   end function name
 
-  !> Meaning of the number, for headings.
+  !> Meaning of the measure in words, for headings.
   pure character(len=48) function meaning(self)
     class(measure_type), intent(in) :: self
     character(len=*), parameter :: meanings(3) = [character(len=len(meaning)) :: "maximum magnitude over the turn", &
@@ -61,7 +61,7 @@ contains
     meaning = meanings(self%kind)
   end function meaning
 
-  !> True if the quantity is a velocity of a probe: only these are measured in a frequency band.
+  !> True if the quantity is a velocity of a probe: only such velocities are measured in a frequency band.
   pure logical function has_band(quantity)
     character(len=*), intent(in) :: quantity
     integer :: dot
@@ -70,10 +70,10 @@ contains
     has_band = index(quantity, "probe(") == 1 .and. any(quantity(dot + 2:) == [character(len=2) :: "v", "vx", "vy", "vz"])
   end function has_band
 
-  !> Makes a measure of the quantity `name`. Does not check that the frame's mechanism can turn. Fails if the quantity does not
-  !> exist or cannot be measured in a band.
+  !> Creates a measure of the quantity `name`. The mechanism is not evaluated, so it need not be possible to assemble it. Fails if
+  !> the quantity does not exist or cannot be measured in a band.
   pure subroutine new_measure(frame, probes, name, kind, measure, error)
-    !> The frame to which the quantity belongs
+    !> The frame whose quantity is measured
     class(frame_type), intent(in) :: frame
     !> Probes that `name` may refer to
     type(probe_type), intent(in) :: probes(:)
@@ -123,13 +123,13 @@ contains
   !> `solve_vibration` or `compute_measures` fails.
   subroutine solve_measures(system, floquet, probes, measures, vibration, values, error, least_rows)
     class(periodic_system), intent(in), target :: system
-    !> Floquet solution of `system` with its load
+    !> Floquet solution of `system`, computed with its load
     type(floquet_type), intent(in) :: floquet
     !> Probes that the measures may refer to
     type(probe_type), intent(in) :: probes(:)
     type(measure_type), intent(in) :: measures(:)
     type(vibration_type), intent(out) :: vibration
-    !> The measures and bounds on their errors, shape (2, measures); 0 if `system` is neither a frame nor its averaged model
+    !> Each measure and a bound on its error, shape (2, measures); 0 if `system` is neither a frame nor its averaged model
     real(dp), intent(out) :: values(:, :)
     type(error_type), allocatable, intent(out) :: error
     !> Minimum number of rows of the motion that `vibration` must hold
@@ -177,7 +177,7 @@ contains
       case default
         call band_rms(statistics, frame%period, measures(i)%band, along(:size(statistics%series)), maximum, error)
         if (allocated(error)) return
-        ! the rms of the error within the band is at most the error bound of the whole
+        ! the rms of the error within the band cannot exceed the error bound of the whole quantity
         values(:, i) = meter_scale * [maximum, statistics%error]
       end select
     end do

@@ -1,4 +1,4 @@
-!> Shares one table of the mechanism among many variants of a frame.
+!> Lets many variants of a frame share one table of the mechanism's functions.
 module gestell_study_mechanism_cache
   use gestell_base_kinds, only: dp
   use gestell_floquet_period_period_map, only: end_of_block
@@ -12,9 +12,9 @@ module gestell_study_mechanism_cache
 
 contains
 
-  !> Tabulates the frame's mechanism at the phases at which `method` evaluates it between `nodes` (gestell_floquet_integrator_mesh).
-  !> The frame can then be solved with these nodes without evaluating its mechanism again. This holds for any mass, inertia, origin,
-  !> stiffness and damping and any speed of the same sign.
+  !> Tabulates the frame's mechanism at those phases between `nodes` at which `method` evaluates it
+  !> (gestell_floquet_integrator_mesh). With these nodes the frame can be solved repeatedly without evaluating its mechanism again.
+  !> The table stays valid for any mass, inertia, origin, stiffness and damping, and for any speed of the same sign.
   subroutine cache_mechanism(frame, method, nodes)
     type(frame_type), intent(inout) :: frame
     class(method_type), intent(in) :: method
@@ -29,7 +29,7 @@ contains
     end do
   end subroutine cache_mechanism
 
-  !> Exchanges the mechanisms of two frames, which must be equal except for their tables.
+  !> Exchanges the mechanisms of two frames. The mechanisms must be equal except for their tables.
   pure subroutine swap_mechanisms(one, other)
     class(frame_type), intent(inout) :: one, other
     class(mechanism_type), allocatable :: own

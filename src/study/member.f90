@@ -1,4 +1,4 @@
-!> Solves one machine of a family: builds the member, its Floquet solution and its multipliers.
+!> Solves one machine of a family: builds the member, and computes its Floquet solution and its multipliers.
 module gestell_study_member
   use gestell_base_error, only: error_type, failed_computation, impossible_mechanism
   use gestell_base_kinds, only: dp
@@ -11,9 +11,9 @@ module gestell_study_member
   implicit none (type, external)
   private
 
-  !> A machine of a family with its results, and the reason if a computation failed.
+  !> A machine of a family with its results. If a computation failed, it also holds the reason.
   type, public :: member_type
-    !> `not_judged` as long as no computation has failed, then `impossible` or `failed`
+    !> `not_judged` until a computation fails, then `impossible` or `failed`
     type(verdict_type) :: state = failed
     !> The error that led to the state `impossible` or `failed`
     type(error_type), allocatable :: reason
@@ -29,14 +29,15 @@ module gestell_study_member
 
 contains
 
-  !> True if no computation for this member has failed so far.
+  !> True as long as no computation for this member has failed.
   pure logical function is_sound(self)
     class(member_type), intent(in) :: self
 
     is_sound = self%state == not_judged
   end function is_sound
 
-  !> Builds the member of `family` at these parameters. Fails if the parameters are invalid; other failures are recorded in `state`.
+  !> Builds the member of `family` with these parameters. Fails if the parameters are invalid. Other failures are recorded in
+  !> `state`.
   subroutine make(self, family, parameters, error)
     class(member_type), intent(inout) :: self
     class(family_type), intent(in) :: family
@@ -49,8 +50,8 @@ contains
     call self%classify_failure(failure, error)
   end subroutine make
 
-  !> Computes the Floquet solution, and if `forced` also the periodic solution. Does nothing if an earlier computation failed. Fails
-  !> if the input is invalid; other failures are recorded in `state`.
+  !> Computes the Floquet solution and, if `forced` is true, the periodic solution. Does nothing if an earlier computation failed.
+  !> Fails if the input is invalid. Other failures are recorded in `state`.
   subroutine solve(self, accuracy, forced, error)
     class(member_type), intent(inout) :: self
     type(accuracy_type), intent(in) :: accuracy
@@ -63,8 +64,8 @@ contains
     call self%classify_failure(failure, error)
   end subroutine solve
 
-  !> Computes the multipliers, and if `vectors` also the eigenvectors, from the Floquet solution. Does nothing if an earlier
-  !> computation failed. Fails if the input is invalid; other failures are recorded in `state`.
+  !> Computes the multipliers from the Floquet solution and, if `vectors` is true, the eigenvectors. Does nothing if an earlier
+  !> computation failed. Fails if the input is invalid. Other failures are recorded in `state`.
   subroutine multipliers_of_member(self, vectors, multipliers, error)
     class(member_type), intent(inout) :: self
     logical, intent(in) :: vectors

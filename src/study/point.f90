@@ -17,22 +17,22 @@ module gestell_study_point
 
   public :: peak_limit, solve_point
 
-  !> Options of a sweep: the results at every point and how to compute them.
+  !> Options of a sweep: which results to compute at every point, and how.
   type, public :: sweep_options
     type(accuracy_type) :: accuracy
-    !> True for each requested column; by default all columns of a frame in the plane
+    !> True for each requested column. By default all columns that apply to a frame in the plane
     logical :: columns(sweep_columns) = [.true., .true., .true., .true., .true., .true., .true., .false., .false., .false.]
-    !> True if the verdict follows the peaks in the table. This is so if the input requests peaks but no verdict
+    !> True if the verdict comes after the peaks in the table. This is the case if the input requests peaks but no verdict
     logical :: verdict_last = .false.
-    !> Measures of the vibration; each is written with its error bound, after the requested columns
+    !> Measures of the vibration. Each is written with its error bound, after the requested columns
     type(measure_type), allocatable :: measures(:)
     !> Probes to which the measures refer
     type(probe_type), allocatable :: probes(:)
-    !> How points are solved: 'auto', 'expansion' or 'direct'
+    !> Method with which points are solved: 'auto', 'expansion' or 'direct'
     character(len=9) :: engine = "auto"
-    !> Model of the frame with which every point is solved (gestell_study_frame_model)
+    !> Model of the frame that is used at every point (gestell_study_frame_model)
     character(len=11) :: model = "exact"
-    !> True if the input lists the columns; then pictures show all of them
+    !> True if the input lists columns; pictures then show all of these columns
     logical :: names_columns = .false.
   contains
     procedure :: ordered
@@ -43,7 +43,7 @@ module gestell_study_point
 
 contains
 
-  !> Numbers of the requested columns, in the order of the file.
+  !> Numbers of the requested columns, in the order in which the file lists them.
   pure function ordered(self) result(columns)
     class(sweep_options), intent(in) :: self
     integer :: columns(count(self%columns))
@@ -61,32 +61,32 @@ contains
     if (allocated(self%measures)) measured = size(self%measures)
   end function measured
 
-  !> True if every point must be solved directly. This is so if `engine` is 'direct', if the number of steps is given, for the
-  !> averaged model, and if measures are requested.
+  !> True if every point must be solved directly. This is so in four cases: `engine` is 'direct', the number of steps is given, the
+  !> model is averaged, or measures are requested.
   pure logical function one_by_one(self)
     class(sweep_options), intent(in) :: self
 
     one_by_one = self%engine == "direct" .or. self%accuracy%steps > 0 .or. self%model == "averaged" .or. self%measured() > 0
   end function one_by_one
 
-  !> Number of values reported for each point.
+  !> Number of values that are reported for each point.
   pure integer function numbers(self)
     class(sweep_options), intent(in) :: self
 
     numbers = count(self%columns) + 2 * self%measured()
   end function numbers
 
-  !> Computes all columns of one point. Columns that are not requested or have no value are NaN.
-  !> Fails if the parameters or a measure are invalid; other failures are recorded as the verdict.
+  !> Computes all columns of one point. Columns that are not requested or have no value are NaN. Fails if the parameters or a
+  !> measure are invalid. Other failures are recorded as the verdict.
   subroutine solve_point(family, parameters, options, values, error, measures)
-    !> The family of the machines of the sweep
+    !> The family to which the machines of the sweep belong
     class(family_type), intent(in) :: family
     real(dp), intent(in) :: parameters(:)
     type(sweep_options), intent(in) :: options
     !> Values of all columns
     real(dp), intent(out) :: values(sweep_columns)
     type(error_type), allocatable, intent(out) :: error
-    !> Values of the measures and bounds on their errors, shape (2, measures)
+    !> Each measure and a bound on its error, shape (2, measures)
     real(dp), intent(out), optional :: measures(:, :)
     type(member_type) :: member
     type(multipliers_type) :: multipliers
@@ -116,15 +116,15 @@ contains
     if (forced) call set_vibration(member, options, values, error, measures)
   end subroutine solve_point
 
-  !> Maximum accepted relative error of a vibration from an expansion, in units that make the states comparable. It exceeds the
-  !> tolerance: near a resonance the error of the vibration is many times that of Phi.
+  !> Maximum accepted relative error of a vibration that is computed by an expansion, in units that make the states comparable. It
+  !> is larger than the tolerance, because near a resonance the error of the vibration is many times that of Phi.
   pure real(dp) function peak_limit(options)
     type(sweep_options), intent(in) :: options
 
     peak_limit = 1000 * options%accuracy%tolerance
   end function peak_limit
 
-  !> Sets the peaks of the frame's vibration and the measures. They stay NaN in resonance and for systems that are not frames.
+  !> Computes the peaks of the frame's vibration and the measures. They stay NaN at a resonance and for systems that are not frames.
   !> Fails if a measure is invalid.
   subroutine set_vibration(member, options, values, error, measures)
     type(member_type), intent(in) :: member

@@ -1,5 +1,5 @@
-!> Solves a machine at one speed, for a resonance curve: peaks, rms values, orders, and the frequencies of the free vibrations
-!> relative to the frequency of the period.
+!> Solves a machine at one speed of a resonance curve. Computes peaks, rms values and amplitudes of orders, and the frequencies of
+!> the free vibrations relative to the frequency of the period.
 module gestell_study_speed_point
   use gestell_base_error, only: error_type, fatal_error, invalid_input, resonance
   use gestell_base_kinds, only: dp, pi
@@ -25,16 +25,16 @@ module gestell_study_speed_point
 
   public :: check_speed_options, solve_response, solve_speed_point, compute_turns
 
-  !> Results requested at every speed.
+  !> Options for a solution at one speed: the results that are requested.
   type, public :: speed_options
-    !> Quantities by the user's names (gestell_model_quantity)
+    !> Names of the quantities as the user gave them (gestell_model_quantity)
     character(len=word_length), allocatable :: names(:)
     !> Probes to which the quantities and measures refer
     type(probe_type), allocatable :: probes(:)
-    !> Number of harmonics of the period whose amplitudes are reported. If the crank turns once in the period, the harmonics are
+    !> Number of harmonics of the period whose amplitudes are reported. If the crank makes one turn in the period, the harmonics are
     !> orders of the crank
     integer :: orders = 6
-    !> If allocated, the amplitudes of these harmonics are reported instead of 1 ... `orders`
+    !> If allocated, the amplitudes of the harmonics with these numbers are reported instead of 1 ... `orders`
     integer, allocatable :: harmonics(:)
     type(accuracy_type) :: accuracy
     !> Further measures of quantities of the vibration
@@ -52,34 +52,34 @@ module gestell_study_speed_point
     !> Peak, bound on its error, rms and amplitudes of the harmonics of each quantity, shape (3 + harmonics, quantities); NaN if
     !> there is no vibration
     real(dp), allocatable :: values(:, :)
-    !> Number of the strongest of all harmonics, shape (quantities)
+    !> Number of the harmonic with the largest amplitude of all, shape (quantities)
     integer, allocatable :: strongest(:)
-    !> Each requested measure and a bound on its error, shape (2, measures)
+    !> The requested measures, each with a bound on its error, shape (2, measures)
     real(dp), allocatable :: measured(:, :)
-    !> Free vibrations, shapes (modes). `turns`: phase advance over the period in turns, reduced to (-1/2, 1/2]. `growth`: logarithm
-    !> of the growth over the period. Both are unallocated without multipliers. `averaged_turns`: natural frequencies of the
-    !> averaged frame in cycles per period, ascending
+    !> Free vibrations, each component of shape (modes). `turns`: phase advance over the period, in turns, reduced to (-1/2, 1/2].
+    !> `growth`: logarithm of the growth over the period. Both are unallocated if no multipliers are computed. `averaged_turns`:
+    !> natural frequencies of the averaged frame in cycles per period, ascending
     real(dp), allocatable :: turns(:), growth(:), averaged_turns(:)
     !> 2 pi divided by the period (rad/s)
     real(dp) :: crank = 0
-    !> Number of turns of the drive in the period
+    !> Number of turns that the drive makes in the period
     integer :: drive_turns = 1
     !> Largest displacement and rotation of the frame; 0 if there is no vibration
     type(moved_type) :: moved
-    !> True if the equations are linear; only then can the vibration grow without bounds. A vibration of the exact frame stays
+    !> True if the equations are linear; only then can the vibration grow without bound. A vibration of the exact frame stays
     !> finite, but it may be one of several
     logical :: linear = .true.
-    !> Distance of the nearest multiplier from 1, where a vibration of the exact frame ceases to exist
+    !> Distance of the multiplier nearest to 1 from 1. At distance 0 a vibration of the exact frame ceases to exist
     real(dp) :: from_fold = huge(1.0_dp)
   end type speed_point_type
 
-  !> `history`: number of intervals of the history. `harmonics`: minimum number of harmonics. `solve_vibration` receives both.
+  !> Arguments for `solve_vibration`. `history`: number of intervals of the history. `harmonics`: minimum number of harmonics.
   integer, parameter :: history = 64, harmonics = 20
 
 contains
 
-  !> Solves the member of `family` at `speed`. Fails if the speed, the accuracy or a name is invalid; other failures are
-  !> recorded in `point%state`.
+  !> Solves the member of `family` at `speed`. Fails if the speed, the accuracy or a name is invalid. Other failures are recorded in
+  !> `point%state`.
   subroutine solve_speed_point(family, speed, options, point, error)
     class(family_type), intent(in) :: family
     real(dp), intent(in) :: speed
@@ -91,7 +91,7 @@ contains
     point%speed = speed
   end subroutine solve_speed_point
 
-  !> Fails if there are no quantities, or if the orders or the accuracy are out of range.
+  !> Checks the options. Fails if no quantity is requested, or if the orders or the accuracy are out of range.
   pure subroutine check_speed_options(options, error)
     type(speed_options), intent(in) :: options
     type(error_type), allocatable, intent(out) :: error
@@ -124,7 +124,8 @@ contains
     end if
   end function reported_harmonics
 
-  !> Solves the member of `family` at any parameters; the caller sets `point%speed`. Fails as `solve_speed_point` does.
+  !> Solves the member of `family` with any parameters; the caller sets `point%speed`. Fails in the same cases as
+  !> `solve_speed_point`.
   subroutine solve_response(family, parameters, options, point, error)
     class(family_type), intent(in) :: family
     real(dp), intent(in) :: parameters(:)
@@ -194,12 +195,12 @@ contains
     call compute_measures(frame, probes, vibration, options%measures, point%measured, error)
   end subroutine solve_response
 
-  !> Computes the phase by which each free vibration advances over the period. Conjugate multipliers describe one vibration and
-  !> differ in the sign of this phase. The sign of Im(q* M q'), q the eigenvector, decides: it is positive for the multiplier of
-  !> exp(i w t) with w > 0. Real multipliers of one sign come in pairs, of which only one is used.
+  !> Computes the phase advance of each free vibration over the period. Conjugate multipliers describe the same vibration and differ
+  !> only in the sign of the phase advance. The sign is determined by Im(q* M q'), where q is the eigenvector: it is positive for
+  !> exp(i w t) with w > 0. Real multipliers of the same sign form pairs, and only one of each pair is used.
   subroutine compute_turns(frame, arg, log_abs, vectors, point)
     class(frame_type), intent(in) :: frame
-    !> Imaginary and real parts of ln(rho) of all multipliers, shapes (states)
+    !> Arguments and logarithms of the moduli of all multipliers: imaginary and real parts of ln(rho), shapes (states)
     real(dp), intent(in) :: arg(:), log_abs(:)
     !> Eigenvectors of the multipliers, shape (states, states)
     complex(dp), intent(in) :: vectors(:, :)

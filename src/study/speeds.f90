@@ -8,12 +8,13 @@ module gestell_study_speeds
 
   public :: check_orders, check_speeds
 
-  !> Largest order of the crank that can be requested.
+  !> Largest number of orders of the crank that can be requested.
   integer, parameter :: max_orders = 8000
 
 contains
 
-  !> Fails unless there is at least one speed (1/min) and all are finite, of one sign and strictly ascending or descending.
+  !> Checks a list of speeds (1/min). Fails if it is empty or contains values that are not finite, if the signs differ, or if the
+  !> speeds are not strictly ascending or descending.
   pure subroutine check_speeds(speeds, error)
     real(dp), intent(in) :: speeds(:)
     type(error_type), allocatable, intent(out) :: error
@@ -27,7 +28,7 @@ contains
       & invalid_input)
   end subroutine check_speeds
 
-  !> Fails if the number of orders is negative or too large.
+  !> Checks a number of orders. Fails if it is negative or too large.
   pure subroutine check_orders(orders, error)
     integer, intent(in) :: orders
     type(error_type), allocatable, intent(out) :: error

@@ -6,21 +6,21 @@ module gestell_study_tile_results
 
   public :: peaks_of
 
-  !> Numbers of the columns, in the order of the files. The peaks follow the order of the frame's degrees of freedom.
+  !> Numbers of the columns, in the order in which files list them. The peaks follow the order of the frame's degrees of freedom.
   integer, parameter, public :: rho_max = 1, log_rho_max = 2, rho_error = 3, verdict = 4, xi_peak = 5, eta_peak = 6, &
     & psi_peak = 7, last_peak = 10, sweep_columns = 10
 
-  !> A column that a sweep can report for every point.
+  !> A column of the table that a sweep can report.
   type, public :: sweep_column_type
-    !> Name in the input and in files, ending with the unit
+    !> Name of the column in the input and in files; it ends with the unit
     character(len=16) :: name = ""
     !> Unit of the values
     character(len=3) :: unit = ""
     !> Symbol of the column in pictures
     character(len=7) :: symbol = ""
-    !> Name of the column with the error bound
+    !> Name of the column that holds the error bound
     character(len=9) :: error = ""
-    !> True if values may be negative; then they need one more character
+    !> True if values may be negative; they are then printed one character wider
     logical :: signed = .false.
   end type sweep_column_type
 
@@ -38,20 +38,21 @@ module gestell_study_tile_results
 
   !> Results of one tile.
   type, public :: tile_results_type
-    !> Values of the requested columns, then measures with their errors; shape (values, points of axis 2, points of axis 1). NaN
-    !> where a value does not exist; verdicts as their numbers (gestell_base_verdict)
+    !> Values at all points, shape (values, points of axis 2, points of axis 1): first the requested columns, then the measures with
+    !> their errors. NaN where a value does not exist. Verdicts are stored as numbers (gestell_base_verdict)
     real(dp), allocatable :: values(:, :, :)
-    !> Number of solutions that were computed: at points solved directly and at the support points of expansions
+    !> Number of solutions that were computed, both at points solved directly and at the support points of expansions
     integer :: solutions = 0
-    !> Number of points at which an expansion was checked against a direct solution
+    !> Number of points at which the result of an expansion was checked against a direct solution
     integer :: checks = 0
-    !> Largest deviation of Phi (and of x_p) from the direct solution at the checked points, relative to its size
+    !> Largest deviation of Phi, or of Phi together with the forced motion x_p, from the direct solution at these points, relative
+    !> to its size
     real(dp) :: deviation = 0
   end type tile_results_type
 
 contains
 
-  !> True for the columns that are peaks of a frame with `dofs` degrees of freedom, shape (columns).
+  !> True for the columns that are peaks of degrees of freedom of a frame with `dofs` degrees of freedom, shape (columns).
   pure function peaks_of(dofs) result(columns)
     integer, intent(in) :: dofs
     logical :: columns(sweep_columns)

@@ -32,14 +32,16 @@ module gestell_study_balance
 
   public :: examine, measure_residual, residual_rows
 
-  !> Kind of each row: 1 force, 2 moment. In the plane: force along x and along y, moment. In space: three forces, three moments.
+  !> Kind of each row: 1 force, 2 moment. A frame in the plane has the rows force along x, force along y, moment. A frame in space
+  !> has three rows of forces and three rows of moments.
   integer, parameter :: in_plane(3) = [1, 1, 2], in_space(6) = [1, 1, 1, 2, 2, 2]
 
-  !> Shaking on rigid ground: of the linkage alone, and of unit counterweights on its bodies.
+  !> Shaking forces and moments on rigid ground: those of the linkage alone, and those of unit counterweights on its bodies.
   type, public :: rigid_ground_type
-    !> Shaking force (kg m) and moment (kg m^2) divided by -Omega^2, at equidistant crank angles from 0 on; shape (rows, angles)
+    !> Shaking force (kg m) and moment (kg m^2) of the linkage alone, divided by -Omega^2, at equidistant crank angles that start at
+    !> 0; shape (rows, angles)
     real(dp), allocatable :: found(:, :)
-    !> Bodies that can carry counterweights, with the effect of a counterweight on each
+    !> Bodies that can carry counterweights, each with the effect of its counterweight
     type(turning_body_type), allocatable :: bodies(:)
     !> Rounding error of the rms force (kg m) and of the rms moment (kg m^2)
     real(dp) :: rounding(2) = 0
@@ -47,7 +49,7 @@ module gestell_study_balance
     procedure :: kinds
   end type rigid_ground_type
 
-  !> Forces and moments that remain on rigid ground at a speed.
+  !> Forces and moments that remain on rigid ground at a given speed.
   type, public :: residual_shaking_type
     !> Fourier series of each row over the crank angle (N or N m), shape (rows)
     type(fourier_type), allocatable :: series(:)
@@ -63,7 +65,7 @@ module gestell_study_balance
 
 contains
 
-  !> Kind of each row: 1 force, 2 moment.
+  !> Kind of each row of the shaking force and moment: 1 force, 2 moment.
   pure function kinds(self)
     class(rigid_ground_type), intent(in) :: self
     integer, allocatable :: kinds(:)
@@ -72,22 +74,24 @@ contains
     if (size(self%found, 1) == size(in_space)) kinds = in_space
   end function kinds
 
-  !> Computes the shaking of a linkage on rigid ground and the effects of counterweights on its bodies. The number of crank angles
-  !> is doubled, up to 8192, until it resolves both. Fails if `linkage%check` does.
+  !> Computes the shaking forces and moments of a linkage on rigid ground and the effects of counterweights on its bodies. The
+  !> number of crank angles is doubled, up to 8192, until it resolves the shaking and the effects. Fails if `linkage%check` fails.
   subroutine examine(linkage, uniform_in_space, about, rigid, error, links, radii, space)
     !> The linkage, already prepared
     class(linkage_type), intent(in) :: linkage
-    !> True if the speed of the crank is constant in space; false if it is constant relative to the frame
+    !> True if the speed of the crank is constant relative to the ground; false if it is constant relative to the frame
     logical, intent(in) :: uniform_in_space
-    !> Reference point of the moment (m): 2 coordinates from the mechanism's origin in the plane, 3 from F in space
+    !> Reference point of the moment (m). In the plane: two coordinates relative to the mechanism's origin. In space: three
+    !> coordinates relative to F
     real(dp), intent(in) :: about(:)
     type(rigid_ground_type), intent(out) :: rigid
     type(error_type), allocatable, intent(out) :: error
     !> Indices of links. If present, bodies without any of these links are left out
     integer, intent(in), optional :: links(:)
-    !> Radii of the counterweights (m), shape (1) or (size(links)); by default the lengths of the links
+    !> Radii of the counterweights (m), one for all bodies or one for each of `links`; by default each radius is the length of the
+    !> link
     real(dp), intent(in), optional :: radii(:)
-    !> For a frame in space: its mechanisms and their drive, which must turn
+    !> Required for a frame in space: its mechanisms and their drive. The speed of the drive must not be zero
     type(space_type), intent(in), optional :: space
     integer, parameter :: most = 8192
     type(point_type), allocatable :: at(:, :)
@@ -127,7 +131,8 @@ contains
 
   contains
 
-    !> Computes the effect f_0, f_1, f_2 of a counterweight on a body, from unit unbalances at the angles 0, pi/2 and pi.
+    !> Computes the functions f_0, f_1, f_2, which describe the effect of a counterweight on a body, from unit unbalances at the
+    !> angles 0, pi/2 and pi.
     subroutine find_effect(body)
       type(turning_body_type), intent(inout) :: body
       real(dp) :: of(size(rigid%found, 1), n, 3)
@@ -149,13 +154,13 @@ contains
       body%effect(:, :, 1) = (of(:, :, 1) + of(:, :, 3)) / 2
       body%effect(:, :, 2) = (of(:, :, 1) - of(:, :, 3)) / 2
       body%effect(:, :, 3) = of(:, :, 2) - body%effect(:, :, 1)
-      ! a pivot does not accelerate: its computed acceleration is rounding error
+      ! a pivot has no acceleration: its computed acceleration is rounding error
       if (body%pivoted) body%effect(pack([(j, j = 1, size(of, 1))], rigid%kinds() == 1), :, 1) = 0
     end subroutine find_effect
 
   end subroutine examine
 
-  !> Relative rounding error of sums over the links, in which large terms cancel. It grows near dead points.
+  !> Relative rounding error of sums over the links, whose large terms cancel. It grows near dead points.
   pure real(dp) function relative_rounding(linkage)
     class(linkage_type), intent(in) :: linkage
     real(dp), parameter :: least = 1.0e-12_dp, part = 100
@@ -163,8 +168,8 @@ contains
     relative_rounding = max(least, part * epsilon(1.0_dp) / linkage%angle_scale**2)
   end function relative_rounding
 
-  !> True if the upper third of the orders is negligible: below 1e-9 of the largest row of the same kind, or below its rounding
-  !> error.
+  !> True if the upper third of the orders is negligible for every row: below 1e-9 of the largest row of the same kind, or below the
+  !> rounding error of the row.
   pure logical function resolved(rigid)
     type(rigid_ground_type), intent(in) :: rigid
     real(dp), parameter :: small = 1.0e-9_dp, least = 1.0e-12_dp
@@ -199,7 +204,7 @@ contains
 
   end function resolved
 
-  !> Moves the reference point of the moment from the origin to `about`: subtracts `about` x force.
+  !> Moves the reference point of the moment from the origin to `about` by subtracting the cross product of `about` and the force.
   pure subroutine move_moment(about, rows)
     real(dp), intent(in) :: about(2)
     real(dp), intent(inout) :: rows(:, :)
@@ -207,8 +212,8 @@ contains
     rows(3, :) = rows(3, :) - about(1) * rows(2, :) + about(2) * rows(1, :)
   end subroutine move_moment
 
-  !> Shaking force and moment of links in the plane, shape (3, angles). `part`: part of the frame's rotation psi by which the crank
-  !> angle lags.
+  !> Shaking force and moment of links in the plane, divided by -Omega^2, shape (3, angles). `part`: the crank angle lags by this
+  !> fraction of the frame's rotation psi.
   function shaking_in_plane(links, at, part, about) result(rows)
     type(link_type), intent(in) :: links(:)
     type(point_type), intent(in) :: at(:, :)
@@ -227,8 +232,8 @@ contains
     call move_moment(about, rows)
   end function shaking_in_plane
 
-  !> Shaking forces (kg m) and moments (kg m^2) of `planes` on the frame of `space` at rest, divided by -Omega^2, shape (6, angles).
-  !> `angles`: drive angles (rad). `about`: reference point of the moments, relative to F (m).
+  !> Shaking forces (kg m) and moments (kg m^2) of the mechanisms in `planes`, divided by -Omega^2, shape (6, angles). The frame of
+  !> `space` is at rest. `angles`: drive angles (rad). `about`: reference point of the moments, relative to F (m).
   pure function shaking_of_planes(space, planes, about, angles) result(rows)
     type(space_type), intent(in) :: space
     type(plane_type), intent(in) :: planes(:)
@@ -249,7 +254,8 @@ contains
     end do
   end function shaking_of_planes
 
-  !> Shaking forces and moments of a single link that moves with the links of its plane, shape (6, angles).
+  !> Shaking forces (kg m) and moments (kg m^2) of a single link that moves with the mechanism in its plane, divided by -Omega^2,
+  !> shape (6, angles).
   pure function shaking_of_link(space, link, about, angles) result(rows)
     type(space_type), intent(in) :: space
     type(link_type), intent(in) :: link
@@ -266,7 +272,8 @@ contains
     rows = shaking_of_planes(space, [plane], about, angles)
   end function shaking_of_link
 
-  !> Shaking forces and moments that remain with counterweights, divided by -Omega^2, shape (rows, angles).
+  !> Shaking forces (kg m) and moments (kg m^2) that remain after the counterweights are added, divided by -Omega^2, shape (rows,
+  !> angles).
   pure function residual_rows(rigid, weights) result(rows)
     type(rigid_ground_type), intent(in) :: rigid
     type(counterweight_type), intent(in) :: weights(:)
@@ -281,8 +288,8 @@ contains
     end do
   end function residual_rows
 
-  !> Computes the shaking forces and moments that remain with counterweights at a speed (rad/s). Rows below their rounding error are
-  !> set to zero.
+  !> Computes the shaking forces and moments that remain after the counterweights are added, at a given speed (rad/s). Rows below
+  !> their rounding error are set to zero.
   pure subroutine measure_residual(rigid, weights, speed, residual)
     !> Shaking of the linkage and effects of counterweights
     type(rigid_ground_type), intent(in) :: rigid
@@ -315,7 +322,7 @@ contains
     end do
   end subroutine measure_residual
 
-  !> Rms of one order of the force (`what` = 1, N) or of the moment (`what` = 2, N m).
+  !> Rms of one order of the force (if `what` is 1, N) or of the moment (if `what` is 2, N m).
   pure real(dp) function order_rms(self, order, what)
     class(residual_shaking_type), intent(in) :: self
     integer, intent(in) :: order, what
@@ -327,7 +334,7 @@ contains
     order_rms = length_of(pack([(self%series(k)%amplitude(order), k = 1, size(self%series))], self%kinds == what)) / sqrt(2.0_dp)
   end function order_rms
 
-  !> Amplitudes of the orders 1, 2, ... of all rows, shape (orders, rows).
+  !> Amplitudes of the orders 1, 2, ... of every row (N or N m), shape (orders, rows).
   pure function amplitudes(self, orders)
     class(residual_shaking_type), intent(in) :: self
     integer, intent(in) :: orders
@@ -341,8 +348,9 @@ contains
     end do
   end function amplitudes
 
-  !> For a frame in space: magnitudes of the components that rotate about `axes(:, 3)` with and against the crank, orders 1, 2, ...
-  !> Shape (orders, 4): force with and against the crank (N), moment with and against the crank (N m).
+  !> For a frame in space: force and moment in the plane normal to `axes(:, 3)`, split into vectors that rotate with the crank and
+  !> against it. The result holds their magnitudes for the orders 1, 2, ..., shape (orders, 4): force with and against the crank
+  !> (N), moment with and against the crank (N m).
   pure function turning(self, axes, orders) result(sizes)
     class(residual_shaking_type), intent(in) :: self
     real(dp), intent(in) :: axes(3, 3)

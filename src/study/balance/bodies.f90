@@ -16,18 +16,18 @@ module gestell_study_balance_bodies
 
   !> A rigid body of the linkage that rotates relative to the frame.
   type, public :: turning_body_type
-    !> Index of the first link on the body; this link defines the body's axes
+    !> Index of the first link that belongs to the body; the link's axes are the axes of the body
     integer :: link = 0
-    !> Mean distance of the two joints of this link (m)
+    !> Mean distance between the two joints of this link (m)
     real(dp) :: length = 0
-    !> True if a point of the body rests
+    !> True if some point of the body is at rest
     logical :: pivoted = .false.
-    !> Position of the resting point in the body's axes (m); 0 if no point rests
+    !> Position of the point at rest in the body's axes (m); 0 if no point is at rest
     complex(dp) :: pivot = 0
     !> Distance of the counterweight from the pivot (m)
     real(dp) :: radius = 0
-    !> Effect of a counterweight on forces (dimensionless) and moments (m), shape (rows, angles, 3): the functions f_0, f_1, f_2 of
-    !> gestell_study_balance
+    !> Effect of a counterweight of unit unbalance on forces (dimensionless) and moments (m): the functions f_0, f_1, f_2 of
+    !> gestell_study_balance, shape (rows, angles, 3)
     real(dp), allocatable :: effect(:, :, :)
   end type turning_body_type
 
@@ -35,7 +35,7 @@ module gestell_study_balance_bodies
   type, public :: counterweight_type
     !> Index of the body
     integer :: body = 0
-    !> Unbalance rho about the body's pivot (kg m) and angle alpha to the body's axes (rad)
+    !> Unbalance rho relative to the body's pivot (kg m), and its angle alpha in the body's axes (rad)
     real(dp) :: unbalance = 0, angle = 0
   contains
     procedure :: mass
@@ -43,12 +43,13 @@ module gestell_study_balance_bodies
   end type counterweight_type
 
   complex(dp), parameter :: i = (0.0_dp, 1.0_dp)
-  !> Relative tolerance within which two directions or lengths are equal. A body whose direction varies less does not rotate.
+  !> Two directions or lengths count as equal if their relative difference is smaller. If the direction of a body varies by less
+  !> than this, the body does not rotate.
   real(dp), parameter :: same = 1.0e-9_dp
 
 contains
 
-  !> Mass of the counterweight on its body (kg).
+  !> Mass of the counterweight: its unbalance divided by the radius at which the body carries it (kg).
   elemental real(dp) function mass(self, body)
     class(counterweight_type), intent(in) :: self
     type(turning_body_type), intent(in) :: body
@@ -69,9 +70,10 @@ contains
     where (abs(center) <= 4 * epsilon(1.0_dp) * body%radius) center = 0
   end function center
 
-  !> Finds the rotating bodies, each once. Links that rotate by the same angle and whose origins keep their distance form one body.
+  !> Finds the rotating bodies of the linkage and lists each once. Links that rotate by the same angle and whose origins keep their
+  !> distance form one body.
   subroutine find_bodies(linkage, at, by_place, bodies, links, radii)
-    !> The linkage whose bodies are sought
+    !> The linkage whose rotating bodies are found
     class(linkage_type), intent(in) :: linkage
     !> Positions of the joints, shape (joints, angles)
     type(point_type), intent(in) :: at(:, :)
@@ -80,7 +82,8 @@ contains
     type(turning_body_type), allocatable, intent(out) :: bodies(:)
     !> If present, bodies without any of these links are left out
     integer, intent(in), optional :: links(:)
-    !> Radii of the counterweights (m): one for all bodies, or one for each of `links`. The default is the length of each body
+    !> Radii of the counterweights (m): one for all bodies, or one for each of `links`. By default the radius is the length of the
+    !> body
     real(dp), intent(in), optional :: radii(:)
     complex(dp) :: turn(size(at, 2)), origin(size(at, 2)), turns(size(at, 2), size(linkage%links)), &
       & origins(size(at, 2), size(linkage%links))
@@ -126,8 +129,8 @@ contains
     end if
   end subroutine find_bodies
 
-  !> True if `vectors` are constant in axes that rotate with `turn`. The tolerance is relative to `length`. Most vectors that are
-  !> not constant are recognised at the second angle.
+  !> True if `vectors` are constant in axes that rotate by `turn`. The tolerance is relative to `length`. Most vectors that are not
+  !> constant are rejected at the second crank angle.
   pure logical function turns_with(vectors, turn, length)
     complex(dp), intent(in) :: vectors(:), turn(:)
     real(dp), intent(in) :: length
@@ -142,7 +145,8 @@ contains
     turns_with = .true.
   end function turns_with
 
-  !> Finds the body's pivot c: the point origin + c turn whose mean square motion is smallest. It is a pivot only if it rests.
+  !> Finds the pivot c of a body: the point origin + c turn whose mean square displacement is smallest. The point counts as a pivot
+  !> only if it is at rest.
   pure subroutine find_pivot(origin, turn, body)
     complex(dp), intent(in) :: origin(:), turn(:)
     type(turning_body_type), intent(inout) :: body
@@ -157,7 +161,7 @@ contains
     if (.not. body%pivoted .or. abs(body%pivot) <= same * body%length) body%pivot = 0
   end subroutine find_pivot
 
-  !> Returns a link that is a point mass (kg) at a position in the axes of `link` (m), in the same plane.
+  !> Creates a link that is a point mass (kg) at a position in the axes of `link` (m) and lies in the same plane as `link`.
   pure type(link_type) function point_on(link, mass, center) result(point)
     type(link_type), intent(in) :: link
     real(dp), intent(in) :: mass, center(2)
@@ -170,9 +174,9 @@ contains
     point%across = 0
   end function point_on
 
-  !> Copies the linkage and adds each counterweight to it as a link. Fails if a link cannot be added.
+  !> Copies the linkage and adds each counterweight to the copy as a link. Fails if a link cannot be added.
   subroutine with_counterweights(linkage, bodies, weights, names, balanced, error)
-    !> The linkage, which is copied
+    !> The linkage to copy
     class(linkage_type), intent(in) :: linkage
     !> The rotating bodies of the linkage
     type(turning_body_type), intent(in) :: bodies(:)

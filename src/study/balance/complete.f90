@@ -21,22 +21,24 @@ module gestell_study_balance_complete
 
   public :: balance_force
 
-  !> Results of `balance_force`. `balanced_already`: no counterweight is needed. `balanced`: the counterweights make the force
-  !> vanish. `not_balanced`: complete balance is impossible, and the counterweights on pivoted bodies minimise the force.
-  !> `no_pivots`: no body turns about a pivot.
+  !> Results of `balance_force`. `balanced_already`: the force vanishes without counterweights. `balanced`: the counterweights make
+  !> the force vanish. `not_balanced`: complete balance is impossible, and the counterweights on pivoted bodies minimise the force.
+  !> `no_pivots`: no body rotates about a pivot.
   integer, parameter, public :: balanced_already = 1, balanced = 2, not_balanced = 3, no_pivots = 4
 
 contains
 
-  !> Finds the counterweights that make the shaking force vanish. If this is impossible, `weights` holds the counterweights on
-  !> pivoted bodies that minimise the mean square of the force. In space the solution with the smallest moment is chosen.
+  !> Finds the counterweights that make the shaking force vanish. If complete balance is impossible, `weights` holds the
+  !> counterweights on pivoted bodies that minimise the mean square of the force. In space the solution with the smallest moment is
+  !> chosen.
   subroutine balance_force(rigid, weights, state, pivoted)
     !> Shaking of the linkage and effects of counterweights
     type(rigid_ground_type), intent(in) :: rigid
     type(counterweight_type), allocatable, intent(out) :: weights(:)
-    !> `balanced_already`, `balanced`, `not_balanced` or `no_pivots`
+    !> Result of the search: `balanced_already`, `balanced`, `not_balanced` or `no_pivots`
     integer, intent(out) :: state
-    !> The best counterweights on pivoted bodies alone, if `weights` also uses floating bodies; otherwise empty
+    !> If `weights` contains counterweights on bodies without a pivot: the best counterweights on pivoted bodies alone. Otherwise
+    !> empty
     type(counterweight_type), allocatable, intent(out), optional :: pivoted(:)
     type(counterweight_type), allocatable :: floating(:)
 
@@ -59,7 +61,7 @@ contains
     state = merge(not_balanced, no_pivots, size(weights) > 0)
   end subroutine balance_force
 
-  !> Rms of the force with counterweights, divided by Omega^2 (kg m).
+  !> Rms of the shaking force that remains after the counterweights are added, divided by Omega^2 (kg m).
   pure real(dp) function force_rms(rigid, weights)
     type(rigid_ground_type), intent(in) :: rigid
     type(counterweight_type), intent(in) :: weights(:)
@@ -70,21 +72,22 @@ contains
     force_rms = norm2(rows(pack([(k, k = 1, size(rows, 1))], rigid%kinds() == 1), :)) / sqrt(real(size(rows, 2), dp))
   end function force_rms
 
-  !> True if the moment has three components; counterweights in different planes then change it independently of the force.
+  !> True if the moment has three components, as for a frame in space. Counterweights in different planes then change the moment
+  !> independently of the force.
   pure logical function in_space(rigid)
     type(rigid_ground_type), intent(in) :: rigid
 
     in_space = count(rigid%kinds() == 2) > 1
   end function in_space
 
-  !> Finds the counterweights on pivoted bodies and, if `all` is true, also on bodies without a pivot.
+  !> Finds the counterweights on bodies with a pivot and, if `all` is true, also on bodies without a pivot.
   pure subroutine solve(rigid, all, weights)
     type(rigid_ground_type), intent(in) :: rigid
     logical, intent(in) :: all
     type(counterweight_type), allocatable, intent(out) :: weights(:)
     integer, parameter :: most = 100
-    !> The iteration ends when no unbalance changes by more than `settled`, relative to the largest. Unbalances below `rounding`,
-    !> relative to the largest, are set to zero.
+    !> The iteration ends when no unbalance changes by more than `settled`, relative to the largest unbalance. Unbalances below
+    !> `rounding`, relative to the largest, are set to zero.
     real(dp), parameter :: settled = 1.0e-15_dp, rounding = 1.0e-10_dp
     complex(dp), allocatable :: columns(:, :), u(:), before(:)
     real(dp), allocatable :: effects(:, :, :)
@@ -128,8 +131,8 @@ contains
 
   contains
 
-    !> Shaking forces and moments with the part of the counterweights' effects that does not depend on their angles, shape (rows,
-    !> angles).
+    !> Shaking forces and moments of the linkage plus f_0 times the unbalance of each counterweight: the terms that do not depend on
+    !> the angles of the counterweights; shape (rows, angles).
     pure function shaking_with(unbalances) result(rows)
       real(dp), intent(in) :: unbalances(:)
       real(dp) :: rows(size(rigid%found, 1), size(rigid%found, 2))
@@ -141,7 +144,7 @@ contains
       end do
     end function shaking_with
 
-    !> True if the counterweight changes any row by more than the row's rounding error.
+    !> True if the counterweight changes at least one row by more than the row's rounding error.
     pure logical function is_significant(effect, unbalance)
       real(dp), intent(in) :: effect(:, :), unbalance
       integer :: j
@@ -152,7 +155,7 @@ contains
 
   end subroutine solve
 
-  !> Force in the plane as the complex number x + i y.
+  !> Force in the plane as the complex number x + i y, for all crank angles.
   pure function force_of(rows) result(force)
     real(dp), intent(in) :: rows(:, :)
     complex(dp) :: force(size(rows, 2))
@@ -160,8 +163,8 @@ contains
     force = cmplx(rows(1, :), rows(2, :), dp)
   end function force_of
 
-  !> Finds the u that minimises the norm of columns u - `target_values`, by Gram-Schmidt orthogonalisation done twice for each
-  !> column. Columns that depend on earlier ones get u = 0.
+  !> Finds the vector u that minimises the norm of (columns u - `target_values`). Gram-Schmidt orthogonalisation is applied twice to
+  !> each column. Columns that depend on earlier columns get u = 0.
   pure subroutine least_squares(columns, target_values, u)
     complex(dp), intent(in) :: columns(:, :), target_values(:)
     complex(dp), intent(out) :: u(:)

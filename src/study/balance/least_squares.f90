@@ -13,7 +13,8 @@ module gestell_study_balance_least_squares
   implicit none (type, external)
   private
 
-  !> Factors of A V = W: V orthogonal, W with orthogonal columns. `counts`: true for the columns of W that do not vanish.
+  !> Factors of A V = W: V is orthogonal, and the columns of W are orthogonal to each other. `counts`: true for the columns of W
+  !> that do not vanish.
   type :: singular_type
     real(dp), allocatable :: w(:, :), v(:, :)
     logical, allocatable :: counts(:)
@@ -22,11 +23,12 @@ module gestell_study_balance_least_squares
     procedure :: shortest
   end type singular_type
 
-  !> Factors of the force problem, and of the moment problem in the unknowns that the force does not determine.
+  !> Factors of the force problem, and factors of the moment problem in the unknowns that the force does not determine.
   type, public :: least_squares_type
     private
     type(singular_type) :: force, moment
-    !> `of_moment`: the matrix A_2 of the moments. `free`: the matrix N of unknowns that do not change the force
+    !> `of_moment`: the matrix A_2 of the moments. `free`: the matrix N, whose columns are the directions that do not change the
+    !> force
     real(dp), allocatable :: of_moment(:, :), free(:, :)
     !> Kind of each row: 1 force, 2 moment
     integer, allocatable :: kinds(:)
@@ -37,7 +39,8 @@ module gestell_study_balance_least_squares
 
 contains
 
-  !> Factors the matrices. `effects`: effects of the unknowns, shape (rows, angles, unknowns). `kinds`: 1 force, 2 moment.
+  !> Factors the matrices of both problems. `effects`: effects of the unknowns, shape (rows, angles, unknowns). `kinds`: kind of
+  !> each row, 1 force, 2 moment.
   pure subroutine prepare(self, effects, kinds)
     class(least_squares_type), intent(inout) :: self
     real(dp), intent(in) :: effects(:, :, :)
@@ -51,8 +54,8 @@ contains
     call self%moment%decompose(matmul(self%of_moment, self%free), maxval(norm2(self%of_moment, dim=1)))
   end subroutine prepare
 
-  !> Solves for the unknowns; each pair of unknowns becomes a complex number of `u`. `target_values`: right-hand sides, shape (rows,
-  !> angles).
+  !> Solves the least-squares problem. Each pair of unknowns is returned as one complex number of `u`. `target_values`: right-hand
+  !> sides, shape (rows, angles).
   pure subroutine solve(self, target_values, u)
     class(least_squares_type), intent(in) :: self
     real(dp), intent(in) :: target_values(:, :)
@@ -64,7 +67,7 @@ contains
     u = cmplx(x(1::2), x(2::2), dp)
   end subroutine solve
 
-  !> Matrix of the effects on all rows of one kind at all angles, shape (rows of this kind * angles, unknowns).
+  !> Matrix of the effects on all rows of one kind at all angles, shape (number of these rows times angles, unknowns).
   pure function columns_of(effects, kinds, kind) result(a)
     real(dp), intent(in) :: effects(:, :, :)
     integer, intent(in) :: kinds(:), kind
@@ -85,8 +88,8 @@ contains
     row = pack(values, spread(kinds == kind, 2, size(values, 2)))
   end function row_of
 
-  !> Computes orthogonal V and W with orthogonal columns from A V = W. A column of W vanishes if it is below 1e-8 of `total_size`,
-  !> by default the longest column of A.
+  !> Computes an orthogonal V and a W with orthogonal columns so that A V = W. A column of W counts as zero if its norm is below
+  !> 1e-8 of `total_size`, by default the norm of the longest column of A.
   pure subroutine decompose(self, a, total_size)
     class(singular_type), intent(inout) :: self
     real(dp), intent(in) :: a(:, :)
@@ -107,7 +110,7 @@ contains
       do k = 2, n
         do j = 1, k - 1
           lengths = [norm2(self%w(:, j)), norm2(self%w(:, k))]
-          ! the direction of a column below the rounding error of the longest column is meaningless
+          ! the direction of a column is meaningless if its norm is below the rounding error of the longest column
           if (minval(lengths) <= orthogonal * longest) cycle
           product = dot_product(self%w(:, j), self%w(:, k))
           if (abs(product) <= orthogonal * lengths(1) * lengths(2)) cycle

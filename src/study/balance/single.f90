@@ -23,18 +23,18 @@ module gestell_study_balance_single
 
 contains
 
-  !> Finds the counterweight on body number `body` that minimises the weighted mean square of shaking forces and moments.
-  !> Its unbalance is zero if no counterweight reduces the mean square.
+  !> Finds the counterweight on body number `body` that minimises the weighted mean square of shaking forces and moments. Its
+  !> unbalance is zero if no counterweight on this body reduces the mean square.
   subroutine best_single(rigid, body, weights, best)
     !> Shaking forces and moments of the linkage and the effects of counterweights on its bodies
     type(rigid_ground_type), intent(in) :: rigid
     integer, intent(in) :: body
-    !> Weight by which each row is multiplied, shape (rows)
+    !> Factor by which each row of the shaking is multiplied, shape (rows)
     real(dp), intent(in) :: weights(:)
     type(counterweight_type), intent(out) :: best
     integer, parameter :: places = 720
-    !> `sharp`: tolerance of the angle (rad). `rounding`: relative rounding error of an effect. `nothing`: a counterweight is
-    !> useless if it reduces the mean square by a smaller fraction.
+    !> `sharp`: tolerance of the angle (rad). `rounding`: relative rounding error of an effect. `nothing`: a counterweight that
+    !> reduces the mean square by a smaller fraction is left out.
     real(dp), parameter :: sharp = 4.0e-15_dp, rounding = 1.0e-12_dp, nothing = 1.0e-13_dp
     type(root_search_type) :: search
     real(dp) :: b(3), g(3, 3), least, whole, maximum, alpha, trial_angle, slope(0:places)
@@ -56,7 +56,7 @@ contains
     maximum = nothing * whole
     slope = [(stationary(2 * pi * k / places), k = 0, places)]
     do k = 0, places - 1
-      ! B^2 / A has a maximum here if its slope falls through zero; it counts only if B < 0
+      ! B^2 / A has a maximum where its slope changes from positive to negative; the maximum counts only if B < 0
       if (slope(k) > 0 .eqv. slope(k + 1) > 0) cycle
       call search%start(2 * pi * k / places, slope(k), 2 * pi * (k + 1) / places, slope(k + 1))
       do while (.not. search%found(sharp))
@@ -77,7 +77,8 @@ contains
 
   contains
 
-    !> Value at `alpha` of 2 B' A - B A', which vanishes where the reduction B^2 / A of the mean square is stationary.
+    !> The function 2 B' A - B A' at the angle `alpha`. Its zeros are the stationary points of B^2 / A, the reduction of the mean
+    !> square.
     pure real(dp) function stationary(alpha)
       real(dp), intent(in) :: alpha
       real(dp) :: v(3), along(3)

@@ -1,6 +1,6 @@
-!> Computes measures of periodic functions as the maximum of smooth branches, with derivatives. A peak has a branch for every local
-!> maximum over the turn; by the envelope theorem the phase of the maximum does not enter the derivative. An rms has one branch. An
-!> rms within a band has one branch for each direction that is considered.
+!> Computes measures of periodic functions as the maximum of smooth branches, with derivatives. A peak has one branch for every
+!> local maximum over the turn. By the envelope theorem the shift of the phase of a maximum does not change the derivative. An rms
+!> value has one branch. An rms value within a frequency band has one branch for each direction that is considered.
 module gestell_study_design_branches
   use gestell_base_kinds, only: dp, pi
   use gestell_math_series_trigonometric, only: series_through, series_type
@@ -10,10 +10,10 @@ module gestell_study_design_branches
 
   public :: maxima_over_turn, measure_branches
 
-  !> `counts`: local maxima below this fraction of the largest are no branches. `near`: samples above this fraction of the largest
-  !> are branches.
+  !> `counts`: a local maximum below this fraction of the largest one gets no branch. `near`: a sample above this fraction of the
+  !> largest maximum gets a branch.
   real(dp), parameter :: counts = 0.3_dp, near = 0.95_dp
-  !> Number of Newton steps for the phase of a maximum.
+  !> Number of steps of Newton's method for the phase of a maximum.
   integer, parameter :: iterations = 6
 
 contains
@@ -44,14 +44,14 @@ contains
       end do
     else
       call within_band(band, period, samples / unit, slopes / unit, values, changes)
-      unit = 1000 * unit ! a vibration meter shows mm/s
+      unit = 1000 * unit ! a vibration meter displays mm/s
     end if
     values = unit * values
     changes = unit * changes
   end subroutine measure_branches
 
-  !> Computes branches for every local maximum of the magnitude of a vector y over the turn, and for the samples near the largest
-  !> one. If the magnitude hardly changes over the turn, its maximum jumps between these samples.
+  !> Computes a branch for every local maximum over the turn of the magnitude of a vector y, and for the samples close to the
+  !> largest maximum. If the magnitude hardly changes over the turn, its maximum jumps between these samples.
   pure subroutine find_tops(samples, slopes, values, changes)
     real(dp), intent(in) :: samples(:, :), slopes(:, :, :)
     real(dp), allocatable, intent(out) :: values(:), changes(:, :)
@@ -79,11 +79,12 @@ contains
     end do
   end subroutine find_tops
 
-  !> Finds every local maximum over the turn of the magnitude of a vector y: a zero of y . y', by Newton's method from the samples.
+  !> Finds every local maximum over the turn of the magnitude of a vector y. At a maximum y . y' vanishes; Newton's method starts at
+  !> the samples.
   pure subroutine maxima_over_turn(samples, places, sizes, y)
     !> The vector y at equidistant phases, shape (samples, components)
     real(dp), intent(in) :: samples(:, :)
-    !> Phases (turns) and magnitudes of the maxima, shapes (maxima), and y at the maxima, shape (maxima, components)
+    !> Phases (turns) and magnitudes of the maxima, both of shape (maxima), and y at the maxima, shape (maxima, components)
     real(dp), allocatable, intent(out) :: places(:), sizes(:), y(:, :)
     type(series_type) :: along
     real(dp), dimension(1, size(samples, 2)) :: at, at_d, at_dd
@@ -110,9 +111,9 @@ contains
     end do
   end subroutine maxima_over_turn
 
-  !> Computes the rms within the band (gestell_study_vibration_statistics): the square root of the largest eigenvalue of the mean of
-  !> y y^T over the orders in the band. Each branch is the rms of u^T y for one direction u. The directions are the eigenvector of
-  !> the largest eigenvalue, which jumps where two eigenvalues are equal, and fixed directions.
+  !> Computes the rms within the band (gestell_study_vibration_statistics), which is the square root of the largest eigenvalue of a
+  !> matrix: the mean of y y^T over the orders in the band. Each branch is the rms of u^T y for one direction u. The directions are
+  !> fixed ones and the eigenvector of the largest eigenvalue, which jumps where two eigenvalues are equal.
   pure subroutine within_band(band, period, samples, slopes, values, changes)
     real(dp), intent(in) :: band(2), period, samples(:, :), slopes(:, :, :)
     real(dp), allocatable, intent(out) :: values(:), changes(:, :)
@@ -141,13 +142,13 @@ contains
     end do
   end subroutine within_band
 
-  !> Directions in which a mean square is evaluated, shape (size, directions): the eigenvector of the largest eigenvalue of a
-  !> symmetric matrix, and fixed directions all around.
+  !> Directions in which the mean square is evaluated, shape (size, directions): the eigenvector of the largest eigenvalue of the
+  !> symmetric matrix `square`, and fixed directions distributed over all angles.
   pure function directions_about(square) result(u)
     real(dp), intent(in) :: square(:, :)
     real(dp), allocatable :: u(:, :)
     integer, parameter :: around = 12, iterations = 200
-    !> Directions to the faces, edges and corners of a cube, one of each pair of opposite directions.
+    !> Directions from the centre of a cube to its faces, edges and corners, one of each pair of opposite directions.
     integer, parameter :: cube(3, 13) = reshape([1, 0, 0, 0, 1, 0, 0, 0, 1, 1, 1, 0, 1, -1, 0, 1, 0, 1, 1, 0, -1, 0, 1, 1, &
       & 0, 1, -1, 1, 1, 1, 1, 1, -1, 1, -1, 1, 1, -1, -1], [3, 13])
     real(dp) :: v(3), angles(around + 1), most
@@ -179,7 +180,7 @@ contains
     end select
   end function directions_about
 
-  !> Computes the mean of y z^T over the period, restricted to the orders `first` to `last`.
+  !> Computes the mean of y z^T over the period from the orders `first` to `last` only.
   pure subroutine add_orders(y, z, first, last, mean)
     type(series_type), intent(in) :: y, z
     integer, intent(in) :: first, last

@@ -20,27 +20,28 @@ module gestell_study_design_coordinates
 
   public :: find_coordinates, respond
 
-  !> Floquet's coordinates of a system with n states at equidistant phases.
+  !> Floquet's coordinates of a system with n states, sampled at equidistant phases.
   type, public :: coordinates_type
     real(dp) :: period = 0
-    !> `lambda`: exponents (1/s), imaginary parts up to multiples of 2 pi/T, shape (n). `p`, `w`: the periodic matrix P of the free
-    !> vibrations and its inverse W, in units of `scale`, shapes (n, n, phases)
+    !> `lambda`: exponents (1/s), whose imaginary parts are known up to multiples of 2 pi/T; shape (n). `p`: periodic matrix P of
+    !> the free vibrations. `w`: its inverse W. Both are in units of `scale` and have shape (n, n, phases)
     complex(dp), allocatable :: lambda(:), p(:, :, :), w(:, :, :)
-    !> Units that make the states comparable, shape (n)
+    !> Units by which the states are divided to make them comparable, shape (n)
     real(dp), allocatable :: scale(:)
-    !> Factor of each coordinate in a real motion: 2 and 0 for the coordinates of a conjugate pair, otherwise 1; shape (n)
+    !> Factor of each coordinate in a real motion, shape (n). The two coordinates of a conjugate pair have the factors 2 and 0, all
+    !> other coordinates 1
     real(dp), allocatable :: share(:)
   end type coordinates_type
 
-  !> `of_modes`: largest allowed error in the periodicity of P. `max_condition`: largest allowed condition number of P. Larger
-  !> values show that free vibrations coincide, or that some are lost next to larger ones.
+  !> `of_modes`: largest allowed error in the periodicity of P. `max_condition`: largest allowed condition number of P. A larger
+  !> value shows that two free vibrations coincide, or that small free vibrations are lost in rounding next to large ones.
   real(dp), parameter :: of_modes = 1.0e-7_dp, max_condition = 1.0e6_dp
 
 contains
 
-  !> Computes Floquet's coordinates at the phases (k - 1)/`phases`.
+  !> Computes Floquet's coordinates of a system at the phases t/T = (k - 1)/`phases`.
   subroutine find_coordinates(system, phases, tolerance, found, fits, earlier)
-    !> The system
+    !> The system, with n states
     class(second_order_system), intent(in) :: system
     !> Number of phases
     integer, intent(in) :: phases
@@ -50,7 +51,7 @@ contains
     type(coordinates_type), intent(out) :: found
     !> True if the coordinates are accurate enough (see `of_modes`)
     logical, intent(out) :: fits
-    !> A fast solution of the system. Its maps over the phases are used if they belong to the same number of phases
+    !> A fast solution of the system. Its maps between the phases are used again if it has the same number of phases
     type(quick_motion_type), intent(in) :: earlier
     type(quick_motion_type) :: quick
     type(error_type), allocatable :: error
@@ -91,8 +92,8 @@ contains
     end do
   end subroutine find_coordinates
 
-  !> Inverts a small complex matrix by Gauss-Jordan elimination. `fits` is false if the matrix is singular or its condition number
-  !> is too large.
+  !> Inverts a small complex matrix by Gauss-Jordan elimination. Sets `fits` to false if the matrix is singular or its condition
+  !> number is too large.
   subroutine invert(a, b, fits)
     complex(dp), intent(in) :: a(:, :)
     complex(dp), intent(out) :: b(:, :)
@@ -121,13 +122,14 @@ contains
     fits = norm2([real(a), aimag(a)]) * norm2([real(b), aimag(b)]) <= max_condition
   end subroutine invert
 
-  !> Computes the periodic motions of `system` under several loads in place of its own. The results are not finite at a resonance.
+  !> Computes the periodic motions of `system` under several loads that replace its own load. The results are not finite at a
+  !> resonance.
   subroutine respond(system, coordinates, phases, loads, motions)
     !> The system whose motions are computed
     class(second_order_system), intent(in) :: system
     !> Floquet's coordinates of the system
     type(coordinates_type), intent(in) :: coordinates
-    !> Phases t/T, and loads of shape (phases, degrees of freedom, loads)
+    !> Phases t/T, and loads at these phases, shape (phases, degrees of freedom, loads)
     real(dp), contiguous, intent(in) :: phases(:), loads(:, :, :)
     !> q and its first and second derivatives over theta = 2 pi t/T, shape (phases, degrees of freedom, 0:2, loads)
     real(dp), intent(out) :: motions(:, :, 0:, :)
@@ -140,7 +142,7 @@ contains
     f = size(loads, 2)
     n = size(phases)
     unit = system%period / (2 * pi)
-    ! U^-1 q'' = -M^-1 C (U^-1 q) - M^-1 B (U^-1 q') + M^-1 (U h) in the units of gestell_system_second_order
+    ! U^-1 q'' = -M^-1 C (U^-1 q) - M^-1 B (U^-1 q') + M^-1 (U h), where M, B, C are in the units U
     call sample_in_units(system, phases, m, b, c, units)
     r(:, :, :f) = -c
     r(:, :, f + 1:2 * f) = -b

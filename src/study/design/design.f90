@@ -24,30 +24,30 @@ module gestell_study_design
 
   public :: halton, is_convex, feasibility_options, bound_gap, prove_conflict, search_from
 
-  !> Default tolerance of the stationarity at which a search has converged.
+  !> Default tolerance of a search: it has converged if the remaining slope is smaller.
   real(dp), parameter :: default_tolerance = 1.0e-8_dp
-  !> In a search over a range, a step that improves the objective by a smaller fraction is idle. A resonance at the end of the range
-  !> makes such steps frequent.
+  !> In a search over a range a step is idle if it improves the objective by a smaller fraction. A resonance at the end of the range
+  !> makes idle steps frequent.
   real(dp), parameter :: worthwhile_gain = 1.0e-4_dp
   !> A search over a range ends after this number of successive idle steps.
   integer, parameter :: patience = 3
-  !> A limit on a goal that needs no solution is met if the goal exceeds it by less than this fraction of the limit.
+  !> A limit on a goal that needs no solution counts as met if the goal exceeds it by less than this fraction of the limit.
   real(dp), parameter :: met = 1.0e-9_dp
 
 contains
 
-  !> Searches for a local optimum. `optimum%slope` and `optimum%slack` refer to the square of the objective if `is_squared`. Fails
-  !> if there is no machine at the start, or as `minimise` does.
+  !> Searches for a local optimum. If `is_squared`, `optimum%slope` and `optimum%slack` refer to the square of the objective. Fails
+  !> if no machine exists at the start, or if `minimise` fails.
   subroutine search_from(family, options, start, optimum, error, tolerance)
-    !> The machines among which the best is sought
+    !> The family of machines in which the best one is sought
     class(family_type), intent(in), target :: family
-    !> Goals, conditions, and ranges of the parameters
+    !> Goals, conditions, and ranges of the parameters of the design
     type(design_options), intent(in) :: options
     !> Parameters at which the search starts
     real(dp), intent(in) :: start(:)
     type(optimum_type), intent(out) :: optimum
     type(error_type), allocatable, intent(out) :: error
-    !> Stationarity below which the search has converged
+    !> The search has converged if the stationarity is below this value
     real(dp), intent(in), optional :: tolerance
     type(design_problem) :: problem
     real(dp), dimension(size(start)) :: corner
@@ -57,7 +57,7 @@ contains
     problem%family => family
     problem%options = options
     problem%moments = new_moments(options%lower, options%upper, options%body, options%part)
-    ! the minimum and maximum products are at corners
+    ! the extremes of the products of mass and position are at corners of the ranges
     problem%lower = problem%moments%from(options%lower)
     problem%upper = problem%lower
     do i = 1, 3
@@ -77,16 +77,16 @@ contains
     end if
     call minimise_under_all(problem, options, start, used_tolerance, optimum, error)
     if (allocated(error)) return
-    ! the search's unit of a limit that is steep at the start may be far larger than the limit
+    ! if a limit is steep at the start, the unit in which the search measures it may be far larger than the limit
     call judge_limits(problem, options%constraints, optimum)
     if (problem%inverted) then
-      ! d(-1 / f) = df / f^2
+      ! derivative of -1 / f: d(-1 / f) = df / f^2
       optimum%price = optimum%price / optimum%objective**2
       optimum%bound_price = optimum%bound_price / optimum%objective**2
       optimum%objective = -1 / optimum%objective - problem%shift
     end if
     if (.not. problem%squared) return
-    ! d(f^2) = 2 f df
+    ! derivative of the square: d(f^2) = 2 f df
     optimum%objective = sqrt(optimum%objective)
     if (.not. optimum%objective > 0) return
     optimum%price = optimum%price / (2 * optimum%objective)
@@ -94,8 +94,8 @@ contains
   end subroutine search_from
 
   !> Checks whether the limits are met. A goal that needs no solution, such as the mass, is exact up to rounding, so it may reach
-  !> its limit exactly. The margin that the search keeps to the limit may be impossible, as at the minimum mass that the ranges
-  !> allow.
+  !> its limit exactly. The search keeps a margin to each limit, which may be impossible for such a goal: for example if the limit
+  !> is the smallest mass that the ranges allow.
   pure subroutine judge_limits(problem, limits, optimum)
     type(design_problem), intent(in) :: problem
     type(goal_type), intent(in) :: limits(:)
@@ -113,7 +113,7 @@ contains
     optimum%feasible = optimum%feasible .and. all(kept)
   end subroutine judge_limits
 
-  !> Finds a local optimum under all conditions of `options` and converts it from the coordinates of the search to the parameters.
+  !> Finds a local optimum under all conditions of `options`, and converts it from the coordinates of the search to the parameters.
   subroutine minimise_under_all(problem, options, start, tolerance, optimum, error)
     type(design_problem), intent(inout) :: problem
     type(design_options), intent(in) :: options
@@ -151,9 +151,10 @@ contains
     optimum%iterations = iterations
   end subroutine minimise_under_all
 
-  !> Adds conditions to `used`, shape (conditions). If none is used yet, adds the worst condition of each goal at x; otherwise all
-  !> conditions that are worse at x than the used ones. `more`: true if conditions were added. If the machine at x does not exist or
-  !> has no vibration, `known` is false and all conditions are used. Fails if the goals are invalid.
+  !> Adds conditions to `used`, shape (conditions), by the goals of the machine at x. If no condition is used yet, adds the worst
+  !> condition of each goal. Otherwise adds all conditions that are worse than the used ones. `more`: true if conditions were added.
+  !> If no machine exists at x or it has no vibration, `known` is false and all conditions become used. Fails if the goals are
+  !> invalid.
   subroutine add_worse_conditions(family, options, x, used, more, known, error)
     class(family_type), intent(in) :: family
     type(design_options), intent(in) :: options
@@ -179,7 +180,7 @@ contains
         used(maxloc(worst, dim=1)) = .true.
         cycle
       end if
-      ! excess that a goal may have at unused conditions
+      ! a condition is added if the excess of the goal is larger
       threshold = maxval(worst, mask=before) + inside * maxval(abs(at%value), mask=at%group == g) / 1000
       if (g > size(options%objectives)) threshold = max(threshold, 0.0_dp)
       do c = 1, size(worst)
@@ -189,7 +190,8 @@ contains
     more = any(used .neqv. before)
   end subroutine add_worse_conditions
 
-  !> True if the problem is convex in masses and first moments of links. `limits`: true to examine the constraints only.
+  !> True if the problem is convex in the masses and first moments of the links. `limits`: if true, only the constraints are
+  !> examined.
   pure logical function is_convex(options, limits)
     type(design_options), intent(in) :: options
     logical, intent(in), optional :: limits
@@ -203,7 +205,8 @@ contains
 
   contains
 
-    !> True if the goal is convex as an upper limit or objective, or concave as a lower limit. The mass is both convex and concave.
+    !> True if the goal is convex (as an upper limit or an objective) or concave (as a lower limit). The mass is both convex and
+    !> concave.
     elemental logical function goal_is_convex(goal, is_objective)
       type(goal_type), intent(in) :: goal
       logical, intent(in) :: is_objective
@@ -214,17 +217,17 @@ contains
 
   end function is_convex
 
-  !> Tries to prove that no machine in the ranges meets all limits. `excess` is a lower bound on the largest relative excess over a
-  !> limit: the minimum of the largest excess, searched from `start`, minus the gap of this optimum. A bound <= 0 proves nothing.
-  !> The limits must allow a convex set.
+  !> Tries to prove that no machine in the ranges meets all limits. The search, which begins at `start`, minimises the largest
+  !> relative excess over a limit. `excess`: this minimum minus the gap of the optimum, a lower bound on the largest excess of every
+  !> machine. A bound <= 0 proves nothing. The proof requires that the limits define a convex set.
   subroutine prove_conflict(family, options, start, excess, error)
     !> The family of machines
     class(family_type), intent(in) :: family
-    !> Limits and ranges of the design
+    !> Limits and ranges of the parameters
     type(design_options), intent(in) :: options
     !> Parameters at which the search starts
     real(dp), intent(in) :: start(:)
-    !> Lower bound on the excess, relative to the size of the limit
+    !> Lower bound on the largest excess over a limit, relative to the limit's size
     real(dp), intent(out) :: excess
     type(error_type), allocatable, intent(out) :: error
     type(design_options) :: limits
@@ -236,7 +239,7 @@ contains
     if (.not. allocated(error)) excess = optimum%objective - bound_gap(limits, optimum)
   end subroutine prove_conflict
 
-  !> Makes a design whose only objective is the largest relative excess over the limits of `options`.
+  !> Creates a design whose only objective is the largest relative excess over the limits of `options`.
   subroutine feasibility_options(options, limits)
     type(design_options), intent(in) :: options
     type(design_options), intent(out) :: limits
@@ -249,7 +252,7 @@ contains
     limits%objectives%weight = 1 / options%constraints%scale()
   end subroutine feasibility_options
 
-  !> Gap of an optimum of a convex problem: no machine within the limits has an objective that is smaller by more than the gap.
+  !> Gap of an optimum of a convex problem: no machine that meets the limits has an objective that is smaller by more than this gap.
   pure real(dp) function bound_gap(options, optimum) result(gap)
     type(design_options), intent(in) :: options
     type(optimum_type), intent(in) :: optimum
@@ -258,7 +261,7 @@ contains
 
     gap = max(optimum%slack, 0.0_dp)
     do i = 1, size(options%body)
-      ! visit each link once, at the first of its parameters
+      ! visit each link only once: at the first of its parameters
       if (any(options%body(:i - 1) == options%body(i))) cycle
       mass = 0
       place = 0
@@ -297,7 +300,7 @@ contains
 
   contains
 
-    !> Change of the tangent of the Lagrangian from the optimum to a corner of the ranges of this link.
+    !> Change of the linearised Lagrangian from the optimum to a corner of the ranges of this link's parameters.
     pure real(dp) function change_at_corner(corner) result(change)
       integer, intent(in) :: corner
       real(dp) :: mass_there, place_there(2)
@@ -314,7 +317,7 @@ contains
 
   end function bound_gap
 
-  !> The n-th point of Halton's sequence in the unit cube, with one base for each parameter (J. H. Halton, Numer. Math. 2, 1960,
+  !> The n-th point of Halton's sequence in the unit cube. Each parameter has its own base (J. H. Halton, Numer. Math. 2, 1960,
   !> 84-90).
   pure function halton(n, parameters) result(point)
     integer, intent(in) :: n, parameters

@@ -15,43 +15,44 @@ module gestell_study_design_evaluation
 
   public :: add_condition, add_maximum, no_branches
 
-  !> A range of conditions, such as all speeds between two speeds.
+  !> A range of conditions, for example all speeds between a minimum and a maximum speed.
   type, abstract, public :: range_type
-    !> Excess of each goal, shape (goals), above which the exact value is not needed; if unallocated, it is always needed
+    !> Excess of each goal above which its exact value is not needed, shape (goals); if unallocated, exact values are always needed
     real(dp), allocatable :: enough(:)
   contains
     procedure(find_tops), deferred :: find_tops
   end type range_type
 
-  !> A maximum of a goal over a range: the condition and the excess there.
+  !> A maximum of a goal over a range: the condition, and the excess of the goal under this condition.
   type, public :: top_type
-    !> The condition at which the goal is worst
+    !> The condition under which the goal is worst
     type(condition_type) :: condition
     !> `goal`: number of the goal. `line`: number of the line through the range
     integer :: goal = 0, line = 0
     !> Excess of the goal over its limit
     real(dp) :: excess = 0
-    !> True for a maximum inside the line, false for one at its end
+    !> True if the maximum is inside the line, false if it is at an end of the line
     logical :: inside = .false.
-    !> A motion under a similar condition, if known; the search for the motion at `condition` starts from it
+    !> The motion under a similar condition, if known. From this motion the search for the motion under `condition` starts
     type(motion_type) :: motion
   end type top_type
 
-  !> Options of a design. The objective is the weighted sum of the `objectives` or, if `largest`, their largest weighted value.
+  !> Options of a design. The objective is the weighted sum of the `objectives` or, if `largest` is true, the largest of their
+  !> weighted values.
   type, extends(setting_type), public :: design_options
     type(goal_type), allocatable :: objectives(:), constraints(:)
     logical :: largest = .false.
-    !> Conditions under which every machine is judged
+    !> Conditions under which each machine is evaluated
     type(condition_type), allocatable :: conditions(:)
     !> If allocated, this range replaces the conditions
     class(range_type), allocatable :: range
-    !> Ranges of the parameters, shape (parameters)
+    !> Lower and upper limits of the parameters, shape (parameters)
     real(dp), allocatable :: lower(:), upper(:)
     !> `body`: index of the first parameter that belongs to the same link. `part`: property of the link that the parameter changes.
-    !> Shapes (parameters)
+    !> Both have shape (parameters)
     integer, allocatable :: body(:), part(:)
-    !> Index of the link that each parameter changes, 0 if it does not belong to one link; shape (parameters). If unallocated, all
-    !> neighbours are computed as members of the family
+    !> Index of the link that each parameter changes, shape (parameters); 0 if the parameter does not belong to one link. If
+    !> unallocated, all neighbours of a machine are built as members of the family
     integer, allocatable :: link(:)
     !> Unit of each parameter, as a multiple of the SI unit; shape (parameters)
     real(dp), allocatable :: unit(:)
@@ -59,34 +60,35 @@ module gestell_study_design_evaluation
     procedure :: steps, goals, combined
   end type design_options
 
-  !> Branches of goals at conditions.
+  !> Branches of several goals under several conditions.
   type, extends(branches_type), public :: goal_branches_type
-    !> `condition`: number of the condition. `side`: 1 if the branch is compared with an upper limit, -1 with a lower limit; shapes
-    !> (branches)
+    !> `condition`: number of the condition. `side`: 1 if the branch is compared with an upper limit, -1 if with a lower limit. Both
+    !> have shape (branches)
     integer, allocatable :: condition(:), side(:)
   end type goal_branches_type
 
-  !> Branches of one goal at one condition.
+  !> Branches of one goal under one condition.
   type :: goal_values_type
     !> Values, shape (values), and their derivatives, shape (parameters, values)
     real(dp), allocatable :: values(:), changes(:, :)
-    !> True if a value is compared with an upper limit (column 1), with a lower limit (column 2); shape (values, 2)
+    !> Column 1: true if the value is compared with an upper limit. Column 2: true if it is compared with a lower limit. Shape
+    !> (values, 2)
     logical, allocatable :: sides(:, :)
   end type goal_values_type
 
   abstract interface
-    !> Finds the maxima of each goal over the range that are near its worst value. Fails if the goals are invalid.
+    !> Finds those maxima of each goal over the range that are close to the goal's worst value. Fails if the goals are invalid.
     subroutine find_tops(self, members, goals, tops, known, error)
       import :: error_type, goal_type, members_type, range_type, top_type
       implicit none (type, external)
-      !> The range
+      !> The range of conditions over which maxima are sought
       class(range_type), intent(in) :: self
       !> The machine whose goals are evaluated
       type(members_type), intent(in) :: members
       type(goal_type), intent(in) :: goals(:)
-      !> The maxima
+      !> The maxima that were found
       type(top_type), allocatable, intent(out) :: tops(:)
-      !> True if the machine has a vibration at all conditions of the range
+      !> True if the machine has a vibration under all conditions of the range
       logical, intent(out) :: known
       type(error_type), allocatable, intent(out) :: error
     end subroutine find_tops
@@ -94,7 +96,7 @@ module gestell_study_design_evaluation
 
 contains
 
-  !> Steps of the parameters for derivatives, shape (parameters).
+  !> Steps of the parameters for derivatives by differences, shape (parameters).
   pure function steps(self)
     class(design_options), intent(in) :: self
     type(step_type) :: steps(size(self%lower))
@@ -106,7 +108,7 @@ contains
     steps%unit = self%unit
   end function steps
 
-  !> The objectives, followed by the constraints.
+  !> The goals of the design: first the objectives, then the constraints.
   pure function goals(self)
     class(design_options), intent(in) :: self
     type(goal_type) :: goals(size(self%objectives) + size(self%constraints))
@@ -115,7 +117,7 @@ contains
     goals(size(self%objectives) + 1:) = self%constraints
   end function goals
 
-  !> The objective, combined from the values of the goals in `objectives`.
+  !> Value of the objective, combined from the values of the goals in `objectives`.
   pure real(dp) function combined(self, values)
     class(design_options), intent(in) :: self
     real(dp), intent(in) :: values(:)
@@ -124,7 +126,7 @@ contains
     if (self%largest) combined = maxval(self%objectives%weight * values)
   end function combined
 
-  !> An empty list of branches for a design with this number of parameters.
+  !> Creates an empty list of branches for a design with this number of parameters.
   pure function no_branches(parameters) result(branches)
     integer, intent(in) :: parameters
     type(goal_branches_type) :: branches
@@ -132,9 +134,10 @@ contains
     allocate(branches%group(0), branches%condition(0), branches%side(0), branches%value(0), branches%slope(parameters, 0))
   end function no_branches
 
-  !> Adds the branches of the goals at one condition. Fails if a goal is invalid or its derivatives cannot be computed.
+  !> Adds the branches of the goals under one condition to the list `at`. Fails if a goal is invalid or its derivatives cannot be
+  !> computed.
   subroutine add_condition(members, motion, goals, condition, at, error)
-    !> The machine and its neighbours
+    !> The machine and its neighbours for derivatives
     type(members_type), intent(in) :: members
     !> The motion of the machine at the condition
     type(motion_type), intent(in) :: motion
@@ -142,7 +145,7 @@ contains
     type(goal_type), intent(in) :: goals(:)
     !> Number of the condition
     integer, intent(in) :: condition
-    !> List of branches, to which the branches at this condition are added
+    !> List to which the branches under this condition are added
     type(goal_branches_type), intent(inout) :: at
     type(error_type), allocatable, intent(out) :: error
     real(dp) :: samples(size(motion%phases), components(motion%frame), size(goals))
@@ -172,9 +175,9 @@ contains
     call append_all(at, condition, goal_values)
   end subroutine add_condition
 
-  !> Adds the goal at one of its maxima over the range. For a maximum inside a line only the highest branch is added. The other
-  !> branches have their maxima at other speeds, and near a resonance their values at this speed say nothing about these maxima. At
-  !> an end of a line all branches are added. Fails if the goal is invalid.
+  !> Adds the branches of a goal at one of its maxima over the range. For a maximum inside a line only the highest branch is added.
+  !> The other branches have their maxima at other speeds; near a resonance their values at this speed say nothing about these
+  !> maxima. At an end of a line all branches are added. Fails if the goal is invalid.
   subroutine add_maximum(members, motion, goal, top, number, at, error)
     !> The machine and its neighbours
     type(members_type), intent(in) :: members
@@ -186,7 +189,7 @@ contains
     type(top_type), intent(in) :: top
     !> Number of the condition
     integer, intent(in) :: number
-    !> The branches so far
+    !> List to which the branches are added
     type(goal_branches_type), intent(inout) :: at
     type(error_type), allocatable, intent(out) :: error
     type(goal_branches_type) :: there
@@ -201,7 +204,7 @@ contains
     call append(at, spread(top%goal, 1, size(counts)), number, there%side(counts), there%value(counts), there%slope(:, counts))
   end subroutine add_maximum
 
-  !> Adds the branches of all goals at a condition at once. Adding them one by one would copy the list each time.
+  !> Adds the branches of all goals under a condition at once. Adding them one by one would copy the list each time.
   pure subroutine append_all(at, condition, goal_values)
     type(goal_branches_type), intent(inout) :: at
     integer, intent(in) :: condition
@@ -229,7 +232,7 @@ contains
     call append(at, group, condition, side, value, slope)
   end subroutine append_all
 
-  !> Appends branches of goals at a condition.
+  !> Appends branches of goals under one condition to the list.
   pure subroutine append(at, group, condition, side, value, slope)
     type(goal_branches_type), intent(inout) :: at
     integer, intent(in) :: group(:), condition, side(:)
@@ -242,8 +245,8 @@ contains
     at%slope = reshape([at%slope, slope], [size(slope, 1), size(at%value)])
   end subroutine append
 
-  !> Computes derivatives of the goals' samples, shape (phases, components, goals, parameters), from the neighbours of the machine
-  !> and their motions.
+  !> Computes the derivatives of the goals' samples with respect to the parameters, shape (phases, components, goals, parameters).
+  !> They are differences between the machine and its neighbours.
   subroutine differentiate_samples(members, motion, goals, samples, slopes, error)
     type(members_type), intent(in) :: members
     type(motion_type), intent(in) :: motion
@@ -298,7 +301,7 @@ contains
     moduli = exp(real(free%lambda) * free%period)
     allocate(changes(motion%parameters(), n), source=0.0_dp)
     do k = 1, size(changes, 1)
-      ! d(T A)/dp with the motion about which the system is varied
+      ! d(T A)/dp, where the system is linearised about the motion
       call motion%frame%sample(motion%phases, a)
       a = members%weight(0, k) * motion%frame%period * a
       do i = 1, 2
@@ -315,7 +318,7 @@ contains
     end do
   end subroutine differentiate_multipliers
 
-  !> Computes a goal that needs no solution and its derivatives, shape (parameters, values). Fails as `find_branches` does.
+  !> Computes a goal that needs no solution, and its derivatives, shape (parameters, values). Fails if `find_branches` fails.
   subroutine differentiate_plain(members, motion, goal, values, changes, error)
     type(members_type), intent(in) :: members
     type(motion_type), intent(in) :: motion

@@ -1,5 +1,5 @@
-!> The goals of a design: measures of quantities of the vibration, of shaking forces on rigid ground and of the torque; the largest
-!> multiplier; and numbers that need no solution, such as the mass.
+!> The goals of a design: measures of quantities of the vibration, of shaking forces on rigid ground and of the drive's torque; the
+!> largest multiplier; and properties of the machine that need no solution, such as the mass.
 module gestell_study_design_goal
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp, pi
@@ -18,7 +18,7 @@ module gestell_study_design_goal
   public :: components, new_goal, plain_values, shaking_error, sample_goals
 
   !> Subjects of goals: a quantity of the motion, a shaking force on rigid ground, the torque of the drive, the largest multiplier,
-  !> or a number of the machine that needs no solution.
+  !> or a property of the machine that needs no solution.
   integer, parameter, public :: motion_goal = 1, shaking_goal = 2, torque_goal = 3, multiplier_goal = 4, machine_goal = 5
 
   character(len=10), parameter :: machine_names(3) = [character(len=10) :: "added_mass", "sag", "separation"]
@@ -28,12 +28,13 @@ module gestell_study_design_goal
     type(measure_type) :: measure
     !> Subject of the goal: `motion_goal`, `shaking_goal`, `torque_goal`, `multiplier_goal` or `machine_goal`
     integer :: about = motion_goal
-    !> `weight`: factor in the objective. `limit`: limit of a constraint. `offset`: value for the machine of the input file, which
-    !> is subtracted from the quantity
+    !> `weight`: factor of the goal in the objective. `limit`: limit of a constraint. `offset`: value of the quantity for the
+    !> machine of the input file; it is subtracted from the quantity
     real(dp) :: weight = 1, limit = 0, offset = 0
-    !> Kind of limit, 1: upper limit, -1: lower limit, 0: equality
+    !> Kind of limit: 1 upper limit, -1 lower limit, 0 equality
     integer :: sense = 1
-    !> For the separation: minimum and maximum speed (rad/s) of its range; 0: the machine's own speed
+    !> For the separation of natural frequencies from orders: minimum and maximum speed of its range (rad/s); 0: the machine's own
+    !> speed
     real(dp) :: speeds(2) = 0
   contains
     procedure :: excess
@@ -50,16 +51,16 @@ module gestell_study_design_goal
 
 contains
 
-  !> Makes a goal from its name and measure. Fails if the quantity does not exist, if it does not have this
-  !> measure, or if `sag` is requested without gravity.
+  !> Creates a goal from its name and its measure. Fails if the quantity does not exist or does not have this measure. Fails also if
+  !> `sag` is requested without gravity.
   pure subroutine new_goal(frame, probes, name, kind, goal, error)
-    !> The frame to which the quantity belongs
+    !> The frame whose quantity is a goal
     class(frame_type), intent(in) :: frame
     !> Probes that `name` may refer to
     type(probe_type), intent(in) :: probes(:)
-    !> The user's name of the quantity
+    !> Name of the quantity as the user gave it
     character(len=*), intent(in) :: name
-    !> `peak_measure`, `rms_measure` or `band_measure`
+    !> Measure of the quantity: `peak_measure`, `rms_measure` or `band_measure`
     integer, intent(in) :: kind
     type(goal_type), intent(out) :: goal
     type(error_type), allocatable, intent(out) :: error
@@ -90,7 +91,7 @@ contains
       if (offset < 0) call fatal_error(error, "unknown link in '" // name // "'", invalid_input)
     else
       call new_measure(frame, probes, name, kind, goal%measure, error)
-      ! the quantity exists, but not this measure
+      ! the quantity exists, but it does not have this measure
       if (.not. allocated(error) .or. len_trim(goal%measure%quantity) > 0) return
       error%message = error%message // "; or shaking.fx (.fy, .f, .m), torque, rho_max, added_mass, sag, separation, " &
         & // "link(NAME).offset"
@@ -99,14 +100,15 @@ contains
     if (kind == band_measure .and. .not. allocated(error)) call fatal_error(error, band_only, invalid_input)
   end subroutine new_goal
 
-  !> Number of components in the samples of a goal, which may be a vector: 2 in the plane, 3 in space.
+  !> Maximum number of components in the samples of a goal, which may be a vector: 2 in the plane, 3 in space.
   pure integer function components(frame)
     class(frame_type), intent(in) :: frame
 
     components = merge(3, 2, allocated(frame%space))
   end function components
 
-  !> If `name` has the form link(NAME).offset, sets `named` and returns the distance (m); it is negative if the link does not exist.
+  !> Sets `named` to true if `name` has the form link(NAME).offset, and computes this offset (m). A negative offset shows that no
+  !> such link exists.
   pure subroutine find_offset(frame, name, offset, named)
     class(frame_type), intent(in) :: frame
     character(len=*), intent(in) :: name
@@ -120,7 +122,7 @@ contains
     if (named) offset = frame%mechanism%link_offset(name(len(head) + 1:len(name) - len(tail)))
   end subroutine find_offset
 
-  !> Excess of a value over the limit; for an objective the value itself.
+  !> Excess of a goal's value over its limit; for an objective the value itself.
   elemental real(dp) function excess(self, value)
     class(goal_type), intent(in) :: self
     real(dp), intent(in) :: value
@@ -129,7 +131,7 @@ contains
     if (self%sense == 0) excess = abs(value - self%limit)
   end function excess
 
-  !> Size with which an excess is compared: the limit; if it is zero, the offset; if both are zero, 1.
+  !> Size of a goal to which its excess is compared: the limit; if the limit is zero, the offset; if both are zero, 1.
   elemental real(dp) function scale_of(self)
     class(goal_type), intent(in) :: self
 
@@ -138,15 +140,16 @@ contains
     if (.not. scale_of > 0) scale_of = 1
   end function scale_of
 
-  !> True if the goal is the minimum of its branches, like the distance of the nearest mode; other goals are the maximum.
+  !> True if the goal is the minimum of its branches, like the distance of the nearest natural frequency from an order. Other goals
+  !> are the maximum.
   elemental logical function is_minimum(self)
     class(goal_type), intent(in) :: self
 
     is_minimum = self%about == machine_goal .and. self%measure%quantity == "separation"
   end function is_minimum
 
-  !> For each branch value at one condition: column 1 is true if it is compared with an upper limit, column 2 with a lower limit.
-  !> All branches of a maximum must stay below an upper limit, but only the largest must reach a lower limit.
+  !> For each branch of a goal under one condition: column 1 is true if its value is compared with an upper limit, column 2 if with
+  !> a lower limit. All branches of a maximum must stay below an upper limit, but only the largest must reach a lower limit.
   pure function sides(self, values)
     class(goal_type), intent(in) :: self
     real(dp), intent(in) :: values(:)
@@ -161,29 +164,29 @@ contains
     if (self%sense /= 0) sides(:, merge(2, 1, self%sense > 0)) = .false.
   end function sides
 
-  !> True if the goal needs the vibration.
+  !> True if the vibration must be computed to evaluate the goal.
   elemental logical function needs_motion(self)
     class(goal_type), intent(in) :: self
 
     needs_motion = any(self%about == [motion_goal, torque_goal, multiplier_goal])
   end function needs_motion
 
-  !> True if the goal is a measure of a function of time.
+  !> True if the goal is a measure (peak or rms) of a function of time.
   elemental logical function is_periodic(self)
     class(goal_type), intent(in) :: self
 
     is_periodic = any(self%about == [motion_goal, shaking_goal, torque_goal])
   end function is_periodic
 
-  !> True if the level of the goal (see `level`) is -1 / value^2.
+  !> True if the level of the goal (see the function `level`) is -1 / value^2.
   elemental logical function is_inverted(self)
     class(goal_type), intent(in) :: self
 
     is_inverted = self%sense > 0 .and. all(self%about /= [multiplier_goal, machine_goal])
   end function is_inverted
 
-  !> Level of an excess: an increasing function of the excess, whose maxima over a range are searched. Near a resonance a peak is P
-  !> = P_0 / sqrt(1 + u^2), where u is the distance from the resonance in half widths, so the level -1 / P^2 is a parabola.
+  !> Level of an excess: an increasing function of the excess, used to search for maxima over a range. Near a resonance the peak is
+  !> P = P_0 / sqrt(1 + u^2), where u is the distance from the resonance in half widths. Its level -1 / P^2 is a parabola.
   elemental real(dp) function level(self, excess)
     class(goal_type), intent(in) :: self
     real(dp), intent(in) :: excess
@@ -213,8 +216,8 @@ contains
     if (self%is_periodic()) name = name // " " // trim(kinds(self%measure%kind))
   end function name_of
 
-  !> Computes the components of the periodic goals at `phases` of the turn. Only magnitudes of vectors have more than one component.
-  !> Fails if a quantity does not exist, or if the mechanism does not define its energy.
+  !> Computes the components of the periodic goals at `phases`. Only magnitudes of vectors have more than one component. Fails if a
+  !> quantity does not exist, or if the mechanism does not define its energy.
   subroutine sample_goals(goals, frame, probes, phases, q, samples, error)
     type(goal_type), intent(in) :: goals(:)
     !> The frame whose goals are computed
@@ -222,9 +225,9 @@ contains
     !> Probes that the goals may refer to
     type(probe_type), intent(in) :: probes(:)
     real(dp), contiguous, intent(in) :: phases(:)
-    !> Motion of the frame and its derivatives over theta = 2 pi t/T, shape (phases, dofs, 0:2)
+    !> Motion of the frame and its first and second derivatives over theta = 2 pi t/T, shape (phases, dofs, 0:2)
     real(dp), intent(in) :: q(:, :, 0:)
-    !> The components, shape (phases, components, goals)
+    !> Samples of the components, shape (phases, components, goals)
     real(dp), intent(out) :: samples(:, :, :)
     type(error_type), allocatable, intent(out) :: error
     real(dp), allocatable :: motion(:, :), first_rows(:, :), forces(:, :), power(:, :)
@@ -280,7 +283,7 @@ contains
     error = roundings * frame%rounding * norm2(pack(shaking_terms(frame), is_component(frame, quantity)))
   end function shaking_error
 
-  !> True for the loads on the frame's degrees of freedom that are components of a shaking force, shape (dofs).
+  !> True for the degrees of freedom whose loads are components of the shaking force or moment `quantity`, shape (dofs).
   pure function is_component(frame, quantity)
     class(frame_type), intent(in) :: frame
     character(len=*), intent(in) :: quantity
@@ -291,7 +294,8 @@ contains
     if (quantity == "shaking.f") is_component = .not. is_rotation([(k, k = 1, frame%dofs())])
   end function is_component
 
-  !> Computes a goal that needs no solution, such as the mass; for the separation one value for each of `branches`.
+  !> Computes a goal that needs no solution, such as the mass. The separation of natural frequencies has one value for each of
+  !> `branches`, all other goals have one value.
   subroutine plain_values(goal, frame, branches, values)
     type(goal_type), intent(in) :: goal
     class(frame_type), intent(in) :: frame

@@ -1,6 +1,6 @@
-!> Coordinates of the design search. If mass m and centre of mass c of a link are both parameters, the coordinates are m and the
-!> first moment m c, because shaking forces are linear in them. The range of c becomes the linear limits m c - c_max m <= 0 and
-!> c_min m - m c <= 0.
+!> Coordinates in which a design is optimised. If mass m and centre of mass c of a link are both parameters, the coordinates are m
+!> and the first moment m c, because shaking forces are linear in them. The range of c becomes the linear limits m c - c_max m <= 0
+!> and c_min m - m c <= 0.
 module gestell_study_design_moments
   use gestell_base_kinds, only: dp
   use gestell_math_optimum_minimax, only: branches_type, optimum_type
@@ -12,10 +12,10 @@ module gestell_study_design_moments
 
   !> Converts the parameters of a design to the coordinates of the search and back.
   type, public :: moments_type
-    !> For a coordinate of a centre of mass, index of the parameter that is the mass of the same link. 0 for parameters that are not
-    !> converted. Shape (parameters)
+    !> For a parameter that is a coordinate of a link's centre of mass: index of the parameter that is the mass of this link. For
+    !> other parameters 0, because they are not converted. Shape (parameters)
     integer, allocatable :: mass(:)
-    !> Ranges of the parameters, shape (parameters)
+    !> Lower and upper limits of the parameters, shape (parameters)
     real(dp), allocatable :: lower(:), upper(:)
   contains
     procedure :: limits
@@ -28,8 +28,8 @@ module gestell_study_design_moments
 
 contains
 
-  !> Returns the conversion for parameters with these ranges. `body`: link of each parameter. `part`: property of the link that it
-  !> changes.
+  !> Creates the conversion for parameters with the limits `lower` and `upper`. `body`: link of each parameter. `part`: property of
+  !> the link that the parameter changes.
   pure function new_moments(lower, upper, body, part) result(moments)
     real(dp), intent(in) :: lower(:), upper(:)
     integer, intent(in) :: body(:), part(:)
@@ -54,7 +54,7 @@ contains
     limits = 2 * count(self%mass > 0)
   end function limits
 
-  !> Coordinates that correspond to the parameters x.
+  !> Converts the parameters x to coordinates of the search.
   pure function from(self, x) result(y)
     class(moments_type), intent(in) :: self
     real(dp), intent(in) :: x(:)
@@ -64,7 +64,7 @@ contains
     where (self%mass > 0) y = x(max(self%mass, 1)) * x
   end function from
 
-  !> Parameters that correspond to the coordinates y.
+  !> Converts the coordinates y of the search to parameters.
   pure function to(self, y) result(x)
     class(moments_type), intent(in) :: self
     real(dp), intent(in) :: y(:)
@@ -74,7 +74,7 @@ contains
     where (self%mass > 0) x = y / y(max(self%mass, 1))
   end function to
 
-  !> Converts derivatives with respect to parameters x, shape (parameters, values), into derivatives with respect to the
+  !> Converts derivatives with respect to the parameters x, shape (parameters, values), to derivatives with respect to the
   !> coordinates.
   pure subroutine turn_slopes(self, x, slopes)
     class(moments_type), intent(in) :: self
@@ -91,7 +91,8 @@ contains
     end do
   end subroutine turn_slopes
 
-  !> Adds the linear limits at the coordinates y to the branches `at`. Their groups are numbered from `first` on.
+  !> Adds the values of the linear limits at the coordinates y to the branches `at`. The groups of these branches are numbered from
+  !> `first` on.
   pure subroutine add_limits(self, y, first, at)
     class(moments_type), intent(in) :: self
     real(dp), intent(in) :: y(:)

@@ -25,25 +25,25 @@ module gestell_study_design_motion
 
   public :: derivative_tolerance, default_phase_count, get_neighbour, solve_motion, solve_slopes
 
-  !> A machine under one condition, with its model applied, and its motion.
+  !> A machine under one condition, with a model of the frame applied, and its motion.
   type, public :: motion_type
     type(condition_type) :: condition
     class(frame_type), allocatable :: frame
     !> False if the frame stays at rest
     logical :: moves = .true.
-    !> Fourier series of the motion q over theta = 2 pi t/T
+    !> Fourier series of the motion q as a function of theta = 2 pi t/T
     type(series_type) :: series
     !> `phases`: equidistant phases. `q`: q and its first and second derivatives over theta = 2 pi t/T for all degrees of freedom,
     !> shape (phases, dofs, 0:2). `slope`: dq/dp and its derivatives over theta, shape (phases, dofs, 0:2, parameters).
     !> `solve_slopes` allocates `slope`
     real(dp), allocatable :: phases(:), q(:, :, :), slope(:, :, :, :)
-    !> The fast solution with its maps, if a fast solver computed the motion about rest
+    !> The fast solution and its maps, if a fast solver computed the motion that is linearised about rest
     type(quick_motion_type) :: quick
   contains
     procedure :: parameters
   end type motion_type
 
-  !> The system `inner` under another load: a series over theta for each of its free degrees of freedom.
+  !> The system `inner` with its load replaced by a Fourier series over theta for each of its free degrees of freedom.
   type, extends(second_order_system) :: loaded_type
     class(second_order_system), pointer :: inner => null()
     type(series_type) :: force
@@ -54,15 +54,15 @@ module gestell_study_design_motion
     procedure :: conserves
   end type loaded_type
 
-  !> `fewest`: minimum number of phases. `max_corrections`: maximum number of corrections for the terms of the equations that M, B,
-  !> C do not contain.
+  !> `fewest`: minimum number of phases. `max_corrections`: maximum number of corrections for those terms of the equations that are
+  !> not contained in M, B, C.
   integer, parameter :: fewest = 64, max_corrections = 6
-  !> Relative error allowed for the derivatives and for the terms of the equations that M, B, C do not contain.
+  !> Relative error allowed for the derivatives, and for the terms of the equations that are not contained in M, B, C.
   real(dp), parameter :: of_slope = 1.0e-10_dp
 
 contains
 
-  !> The phases at which most motions are sampled.
+  !> Number of phases at which most motions are sampled.
   pure function default_phase_count() result(phases)
     real(dp) :: phases(fewest)
     integer :: k
@@ -78,8 +78,8 @@ contains
     if (allocated(self%slope)) parameters = size(self%slope, 4)
   end function parameters
 
-  !> Error of Phi allowed for derivatives. It exceeds the tolerance: the coefficients of the exact frame are only as accurate as its
-  !> motion.
+  !> Error allowed for Phi (the matrix of the free vibrations over the period) when derivatives are computed. It is larger than the
+  !> tolerance, because the coefficients of the exact frame are only as accurate as its motion.
   pure real(dp) function derivative_tolerance(accuracy)
     type(accuracy_type), intent(in) :: accuracy
 
@@ -87,16 +87,16 @@ contains
   end function derivative_tolerance
 
   !> Computes the periodic vibration of the machine under one operating condition. Fails if no periodic vibration exists (resonance
-  !> without damping) or the model finds none (see `settle`).
+  !> without damping) or if the model finds none (see `settle`).
   subroutine solve_motion(members, condition, moves, motion, error, near)
-    !> The machine and its neighbours
+    !> The machine and its neighbours for derivatives
     type(members_type), intent(in) :: members
     type(condition_type), intent(in) :: condition
-    !> False if no goal needs the vibration; then the frame stays at rest
+    !> True if the frame moves. False if no goal needs the vibration: then the frame stays at rest
     logical, intent(in) :: moves
     type(motion_type), intent(out) :: motion
     type(error_type), allocatable, intent(out) :: error
-    !> The motion under a similar condition, from which the search for the exact vibration starts
+    !> The motion under a similar condition; from it the search for the vibration of the exact frame starts
     type(motion_type), intent(in), optional :: near
     type(frame_type) :: run
     type(series_type), allocatable :: start
@@ -133,7 +133,8 @@ contains
     call motion%series%values(motion%phases, motion%q(:, :, 0), motion%q(:, :, 1), motion%q(:, :, 2))
   end subroutine solve_motion
 
-  !> Computes the derivatives of a motion. `members` must be those with which the motion was solved. Fails as `find_slopes` does.
+  !> Computes the derivatives of a motion with respect to the parameters. `members` must be the machine and neighbours with which
+  !> the motion was solved. Fails if `find_slopes` fails.
   subroutine solve_slopes(members, motion, error)
     type(members_type), intent(in) :: members
     type(motion_type), intent(inout) :: motion
@@ -150,8 +151,8 @@ contains
     end if
   end subroutine solve_slopes
 
-  !> Computes the derivatives of a motion. The motion satisfies the equations with M, B, C of `system`. Fails as `follow_loads`
-  !> does, or if the derivatives overflow.
+  !> Computes the derivatives of a motion with respect to the parameters. The matrices M, B, C of `system` are those of the
+  !> equations linearised about the motion. Fails if `follow_loads` fails, or if the derivatives overflow.
   subroutine find_slopes(members, system, motion, error)
     type(members_type), intent(in) :: members
     class(frame_type), intent(in) :: system
@@ -169,8 +170,8 @@ contains
       allocate(loads(phases, f, parameters), changes(phases, f, 0:2, parameters))
       most = 0
       before = 0
-      ! M, B, C describe all of R, except for terms that depend on the whole motion if a flywheel holds the speed: the motor's
-      ! torque, a constant moment, and in space the lag of the shaft
+      ! M, B, C contain all derivatives of R, with an exception if a flywheel holds the speed: terms that depend on the whole
+      ! motion. These are the motor's torque, a constant moment, and in space the lag of the shaft
       do correction = 1, merge(max_corrections, 1, system%held_by == "flywheel")
         do k = 1, parameters
           call differentiate_equations(members, system, motion, k, lack)
@@ -180,7 +181,7 @@ contains
         end do
         most = max(most, lacking)
         if (correction > 1 .and. all(lacking <= 10 * of_slope * most)) exit
-        ! only rounding errors of the differences remain
+        ! only rounding errors of the differences remain to be corrected
         if (correction > 2 .and. allocated(system%space) .and. all(lacking > before / 2)) exit
         before = lacking
         if (fits) then
@@ -196,8 +197,8 @@ contains
       & "the derivatives of the vibration overflow double precision", failed_computation)
   end subroutine find_slopes
 
-  !> Functions over the turn at equidistant phases, shape (phases, functions), without harmonics above `order`. Corrections of these
-  !> harmonics would be rounding errors, because the phases do not resolve them.
+  !> Functions at equidistant phases of the turn without their harmonics above `order`, shape (phases, functions). The phases do not
+  !> resolve these harmonics, so corrections of them would be rounding errors.
   function lower_part(values, order) result(lower)
     real(dp), intent(in) :: values(:, :)
     integer, intent(in) :: order
@@ -216,8 +217,8 @@ contains
     call series%values([(real(k, dp) / size(values, 1), k = 0, size(values, 1) - 1)], lower, unused, also_unused)
   end function lower_part
 
-  !> Computes the motions under loads as `respond` does, but one load at a time. This serves free vibrations that are too fast or
-  !> are lost next to larger ones. Fails as `solve_floquet` and `solve_periodic` do.
+  !> Computes the motions under several loads like `respond`, but one load at a time. This works also if free vibrations are too
+  !> fast, or so small that they are lost next to larger ones. Fails if `solve_floquet` or `solve_periodic` fails.
   subroutine follow_loads(system, accuracy, phases, loads, changes, error)
     class(frame_type), intent(in), target :: system
     type(accuracy_type), intent(in) :: accuracy
@@ -252,8 +253,8 @@ contains
     end associate
   end subroutine follow_loads
 
-  !> Computes dR/dp + dR/dq s for parameter `k` at all phases, from the neighbours of the machine. R is the residual of the
-  !> equations, s the current derivative of the motion.
+  !> Computes dR/dp + dR/dq s for parameter `k` at all phases, by differences between the machine and its neighbours. R: residual of
+  !> the equations. s: the derivative of the motion as computed so far.
   subroutine differentiate_equations(members, system, motion, k, lack)
     type(members_type), intent(in) :: members
     class(frame_type), intent(in) :: system
@@ -276,8 +277,8 @@ contains
     end do
   end subroutine differentiate_equations
 
-  !> Returns neighbour number `i` of the machine along parameter `k` under the condition, and its motion q to first order. If
-  !> `system` is linearised about its motion, the neighbour is linearised about q.
+  !> Returns neighbour number `i` of the machine along parameter `k`, and its motion q to first order. If `system` is linearised
+  !> about its motion, the neighbour is linearised about q.
   subroutine get_neighbour(members, system, motion, k, i, frame, q)
     !> The machine and its neighbours, which differ in one parameter each
     type(members_type), intent(in) :: members
@@ -285,7 +286,7 @@ contains
     class(frame_type), intent(in) :: system
     !> The motion of the machine and its derivatives
     type(motion_type), intent(in) :: motion
-    !> Number of the parameter, and number of the neighbour (1 or 2)
+    !> Number of the parameter, and number of the neighbour along it (1 or 2)
     integer, intent(in) :: k, i
     !> The neighbour of the machine
     class(frame_type), allocatable, intent(out) :: frame
@@ -308,7 +309,8 @@ contains
     end select
   end subroutine get_neighbour
 
-  !> Computes the residual R of the frame's equations at a motion q, shape (phases, dofs). Its blocked components are zero.
+  !> Computes the residual R of the frame's equations at a motion q, shape (phases, dofs). The residual of locked degrees of freedom
+  !> is zero.
   subroutine compute_equations(frame, phases, q, r)
     class(frame_type), intent(in) :: frame
     real(dp), contiguous, intent(in) :: phases(:)

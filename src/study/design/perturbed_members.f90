@@ -24,19 +24,20 @@ module gestell_study_design_perturbed_members
 
   public :: at_condition, find_members, joined, remember
 
-  !> Property of a link that a design parameter changes: none, mass, a coordinate of its centre of mass, or moment of inertia.
+  !> Property of a link that a design parameter changes: none of those listed, mass, a coordinate of the centre of mass, or moment
+  !> of inertia.
   integer, parameter, public :: other_part = 0, mass_part = 1, place_parts(2) = [2, 3], inertia_part = 4
   !> Input keys of the properties of a link that design parameters change: mass, centre of mass, moment of inertia.
   character(len=9), parameter, public :: part_names(4) = [character(len=9) :: "mass", "center(1)", "center(2)", "inertia"]
 
-  !> Quantities that may vary along a line of conditions: the speed or the stiffness factor.
+  !> Quantity that varies along a line of conditions: the speed or the stiffness factor.
   integer, parameter, public :: along_speed = 1, along_stiffness = 2
 
-  !> Operating condition of a machine: its speed (rad/s; 0: the machine's own) and the factors by which speed, stiffness and damping
-  !> of the mounting deviate from their nominal values.
+  !> Operating condition of a machine: its speed (rad/s; 0: the machine's own speed), and the factors that multiply the nominal
+  !> values of speed, stiffness and damping.
   type, public :: condition_type
     real(dp) :: speed = 0, speed_factor = 1, stiffness_factor = 1, damping_factor = 1
-    !> Quantity that varies along a line: `along_speed` or `along_stiffness`
+    !> The quantity that varies along a line of conditions: `along_speed` or `along_stiffness`
     integer :: along = along_speed
   contains
     procedure :: number
@@ -44,24 +45,25 @@ module gestell_study_design_perturbed_members
     procedure :: drive_rpm
   end type condition_type
 
-  !> How a parameter is changed for derivatives.
+  !> How a parameter is changed to compute derivatives by differences.
   type, public :: step_type
-    !> Range of the parameter
+    !> Length of the range of the parameter
     real(dp) :: range = 0
-    !> If the parameter is a property of one link alone: index of the link, and the property. This link is then changed in place
+    !> If the parameter is a property of a single link: index of the link, and the property. The link is then changed without
+    !> building the machine again
     integer :: link = 0, part = other_part
     !> Unit of the parameter, as a multiple of the SI unit
     real(dp) :: unit = 1
   end type step_type
 
-  !> Settings for the solution of machines: probes that goals may refer to, model, and accuracy.
+  !> Settings for the computation of all machines of a design: probes that goals may refer to, model of the frame, and accuracy.
   type, public :: setting_type
     type(probe_type), allocatable :: probes(:)
     character(len=11) :: model = "exact"
     type(accuracy_type) :: accuracy
   end type setting_type
 
-  !> A machine and its neighbours, which differ from it in one parameter each.
+  !> A machine and its neighbours. Each neighbour differs from it in one parameter.
   type, public :: members_type
     type(setting_type) :: setting
     !> The machine itself
@@ -75,7 +77,7 @@ module gestell_study_design_perturbed_members
     real(dp), allocatable :: distance(:, :), weight(:, :)
   end type members_type
 
-  !> Steps d_1, d_2 for central, forward and backward differences.
+  !> Steps d_1, d_2 of central, forward and backward differences, in units of h.
   real(dp), parameter :: offsets(2, 3) = reshape([-1.0_dp, 1.0_dp, 1.0_dp, 2.0_dp, -1.0_dp, -2.0_dp], [2, 3])
   !> Weights w_0, w_1, w_2 for central, forward and backward differences.
   real(dp), parameter :: weights(0:2, 3) = reshape([0.0_dp, -0.5_dp, 0.5_dp, -1.5_dp, 2.0_dp, -0.5_dp, 1.5_dp, -2.0_dp, 0.5_dp], &
@@ -84,14 +86,14 @@ module gestell_study_design_perturbed_members
 contains
 
   !> Builds the machine at `parameters` and, if `steps` are given, its neighbours. The caller sets `members%setting`. Fails if the
-  !> parameters are invalid or the members are not frames.
+  !> parameters are invalid, or if the family's members are not frames.
   subroutine find_members(family, parameters, members, known, error, steps)
     !> The family of machines
     class(family_type), intent(in) :: family
     real(dp), intent(in) :: parameters(:)
     !> The machine and its neighbours
     type(members_type), intent(out) :: members
-    !> True if the machine and its neighbours exist
+    !> True if the machine and all its neighbours exist
     logical, intent(out) :: known
     type(error_type), allocatable, intent(out) :: error
     !> Changes of the parameters for derivatives, shape (parameters)
@@ -107,7 +109,7 @@ contains
     class default
       members%steps%link = 0
     end select
-    ! in space the links belong to the planes: the neighbours are members of the family
+    ! in space each link belongs to a plane: the neighbours are built as members of the family
     if (allocated(members%frame%space)) members%steps%link = 0
     associate (n => size(parameters))
       allocate(members%perturbed(2, n), members%distance(2, n), members%weight(0:2, n))
@@ -136,8 +138,8 @@ contains
     end do
   end subroutine find_members
 
-  !> Changes a property of one link by `distance` in the parameter's unit. A mass may become negative, because the functions that
-  !> are differentiated are linear in it. Fails if nothing carries the weight of the machine.
+  !> Changes a property of one link by `distance` in the parameter's unit. A mass may become negative, because the functions to
+  !> differentiate are linear in it. Fails if no support carries the weight of the machine.
   subroutine change_link(frame, step, distance, changed, error)
     type(frame_type), intent(in) :: frame
     type(step_type), intent(in) :: step
@@ -166,7 +168,8 @@ contains
     if (changed%weights%act) call changed%weigh((changed%weights%gravity), error)
   end subroutine change_link
 
-  !> Returns the frame at `parameters`. `known` is false if the mechanism is impossible. Fails if the member is not a frame.
+  !> Builds the frame at `parameters`. `known` is false if the mechanism is impossible. Fails if the member of the family is not a
+  !> frame.
   subroutine build_frame(family, parameters, frame, known, error)
     class(family_type), intent(in) :: family
     real(dp), intent(in) :: parameters(:)
@@ -189,9 +192,9 @@ contains
     end select
   end subroutine build_frame
 
-  !> Tabulates all mechanisms at these phases, because they are evaluated repeatedly at all speeds. If `drive`, also tabulates the
-  !> functions for the torque of the drive. Neighbours with a changed link have the joints of the machine, which are located only
-  !> once.
+  !> Tabulates the mechanisms of the machine and its neighbours at `phases`, because they are evaluated at these phases for every
+  !> speed. If `drive` is true, also tabulates the functions needed for the torque of the drive. Neighbours with a changed link
+  !> share the joints of the machine, whose positions are computed only once.
   subroutine remember(members, phases, drive)
     type(members_type), intent(inout) :: members
     real(dp), intent(in) :: phases(:)
@@ -226,7 +229,7 @@ contains
 
   contains
 
-    !> Tabulates one mechanism. `link`: index of the link that was changed in place, 0 if none was.
+    !> Tabulates one mechanism. `link`: index of the link whose properties were changed, 0 if no link was changed.
     subroutine remember_one(frame, link)
       type(frame_type), intent(inout) :: frame
       integer, intent(in), optional :: link
@@ -260,7 +263,7 @@ contains
 
   end subroutine remember
 
-  !> The quantity that varies along the line: a speed (rad/s) or a factor.
+  !> Value of the quantity that varies along the line: a speed (rad/s) or a stiffness factor.
   elemental real(dp) function number(self)
     class(condition_type), intent(in) :: self
 
@@ -269,7 +272,7 @@ contains
     if (self%along == along_stiffness) number = self%stiffness_factor
   end function number
 
-  !> The same condition at another position on its line, given by the quantity that varies along the line.
+  !> The same condition at another position on its line. `value`: the quantity that varies along the line.
   elemental function moved_to(self, value) result(there)
     class(condition_type), intent(in) :: self
     real(dp), intent(in) :: value
@@ -286,7 +289,7 @@ contains
     end if
   end function moved_to
 
-  !> Mean speed of the drive (1/min), which turns `turns` times in the period; 0: the machine's own speed.
+  !> Mean speed of the drive (1/min), which makes `turns` turns in the period; 0: the machine's own speed.
   elemental real(dp) function drive_rpm(self, turns)
     class(condition_type), intent(in) :: self
     integer, intent(in) :: turns
@@ -294,7 +297,8 @@ contains
     drive_rpm = self%speed * self%speed_factor * turns * 30 / pi
   end function drive_rpm
 
-  !> Returns the machine under a condition: with its speed and its scaled mounting.
+  !> Returns the machine under a condition: a copy at this speed, with stiffness and damping of the mounting multiplied by their
+  !> factors.
   subroutine at_condition(frame, condition, run)
     type(frame_type), intent(in) :: frame
     type(condition_type), intent(in) :: condition
@@ -307,7 +311,7 @@ contains
     call run%scale_mounting(condition%stiffness_factor, condition%damping_factor)
   end subroutine at_condition
 
-  !> Returns `list` followed by the conditions of `more` that it does not contain yet.
+  !> Appends to `list` those conditions of `more` that it does not contain yet.
   pure function joined(list, more)
     type(condition_type), intent(in) :: list(:), more(:)
     type(condition_type), allocatable :: joined(:)
@@ -322,7 +326,7 @@ contains
   !> True if two conditions are equal up to a tolerance.
   elemental logical function is_same_file(one, other)
     type(condition_type), intent(in) :: one, other
-    ! tops of two goals at one resonance differ by a part of its width, perhaps 1e-6 of the speed; one top is found to 1e-11
+    ! the maxima of two goals at one resonance differ by a fraction of its width, perhaps 1e-6 of the speed; each is found to 1e-11
     real(dp), parameter :: alike = 1.0e-10_dp
 
     is_same_file = abs(one%speed * one%speed_factor - other%speed * other%speed_factor) <= alike * abs(one%speed &

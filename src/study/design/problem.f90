@@ -16,12 +16,14 @@ module gestell_study_design_problem
 
   public :: design_options, evaluate_goals, goal_branches_type, is_squared, decide_inversion
 
-  !> A step is refused if its objective exceeds the smallest so far by this factor. Larger values need not be exact.
+  !> A step of the search is rejected if its objective exceeds the smallest objective so far by this factor. Such large values need
+  !> not be exact.
   real(dp), parameter :: refused = 1.5_dp
-  !> Smaller objectives, relative to their scale, are replaced by this value before their inverse is computed.
+  !> Objectives that are smaller than this, relative to their scale, are replaced by this value before their inverse is computed.
   real(dp), parameter :: tiny_part = 1.0e-100_dp
 
-  !> Relative margin that the search keeps to each limit. It ensures that the limit is met if the search ends within its tolerance.
+  !> Relative margin that the search keeps to each limit. With the margin a limit is still met if the search ends within its
+  !> tolerance.
   real(dp), parameter, public :: inside = 2.0e-6_dp
 
   !> The minimax problem of a design. Its groups of branches are the objectives (one group if `options%largest`), the constraints,
@@ -30,18 +32,18 @@ module gestell_study_design_problem
     class(family_type), pointer :: family => null()
     type(design_options) :: options
     type(moments_type) :: moments
-    !> True if the square of the single objective, an rms, is minimised: the square has derivatives at zero and is nearly a
-    !> quadratic function of masses
+    !> True if the search minimises the square of the single objective, an rms value. The square has derivatives at zero and is
+    !> nearly a quadratic function of masses
     logical :: squared = .false.
-    !> True if the search minimises -1 / (objective + `shift`). If a resonance comes close to the end of a range, the objective
-    !> rises like 1 / distance, and its inverse is nearly linear. Upper limits on vibrations over a range are inverted in the same
-    !> way
+    !> True if the search minimises -1 / (objective + `shift`). If a resonance approaches the end of a range, the objective rises
+    !> like 1 / distance, so its inverse is nearly linear. Upper limits on vibrations over a range are inverted in the same way
     logical :: inverted = .false.
     !> The smallest objective so far
     real(dp), private :: least = huge(1.0_dp)
-    !> Shift of the objective before it is inverted
+    !> Number added to the objective before it is inverted
     real(dp) :: shift = 0
-    !> Parameters of the last machine evaluated over a range, kept because an accepted step is evaluated again with derivatives
+    !> Parameters of the last machine evaluated over a range. They are kept because an accepted step is evaluated again with
+    !> derivatives
     real(dp), allocatable, private :: last_x(:)
     !> Branches of the last machine evaluated over a range
     type(goal_branches_type), private :: last
@@ -88,7 +90,7 @@ contains
       associate (goal => goals(g))
         if (g <= n) then
           at%group(i) = merge(1, g, self%options%largest)
-          ! an objective has no limit, unless it stands for the excess over a limit
+          ! an objective has no limit, unless it is the excess over a limit
           at%value(i) = goal%weight * own%side(i) * (own%value(i) - goal%limit)
           if (gradients) at%slope(:, i) = goal%weight * own%side(i) * own%slope(:, i)
           if (self%inverted) then
@@ -105,7 +107,7 @@ contains
           at%value(i) = own%side(i) * (own%value(i) - goal%limit)
           if (gradients) at%slope(:, i) = own%side(i) * own%slope(:, i)
           if (allocated(self%options%range) .and. goal%sense > 0 .and. goal%is_periodic() .and. own%value(i) > 0) then
-            ! equal to first order at the limit
+            ! the inverted limit equals the original limit to first order where the limit is reached
             if (gradients) at%slope(:, i) = (goal%limit / own%value(i))**2 * at%slope(:, i)
             at%value(i) = goal%limit / own%value(i) * at%value(i)
           end if
@@ -119,7 +121,7 @@ contains
 
   contains
 
-    !> True if the machine is the last one that was evaluated.
+    !> True if this machine was also the last one to be evaluated.
     pure logical function was_last_evaluated()
       was_last_evaluated = allocated(self%last_x)
       if (was_last_evaluated) was_last_evaluated = all(abs(self%last_x - parameters) <= 0)
@@ -127,15 +129,15 @@ contains
 
   end subroutine evaluate
 
-  !> Decides whether the inverse of the objective is minimised. This is done over a range, if the objective is a maximum of
-  !> vibrations.
+  !> Decides whether the search minimises the inverse of the objective. It does so if the objective is a maximum of vibrations over
+  !> a range.
   pure subroutine decide_inversion(problem)
     type(design_problem), intent(inout) :: problem
 
     associate (goals => problem%options%objectives)
       if (.not. allocated(problem%options%range) .or. problem%objectives > 1) return
       problem%inverted = all(goals%is_periodic() .and. goals%sense > 0)
-      ! relative excess over a limit, plus 1
+      ! the inverted objective is the relative excess over a limit, plus 1
       if (any(abs(goals%limit) > 0)) then
         problem%shift = 1
         problem%inverted = problem%inverted .and. all(abs(goals%weight * goals%limit - 1) < 1.0e-9_dp)
@@ -153,11 +155,12 @@ contains
       & .and. .not. abs(options%objectives(1)%limit) > 0
   end function is_squared
 
-  !> Evaluates the branches of `goals` at x over all conditions or over the range. Fails if x or the goals are invalid.
+  !> Evaluates the branches of `goals` for the machine at x, under all conditions or over the range of `options`. Fails if x or the
+  !> goals are invalid.
   subroutine evaluate_goals(family, options, goals, x, gradients, at, error)
     !> The family of machines
     class(family_type), intent(in) :: family
-    !> Conditions or range, and settings for the solution
+    !> Conditions or range of the design, and settings for the computation
     type(design_options), intent(in) :: options
     !> The goals; the branches of goal number g form group g
     type(goal_type), intent(in) :: goals(:)
@@ -219,7 +222,7 @@ contains
     end do
   end subroutine evaluate_conditions
 
-  !> Evaluates the branches of `goals` over the whole range. Fails if there is no vibration at one of the maxima.
+  !> Evaluates the branches of `goals` over the whole range. Fails if there is no vibration at one of the maxima over the range.
   subroutine evaluate_range(members, range, goals, gradients, at, error)
     type(members_type), intent(in) :: members
     class(range_type), intent(in) :: range
@@ -248,8 +251,8 @@ contains
     end do
   end subroutine evaluate_range
 
-  !> True for the conditions at which a goal is near its worst value. At the other conditions a goal cannot become worst within a
-  !> step for which the model of the problem is valid; if it does, the step is shortened.
+  !> True for the conditions under which a goal is close to its worst value. Under the other conditions a goal cannot become worst
+  !> within a step for which the model of the problem is valid. If it does, the step is shortened.
   pure function near_worst(goals, values, conditions) result(counts)
     type(goal_type), intent(in) :: goals(:)
     type(goal_branches_type), intent(in) :: values

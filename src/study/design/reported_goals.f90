@@ -27,9 +27,9 @@ module gestell_study_design_reported_goals
 
   !> Goals and verdicts of one machine at all conditions.
   type, public :: reported_goals_type
-    !> Value of every goal at every condition and a bound on its error, shapes (goals, conditions); NaN if unknown
+    !> Value of every goal under every condition, and a bound on its error, shapes (goals, conditions); NaN if unknown
     real(dp), allocatable :: values(:, :), errors(:, :)
-    !> Verdict on the machine at every condition, shape (conditions)
+    !> Verdict on the machine under every condition, shape (conditions)
     type(verdict_type), allocatable :: verdicts(:)
   contains
     procedure :: worst
@@ -38,7 +38,7 @@ module gestell_study_design_reported_goals
 
 contains
 
-  !> Index of the condition at which goal number `g` exceeds its limit most; 0 if its value is unknown at all conditions.
+  !> Index of the condition under which goal number `g` exceeds its limit most; 0 if the goal is unknown under all conditions.
   pure integer function worst(self, g, goal)
     class(reported_goals_type), intent(in) :: self
     integer, intent(in) :: g
@@ -47,7 +47,7 @@ contains
     worst = maxloc(goal%excess(self%values(g, :)), dim=1, mask=ieee_is_finite(self%values(g, :)))
   end function worst
 
-  !> The worst verdict over all conditions.
+  !> The worst of the verdicts under all conditions.
   pure type(verdict_type) function verdict(self)
     class(reported_goals_type), intent(in) :: self
     integer :: c
@@ -57,9 +57,9 @@ contains
     end do
   end function verdict
 
-  !> Solves a machine under all conditions of `options`. Fails if the goals are invalid.
+  !> Computes the goals and verdicts of a machine under all conditions of `options`. Fails if the goals are invalid.
   subroutine report_goals(machine, options, goals, reported, error)
-    !> The machine, before a model is applied
+    !> The machine, before a model of the frame is applied
     type(frame_type), intent(in) :: machine
     type(design_options), intent(in) :: options
     !> The goals to evaluate
@@ -83,8 +83,8 @@ contains
     end associate
   end subroutine report_goals
 
-  !> Computes the goals that need no solution. Shaking forces are sums that may cancel, so their error is the rounding error of the
-  !> terms.
+  !> Computes the goals that need no solution. Shaking forces are sums whose terms may cancel, so their error is the rounding error
+  !> of the terms.
   subroutine report_without_motion(goals, run, options, values, errors, error)
     type(goal_type), intent(in) :: goals(:)
     type(frame_type), intent(in) :: run
@@ -184,7 +184,7 @@ contains
       & unused)
     series = fourier_series(power(torque, :))
     if (goal%measure%kind == peak_measure) bound = bound + series%beyond()
-    ! refers to the shaft of the drive, which turns `turns` times in the period
+    ! the value refers to the shaft of the drive, which makes `turns` turns in the period
     value = maxval(values) / frame%mechanism%turns
     bound = bound / frame%mechanism%turns
   end subroutine measure_torque

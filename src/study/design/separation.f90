@@ -16,31 +16,33 @@ module gestell_study_design_separation
 
   public :: find_branches, compute_distances
 
-  !> Branches of the separation, the distance of natural frequencies from orders. Each branch is a direction in which the machine
-  !> vibrates, and a harmonic of the period.
+  !> Branches of the separation, which is the distance of natural frequencies from orders. Each branch combines a direction in which
+  !> the machine vibrates with a harmonic of the period.
   type, public :: separation_type
-    !> Directions, shape (degrees of freedom, branches)
+    !> Directions of vibration, shape (degrees of freedom, branches)
     complex(dp), allocatable :: u(:, :)
-    !> `harmonic`: number of the harmonic. `side`: 1 if the frequency should stay above the harmonic, -1 if below; shapes (branches)
+    !> `harmonic`: number of the harmonic. `side`: 1 if the frequency should stay above the harmonic, -1 if it should stay below.
+    !> Both have shape (branches)
     integer, allocatable :: harmonic(:), side(:)
   end type separation_type
 
-  !> `orders`: largest order of the drive that is considered. `around`: number of directions in the plane of two modes.
+  !> `orders`: largest order of the drive that is considered. `around`: number of directions in the plane of two modes that are used
+  !> as branches.
   integer, parameter :: orders = 4, around = 12
-  !> Two modes may meet if the relative difference of their squared frequencies is smaller.
+  !> Frequencies of two modes may coincide for another machine of the search if the relative difference of their squares is smaller.
   real(dp), parameter :: near = 0.1_dp
 
 contains
 
-  !> Finds a branch for each mode and each harmonic that the shafts excite, up to four times the drive's speed, and branches between
-  !> modes that may meet. A frequency that coincides with an order within the range should leave the range at the nearer end. Fails
-  !> if the mass matrix is not positive definite.
+  !> Finds one branch for each mode and each harmonic that the shafts excite, up to four times the drive's speed, and branches for
+  !> directions between modes whose frequencies may coincide. If a frequency coincides with an order within the range of speeds, the
+  !> search moves it out of the range at the nearer end. Fails if the mass matrix is not positive definite.
   subroutine find_branches(frame, speeds, branches, error)
-    !> The machine whose modes are found
+    !> The machine whose modes are computed
     class(frame_type), intent(in) :: frame
     !> Minimum and maximum speed (rad/s) of the shaft that turns once in the period; 0: the machine's own speed
     real(dp), intent(in) :: speeds(2)
-    !> The modes and the directions between modes
+    !> The branches: directions of the modes and directions between modes
     type(separation_type), intent(out) :: branches
     type(error_type), allocatable, intent(out) :: error
     type(averaged_system) :: model
@@ -95,17 +97,17 @@ contains
 
   end subroutine find_branches
 
-  !> Computes the distance of each branch from its order (per cent) at the nearer end of the range, with frequency f, harmonic k and
-  !> speed n: 100 (f / (k n) - 1) above and 100 (1 - f / (k n)) below the order. A distance is negative if the order meets the
-  !> frequency within the range.
+  !> Computes the distance of each branch from its order, in per cent, at that end of the range where frequency and order are
+  !> closest. With frequency f, harmonic k and speed n it is 100 (f / (k n) - 1) for frequencies above the order and 100 (1 - f / (k
+  !> n)) for frequencies below. The distance is negative if the frequency coincides with the order within the range.
   subroutine compute_distances(frame, speeds, branches, distances)
     !> The machine for which distances are computed
     class(frame_type), intent(in) :: frame
-    !> Speeds at the ends of the range, as in `find_branches`
+    !> Speeds at the ends of the range: see `find_branches`
     real(dp), intent(in) :: speeds(2)
-    !> Branches of this machine or of a neighbour
+    !> Branches, found for this machine or for a neighbour of it
     type(separation_type), intent(in) :: branches
-    !> The distances, shape (branches)
+    !> The distances (%), shape (branches)
     real(dp), allocatable, intent(out) :: distances(:)
     type(averaged_system) :: model
     real(dp) :: ends(2), m, g, c, root, frequency
@@ -127,8 +129,8 @@ contains
     end do
   end subroutine compute_distances
 
-  !> Computes the undamped frequencies, ascending, and the modes u exp(i w t), with the gyroscopic moments `g`. For modes that do
-  !> not oscillate `g` is omitted. Fails if the mass matrix is not positive definite.
+  !> Computes the undamped natural frequencies, ascending, and the modes u exp(i w t). The gyroscopic moments `g` are included,
+  !> except for modes that do not oscillate. Fails if the mass matrix is not positive definite.
   subroutine find_modes(m, g, c, frequencies, modes, error)
     real(dp), intent(in) :: m(:, :), g(:, :), c(:, :)
     real(dp), intent(out) :: frequencies(:)
@@ -163,7 +165,7 @@ contains
     end do
   end subroutine find_modes
 
-  !> Matrix of the mean gyroscopic moments at a speed of the crank (rad/s).
+  !> Matrix of the gyroscopic moments, averaged over the turn, at a speed of the crank (rad/s).
   pure function gyroscopic(frame, model, speed) result(g)
     class(frame_type), intent(in) :: frame
     type(averaged_system), intent(in) :: model
@@ -173,14 +175,15 @@ contains
     g = (model%b - transpose(model%b)) / 2 * (speed / abs(frame%speed))
   end function gyroscopic
 
-  !> Index of the end of the range at which the frequency comes nearest to the order: 2 for a frequency above the order, 1 below it.
+  !> Index of that end of the range at which the frequency comes closest to the order: 2 for a frequency above the order, 1 for a
+  !> frequency below it.
   pure integer function end_of(side)
     integer, intent(in) :: side
 
     end_of = merge(2, 1, side > 0)
   end function end_of
 
-  !> The speeds at the ends of the range (rad/s).
+  !> Minimum and maximum speed of the range (rad/s).
   pure function ends_of(frame, speeds) result(ends)
     class(frame_type), intent(in) :: frame
     real(dp), intent(in) :: speeds(2)

@@ -29,26 +29,29 @@ module gestell_study_frame_model
 
   character(len=11), parameter, public :: frame_models(3) = [character(len=11) :: "exact", "first_order", "rest"]
 
-  !> How the exact vibration was found.
+  !> How the vibration of the exact frame was found.
   type, public :: newton_type
-    !> Steps of Newton's method, |q_k+1 - q_k|/|q_k+1|, the first from the linear vibration. The last step estimates the remaining
-    !> error
+    !> Relative steps of Newton's method, |q_k+1 - q_k|/|q_k+1|; the first step starts from the linear vibration. The last step
+    !> estimates the remaining error
     real(dp), allocatable :: steps(:)
-    !> True if the vibration was found by following a path
+    !> True if the vibration was found by continuation: by following vibrations while the excitation, the speed or the damping
+    !> varies
     logical :: followed = .false.
-    !> Other vibrations that were found during the search
+    !> Other vibrations of the same frame that were found during the search
     type(varied_frame_type), allocatable :: others(:)
   end type newton_type
 
-  !> If the first relative step of Newton's method is larger, the vibration is far from the linear one and may be one of several.
+  !> If the first relative step of Newton's method is larger than this, the exact vibration differs much from the linear one and may
+  !> be one of several.
   real(dp), parameter :: notably_nonlinear = 0.02_dp
-  !> A motion given as a start is rejected if a step of Newton's method from it reaches this fraction of the motion.
+  !> A motion given as a start is rejected if a step of Newton's method, relative to the motion, reaches this value.
   real(dp), parameter :: near_step = 0.3_dp
 
 contains
 
-  !> Applies `model`, one of `frame_models`, to `frame`: computes the vibration about which the equations are linearised ('rest'
-  !> needs none). Fails if the model does not exist, as `solve_floquet` and `solve_periodic` do, or if no vibration is found.
+  !> Applies `model`, one of `frame_models`, to `frame`: computes the vibration about which the equations are linearised (the model
+  !> 'rest' needs no vibration). Fails if the model does not exist, if `solve_floquet` or `solve_periodic` fails, or if no vibration
+  !> is found.
   recursive subroutine settle(frame, model, accuracy, settled, error, newton, near)
     !> The frame, before the model is applied
     class(frame_type), intent(in) :: frame
@@ -60,8 +63,8 @@ contains
     type(error_type), allocatable, intent(out) :: error
     !> How the exact vibration was found
     type(newton_type), intent(out), optional :: newton
-    !> Start of Newton's method, near the vibration of the exact frame. If a step leads far from it, perhaps to another vibration,
-    !> the vibration is searched as without `near`
+    !> Start of Newton's method, close to the vibration of the exact frame. If a step leads far away from it, perhaps to another
+    !> vibration, the search is repeated without `near`
     type(series_type), intent(in), optional :: near
     type(varied_frame_type), allocatable :: varied
     type(series_type) :: rest
@@ -74,7 +77,7 @@ contains
       allocate(rest%cosine(0:1, frame%dofs()), rest%sine(0:1, frame%dofs()), source=0.0_dp)
       allocate(varied)
       varied = varied_frame(frame, rest)
-      ! Forces that cancel to their rounding error move the frame so little that all models agree.
+      ! Forces that are only rounding errors of larger forces move the frame so little that all models agree.
       varied%newton = model == "exact" .and. frame%load_rounding < 0.5_dp
       if (varied%newton .and. present(near)) then
         call varied%linearise_about(near)
@@ -98,8 +101,8 @@ contains
     end select
   end subroutine settle
 
-  !> Applies a model to a member of a family, in place. The model 'averaged' replaces a frame by its equations with averaged M, B,
-  !> C. Systems that are not frames remain unchanged. Fails as `settle` does.
+  !> Applies a model to a member of a family, in place. The model 'averaged' replaces a frame by equations with the averages of M,
+  !> B, C. Systems that are not frames remain unchanged. Fails if `settle` fails.
   subroutine settle_member(system, model, accuracy, error)
     class(periodic_system), allocatable, intent(inout) :: system
     character(len=*), intent(in) :: model
@@ -122,9 +125,9 @@ contains
     if (allocated(means)) call move_alloc(means, system)
   end subroutine settle_member
 
-  !> Searches for the vibration by Newton's method from `varied`, the frame about rest; if this fails, along paths. No machine stays
-  !> on a vibration between two turning points over the speed. If a path over the speed leads to another vibration, that vibration
-  !> is returned instead.
+  !> Searches for the vibration by Newton's method. The search starts from `varied`, the frame linearised about rest. If it fails,
+  !> the vibration is searched by continuation. A vibration between two turning points of the curve over the speed is unstable, so
+  !> no machine stays on it. If continuation over the speed leads to another vibration, that vibration is returned instead.
   subroutine find_vibration(frame, accuracy, varied, error, newton)
     class(frame_type), intent(in) :: frame
     type(accuracy_type), intent(in) :: accuracy
@@ -139,7 +142,7 @@ contains
 
     found = varied
     call iterate(frame, accuracy, .false., found, steps, error)
-    ! Another way may succeed if the linear equations have no vibration or theirs is too large as a start.
+    ! Continuation may succeed even if the linear equations have no vibration, or if their vibration is too large as a start.
     followed = .false.
     if (allocated(error)) followed = any(error%cause == [resonance, no_convergence])
     if (allocated(error) .and. .not. followed) return
@@ -171,7 +174,7 @@ contains
     if (allocated(between)) call move_alloc(between, newton%others)
   end subroutine find_vibration
 
-  !> True if a real multiplier is greater than 1: then the vibration lies between two turning points.
+  !> True if a real multiplier is greater than 1. The vibration then lies between two turning points of the curve over the speed.
   logical function between_turning_points(varied)
     type(varied_frame_type), intent(in) :: varied
     type(floquet_type) :: floquet

@@ -6,13 +6,13 @@ module gestell_study_frame_model_gmres
   implicit none (type, external)
   private
 
-  !> State of the iteration.
+  !> State of the GMRES iteration.
   type, public :: gmres_type
     private
-    !> Number of products so far
+    !> Number of products A v so far
     integer :: products = 0
-    !> `vectors`: orthonormal vectors V. `r`: R of A V = (V Q) R. `cosine`, `sine`: the rotations that form Q. `residual_norms`: the
-    !> residual of b in the basis V Q
+    !> `vectors`: orthonormal vectors V. `r`: R of A V = (V Q) R. `cosine`, `sine`: the plane rotations that form Q.
+    !> `residual_norms`: components of the residual of b in the basis V Q
     real(dp), allocatable :: vectors(:, :), r(:, :), cosine(:), sine(:), residual_norms(:)
   contains
     procedure :: begin
@@ -23,12 +23,12 @@ module gestell_study_frame_model_gmres
     procedure :: residual
   end type gmres_type
 
-  !> Value of `residual` if there is no solution.
+  !> Value of the function `residual` if there is no solution.
   real(dp), parameter :: none = 1.0e100_dp
 
 contains
 
-  !> Starts the iteration for the right-hand side `b` and allocates memory for `most` products.
+  !> Starts the iteration for the right-hand side `b`. Allocates memory for at most `most` products.
   pure subroutine begin(self, b, most)
     class(gmres_type), intent(inout) :: self
     real(dp), intent(in) :: b(:)
@@ -43,7 +43,7 @@ contains
     self%vectors(:, 1) = b / max(length, tiny(length))
   end subroutine begin
 
-  !> The vector whose product with A is needed next.
+  !> The vector v whose product A v the caller must compute next.
   pure function last(self)
     class(gmres_type), intent(in) :: self
     real(dp) :: last(size(self%vectors, 1))
@@ -51,7 +51,7 @@ contains
     last = self%vectors(:, self%products + 1)
   end function last
 
-  !> Extends the basis by the product of A with the vector `last`.
+  !> Extends the basis by `product`, the product of A with the vector `last`.
   pure subroutine extend(self, product)
     class(gmres_type), intent(inout) :: self
     real(dp), contiguous, intent(in) :: product(:)
@@ -82,7 +82,7 @@ contains
     self%residual_norms(m) = self%cosine(m) * self%residual_norms(m)
   end subroutine extend
 
-  !> The combination x of the vectors so far that minimises |b - A x|.
+  !> The combination x of the basis vectors so far that minimises |b - A x|.
   pure function solution(self) result(x)
     class(gmres_type), intent(in) :: self
     real(dp) :: x(size(self%vectors, 1))
@@ -96,7 +96,7 @@ contains
     end do
   end function solution
 
-  !> Residual relative to the solution, |b - A x|/|x|; `none` if there is no solution.
+  !> Norm of the residual relative to the solution, |b - A x|/|x|; `none` if there is no solution.
   pure real(dp) function residual(self)
     class(gmres_type), intent(in) :: self
     real(dp) :: size_of_solution
@@ -111,7 +111,7 @@ contains
     end if
   end function residual
 
-  !> Estimate of |A^-1| from the products so far: 1 + |R^-1 - E|.
+  !> Estimate of the norm |A^-1| from the products so far: 1 + |R^-1 - E|.
   pure real(dp) function amplification(self)
     class(gmres_type), intent(in) :: self
     real(dp) :: column(self%products), squares
@@ -128,7 +128,7 @@ contains
     amplification = 1 + sqrt(squares)
   end function amplification
 
-  !> Solves R x = y with the leading columns of R.
+  !> Solves the triangular system R x = y with the leading columns of R.
   pure function coefficients(self, y) result(x)
     class(gmres_type), intent(in) :: self
     real(dp), intent(in) :: y(:)
@@ -142,7 +142,7 @@ contains
     end do
   end function coefficients
 
-  !> u . v in four independent sums, which the processor adds in parallel.
+  !> The scalar product u . v, in four independent sums that the processor adds in parallel.
   pure real(dp) function inner(u, v)
     real(dp), contiguous, intent(in) :: u(:), v(:)
     real(dp) :: s1, s2, s3, s4

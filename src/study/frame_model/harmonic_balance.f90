@@ -19,53 +19,55 @@ module gestell_study_frame_model_harmonic_balance
 
   public :: balance_harmonics
 
-  !> A periodic motion by harmonic balance with estimates of its errors.
+  !> A periodic motion computed by harmonic balance, with estimates of its errors.
   type, public :: balance_type
-    !> Harmonics of the degrees of freedom, shape (0:phases - 1, dofs): cosines of the orders below half the number of phases, then
-    !> sines
+    !> Harmonics of the degrees of freedom, shape (0:phases - 1, dofs): first the cosines of the orders below half the number of
+    !> phases, then the sines
     real(dp), allocatable :: harmonics(:, :)
-    !> Estimated relative errors of motion and velocity. `rounding`: caused by rounding. `truncation`: caused by the remaining
-    !> residual and by missing harmonics
+    !> Estimated relative errors of motion and velocity. `rounding`: error caused by rounding. `truncation`: error caused by the
+    !> remaining residual and by missing harmonics
     real(dp) :: rounding = 0, truncation = 0
-    !> Part of `truncation` that more phases would reduce
+    !> The part of `truncation` that could be reduced by more phases
     real(dp) :: left_out = 0
-    !> Units of the states and phase advance, kept for similar systems; its `scale` is unallocated before the first use
+    !> Units of the states, and phase advance of the free vibrations. Kept for similar systems; the component `scale` is unallocated
+    !> before the first use
     type(survey_type) :: survey
-    !> The preconditioner, kept for similar systems
+    !> The preconditioner, which is kept for similar systems
     type(means_type), private :: means
   contains
     procedure :: at_phases
   end type balance_type
 
-  !> Coefficients M, B, C of the equations at the phases, shape (phases, f, f).
+  !> Coefficients M, B, C of the equations, each at all phases, shape (phases, f, f).
   type :: coefficients_type
     real(dp), allocatable, dimension(:, :, :) :: m, b, c
   end type coefficients_type
 
-  !> Maximum number of iterations.
+  !> Maximum number of GMRES iterations.
   integer, parameter :: max_iterations = 16
-  !> Safety factor on the residual, for the ratio of peak to rms error and for parts of the error that the iterations have not
-  !> reached.
+  !> Safety factor on the residual. It allows for the ratio of peak to rms error, and for parts of the error that the iterations
+  !> have not reached.
   real(dp), parameter :: reserve = 10
-  !> Minimum number of phases, as a multiple of the system's `least_steps`.
+  !> Minimum number of phases, divided by the system's minimum number of integration steps `least_steps`.
   integer, parameter :: phases_in_step = 4
-  !> Largest phase advance of the free vibrations (rad) for which harmonic balance is tried.
+  !> Maximum phase advance of the free vibrations (rad) for which harmonic balance is tried.
   real(dp), parameter :: max_turns = 700
 
 contains
 
-  !> Computes the periodic motion. Sets `fits` to false if harmonic balance does not work: the coefficients jump, the free
-  !> vibrations are too fast, the iterations do not converge, harmonics are missing, or rounding exceeds the allowed error.
+  !> Computes the periodic motion by harmonic balance. Sets `fits` to false if the method does not work: because the coefficients
+  !> jump, the free vibrations are too fast, the iterations do not converge, harmonics are missing, or rounding exceeds the allowed
+  !> error.
   subroutine balance_harmonics(system, phases, of_motion, motion, fits)
     !> The system whose periodic motion is computed
     class(second_order_system), intent(in) :: system
     !> Number of phases: a multiple of twice the number of lanes
     integer, intent(in) :: phases
-    !> Allowed error relative to the motion
+    !> Allowed error, relative to the size of the motion
     real(dp), intent(in) :: of_motion
-    !> The motion. On entry it may hold units and preconditioner of a similar system
+    !> The computed motion. On entry it may hold units and preconditioner of a similar system
     type(balance_type), intent(inout) :: motion
-    !> False if harmonic balance does not work
+    !> False if harmonic balance does not work for this system
     logical, intent(out) :: fits
     type(coefficients_type) :: at
     type(error_type), allocatable :: error
@@ -116,7 +118,8 @@ contains
     end associate
   end subroutine balance_harmonics
 
-  !> Samples the coefficients of the equations in theta = 2 pi t/T, and h, at equidistant phases. `units`: units of the states.
+  !> Samples the coefficients of the equations over theta = 2 pi t/T and the load h at equidistant phases. `units`: units of the
+  !> states.
   subroutine sample(system, phases, units, at, h)
     class(second_order_system), intent(in) :: system
     integer, intent(in) :: phases
@@ -140,7 +143,8 @@ contains
     end do
   end subroutine sample
 
-  !> Applies the equations M q'' + B q' + C q and then the preconditioner to weighted harmonics `v`; the result is weighted too.
+  !> Applies the operator M q'' + B q' + C q and then the preconditioner to harmonics `v` that are multiplied by weights. The result
+  !> is multiplied by weights, too.
   pure function applied(means, at, v) result(x)
     type(means_type), intent(in) :: means
     type(coefficients_type), intent(in) :: at
@@ -172,7 +176,7 @@ contains
     x = means%weighted(means%waves%harmonics(load))
   end function applied
 
-  !> Values of harmonics at the phases; both have shape (phases, functions).
+  !> Values at the phases of functions that are given by their harmonics. Arguments and result have shape (phases, functions).
   pure function at_phases(self, harmonics) result(values)
     class(balance_type), intent(in) :: self
     real(dp), contiguous, intent(in) :: harmonics(:, :)

@@ -1,4 +1,5 @@
-!> The preconditioner of harmonic balance: the means of M, B, C over the turn give A_k = <C> + i k W <B> - (k W)^2 <M>, W = 2 pi/T.
+!> The preconditioner of harmonic balance. From the means <M>, <B>, <C> over the turn it forms the matrices A_k = <C> + i k W <B> -
+!> (k W)^2 <M>, where W = 2 pi/T.
 module gestell_study_frame_model_harmonic_means
   use gestell_base_kinds, only: dp, pi
   use gestell_floquet_choice_survey, only: survey_type
@@ -8,37 +9,39 @@ module gestell_study_frame_model_harmonic_means
 
   public :: solve_means
 
-  !> Means of M, B, C over the turn, in units of the states, and the inverses of the matrices A_k of all orders k.
+  !> Means of M, B, C over the turn, in units of the states, and the inverses of the matrices A_k for all orders k.
   type, public :: means_type
-    !> `f`: number of degrees of freedom. `half`: half the number of phases; the phases resolve the orders below `half`
+    !> `f`: number of degrees of freedom. `half`: half the number of phases; the phases resolve orders below `half`
     integer :: f = 0, half = 0
-    !> Means of M, B, C, shape (f, f, 3)
+    !> Means of M, B, C over the turn, shape (f, f, 3)
     real(dp), allocatable :: coefficients(:, :, :)
-    !> Real and imaginary parts of A_k^-1, where A_k x_k = h_k is the averaged equation of harmonic k; shape (0:half - 1, f, f)
+    !> Real parts (`along`) and imaginary parts (`across`) of A_k^-1, shape (0:half - 1, f, f). A_k x_k = h_k is the averaged
+    !> equation of harmonic k
     real(dp), allocatable, dimension(:, :, :) :: along, across
-    !> `of_velocity`: ratio of velocity to displacement at order 1, shape (f). `weights`: weights of the harmonics in the rms of
-    !> motion and velocity, shape (0:2 half - 1, f)
+    !> `of_velocity`: ratio of velocity to displacement at order 1, shape (f). `weights`: factors of the harmonics in the rms value
+    !> of motion and velocity, shape (0:2 half - 1, f)
     real(dp), allocatable :: of_velocity(:), weights(:, :)
-    !> Norm of A_k^-1 for each order k, where A_k x_k = h_k is the averaged equation of harmonic k
+    !> Norm of A_k^-1 for each order k. A_k x_k = h_k is the averaged equation of harmonic k
     real(dp), allocatable :: gains(:)
-    !> Factor by which errors of a turn are amplified: the maximum over k of |(i k W - P)^-1|/T, P the matrix of the averaged
-    !> first-order equations. It approximates |(E - Phi(T))^-1| near a resonance
+    !> Factor by which errors made during one turn are amplified: the maximum over k of |(i k W - P)^-1|/T, where P is the matrix of
+    !> the averaged first-order equations. Near a resonance it approximates |(E - Phi(T))^-1|
     real(dp) :: amplification = 0
-    !> The Fourier transform at the phases
+    !> The Fourier transform for this number of phases
     type(waves_type) :: waves
   contains
     procedure :: weighted
     procedure :: left_out
   end type means_type
 
-  !> Resonances are considered up to this multiple of the order of the fastest free vibration.
+  !> Resonances are considered for orders up to this multiple of the order of the fastest free vibration.
   real(dp), parameter :: beyond_fastest = 1.1_dp
 
 contains
 
-  !> Computes the means of M, B, C, and the inverses of A_k = <C> + i k W <B> - (k W)^2 <M> for all orders k.
+  !> Computes the means of M, B, C over the turn, and the inverses of A_k = <C> + i k W <B> - (k W)^2 <M> for all orders k.
   pure subroutine solve_means(m, b, c, omega, survey, means, fits)
-    !> Coefficients over theta at equidistant phases in the units of `survey`, shapes (phases, f, f), and 2 pi/T (rad/s)
+    !> `m`, `b`, `c`: coefficients over theta at equidistant phases, in the units of `survey`, shapes (phases, f, f). `omega`: 2
+    !> pi/T (rad/s)
     real(dp), intent(in) :: m(:, :, :), b(:, :, :), c(:, :, :), omega
     type(survey_type), intent(in) :: survey
     type(means_type), intent(out) :: means
@@ -65,8 +68,8 @@ contains
     call invert_means(means, fits)
   end subroutine solve_means
 
-  !> Inverts the matrices A_k of all orders k. For orders that the phases do not resolve only the norms are kept. `fits` is false if
-  !> one of the matrices is singular.
+  !> Inverts the matrices A_k of all orders k. For orders that the phases do not resolve, only the norms of the inverses are kept.
+  !> `fits` is false if one of the matrices is singular.
   pure subroutine invert_means(means, fits)
     type(means_type), intent(inout) :: means
     logical, intent(out) :: fits
@@ -100,7 +103,7 @@ contains
     end do
   end subroutine invert_means
 
-  !> The matrix A_k.
+  !> The matrix A_k of the averaged equation of harmonic k.
   pure function operator_of(means, k) result(a)
     type(means_type), intent(in) :: means
     integer, intent(in) :: k
@@ -109,7 +112,7 @@ contains
     a = cmplx(means%coefficients(:, :, 3) - real(k, dp)**2 * means%coefficients(:, :, 1), k * means%coefficients(:, :, 2), dp)
   end function operator_of
 
-  !> Inverts a matrix in place by Gauss-Jordan elimination with row pivots; `fits` is false if it is singular.
+  !> Inverts a matrix in place by Gauss-Jordan elimination with row pivots. `fits` is false if the matrix is singular.
   pure subroutine invert(a, fits)
     complex(dp), contiguous, intent(inout) :: a(:, :)
     logical, intent(out) :: fits
@@ -141,7 +144,7 @@ contains
     end do
   end subroutine invert
 
-  !> Harmonics of the load multiplied by A_k^-1 and by `weights`; A_k x_k = h_k is the averaged equation of harmonic k.
+  !> Harmonics of the load, multiplied by A_k^-1 and then by `weights`. A_k x_k = h_k is the averaged equation of harmonic k.
   pure function weighted(means, load) result(x)
     class(means_type), intent(in) :: means
     real(dp), intent(in) :: load(0:, :)
@@ -163,9 +166,9 @@ contains
     x = x * means%weights
   end function weighted
 
-  !> Estimates the error caused by missing harmonics (doc/theory.md, equation 37). A harmonic whose order k the n phases do not
-  !> resolve is missing itself, and its load appears as a load of order n - k. The load A_k x_k is assumed to decrease as it does
-  !> over the last two sixths of the orders.
+  !> Estimates the error caused by missing harmonics (doc/theory.md, equation 37). If the n phases do not resolve the order k, this
+  !> harmonic itself is missing, and its load appears as a load of order n - k. The load A_k x_k is assumed to decrease further as
+  !> it does over the last two sixths of the orders.
   pure real(dp) function left_out(means, x)
     class(means_type), intent(in) :: means
     real(dp), intent(in) :: x(0:, :)

@@ -12,14 +12,14 @@ module gestell_study_frame_model_model_check
 
   public :: check_model
 
-  !> A cheaper model counts as correct if its ln rho_max differs by at most this fraction.
+  !> The result of a cheaper model counts as correct if its ln rho_max differs by at most this fraction from the better value.
   real(dp), parameter :: negligible = 0.01_dp
 
 contains
 
-  !> Compares `multipliers` of a cheaper model with the multipliers about the exact vibration or, if these are unknown, about the
-  !> vibration of the equations about rest. `better` is allocated if the verdicts differ, or if ln rho_max differs by more than one
-  !> per cent plus both errors.
+  !> Compares `multipliers` of a cheaper model with the multipliers about the exact vibration. If these are unknown, compares them
+  !> with the multipliers about the vibration of the equations linearised about rest. `better` is allocated if the verdicts differ,
+  !> or if ln rho_max differs by more than one per cent plus both errors.
   subroutine check_model(frame, accuracy, multipliers, better)
     class(frame_type), intent(in) :: frame
     type(accuracy_type), intent(in) :: accuracy

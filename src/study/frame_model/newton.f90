@@ -19,31 +19,31 @@ module gestell_study_frame_model_newton
 
   public :: iterate, with_min_tolerance, next_motion, too_rough, values_of
 
-  !> Tolerance for a vibration that only serves as a start.
+  !> Tolerance for a vibration that only serves as the start of a search.
   real(dp), parameter, public :: rough = 1.0e-6_dp
   !> Maximum number of steps of Newton's method.
   integer, parameter :: max_steps = 12
-  !> `max_step`: a step above this fraction of the motion shows that the start was bad. `all_error`: a motion with a larger
+  !> `max_step`: a step larger than this fraction of the motion shows that the start was bad. `all_error`: a motion with a larger
   !> relative error is useless.
   real(dp), parameter :: max_step = 0.5_dp, all_error = 0.5_dp
-  !> The method has converged if the expected further steps are below this fraction of the tolerance.
+  !> The method has converged if the steps still expected are smaller than this fraction of the tolerance.
   real(dp), parameter :: part_left = 0.1_dp
-  !> Relative errors allowed for fast solvers. `of_step`: for the start and for a step. `of_last_step`: for a step that only
-  !> confirms that the method has converged.
+  !> Relative errors allowed for fast solvers. `of_step`: for the start and for a normal step. `of_last_step`: for a step that only
+  !> confirms convergence.
   real(dp), parameter :: of_step = 1.0e-3_dp, of_last_step = 0.1_dp
-  !> Initial number of samples of a motion.
+  !> Number of samples of a motion at the start of a search.
   integer, parameter, public :: first_samples = 64
   !> Minimum and maximum number of samples of a motion.
   integer, parameter :: min_samples = 48, max_samples = 2**12
-  !> Maximum number of samples of an intermediate motion, unless the step is small. Motions that need more samples usually lead away
-  !> from the vibration.
+  !> Maximum number of samples of an intermediate motion, unless the step is small. Intermediate motions that need more samples
+  !> usually lead away from the vibration.
   integer, parameter :: max_passed = 512
-  !> A step below this fraction of the motion is small.
+  !> A step of Newton's method counts as small if it is below this fraction of the motion.
   real(dp), parameter :: small_step = 0.1_dp
-  !> If more phases are needed, integration is faster than harmonic balance.
+  !> If a motion needs more phases than this, integration is faster than harmonic balance.
   integer, parameter :: max_balanced = 128
-  !> Sizes of harmonics relative to the motion. `resolved`: the highest orders of a resolved motion are smaller. `noise`: smaller
-  !> harmonics are rounding errors and are dropped.
+  !> Sizes of harmonics relative to the motion. `resolved`: a motion counts as resolved if its highest orders are smaller. `noise`:
+  !> smaller harmonics are rounding errors and are dropped.
   real(dp), parameter :: resolved = 1.0e-12_dp, noise = 1.0e-14_dp
 
   !> A periodic motion computed by `next_motion`.
@@ -52,41 +52,42 @@ module gestell_study_frame_model_newton
     real(dp), allocatable :: q(:, :), scale(:)
     !> Fourier series through the samples
     type(series_type) :: series
-    !> `size`: size of the motion in units of `scale`. `step`: relative change from the previous motion. `error`: estimated relative
-    !> error
+    !> `size`: size of the motion in units of `scale`. `step`: change from the previous motion, relative to the motion. `error`:
+    !> estimated relative error
     real(dp) :: size = 0, step = 0, error = 0
-    !> Data of harmonic balance that the next motion uses again
+    !> Data of harmonic balance that are used again for the next motion
     type(balance_type) :: balance
-    !> Data of the fast integration that the next motion uses again
+    !> Data of the fast integration that are used again for the next motion
     type(quick_motion_type) :: quick
-    !> Truncation error of a fast solver, relative to its solution: the motion or the change from the previous motion
+    !> Truncation error of a fast solver, relative to what it computed: either the motion, or its change from the previous motion
     real(dp) :: truncation = 0
-    !> True if a fast solver was used
+    !> True if a fast solver (harmonic balance or fast integration) was used
     logical :: quickly = .false.
-    !> Relative error allowed for fast solvers
+    !> Relative error allowed for fast solvers (harmonic balance and fast integration)
     real(dp) :: of_step = of_step
-    !> True for an intermediate motion of Newton's method, which may stay unresolved at its maximum number of samples
+    !> True for an intermediate motion of Newton's method. It may remain unresolved at its maximum number of samples
     logical :: intermediate = .false.
-    !> True if only fast solvers may be used, because a full solution is not worth its cost
+    !> True if only harmonic balance and fast integration may be used, because a full solution is not worth its cost
     logical :: only_quickly = .false.
   end type next_type
 
 contains
 
-  !> Applies Newton's method, starting from the motion of `varied` and with its excitation. Fails as `solve_floquet` and
-  !> `solve_periodic` do, or if the method does not converge.
+  !> Applies Newton's method. The start is the motion about which `varied` is linearised; the excitation is that of `varied`. Fails
+  !> if `solve_floquet` or `solve_periodic` fails, or if the method does not converge.
   subroutine iterate(frame, accuracy, linear, varied, steps, error, quickly)
-    !> The frame about rest
+    !> The frame linearised about rest
     class(frame_type), intent(in), target :: frame
     type(accuracy_type), intent(in) :: accuracy
-    !> True: compute the vibration of the equations about rest
+    !> True: solve the equations linearised about rest instead of the exact equations
     logical, intent(in) :: linear
-    !> On entry the frame linearised about the start, or about rest. On return the frame linearised about the vibration
+    !> On entry the frame linearised about the start of the iteration, or about rest. On return the frame linearised about the
+    !> vibration
     type(varied_frame_type), intent(inout) :: varied
-    !> Steps |q_k+1 - q_k|/|q_k+1|, the first from the linear vibration or from the motion of `varied`
+    !> Relative steps |q_k+1 - q_k|/|q_k+1|. The first step starts from the linear vibration or from the motion of `varied`
     real(dp), allocatable, intent(out) :: steps(:)
     type(error_type), allocatable, intent(out) :: error
-    !> True if the last step was computed by a fast solver
+    !> True if a fast solver (harmonic balance or fast integration) computed the last step
     logical, intent(out), optional :: quickly
     type(accuracy_type) :: order
     type(next_type) :: next
@@ -99,7 +100,7 @@ contains
     first = 1
     if (.not. any(abs(varied%motion%cosine) > 0 .or. abs(varied%motion%sine) > 0)) first = 0
     before = 1
-    ! A linear system has its motion at once.
+    ! A linear system needs only one step.
     if (linear) next%of_step = part_left * accuracy%tolerance
     do k = first, max_steps
       samples = 2 * ubound(varied%motion%cosine, 1) + 2
@@ -113,7 +114,7 @@ contains
       else
         lack = varied
         lack%lacking = .true.
-        ! As long as the steps are large the motion is not a vibration, and its failures say nothing about the machine.
+        ! While the steps are large, the motion is far from a vibration, and failures to compute it say nothing about the machine.
         astray = .not. before < max_step
         next%intermediate = astray
         next%only_quickly = astray .and. k > 1 .and. next%quickly
@@ -128,14 +129,16 @@ contains
       step = next%step
       if (k > 0) steps = [steps, step]
       missed = next%truncation
-      ! Harmonics are dropped if they are below rounding, the motion's error, or the part of the tolerance left to further steps.
+      ! Drops harmonics that are smaller than rounding errors, than the error of the motion, or than the fraction of the tolerance
+      ! that remains for further steps.
       units = 0
       units(frame%free) = next%scale(:size(frame%free))
       call next%series%trim(units, max(noise, next%error / 100, part_left * accuracy%tolerance / 100, missed * step / 100) &
         & * next%size)
       call varied%linearise_about(next%series)
-      ! Estimates the steps still to come: steps shrink at least like the last two, those of a linear system by the truncation error
-      ! of the fast solver. If the motion is all error, further steps do not help.
+      ! Estimates the size of the steps still to come. Each step is assumed to shrink by at least the ratio of the last two steps,
+      ! for a linear system by the truncation error of the fast solver. If the motion consists only of error, further steps do not
+      ! help.
       left = step
       if (step < before) left = step * min(1.0_dp, max(step / before, missed))
       if (linear .and. next%quickly) left = step * missed
@@ -152,11 +155,11 @@ contains
     error%cause = no_convergence
   end subroutine iterate
 
-  !> Computes the periodic motion of `system` at enough equidistant phases to resolve it. Fast solvers are tried first; where they
-  !> do not work, the system is solved to `accuracy`. Fails as `solve_floquet` and `solve_periodic` do. Fails also if no fast solver
-  !> works and others are not allowed.
+  !> Computes the periodic motion of `system` at enough equidistant phases to resolve it. Harmonic balance and fast integration are
+  !> tried first. If they do not work, the system is solved to `accuracy`; this fails if `solve_floquet` or `solve_periodic` fails.
+  !> Fails also if the fast solvers do not work and no others are allowed.
   subroutine next_motion(frame, system, accuracy, samples, next, error, from, lack, floquet)
-    !> The frame about rest, and the frame whose motion is computed
+    !> `frame`: the frame linearised about rest. `system`: the frame whose motion is computed
     class(frame_type), intent(in) :: frame, system
     type(accuracy_type), intent(in) :: accuracy
     !> Minimum number of samples
@@ -164,8 +167,8 @@ contains
     !> The computed motion. On entry it may hold the motion of a similar system
     type(next_type), intent(inout) :: next
     type(error_type), allocatable, intent(out) :: error
-    !> If `from` and `lack` are present, the motion is `from` plus the periodic motion of `lack`. Fast solvers then need only be
-    !> accurate relative to the change
+    !> If `from` and `lack` are present, the motion is `from` plus the periodic motion of `lack`. The fast solvers then compute only
+    !> this change, and their errors are relative to it
     type(series_type), intent(in), optional :: from
     class(second_order_system), intent(in), optional :: lack
     !> If present, the system is solved in full, and the solution is returned
@@ -177,11 +180,11 @@ contains
     integer :: n
     logical :: balances
 
-    ! Fewer samples would alias high orders to low ones: a coefficient of order k makes least_steps about 2 pi k.
+    ! With fewer samples, high orders would appear as low orders. A coefficient of order k sets `least_steps` to about 2 pi k.
     n = max(min_samples, min(frame%least_steps / 2, max_samples / 2))
     balances = .not. (present(floquet) .or. next%quick%keeps)
     do
-      ! Multiples of 16 transform fast and suit harmonic balance.
+      ! The Fourier transform is fast for multiples of 16, and harmonic balance requires them.
       n = 16 * ((max(n, samples) + 15) / 16)
       next%quickly = balances .and. n <= max_balanced
       if (next%quickly) then
@@ -190,7 +193,7 @@ contains
           n = 2 * n
           cycle
         end if
-        ! Near a resonance with almost no damping the integration estimates its rounding error better.
+        ! Near a resonance with almost no damping, the fast integration estimates its rounding error better than harmonic balance.
         next%quickly = next%quickly .and. next%error <= max(part_left * accuracy%tolerance, frame%load_rounding)
       end if
       if (.not. next%quickly .and. .not. present(floquet)) call integrate(frame, system, n, next, change, next%quickly, from, lack)
@@ -217,14 +220,15 @@ contains
     if (present(floquet)) floquet = solved
   end subroutine next_motion
 
-  !> Maximum number of samples of an intermediate motion. It is larger if the coefficients alone need many samples.
+  !> Maximum number of samples of an intermediate motion of Newton's method. It is larger if the coefficients alone need many
+  !> samples.
   pure integer function max_intermediate_samples(frame)
     class(frame_type), intent(in) :: frame
 
     max_intermediate_samples = max(max_passed, min(2 * frame%least_steps, max_samples))
   end function max_intermediate_samples
 
-  !> True if an intermediate motion has more than its maximum number of samples and is still not accurate.
+  !> True if an intermediate motion has reached its maximum number of samples and is still not accurate.
   pure logical function too_rough(frame, next)
     class(frame_type), intent(in) :: frame
     type(next_type), intent(in) :: next
@@ -232,8 +236,8 @@ contains
     too_rough = size(next%q, 1) > max_intermediate_samples(frame) .and. .not. next%error <= rough
   end function too_rough
 
-  !> Computes the motion by harmonic balance, and its `change` against the motion `from`. Arguments as in `next_motion`; `n`: number
-  !> of phases.
+  !> Computes the motion by harmonic balance, and its `change` from the motion `from`. `n`: number of phases. The other arguments
+  !> are those of `next_motion`.
   subroutine balance(frame, system, n, next, change, fits, from, lack)
     class(frame_type), intent(in) :: frame, system
     integer, intent(in) :: n
@@ -271,8 +275,8 @@ contains
     next%series%sine = harmonics(n / 2:, :)
   end subroutine balance
 
-  !> Computes the motion by one integration over the turn, and its `change` against the motion `from`. Arguments as in
-  !> `next_motion`.
+  !> Computes the motion by one integration over the turn, and its `change` from the motion `from`. `n`: number of phases. The other
+  !> arguments are those of `next_motion`.
   subroutine integrate(frame, system, n, next, change, fits, from, lack)
     class(frame_type), intent(in) :: frame, system
     integer, intent(in) :: n
@@ -303,8 +307,8 @@ contains
     next%series = series_through(next%q)
   end subroutine integrate
 
-  !> Computes the motion of `system` from `solved`, a full solution with error bounds, which is computed first if it is still empty.
-  !> Fails as `next_motion` does.
+  !> Computes the motion of `system` from `solved`, a full solution with error bounds. If `solved` is still empty, it is computed
+  !> first. Fails if `next_motion` fails.
   subroutine solve_fully(frame, system, accuracy, n, solved, next, error)
     class(frame_type), intent(in) :: frame, system
     type(accuracy_type), intent(in) :: accuracy
@@ -330,9 +334,9 @@ contains
     next%truncation = 0
   end subroutine solve_fully
 
-  !> Adds the effect of the motion's relative error, `part`, on the multipliers to the rounding error of `varied`. An error of the
-  !> motion changes only the difference between the coefficients about the motion and about rest. `scale`: units that make states
-  !> comparable.
+  !> Accounts for the relative error `part` of the motion: adds its effect on the multipliers to the rounding error of `varied`.
+  !> This error changes only the difference between the coefficients about the motion and those about rest. `scale`: units that make
+  !> the states comparable.
   subroutine add_rounding(frame, scale, part, varied)
     class(frame_type), intent(in) :: frame
     real(dp), intent(in) :: scale(:), part
@@ -352,7 +356,7 @@ contains
     varied%rounding = frame%rounding + merge(unknown, nothing_known, unknown < nothing_known)
   end subroutine add_rounding
 
-  !> Copy of `accuracy` with a tolerance of at least `tolerance`.
+  !> Copy of `accuracy` whose tolerance is at least `tolerance`.
   pure type(accuracy_type) function with_min_tolerance(accuracy, tolerance)
     type(accuracy_type), intent(in) :: accuracy
     real(dp), intent(in) :: tolerance
@@ -371,7 +375,7 @@ contains
     call motion%values([(real(k, dp) / samples, k = 0, samples - 1)], q, v, a)
   end function values_of
 
-  !> Maximum of a motion over phases and degrees of freedom, in the units `scale` of the states.
+  !> Maximum of |q| over all phases and degrees of freedom, in the units `scale` of the states.
   pure real(dp) function size_of(frame, scale, q)
     class(frame_type), intent(in) :: frame
     real(dp), intent(in) :: scale(:), q(:, :)

@@ -25,24 +25,24 @@ module gestell_study_frame_model_path
 
   public :: advance, between, cubic, first_point, middle_of, motion_of, next_iterate, size_of, units_of
 
-  !> A family of machines over lambda, each a frame linearised about a motion. Motions are stored at equidistant phases, shape
-  !> (samples, dofs), divided by `units` (m, rad), in the frame's order.
+  !> A family of machines over the parameter lambda. Each member is a frame linearised about a motion. Motions are stored at
+  !> equidistant phases, shape (samples, dofs), divided by `units` (m, rad); the degrees of freedom are in the frame's order.
   type, abstract, public :: path_family_type
     type(accuracy_type) :: accuracy
     real(dp), allocatable :: units(:)
-    !> True if the equations are linear in lambda and the frame rests at lambda = 0
+    !> True if the equations are linear in lambda and the frame is at rest for lambda = 0
     logical :: from_rest = .false.
-    !> `difference`: step of lambda for difference quotients. `precise`: tolerance of the two motions. Errors of 1e-8 over a step of
-    !> 1e-3 make the quotients accurate to 1e-5
+    !> `difference`: step of lambda for difference quotients. `precise`: tolerance of the two motions whose difference is formed.
+    !> Errors of 1e-8 over a step of 1e-3 make the quotients accurate to 1e-5
     real(dp) :: difference = 1.0e-3_dp, precise = 1.0e-8_dp
-    !> `close`: a motion has converged if its relative correction is smaller. `last_lambda`: largest lambda at which a machine
+    !> `close`: a motion has converged if its relative correction is smaller. `last_lambda`: largest lambda for which a machine
     !> exists
     real(dp) :: close = 1.0e-3_dp, last_lambda = huge(1.0_dp)
-    !> True if the multipliers of every iterate are computed too
+    !> True if the multipliers are computed together with every iterate
     logical :: multipliers = .false.
-    !> Angles of the multipliers of the last iterate, as in `iterate_type`
+    !> Angles of the multipliers of the last iterate: see `angles` of `iterate_type`
     real(dp), allocatable :: angles(:, :)
-    !> Number of linear systems that may still be solved, so that every search ends
+    !> Number of linear systems that may still be solved. It limits the length of every search
     integer :: left = 200
   contains
     procedure(member_at), deferred :: member
@@ -50,18 +50,19 @@ module gestell_study_frame_model_path
     procedure :: turn
   end type path_family_type
 
-  !> The next iterate of Newton's method about a motion.
+  !> The next iterate of Newton's method, computed from the frame linearised about a motion.
   type, public :: iterate_type
     !> The iterate at equidistant phases, shape (samples, dofs)
     real(dp), allocatable :: q(:, :)
-    !> True if a fast solver computed the iterate
+    !> True if a fast solver (harmonic balance or fast integration) computed the iterate
     logical :: quickly = .true.
-    !> Multipliers in the upper half plane, if requested: their arguments, ascending, and |ln abs(rho)|; shape (n, 2)
+    !> Multipliers in the upper half plane, if requested, shape (n, 2). Column 1: their arguments, ascending. Column 2: |ln
+    !> abs(rho)|
     real(dp), allocatable :: angles(:, :)
   end type iterate_type
 
   abstract interface
-    !> Returns the machine at lambda, not yet linearised about a motion. Fails if there is no machine at lambda.
+    !> Returns the machine at lambda, not yet linearised about a motion. Fails if no machine exists at lambda.
     subroutine member_at(self, lambda, varied, error)
       import :: dp, error_type, path_family_type, varied_frame_type
       implicit none (type, external)
@@ -72,7 +73,8 @@ module gestell_study_frame_model_path
     end subroutine member_at
   end interface
 
-  !> A point of the path: motion `q` and `lambda`, with the tangent (`along`, `rise`) of the path.
+  !> A point of the path: the motion `q` and the parameter `lambda`. The tangent of the path consists of `along` (for the motion)
+  !> and `rise` (for lambda).
   type, public :: point_type
     real(dp), allocatable :: q(:, :), along(:, :)
     real(dp) :: lambda = 0, rise = 1
@@ -80,21 +82,21 @@ module gestell_study_frame_model_path
 
   !> Initial, minimum and maximum arc length of a step along the path.
   real(dp), parameter, public :: first_arc = 0.2_dp, min_arc = 1.0e-4_dp, max_arc = 0.5_dp
-  !> A rotation of the frame beyond this angle (rad) ends a path.
+  !> A path ends if the rotation of the frame exceeds this angle (rad).
   real(dp), parameter, public :: furthest_turn = 3
-  !> `largest_change`: maximum relative correction of a motion. `min_cosine`: minimum cosine of the angle between consecutive
+  !> `largest_change`: maximum relative correction of a motion. `min_cosine`: minimum cosine of the angle between successive
   !> tangents.
   real(dp), parameter :: largest_change = 0.3_dp, min_cosine = 0.8_dp
   !> Maximum number of corrections of a predicted point.
   integer, parameter :: max_corrections = 6
-  !> Relative error allowed for an iterate that a fast solver computes.
+  !> Relative error allowed for an iterate of a fast solver (harmonic balance or fast integration).
   real(dp), parameter :: of_iterate = 1.0e-6_dp
-  !> Cost of a full solution, in fast solutions.
+  !> Cost of a full solution, as a multiple of the cost of a fast solution.
   integer, parameter, public :: slow = 50
 
 contains
 
-  !> Units that make rotations of `frame` comparable to displacements, shape (dofs).
+  !> Units of the degrees of freedom of `frame`, which make rotations comparable to displacements, shape (dofs).
   pure function units_of(frame) result(units)
     class(frame_type), intent(in) :: frame
     real(dp) :: units(frame%dofs()), mass, inertia
@@ -103,13 +105,13 @@ contains
     units = 1
     mass = frame%mass + frame%mechanism%mass
     inertia = frame%inertia + frame%mechanism%inertia
-    ! for a tensor the mean of its moments, which does not depend on the axes
+    ! for a tensor of inertia: the mean of its diagonal elements, which does not depend on the axes
     if (allocated(frame%space)) inertia = sum([(frame%space%inertia(i, i), i = 1, 3)]) / 3 + frame%mechanism%inertia
     if (.not. (mass > 0 .and. inertia > 0)) return
     where (is_rotation([(i, i = 1, size(units))])) units = sqrt(mass / inertia)
   end function units_of
 
-  !> Largest rotation of the frame (rad) in a motion.
+  !> Largest rotation of the frame (rad) in the motion q.
   pure real(dp) function turn(self, q)
     class(path_family_type), intent(in) :: self
     real(dp), intent(in) :: q(:, :)
@@ -120,12 +122,12 @@ contains
     turn = maxval([(norm2(pack(q(i, :) * self%units, turns)), i = 1, size(q, 1))])
   end function turn
 
-  !> Computes the point of the path at `lambda`, near the motion q. Fails as `linearise` does.
+  !> Computes the point of the path at `lambda` that is close to the motion q. Fails if `linearise` fails.
   subroutine first_point(family, q, lambda, way, at, error)
     class(path_family_type), intent(inout) :: family
-    !> Motion near the vibration, and the value of lambda
+    !> A motion close to the vibration, and the value of lambda
     real(dp), intent(in) :: q(:, :), lambda
-    !> 1: the tangent points to larger lambda, -1: it points to smaller lambda
+    !> Direction of the tangent: 1 towards larger lambda, -1 towards smaller lambda
     integer, intent(in) :: way
     type(point_type), intent(out) :: at
     type(error_type), allocatable, intent(out) :: error
@@ -141,14 +143,15 @@ contains
     call set_length(at, max(size_of(at%q), size_of(q_b) * merge(1, 0, family%from_rest)))
   end subroutine first_point
 
-  !> Follows the path from `at` by the arc length `arc`. Fails if the correction does not converge or the tangent turns too far.
+  !> Follows the path from the point `at` by the arc length `arc`. Fails if the corrections do not converge, or if the tangent turns
+  !> too far.
   subroutine advance(family, at, arc, next, easy, error)
     class(path_family_type), intent(inout) :: family
     type(point_type), intent(in) :: at
     real(dp), intent(in) :: arc
     !> The new point of the path
     type(point_type), intent(out) :: next
-    !> True if at most two corrections were needed
+    !> True if one or two corrections were sufficient
     logical, intent(out) :: easy
     type(error_type), allocatable, intent(out) :: error
     real(dp), allocatable :: q_a(:, :), q_b(:, :), predicted(:, :), along(:, :), q(:, :)
@@ -180,7 +183,7 @@ contains
         next%along = q_b
         next%rise = 1
         call set_length(next, scale)
-        ! Keep the direction along the path.
+        ! Choose the sign of the tangent so that the path continues in the same direction.
         cosine = inner(along, next%along) / scale**2 + at%rise * next%rise
         next%along = sign(1.0_dp, cosine) * next%along
         next%rise = sign(1.0_dp, cosine) * next%rise
@@ -193,7 +196,8 @@ contains
     call fatal_error(error, "the path cannot be continued: Newton's method did not converge", failed_computation)
   end subroutine advance
 
-  !> Motion at the fraction x of the arc between two points, by the cubic through both points and their tangents.
+  !> Motion at the fraction x of the arc between two points of the path, interpolated by the cubic that has the values and tangents
+  !> of both points.
   function between(x, from, to, arc) result(q)
     real(dp), intent(in) :: x, arc
     type(point_type), intent(in) :: from, to
@@ -204,14 +208,14 @@ contains
     q = cubic(x, resampled(from%q, n), resampled(to%q, n), arc * resampled(from%along, n), arc * resampled(to%along, n))
   end function between
 
-  !> Value at x of the cubic through a at x = 0 and b at x = 1 with the given slopes there.
+  !> Value at x of the cubic that has the value a at x = 0 and b at x = 1, and the given slopes there.
   elemental real(dp) function cubic(x, a, b, slope_a, slope_b)
     real(dp), intent(in) :: x, a, b, slope_a, slope_b
 
     cubic = (1 + 2 * x) * (1 - x)**2 * a + x**2 * (3 - 2 * x) * b + x * (1 - x)**2 * slope_a - x**2 * (1 - x) * slope_b
   end function cubic
 
-  !> Normalises the tangent to length 1, with motions measured relative to `scale`.
+  !> Scales the tangent to length 1; motions are measured relative to `scale`.
   pure subroutine set_length(point, scale)
     type(point_type), intent(inout) :: point
     real(dp), intent(in) :: scale
@@ -222,9 +226,9 @@ contains
     point%rise = point%rise / length
   end subroutine set_length
 
-  !> Computes the next iterate of Newton's method about the motion q as the linear function q_a + lambda q_b. It is exact for a path
-  !> from rest, otherwise valid near `lambda`. Fails if `family%left` is used up, if too many samples are needed, or as
-  !> `next_motion` does.
+  !> Computes the next iterate of Newton's method as a linear function of lambda, q_a + lambda q_b, from the frame linearised about
+  !> the motion q. The function is exact if the path starts from rest; otherwise it is valid near `lambda`. Fails if `family%left`
+  !> is used up, if too many samples are needed, or if `next_motion` fails.
   subroutine linearise(family, q, lambda, q_a, q_b, error)
     class(path_family_type), intent(inout) :: family
     real(dp), intent(in) :: q(:, :), lambda
@@ -242,7 +246,7 @@ contains
     if (ends(2) > family%last_lambda) ends(2) = lambda - family%difference
     if (family%from_rest) ends = [0.0_dp, 1.0_dp]
     if (family%from_rest .and. .not. any(abs(q) > 0)) then
-      next(1)%q = q                                                ! no excitation: the frame rests
+      next(1)%q = q                                                ! no excitation: the frame is at rest
       call next_iterate(family, q, ends(2), size(q, 1), next(2), error)
     else
       call family%solve_both(q, ends, next, error)
@@ -255,8 +259,8 @@ contains
     q_a = q_a - ends(1) * q_b
   end subroutine linearise
 
-  !> Computes the next iterates about q at both values `ends` of lambda. The second iterate has at least as many samples as the
-  !> first. Fails as `next_iterate` does.
+  !> Computes the next iterates from the motion q for both values `ends` of lambda. The second iterate has at least as many samples
+  !> as the first. Fails if `next_iterate` fails.
   subroutine solve_both(self, q, ends, next, error)
     class(path_family_type), intent(in) :: self
     real(dp), intent(in) :: q(:, :), ends(2)
@@ -267,8 +271,8 @@ contains
     if (.not. allocated(error)) call next_iterate(self, q, ends(2), size(next(1)%q, 1), next(2), error)
   end subroutine solve_both
 
-  !> Computes the next iterate about q at `lambda` with at least `samples` samples. Fails if the motion needs too many samples, or
-  !> as `next_motion` does.
+  !> Computes the next iterate from the motion q at `lambda`, with at least `samples` samples. Fails if the motion needs too many
+  !> samples, or if `next_motion` fails.
   subroutine next_iterate(family, q, lambda, samples, next, error)
     class(path_family_type), intent(in) :: family
     real(dp), intent(in) :: q(:, :), lambda
@@ -296,7 +300,7 @@ contains
     if (family%multipliers) next%angles = angles_of(floquet)
   end subroutine next_iterate
 
-  !> Angles of the multipliers as in `iterate_type`, shape (n, 2); n = 0 if there are no multipliers.
+  !> Angles of the multipliers, shape (n, 2) (see `angles` of `iterate_type`); n = 0 if there are no multipliers.
   function angles_of(floquet) result(angles)
     type(floquet_type), intent(in) :: floquet
     real(dp), allocatable :: angles(:, :)
@@ -314,7 +318,7 @@ contains
     end associate
   end function angles_of
 
-  !> Motion at the fraction `part` of the distance between two points, with the number of samples of the second point.
+  !> Motion at the fraction `part` of the arc between two points of the path, with as many samples as the second point has.
   function middle_of(at, next, part) result(q)
     type(point_type), intent(in) :: at, next
     real(dp), intent(in) :: part
@@ -323,7 +327,7 @@ contains
     q = resampled(at%q, size(next%q, 1)) * (1 - part) + next%q * part
   end function middle_of
 
-  !> Fourier series of a motion that is given by samples in the family's units.
+  !> Fourier series of a motion whose samples are given in the family's units.
   pure function motion_of(family, q) result(motion)
     class(path_family_type), intent(in) :: family
     real(dp), intent(in) :: q(:, :)
@@ -345,14 +349,14 @@ contains
     end if
   end function resampled
 
-  !> Mean of u . v over the turn.
+  !> Mean over the turn of the scalar product u . v.
   pure real(dp) function inner(u, v)
     real(dp), intent(in) :: u(:, :), v(:, :)
 
     inner = sum(u * v) / size(u, 1)
   end function inner
 
-  !> Rms of a motion.
+  !> Rms of a motion over the turn.
   pure real(dp) function size_of(q)
     real(dp), intent(in) :: q(:, :)
 

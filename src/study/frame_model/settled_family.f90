@@ -1,4 +1,4 @@
-!> A family with the members of another family, to which a model of the frame is applied.
+!> A family derived from another family: a model of the frame is applied to each of its members.
 module gestell_study_frame_model_settled_family
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -9,11 +9,11 @@ module gestell_study_frame_model_settled_family
   implicit none (type, external)
   private
 
-  !> A family whose members are the members of `inner` with `model` applied.
+  !> A family whose members are those of `inner`, with `model` applied to each.
   type, extends(family_type), public :: settled_family_type
     !> The family to whose members the model is applied
     class(family_type), allocatable :: inner
-    !> Model of the frame that is applied, as in `settle_member`
+    !> The model of the frame to apply (see `settle_member`)
     character(len=11) :: model = "exact"
     type(accuracy_type) :: accuracy
   contains
@@ -23,7 +23,7 @@ module gestell_study_frame_model_settled_family
 
 contains
 
-  !> Returns the member with the model applied. Fails as the inner family and `settle_member` do.
+  !> Returns the member with the model applied. Fails if the inner family or `settle_member` fails.
   subroutine member(self, parameters, system, error)
     class(settled_family_type), intent(in) :: self
     real(dp), intent(in) :: parameters(:)
@@ -34,7 +34,7 @@ contains
     if (.not. allocated(error)) call settle_member(system, trim(self%model), self%accuracy, error)
   end subroutine member
 
-  !> Returns the member of the inner family, without the model. Fails as the inner family does.
+  !> Returns the member of the inner family without the model. Fails if the inner family fails.
   subroutine inner_member(self, parameters, system, error)
     class(settled_family_type), intent(in) :: self
     real(dp), intent(in) :: parameters(:)

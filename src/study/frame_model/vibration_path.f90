@@ -22,15 +22,15 @@ module gestell_study_frame_model_vibration_path
 
   public :: follow_damping, follow_excitation, follow_speed, machine_path
 
-  !> A path of one machine over its excitation, its speed, or added damping.
+  !> The path of one machine while its excitation, its speed or its added damping varies.
   type, extends(path_family_type), public :: machine_path_type
-    !> The machine
+    !> The machine, a frame linearised about a motion
     type(varied_frame_type) :: varied
-    !> Speeds at lambda = 0 and 1 (rad/s); not used on a path over the excitation
+    !> Speeds at lambda = 0 and lambda = 1 (rad/s); not used if the excitation varies
     real(dp) :: speeds(2) = 0
-    !> Damping added at lambda = 0, divided by mass or moment of inertia (1/s)
+    !> Damping added at lambda = 0, divided by the mass or the moment of inertia (1/s)
     real(dp) :: drag = 0
-    !> The path ends if lambda falls below this value
+    !> The path ends if lambda becomes smaller than this value
     real(dp) :: furthest_back = -1
   contains
     procedure :: member
@@ -38,18 +38,20 @@ module gestell_study_frame_model_vibration_path
 
   !> Maximum number of points of a path.
   integer, parameter :: max_points = 100
-  !> The path ends if the motion falls below this fraction of the largest motion on it: the path has returned to rest.
+  !> The path ends if the size of the motion falls below this fraction of the largest motion on it. The path has then returned to
+  !> rest.
   real(dp), parameter :: back_at_rest = 1.0e-4_dp
-  !> Speeds from which a path may start, relative to the requested speed. Slower speeds come first, because a machine usually runs
-  !> up to its speed. Beyond a jump its vibration continues the vibration at faster speeds.
+  !> Speeds at which a path may start, relative to the requested speed. Lower speeds come first, because a machine usually reaches
+  !> its speed from below. Above the speed of a jump, its vibration is the continuation of the vibration at higher speeds.
   real(dp), parameter :: other_speeds(*) = [0.97_dp, 1.03_dp, 0.9_dp, 1.1_dp]
 
-  !> On a path over damping the damping at the start is the larger of `of_speed` times the drive speed and `of_frequency` times the
-  !> frequency of the stiffest direction. It falls as exp(-fall lambda), so weakly damped resonances are approached slowly.
+  !> The damping added at the start of a path is the larger of two values: `of_speed` times the drive speed, and `of_frequency`
+  !> times the frequency of the stiffest direction. It decreases as exp(-fall lambda), so weakly damped resonances are approached
+  !> slowly.
   real(dp), parameter :: of_speed = 2, of_frequency = 1, fall = 12
-  !> Maximum number of linear systems that are solved on a path over damping.
+  !> Maximum number of linear systems that are solved on a path over added damping.
   integer, parameter :: max_systems = 500
-  !> Value of `furthest_back` on a path over damping. A path that returns to more damping than at its start leads to another
+  !> Value of `furthest_back` for a path over added damping. A path that returns to more damping than at its start leads to another
   !> equilibrium of the frame.
   real(dp), parameter :: back_at_start = -0.1_dp
 
@@ -58,13 +60,13 @@ module gestell_study_frame_model_vibration_path
 
 contains
 
-  !> Follows the path over the excitation from rest. `varied` becomes `frame` linearised about the first vibration found. Fails if
-  !> the path ends in both directions before it reaches the machine's own excitation.
+  !> Follows the vibration while the excitation increases from zero. `varied` becomes `frame` linearised about the first vibration
+  !> that is found. Fails if the path ends in both directions before it reaches the machine's actual excitation.
   subroutine follow_excitation(frame, accuracy, varied, steps, error)
     class(frame_type), intent(in) :: frame
     type(accuracy_type), intent(in) :: accuracy
     type(varied_frame_type), intent(inout) :: varied
-    !> Steps of Newton's method as in `iterate`
+    !> Relative steps of Newton's method (see `iterate`)
     real(dp), allocatable, intent(out) :: steps(:)
     type(error_type), allocatable, intent(out) :: error
     type(machine_path_type) :: family
@@ -79,7 +81,7 @@ contains
     end do
   end subroutine follow_excitation
 
-  !> Follows paths over the speed, which start at other speeds. Arguments and errors as in `follow_excitation`.
+  !> Follows the vibration from other speeds to the requested speed. Arguments and failures are those of `follow_excitation`.
   subroutine follow_speed(frame, accuracy, varied, steps, error)
     class(frame_type), intent(in) :: frame
     type(accuracy_type), intent(in) :: accuracy
@@ -112,7 +114,8 @@ contains
     end do
   end subroutine follow_speed
 
-  !> Follows the vibration from heavy damping down to the machine's own damping. Arguments and errors as in `follow_excitation`.
+  !> Follows the vibration from very heavy damping to the machine's own damping. Arguments and failures are those of
+  !> `follow_excitation`.
   subroutine follow_damping(frame, accuracy, varied, steps, error)
     class(frame_type), intent(in) :: frame
     type(accuracy_type), intent(in) :: accuracy
@@ -144,7 +147,7 @@ contains
       & varied, steps, error)
   end subroutine follow_damping
 
-  !> Adds dampers between the frame's centre and the ground. Their coefficients are `rate` (1/s) times masses and moments of
+  !> Adds dampers between the frame's centre of mass and the ground. Their coefficients are `rate` (1/s) times masses and moments of
   !> inertia.
   pure subroutine add_drag(frame, units, rate)
     class(frame_type), intent(inout) :: frame
@@ -159,15 +162,15 @@ contains
     end do
   end subroutine add_drag
 
-  !> Mass of frame and mechanism (kg).
+  !> Total mass of frame and mechanism (kg).
   pure real(dp) function total_mass(frame)
     class(frame_type), intent(in) :: frame
 
     total_mass = frame%mass + frame%mechanism%mass
   end function total_mass
 
-  !> The path of the machine `varied`: over the excitation from rest or, if `speeds` is present, over the speed. `speeds`: speeds at
-  !> lambda = 0 and 1 (rad/s).
+  !> Creates the path of the machine `varied` over the excitation, starting from rest, or over the speed if `speeds` is present.
+  !> `speeds`: speeds at lambda = 0 and 1 (rad/s).
   function machine_path(varied, accuracy, speeds) result(family)
     type(varied_frame_type), intent(in) :: varied
     type(accuracy_type), intent(in) :: accuracy
@@ -181,7 +184,8 @@ contains
     if (present(speeds)) family%speeds = speeds
   end function machine_path
 
-  !> Returns the machine at `lambda`. Fails if the speed changes its sign, or if the damping far exceeds the damping at the start.
+  !> Returns the machine at `lambda`. Fails if the speed changes its sign, or if the damping is far larger than at the start of the
+  !> path.
   subroutine member(self, lambda, varied, error)
     class(machine_path_type), intent(in) :: self
     real(dp), intent(in) :: lambda
@@ -204,8 +208,9 @@ contains
     end if
   end subroutine member
 
-  !> Follows the path from the vibration q at lambda = 0 to lambda = 1. `varied` becomes the frame linearised about the vibration
-  !> there. `way`: initial direction of lambda, 1 or -1. Fails if the path ends before lambda = 1.
+  !> Follows the path from the vibration q at lambda = 0 to lambda = 1. `varied` becomes the frame linearised about the vibration at
+  !> lambda = 1. `way`: direction at the start, 1 towards larger lambda, -1 towards smaller lambda. Fails if the path ends before
+  !> lambda = 1.
   subroutine follow_path(family, frame, q, way, varied, steps, error)
     type(machine_path_type), intent(inout) :: family
     class(frame_type), intent(in) :: frame

@@ -8,22 +8,24 @@ module gestell_study_mode_components
 
   public :: find_components, append_component
 
-  !> Components with a smaller share of the total strength are dropped.
+  !> Components whose share of the total strength is smaller are dropped.
   real(dp), parameter :: min_share = 1.0e-3_dp
 
 contains
 
-  !> Finds the components c_m of a mode from p, the periodic part of a free vibration, and sorts them, strongest first. The strength
-  !>c_m|^2 is measured in the norm of `mass`, so it does not depend on the springs. The strengths add up to the mean square of p
-  !> (Parseval). If lambda is real, p has conjugate components; two of them count as one vibration. The strongest component may have
-  !> less than half of the total strength, as when a slow crank modulates the frequency. Then its frequency is replaced by the one
-  !> nearest to the mean over all components of similar shape.
+  !> Finds the components c_m of a mode and sorts them, strongest first. They are the harmonics of p, the periodic part of a free
+  !> vibration. The strength |c_m|^2 is measured in the norm of `mass`, so it does not depend on the springs. The strengths add up
+  !> to the mean square of p (Parseval). If lambda is real, p has conjugate components; two of them count as one vibration. The
+  !> strongest component may have less than half of the total strength, as when a slow crank modulates the frequency. The principal
+  !> component is then the one whose frequency is nearest to the mean frequency of all components, weighted by strength and by
+  !> similarity of shape.
   pure subroutine find_components(p, turn, period, mass, mode)
-    !> Positions of p, the periodic part of the vibration without growth; shape (samples, f)
+    !> Positions of p, the periodic part of the free vibration, without its growth; shape (samples, f)
     complex(dp), intent(in) :: p(:, :)
-    !> `turn`: imaginary part of the exponent lambda (rad/s). `period`: the period (s). `mass`: the mean mass matrix, shape (f, f)
+    !> `turn`: imaginary part of the exponent lambda (rad/s). `period`: the period (s). `mass`: mean of the mass matrix, shape (f,
+    !> f)
     real(dp), intent(in) :: turn, period, mass(:, :)
-    !> Receives the components
+    !> The mode to which the components are added
     type(mode_type), intent(inout) :: mode
     complex(dp) :: c(size(p, 1), size(p, 2))
     real(dp) :: strength(size(p, 1)), frequencies(size(p, 1)), all, both, name
@@ -40,7 +42,7 @@ contains
     place = maxloc(strength, dim=1)
     name = frequencies(place)
     if (strength(place) < 0.5_dp * all) name = frequencies(nearest_to_mean(frequencies, strength, c, mass))
-    ! False if lambda is real, or real plus i pi / T: then conjugate components belong together.
+    ! False if lambda is real, or real plus i pi / T. Then pairs of conjugate components belong to one vibration.
     alone = abs(turn * period / pi - nint(turn * period / pi)) > 1.0e-12_dp
     mode%components = 0
     do k = 1, max_components
@@ -52,7 +54,7 @@ contains
         strength(mirrored) = -1
       end if
       if (both < min_share * all .and. k > 1) exit
-      ! The sum of all strengths is at least `both`, unless rounding has made the mass matrix indefinite.
+      ! Without rounding errors the sum of all strengths is at least `both`. Rounding may make the mass matrix indefinite.
       call append_component(name, c(place, :), both / max(all, both, tiny(all)), mass, mode)
       place = maxloc(strength, dim=1)
       name = frequencies(place)
@@ -60,7 +62,7 @@ contains
 
   contains
 
-    !> Order of the harmonic at index `at` of the Fourier transform.
+    !> Order of the harmonic that is stored at index `at` of the Fourier transform.
     pure integer function order(at)
       integer, intent(in) :: at
 
@@ -70,7 +72,8 @@ contains
 
   end subroutine find_components
 
-  !> Index of the component nearest to the mean |frequency|, weighted by strength and by similarity to the strongest component.
+  !> Index of the component whose |frequency| is nearest to the mean |frequency|. The mean is weighted by strength and by similarity
+  !> to the strongest component.
   pure integer function nearest_to_mean(frequencies, strength, c, mass) result(place)
     real(dp), intent(in) :: frequencies(:), strength(:), mass(:, :)
     complex(dp), intent(in) :: c(:, :)

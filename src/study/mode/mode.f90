@@ -7,29 +7,31 @@ module gestell_study_mode
 
   public :: assurance
 
-  !> `max_dofs`: maximum number of degrees of freedom. `max_components`: maximum number of components that are kept.
+  !> `max_dofs`: maximum number of degrees of freedom. `max_components`: maximum number of components of a mode that are kept.
   integer, parameter, public :: max_dofs = 6, max_components = 8
 
   !> A mode: the motion of a conjugate pair of multipliers, or of two real multipliers that form a pair.
   !>
   !>     q(t) = Re sum_m c_m exp((growth + i w_m) t),   w_m = Im lambda + m 2 pi / T
   type, public :: mode_type
-    !> False if the multiplier is lost in rounding. Then frequency, damping ratio and share are NaN
+    !> False if the multiplier is lost in rounding errors. Frequency, damping ratio and share are then NaN
     logical :: identified = .false.
-    !> True for two real multipliers: the mode is locked to a multiple of half the crank speed, or does not oscillate
+    !> True for two real multipliers. The mode is locked to a multiple of half the crank speed, or it does not oscillate
     logical :: real_pair = .false.
-    !> True if the mode is proved neither to grow nor to decay
+    !> True if it is proved that the mode neither grows nor decays
     logical :: neutral = .false.
-    !> Growth rates of the multiplier with the larger modulus and of the other multiplier (1/s)
+    !> `growth`: growth rate of the multiplier with the larger modulus (1/s). `partner_growth`: growth rate of the other multiplier
+    !> (1/s)
     real(dp) :: growth = 0, partner_growth = 0
-    !> Bound on the errors of the growth rate (1/s) and the frequency (rad/s)
+    !> Bound on the errors of growth rate (1/s) and frequency (rad/s)
     real(dp) :: error = 0
-    !> Number of components that are kept, the strongest first
+    !> Number of components that are kept; the strongest comes first
     integer :: components = 0
-    !> Frequencies of the components (rad/s, not negative), and their shares of the mean square of the motion, in the norm of the
-    !> mean mass matrix
+    !> `frequencies`: frequencies of the components (rad/s, not negative). `shares`: their shares of the mean square of the motion,
+    !> in the norm of the mean mass matrix
     real(dp) :: frequencies(max_components) = 0, shares(max_components) = 0
-    !> Shapes of the components: positions, with norm 1 in the norm of the mean mass matrix; shape (degrees of freedom, components)
+    !> Shapes of the components: amplitudes of the positions, scaled to 1 in the norm of the mean mass matrix; shape (dofs,
+    !> components)
     complex(dp) :: shapes(max_dofs, max_components) = 0
     !> Index of the component whose frequency is the frequency of the mode
     integer :: principal = 1
@@ -51,7 +53,7 @@ contains
     if (self%identified) frequency = self%frequencies(self%principal)
   end function frequency
 
-  !> True if the mode grows by more than the error bound.
+  !> True if the growth rate of the mode exceeds its error bound.
   elemental logical function grows(self)
     class(mode_type), intent(in) :: self
 
@@ -84,8 +86,8 @@ contains
     if (abs(self%growth) > 0) damping_ratio = -self%growth / hypot(self%growth, self%frequency())
   end function damping_ratio
 
-  !> The modal assurance criterion |a* M b|^2 / ((a* M a) (b* M b)): 1 for equal shapes, 0 for orthogonal shapes. Elements of a and
-  !> b beyond the size of M are ignored (doc/theory.md, equation 79).
+  !> The modal assurance criterion of two shapes a and b: |a* M b|^2 / ((a* M a) (b* M b)). It is 1 for equal shapes and 0 for
+  !> orthogonal shapes. Elements of a and b beyond the size of M are ignored (doc/theory.md, equation 79).
   pure real(dp) function assurance(a, b, mass)
     complex(dp), intent(in) :: a(:), b(:)
     real(dp), intent(in) :: mass(:, :)

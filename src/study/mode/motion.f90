@@ -1,4 +1,5 @@
-!> Computes the free vibrations of a periodic system over one period without their growth. By Floquet's theorem
+!> Computes the free vibrations of a periodic system over one period and removes their growth. By Floquet's theorem a free vibration
+!> is
 !>
 !>     x(t) = exp(lambda t) p(t),   p(t + T) = p(t).
 module gestell_study_mode_motion
@@ -15,26 +16,27 @@ module gestell_study_mode_motion
 
   public :: solve_motions
 
-  !> The free vibrations that belong to the n multipliers.
+  !> The free vibrations that belong to the n multipliers of a system.
   type, public :: motions_type
-    !> The exponents lambda (1/s), whose imaginary parts are known up to multiples of 2 pi / T; shape (n)
+    !> The exponents lambda (1/s), shape (n). Their imaginary parts are known up to multiples of 2 pi / T
     complex(dp), allocatable :: exponent(:)
-    !> Bounds on the relative errors of the multipliers rho; shape (n)
+    !> Bounds on the relative errors of the multipliers rho, shape (n)
     real(dp), allocatable :: error(:)
-    !> Positions of p(t) at t / T = k / samples, k = 0, 1, ...; shape (samples, n / 2, n). `samples` is a power of two
+    !> Positions of the periodic parts p(t) at t / T = k / samples, k = 0, 1, ...; shape (samples, n / 2, n). `samples` is a power
+    !> of two
     complex(dp), allocatable :: positions(:, :, :)
   end type motions_type
 
-  !> Largest phase advance within the period (rad) for which free vibrations are computed.
+  !> Maximum phase advance over the period (rad) for which free vibrations are computed.
   real(dp), parameter :: max_turns = 1.0e5_dp
-  !> Number of maps over integration steps that are computed at a time.
+  !> Number of integration steps whose maps are computed together.
   integer, parameter :: block_length = 64
 
 contains
 
-  !> Computes all free vibrations from the factors of the monodromy matrix and the eigenvectors at the ends of the factors. In this
-  !> way a small vibration keeps its digits next to a larger one, and none underflows or overflows. Fails as `solve_factored` does,
-  !> or if the vibrations are too fast for the period.
+  !> Computes all free vibrations from the factors of the monodromy matrix and from the eigenvectors at the ends of the factors. In
+  !> this way a small vibration keeps its digits next to a larger one, and none underflows or overflows. Fails if `solve_factored`
+  !> fails, or if the vibrations are too fast for the period.
   subroutine solve_motions(system, accuracy, motions, error)
     class(periodic_system), intent(in) :: system
     type(accuracy_type), intent(in) :: accuracy
@@ -56,7 +58,7 @@ contains
     n = system%states
     motions%exponent = factored%spectrum%z
     motions%error = factored%spectrum%bound
-    ! More than twice the order of the fastest vibration, plus the harmonics that the coefficients add.
+    ! Number of samples: more than twice the order of the fastest vibration, plus the harmonics that the coefficients add.
     samples = 2**ceiling(log(max(64.0_dp, 1.5_dp * survey%phase_advance / pi + 4 * system%least_steps)) / log(2.0_dp))
     allocate(motions%positions(samples, n / 2, n))
     call follow_vectors(system, factored, motions, error)
@@ -101,7 +103,7 @@ contains
 
   contains
 
-    !> Stores the periodic parts p of all vibrations if `phase` is the next requested phase.
+    !> Stores the periodic parts p of all vibrations if `phase` is the next phase at which they are requested.
     subroutine keep(phase)
       real(dp), intent(in) :: phase
       integer :: i, f

@@ -9,13 +9,14 @@ module gestell_study_mode_naming
 
   public :: modes_of_multipliers
 
-  !> Two exponents are equal if their distance exceeds their errors by less than this fraction of the crank speed.
+  !> Two exponents are taken as equal if their distance exceeds the sum of their errors by less than this fraction of the crank
+  !> speed.
   real(dp), parameter :: alike = 1.0e-6_dp
 
 contains
 
-  !> For each multiplier the index of the mode that has the same exponent within the errors; 0 if there is none. Best matches are
-  !> assigned first, at most two multipliers to a mode. `speed`: speed of the crank (rad/s).
+  !> Index of the mode of each multiplier: the mode whose exponent equals that of the multiplier within the errors; 0 if there is no
+  !> such mode. The best matches are assigned first, at most two multipliers to each mode. `speed`: speed of the crank (rad/s).
   pure function modes_of_multipliers(multipliers, modes, speed) result(mode)
     type(multipliers_type), intent(in) :: multipliers
     type(mode_type), intent(in) :: modes(:)
@@ -45,8 +46,8 @@ contains
     end do
   end function modes_of_multipliers
 
-  !> Distance between an exponent and the nearer exponent of a mode, up to multiples of the crank speed and the sign of the
-  !> frequency.
+  !> Distance between an exponent and the nearest exponent of a mode. Multiples of the crank speed and the sign of the frequency are
+  !> ignored.
   pure real(dp) function distance(exponent, mode, speed)
     complex(dp), intent(in) :: exponent
     type(mode_type), intent(in) :: mode

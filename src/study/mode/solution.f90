@@ -20,11 +20,11 @@ module gestell_study_mode_solution
 
 contains
 
-  !> Computes the modes of `system`, one for each degree of freedom, in ascending order of frequency. Uncoupled parts are solved
-  !> separately. Modes that cannot be identified, and all modes of a part without a solution, come last; their `identified` is
-  !> false. Fails if the system or the accuracy is invalid, or if the system has more than `max_dofs` degrees of freedom.
+  !> Computes the modes of `system`, one for each degree of freedom, in ascending order of frequency. Uncoupled parts of the system
+  !> are solved separately. Modes that cannot be identified come last, with `identified` false, as do all modes of a part that
+  !> cannot be solved. Fails if the system or the accuracy is invalid, or if the system has more than `max_dofs` degrees of freedom.
   subroutine solve_modes(system, accuracy, modes, mass, error)
-    !> A system of f degrees of freedom
+    !> A system with f degrees of freedom
     class(second_order_system), intent(in) :: system
     type(accuracy_type), intent(in) :: accuracy
     !> The modes, shape (f)
@@ -65,7 +65,8 @@ contains
     modes = modes(ascending(merge(modes%frequency(), huge(1.0_dp), modes%identified)))
   end subroutine solve_modes
 
-  !> Computes the modes of a part and embeds their shapes in the degrees of freedom `chosen` of the whole system.
+  !> Computes the modes of an uncoupled part of the system. Extends their shapes from the part's degrees of freedom `chosen` to
+  !> those of the whole system.
   subroutine embed(part, accuracy, mass, chosen, modes)
     class(periodic_system), intent(in) :: part
     type(accuracy_type), intent(in) :: accuracy
@@ -100,8 +101,8 @@ contains
     mean = sum(m, dim=1) / samples
   end function mean_mass
 
-  !> Computes modes from the eigenvalues of constant matrices. The imaginary parts of the eigenvalues are the frequencies; unlike
-  !> those of multipliers they are not ambiguous by multiples of Omega.
+  !> Computes the modes of a system with constant coefficients from its eigenvalues. The imaginary parts of the eigenvalues are the
+  !> frequencies. Unlike the frequencies of multipliers they are not ambiguous by multiples of Omega.
   subroutine constant_modes(system, mass, modes)
     type(averaged_system), intent(in) :: system
     real(dp), intent(in) :: mass(:, :)
@@ -153,8 +154,8 @@ contains
     call pair(motions%exponent, error, system%period, mass, single, modes)
   end subroutine periodic_modes
 
-  !> Removes rounding errors from real exponents. An exponent is real if no other exponent is nearer to its conjugate, up to
-  !> multiples of i 2 pi / T. Its imaginary part is then rounded to a multiple of pi / T.
+  !> Removes rounding errors from real exponents. An exponent is real if no other exponent is nearer to its conjugate (multiples of
+  !> i 2 pi / T are ignored). The imaginary part of a real exponent is rounded to a multiple of pi / T.
   pure subroutine settle(period, z)
     real(dp), intent(in) :: period
     complex(dp), intent(inout) :: z(:)
@@ -170,8 +171,8 @@ contains
     end do
   end subroutine settle
 
-  !> Index of the unpaired exponent nearest to the conjugate of the i-th exponent. Multiples of i 2 pi / T are ignored, unless
-  !> `period` is 0.
+  !> Index of the exponent, not yet paired, that is nearest to the conjugate of the i-th exponent. Multiples of i 2 pi / T are
+  !> ignored unless `period` is 0.
   pure integer function partner_of(z, period, paired, i) result(partner)
     complex(dp), intent(in) :: z(:)
     real(dp), intent(in) :: period
@@ -185,8 +186,8 @@ contains
     partner = minloc(abs(difference), dim=1, mask=.not. paired)
   end function partner_of
 
-  !> Pairs exponents into modes, conjugate exponents first. Then real exponents are paired, best match first, if their multipliers
-  !> have the same sign and their shapes and frequencies are similar.
+  !> Pairs exponents to form modes. Conjugate exponents are paired first. Then real exponents are paired, best match first, if their
+  !> multipliers have the same sign and their shapes and frequencies are similar.
   subroutine pair(z, error, period, mass, single, modes)
     complex(dp), intent(in) :: z(:)
     real(dp), intent(in) :: error(:), period, mass(:, :)
@@ -230,7 +231,7 @@ contains
 
   contains
 
-    !> Similarity of two real exponents: large for similar shapes and frequencies and for multipliers of equal sign.
+    !> Similarity of two real exponents. It is large if shapes and frequencies are similar and the multipliers have the same sign.
     pure real(dp) function similarity(i, k)
       integer, intent(in) :: i, k
       real(dp), parameter :: other_sign = 10
@@ -241,7 +242,7 @@ contains
         & - aimag(z(i) - z(k)) * period / (2 * pi))
     end function similarity
 
-    !> The mode of two exponents. Its frequency and shape are those of the exponent with the larger growth rate.
+    !> Creates the mode of two paired exponents. Its frequency and shape are those of the exponent with the larger growth rate.
     pure type(mode_type) function merge_pair(i, k) result(mode)
       integer, intent(in) :: i, k
 

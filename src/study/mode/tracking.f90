@@ -7,23 +7,25 @@ module gestell_study_mode_tracking
 
   public :: track
 
-  !> `alike`: modes at two speeds are the same if their likeness is larger. `apart`: the second-best assignment must be below this
-  !> fraction of the best one.
+  !> `alike`: a mode at one speed is taken as the same mode at another speed if their likeness is larger. `apart`: the assignment of
+  !> modes is unambiguous if the product of likenesses of the second-best assignment is at most this fraction of the largest
+  !> product.
   real(dp), parameter :: alike = 0.8_dp, apart = 0.7_dp
 
 contains
 
-  !> Sorts `modes` into the order of `last`. As principal component each mode gets the component most similar in shape and frequency
-  !> to the principal component of its predecessor in `last`. A mode that is not identified gets a remaining place.
+  !> Sorts `modes` into the order of the modes in `last`. The principal component of each mode becomes the component that is most
+  !> similar in shape and frequency to the principal component of its predecessor in `last`. A mode that is not identified is put in
+  !> one of the remaining positions.
   pure subroutine track(last, mass, base, modes, like, unambiguous)
-    !> Modes at the previous speed, in their order
+    !> Modes at the previous speed, in the order that `modes` will get
     type(mode_type), intent(in) :: last(:)
-    !> `mass`: the mean mass matrix, shape (f, f). `base`: 2 pi / T (rad/s)
+    !> `mass`: mean of the mass matrix, shape (f, f). `base`: 2 pi / T (rad/s)
     real(dp), intent(in) :: mass(:, :), base
     !> Modes at the new speed
     type(mode_type), intent(inout) :: modes(:)
-    !> `like`: true if every mode is similar to its predecessor, so no smaller step is needed. `unambiguous`: true if also no other
-    !> assignment is nearly as good, as there may be where modes mix
+    !> `like`: true if every mode is similar to its predecessor, so that no smaller step of the speed is needed. `unambiguous`: true
+    !> if moreover no other assignment is nearly as good. Where modes mix, several assignments may be equally good
     logical, intent(out) :: like, unambiguous
     type(mode_type) :: ordered(size(modes))
     real(dp) :: likeness(size(last), size(modes)), best, second, least
@@ -49,9 +51,10 @@ contains
     modes = ordered
   end subroutine track
 
-  !> Finds the assignment of modes to the previous modes with the largest product of likenesses (`order`, `best`), and the
-  !> second-largest product (`second`). The modes before `from` are assigned in `trial`; `total` is the product of their likenesses.
-  !> Likenesses are at most 1, so an incomplete assignment is abandoned if its product is not above the second-largest.
+  !> Finds the assignment of modes to the modes at the previous speed with the largest product of likenesses (`order`, `best`), and
+  !> the second-largest product (`second`). The modes before number `from` are already assigned in `trial`; `total` is the product
+  !> of their likenesses. Likenesses are at most 1. An incomplete assignment is therefore abandoned if its product does not exceed
+  !> the second-largest product.
   pure recursive subroutine assign(likeness, from, total, trial, order, best, second)
     real(dp), intent(in) :: likeness(:, :), total
     integer, intent(in) :: from
@@ -73,14 +76,14 @@ contains
     end do
   end subroutine assign
 
-  !> Computes the likeness of a mode to a mode at the previous speed, from 0 to 1, and the index of its most similar component.
+  !> Computes the likeness of a mode to a mode at the previous speed (0 to 1), and the index of the component that is most similar.
   pure subroutine compare(last, mode, mass, base, likeness, component)
     type(mode_type), intent(in) :: last, mode
     real(dp), intent(in) :: mass(:, :), base
     real(dp), intent(out) :: likeness
     integer, intent(out) :: component
-    !> `unknown`: likeness of unidentified modes. `weight`: factor on the share of components weaker than the strongest. `step`:
-    !> change of the frequency, in units of `base`, that halves the likeness
+    !> `unknown`: likeness of modes that are not identified. `weight`: factor on the share of components other than the strongest
+    !> one. `step`: change of the frequency that halves the likeness, in units of `base`
     real(dp), parameter :: unknown = 1.0e-3_dp, weight = 2, step = 0.25_dp
     real(dp) :: one
     integer :: k

@@ -1,4 +1,4 @@
-!> Analyses one machine at one speed. Only requested results are computed.
+!> Analyses one machine at one speed. Only those results that are requested are computed.
 module gestell_study_vibration_analysis
   use gestell_base_error, only: error_type, failed_computation, resonance
   use gestell_base_kinds, only: dp
@@ -24,78 +24,81 @@ module gestell_study_vibration_analysis
 
   !> Results requested from `analyse`.
   type, public :: analysis_options
-    !> `stability`: multipliers and verdict. `modes`: also the eigenvectors. `response`: the periodic vibration
+    !> Groups of results. `stability`: multipliers and verdict. `modes`: also the eigenvectors. `response`: the periodic vibration
     logical :: stability = .true., modes = .false., response = .true.
     !> `points`: number of intervals of the history over one period. `harmonics`: minimum number of harmonics
     integer :: points = 360, harmonics = 20
-    !> True if M, B, C are averaged over the turn
+    !> True if M, B, C are replaced by their averages over the turn
     logical :: averaged = .false.
-    !> Model of the frame (gestell_study_frame_model)
+    !> Model of the frame to apply (gestell_study_frame_model)
     character(len=11) :: model = "exact"
-    !> True if all vibrations of the exact frame are sought, not only the reported one
+    !> True if all vibrations of the exact frame are to be found, not only the one that is reported
     logical :: all_vibrations = .false.
-    !> Number of rows of the motion to compute (gestell_model_quantity), 0: none. Forces, probes and power need these rows
+    !> Number of rows of the motion to compute (gestell_model_quantity); 0 for none. Forces, probes and power are derived from these
+    !> rows
     integer :: rows = 0
-    !> True if a verdict is requested even if nothing else is
+    !> True if the verdict is requested, even if no other result is
     logical :: verdict = .false.
   contains
     procedure :: vibration
     procedure :: judged
   end type analysis_options
 
-  !> Results of `analyse`; results that were not requested stay unallocated. A vibration always comes with its multipliers, because
-  !> they decide its stability.
+  !> Results of `analyse`. Results that were not requested stay unallocated. Whenever a vibration is computed, its multipliers are
+  !> computed too, because they decide its stability.
   type, public :: analysis_type
     type(floquet_type) :: floquet
     type(multipliers_type), allocatable :: multipliers
-    !> The frame with its model applied, that is with the equations that were solved
+    !> The frame with its model applied: it has the equations that were solved
     class(frame_type), allocatable :: frame
-    !> How the exact vibration was found
+    !> How the vibration of the exact frame was found
     type(newton_type) :: newton
-    !> All known vibrations of the exact frame, smallest first; allocated if there are several, or if all were sought
+    !> All known vibrations of the exact frame, in ascending order of size. Allocated if there are several, or if all were to be
+    !> found
     type(listed_vibration_type), allocatable :: several(:)
     type(vibration_type), allocatable :: vibration
-    !> The multiplier nearest to 1, if this resonance costs the vibration a digit or more; `find_modes` adds its mode
+    !> The multiplier nearest to 1. Allocated only if, because of this resonance, the vibration loses a digit of accuracy or more.
+    !> `find_modes` adds the mode of the multiplier
     type(resonance_type), allocatable :: resonance
-    !> The modes of the vibration, set by `find_modes`; empty if they cannot be computed
+    !> The modes of the frame about its vibration, computed by `find_modes`; empty if they cannot be computed
     type(mode_type), allocatable :: modes(:)
   end type analysis_type
 
-  !> Condition number above which a periodic vibration counts as near resonance.
+  !> A periodic vibration counts as near resonance if its condition number exceeds this value.
   real(dp), parameter :: one_digit = 10
-  !> Advice if no vibration of the exact frame was found although the equations about rest have one.
+  !> Advice that is printed if no vibration of the exact frame was found, although the equations linearised about rest have one.
   character(len=*), parameter :: advice = ": change the speed, add damping, or use &model frame='rest' for small motions"
 
 contains
 
-  !> True if the periodic vibration has to be computed.
+  !> True if the periodic vibration must be computed.
   pure logical function vibration(self)
     class(analysis_options), intent(in) :: self
 
     vibration = self%response .or. self%rows > 0
   end function vibration
 
-  !> True if a verdict has to be computed.
+  !> True if a verdict must be computed.
   pure logical function judged(self)
     class(analysis_options), intent(in) :: self
 
     judged = self%stability .or. self%modes .or. self%verdict .or. self%vibration()
   end function judged
 
-  !> Computes the verdict and the vibration of a frame. Fails if the frame or the options are invalid, or if a part of the solution
-  !> fails. If only the vibration fails, the multipliers are kept, and the message names the resonance.
+  !> Computes the verdict and the vibration of a frame. Fails if the frame or the options are invalid, or if a step of the
+  !> computation fails. If only the vibration fails, the multipliers are kept, and the error message names the resonance.
   subroutine analyse(frame, options, accuracy, analysis, error)
     !> The frame, before the model is applied
     class(frame_type), intent(in) :: frame
     type(analysis_options), intent(in) :: options
     type(accuracy_type), intent(in) :: accuracy
-    !> The requested results
+    !> The results that were requested
     type(analysis_type), intent(out), target :: analysis
     type(error_type), allocatable, intent(out) :: error
     type(averaged_system), target :: model
     class(periodic_system), pointer :: system
     type(multipliers_type) :: multipliers
-    !> Unallocated if no rows are requested; passed on, it then counts as an absent argument
+    !> Unallocated if no rows are requested. An unallocated actual argument counts as absent for an optional argument
     integer, allocatable :: rows
     logical :: explained
 
@@ -132,8 +135,8 @@ contains
     end if
   end subroutine analyse
 
-  !> Lists all vibrations if more than the reported one are known, and searches for further ones if requested. Fails as
-  !> `list_vibrations` does.
+  !> Lists all vibrations if several are known. Searches for further vibrations if this is requested. Fails if `list_vibrations`
+  !> fails.
   subroutine list_all_vibrations(frame, options, accuracy, analysis, error)
     class(frame_type), intent(in) :: frame
     type(analysis_options), intent(in) :: options
@@ -158,14 +161,14 @@ contains
     call list_vibrations(list, accuracy, options%points, options%harmonics, analysis%several, error)
   end subroutine list_all_vibrations
 
-  !> Computes the modes of the vibration. If there is a resonance, also sets its mode.
+  !> Computes the modes of the frame about its vibration. If there is a resonance, also sets the mode of the resonance.
   subroutine find_modes(frame, averaged, accuracy, analysis)
     !> The frame that was analysed
     class(frame_type), intent(in) :: frame
-    !> True if its averaged model was analysed
+    !> True if the averaged model of the frame was analysed
     logical, intent(in) :: averaged
     type(accuracy_type), intent(in) :: accuracy
-    !> The analysis of the frame; receives the modes
+    !> The analysis of the frame, to which the modes are added
     type(analysis_type), intent(inout) :: analysis
     type(error_type), allocatable :: error
     type(averaged_system) :: model
@@ -184,7 +187,8 @@ contains
     if (allocated(error)) deallocate(analysis%resonance)
   end subroutine find_modes
 
-  !> Adds to the message why there is no vibration: a direction that is not held, a resonance about rest, or advice what to try.
+  !> Extends the message of `failure` by the reason why there is no vibration: a direction that the mounting does not hold, a
+  !> resonance of the frame linearised about rest, or otherwise advice what to change.
   subroutine explain_at_rest(frame, accuracy, failure)
     class(frame_type), intent(in) :: frame
     type(accuracy_type), intent(in) :: accuracy
@@ -212,7 +216,7 @@ contains
     call explain(frame, accuracy, at_rest, failure)
   end subroutine explain_at_rest
 
-  !> If the mounting leaves the frame free in some direction, replaces the message of `failure` and sets `explained`.
+  !> If the mounting does not hold the frame in some direction, replaces the message of `failure` and sets `explained` to true.
   subroutine explain_by_mounting(frame, failure, explained)
     class(frame_type), intent(in) :: frame
     type(error_type), intent(inout) :: failure
@@ -224,7 +228,8 @@ contains
     if (explained) failure%message = "there is no periodic vibration: " // directions
   end subroutine explain_by_mounting
 
-  !> Adds the cause of a resonance to the message of `failure`: a direction that is not held, or the mode that resonates.
+  !> Extends the message of `failure` by the cause of the resonance: a direction that the mounting does not hold, or the mode that
+  !> is in resonance.
   subroutine explain(frame, accuracy, analysis, failure)
     class(frame_type), intent(in) :: frame
     type(accuracy_type), intent(in) :: accuracy

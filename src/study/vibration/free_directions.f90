@@ -11,18 +11,18 @@ module gestell_study_vibration_free_directions
 
   public :: describe_free_directions
 
-  !> `rounding`: a stiffness below this fraction of the largest counts as zero. `small_part`: elements of a motion below this
-  !> fraction of the largest are dropped.
+  !> `rounding`: a stiffness counts as zero if it is below this fraction of the largest stiffness. `small_part`: elements of a
+  !> motion are dropped if they are below this fraction of its largest element.
   real(dp), parameter :: rounding = 1.0e-13_dp, small_part = 1.0e-6_dp
 
-  !> Length of the sentences, enough for all of them. It is fixed, because gfortran keeps the length of a text of variable length in
-  !> memory that threads share.
+  !> Length of the sentences. The length is fixed, because gfortran keeps the length of a text of variable length in memory that
+  !> threads share.
   integer, parameter :: sentence_length = 160
 
 contains
 
-  !> Sentence that names the directions in which the mounting does not hold the frame, about rest; empty if it holds in all
-  !> directions.
+  !> Sentence that names the directions in which the mounting does not hold the frame when it is at rest. Empty if the mounting
+  !> holds the frame in all directions.
   function describe_free_directions(frame) result(sentence)
     class(frame_type), intent(in) :: frame
     character(len=sentence_length) :: sentence
@@ -54,7 +54,8 @@ contains
     end if
   end function describe_free_directions
 
-  !> Describes the only direction in which the frame moves freely. `parts`: elements of `motion` in comparable units.
+  !> Describes the direction in which the frame is free to move, if there is only one. `parts`: elements of `motion` in comparable
+  !> units.
   pure function describe_direction(frame, parts, motion) result(words)
     class(frame_type), intent(in) :: frame
     real(dp), intent(in) :: parts(:), motion(:)

@@ -1,5 +1,5 @@
-!> Computes the complete motion of a frame from its states: accelerations, forces of the guides that block degrees of freedom,
-!> and the rows that only the exact frame has (gestell_model_quantity_rows).
+!> Computes the complete motion of a frame from its states: accelerations, forces of the guides that lock degrees of freedom, and
+!> rows that exist only for the exact frame (gestell_model_quantity_rows).
 module gestell_study_vibration_motion
   use gestell_base_kinds, only: dp
   use gestell_math_rotation, only: cross, turn_beyond_first_order, turning_matrices
@@ -21,13 +21,13 @@ module gestell_study_vibration_motion
 
   public :: complete_motion, motion_errors, motion_rows, whole_motion
 
-  !> Number of phases that are sampled at a time.
+  !> Number of phases that are sampled together.
   integer, parameter :: block_length = 1024
 
 contains
 
-  !> Number of rows of the motion of `frame` up to the group `last`: `velocities`, `accelerations` or `guide_forces`. The motion of
-  !> the exact frame always has all its rows.
+  !> Number of rows of the motion of `frame` up to and including the group `last`: `velocities`, `accelerations` or `guide_forces`.
+  !> The motion of the exact frame always has all its rows.
   pure integer function motion_rows(frame, last)
     class(frame_type), intent(in) :: frame
     integer, intent(in) :: last
@@ -39,10 +39,10 @@ contains
     end select
   end function motion_rows
 
-  !> Computes the motion at `phases` from the states x of the free degrees of freedom.
+  !> Computes the complete motion at `phases` from the states x, which belong to the free degrees of freedom.
   subroutine whole_motion(frame, system, phases, x, last, motion)
     class(frame_type), intent(in) :: frame
-    !> The frame or its averaged model; x is a solution of this system
+    !> The frame or its averaged model, of which x is a solution
     class(periodic_system), intent(in) :: system
     real(dp), contiguous, intent(in) :: phases(:)
     !> States, shape (states, phases)
@@ -66,8 +66,8 @@ contains
     if (size(motion, 1) >= rows_of(dofs, guide_forces)) call complete_motion(frame, system, phases, motion)
   end subroutine whole_motion
 
-  !> Computes the rows after the accelerations: forces of the guides and rows of the exact frame. The positions, velocities and
-  !> accelerations in `motion`, shape (rows, phases), need not satisfy the equations of motion.
+  !> Computes the rows that follow the accelerations: forces of the guides, and rows that exist only for the exact frame. The
+  !> positions, velocities and accelerations in `motion`, shape (rows, phases), need not satisfy the equations of motion.
   subroutine complete_motion(frame, system, phases, motion)
     class(frame_type), intent(in) :: frame
     class(periodic_system), intent(in) :: system
@@ -89,9 +89,10 @@ contains
     end do
   end subroutine complete_motion
 
-  !> Refers the moments of the guides to F at rest. In the exact frame the forces of the guides act at F as it moves. In space the
-  !> guides exert generalised moments rho along the rotation coordinates theta. The moments along axes fixed in space are M = T^-1
-  !> rho. The reason: with w = T theta' in the frame's axes, rho = T^T R^T M and R = T^T T^-1, where T and T^T commute.
+  !> Converts the moments of the guides to moments about the rest position of F. In the exact frame the forces of the guides act at
+  !> the moving point F. In space the guides exert generalised moments rho along the rotation coordinates theta. Their moments about
+  !> axes fixed to the ground are M = T^-1 rho. The reason: with the angular velocity w = T theta' in the frame's axes, rho = T^T
+  !> R^T M and R = T^T T^-1, where T and T^T commute.
   pure subroutine move_moments(frame, motion)
     class(frame_type), intent(in) :: frame
     real(dp), intent(inout) :: motion(:, :)
@@ -116,8 +117,8 @@ contains
     end do
   end subroutine move_moments
 
-  !> Computes the rows that only the exact frame has: the parts of rotation, moments and support forces beyond the linear terms. cos
-  !> psi - 1 is computed by `less_one`, because the plain difference loses the digits of a small rotation.
+  !> Computes the rows that exist only for the exact frame: the parts of rotations, moments and support forces beyond the linear
+  !> terms. cos psi - 1 is computed by `less_one`, because the direct difference loses digits if the rotation is small.
   subroutine add_turned(frame, x, motion)
     class(frame_type), intent(in) :: frame
     real(dp), intent(in) :: x(:, :)
@@ -188,7 +189,8 @@ contains
     allocate(free, source=frame)
     free%free = [(i, i = 1, frame%dofs())]
     free%states = 2 * frame%dofs()
-    ! The guides exert what the exact equations leave, even if the vibration is a solution of the equations about rest.
+    ! The guides exert what is left over in the exact equations, even if the vibration is a solution of the equations linearised
+    ! about rest.
     select type (free)
     class is (varied_frame_type)
       free%newton = .true.
@@ -203,7 +205,7 @@ contains
     end select
   end subroutine release_all_dofs
 
-  !> Computes the forces of the guides: the residuals of the equations of motion of the blocked degrees of freedom. In `whole` all
+  !> Computes the forces of the guides: the residuals of the equations of motion of the locked degrees of freedom. In `whole` all
   !> degrees of freedom are free.
   subroutine add_guides(frame, whole, phases, motion)
     class(frame_type), intent(in) :: frame
@@ -225,19 +227,19 @@ contains
     end do
   end subroutine add_guides
 
-  !> Bounds the errors of the rows of the motion that result from errors of the states.
+  !> Computes bounds on the errors of the rows of the motion that are caused by errors of the states.
   subroutine motion_errors(frame, system, phases, states, parts, motion, errors)
     !> The frame whose motion was computed
     class(frame_type), intent(in) :: frame
-    !> The frame or its averaged model; the states are a solution of this system
+    !> The frame or its averaged model, of which the states are a solution
     class(periodic_system), intent(in) :: system
     !> Phases at which the errors are evaluated
     real(dp), contiguous, intent(in) :: phases(:)
-    !> `states`: errors of the states, shape (states). `parts`: relative error of the load that moves the frame, and relative
-    !> rounding error of the load's terms in the guides' forces, where terms may cancel. `motion`: rows at the phases, shape (rows,
-    !> phases)
+    !> `states`: errors of the states, shape (states). `parts(1)`: relative error of the load that moves the frame. `parts(2)`:
+    !> relative rounding error of those terms of the load that may cancel in the forces of the guides. `motion`: rows at the phases,
+    !> shape (rows, phases)
     real(dp), intent(in) :: states(:), parts(2), motion(:, :)
-    !> Errors of the rows, shape (rows)
+    !> Error bounds of the rows, shape (rows)
     real(dp), intent(out) :: errors(:)
     class(second_order_system), allocatable :: whole
     real(dp), allocatable :: p(:, :, :), load(:, :), m(:, :, :), b(:, :, :), c(:, :, :), h(:, :), terms(:)
@@ -260,7 +262,7 @@ contains
     call release_all_dofs(frame, system, whole)
     allocate(m(size(phases), n, n), b(size(phases), n, n), c(size(phases), n, n), h(size(phases), n))
     call whole%sample_second_order(phases, m, b, c, h)
-    ! A small force along one axis carries the rounding error of the force along the other axis.
+    ! If the force along one axis is small, its error is the rounding error of the force along the other axis.
     h(:, 1) = max(abs(h(:, 1)), abs(h(:, 2)))
     h(:, 2) = h(:, 1)
     terms = shaking_terms(frame)
@@ -275,9 +277,9 @@ contains
     if (size(errors) > rows_of(n, guide_forces)) call add_moment_errors(frame, maxval(abs(motion(:4 * n, :)), dim=2), errors)
   end subroutine motion_errors
 
-  !> Adds the errors that `move_moments` causes to the errors of the guides' moments. `large`: maxima of the rows, shape (rows).
-  !> With the displacement u of F and the force r of the guides, u x r has the error du x r + u x dr. T^-1 rho differs from the
-  !> moment rho by about theta x rho/2.
+  !> Adds the errors of the guides' moments that are caused by `move_moments`. `large`: maxima of the rows, shape (rows). With the
+  !> displacement u of F and the force r of the guides, u x r has the error du x r + u x dr. T^-1 rho differs from the moment rho by
+  !> about theta x rho/2.
   pure subroutine add_moment_errors(frame, large, errors)
     class(frame_type), intent(in) :: frame
     real(dp), intent(in) :: large(:)
@@ -298,9 +300,9 @@ contains
       & + sum(large(turns)) * sum(errors(first + turns))
   end subroutine add_moment_errors
 
-  !> Computes the errors of the rows that only the exact frame has. Errors of s = sin psi - psi and c = cos psi - 1 are at most
-  !> |dpsi|, because psi is at most about 1; the errors of their derivatives are bounded alike. In space the errors of all rotations
-  !> are added. Errors of moments and supports follow from the linear terms.
+  !> Computes the errors of the rows that exist only for the exact frame. Errors of s = sin psi - psi and c = cos psi - 1 are at
+  !> most |dpsi|, because |psi| is at most about 1. Errors of their derivatives are bounded in the same way. In space the errors of
+  !> all rotations are added. Errors of moments and support forces are bounded by those of the linear terms.
   subroutine add_turned_errors(frame, errors)
     class(frame_type), intent(in) :: frame
     real(dp), intent(inout) :: errors(:)

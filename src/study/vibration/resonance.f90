@@ -1,4 +1,5 @@
-!> Finds the free vibration whose frequency is close to an order of the crank: the multiplier nearest to 1, and its mode.
+!> Finds the free vibration whose frequency is closest to an order of the crank. It belongs to the multiplier nearest to 1; its mode
+!> supplies the frequency.
 module gestell_study_vibration_resonance
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp, pi
@@ -18,24 +19,25 @@ module gestell_study_vibration_resonance
     integer :: multiplier = 0
     !> Distance of the multiplier from 1, |1 - rho|
     real(dp) :: distance = 0
-    !> `frequency`: natural frequency of the mode (rad/s), 0 if the motion does not oscillate. `ratio`: this frequency divided by 2
-    !> pi / T
+    !> `frequency`: natural frequency of the mode (rad/s), 0 if the mode does not oscillate. `ratio`: this frequency divided by 2 pi
+    !> / T
     real(dp) :: frequency = 0, ratio = 0
     !> The integer nearest to `ratio`
     integer :: order = 0
-    !> Number of turns of the drive in the period. `ratio` and `order` divided by this number are multiples of the drive speed
+    !> Number of turns that the drive makes in the period. `ratio` and `order` divided by this number are multiples of the drive
+    !> speed
     integer :: turns = 1
   contains
     procedure :: is_free
     procedure :: near
   end type resonance_type
 
-  !> A frequency is near an order if its distance, in orders, is below `near_order` times the order and below `near_spacing`.
+  !> A frequency is near an order if their distance, in orders, is below `near_spacing` and also below `near_order` times the order.
   real(dp), parameter :: near_order = 0.05_dp, near_spacing = 0.125_dp
 
 contains
 
-  !> The multiplier nearest to 1; the frequency of its mode is set by `name_resonance`.
+  !> Finds the multiplier nearest to 1. The frequency of its mode is set later by `name_resonance`.
   pure type(resonance_type) function find_nearest(multipliers) result(resonance)
     type(multipliers_type), intent(in) :: multipliers
 
@@ -43,14 +45,14 @@ contains
     resonance%distance = abs(1 - multipliers%rho(resonance%multiplier))
   end function find_nearest
 
-  !> Sets the frequency to that of the multiplier's mode. If this mode is unknown, the natural frequency about rest that best fits
-  !> the argument of the multiplier is used. Fails if there are no natural frequencies about rest.
+  !> Sets the frequency of the resonance to that of the multiplier's mode. If this mode is unknown, uses the natural frequency of
+  !> the frame linearised about rest that best fits the argument of the multiplier. Fails if there are no such natural frequencies.
   subroutine name_resonance(resonance, frame, multipliers, modes, error)
-    !> Multiplier found by `find_nearest`; receives frequency, ratio, order and turns
+    !> The multiplier found by `find_nearest`. On return its frequency, ratio, order and turns are set
     type(resonance_type), intent(inout) :: resonance
     class(frame_type), intent(in) :: frame
     type(multipliers_type), intent(in) :: multipliers
-    !> Modes of the vibration to which the multiplier belongs
+    !> Modes of the frame about the vibration to which the multiplier belongs
     type(mode_type), intent(in) :: modes(:)
     type(error_type), allocatable, intent(out) :: error
     real(dp), allocatable :: frequencies(:), ratios(:)
@@ -72,7 +74,7 @@ contains
     resonance%turns = frame%mechanism%turns
   end subroutine name_resonance
 
-  !> True if the motion does not oscillate, or so slowly that the frame is practically free in some direction.
+  !> True if the motion does not oscillate, or so slowly that the frame is practically free to move in some direction.
   pure logical function is_free(self)
     class(resonance_type), intent(in) :: self
     real(dp), parameter :: slowest = 1.0e-3_dp
@@ -80,14 +82,14 @@ contains
     is_free = self%ratio < slowest
   end function is_free
 
-  !> True if the frequency is near an order of the crank.
+  !> True if the frequency of the resonance is near an order of the crank.
   pure logical function near(self)
     class(resonance_type), intent(in) :: self
 
     near = is_near(self%ratio, self%order)
   end function near
 
-  !> True if `ratio`, a frequency divided by a speed, is near the multiple `order`.
+  !> True if `ratio`, a frequency divided by a speed, is near the order `order`.
   elemental logical function is_near(ratio, order)
     real(dp), intent(in) :: ratio
     integer, intent(in) :: order

@@ -7,20 +7,21 @@ module gestell_study_vibration_small_motion
 
   public :: moved
 
-  !> Largest rotation (rad) that counts as small: the cosine of a larger angle differs from 1 by more than half a per cent.
+  !> Largest rotation (rad) that counts as small: for larger angles the cosine differs from 1 by more than half a per cent.
   real(dp), parameter, public :: small_turn = 0.1_dp
   !> Largest displacement of F that counts as small, relative to the machine's size. Larger displacements noticeably move the points
   !> at which springs act.
   real(dp), parameter, public :: small_part = 0.1_dp
-  !> Beyond this multiple of the limits a motion is too large even for the exact frame, because its springs and dampers stay linear.
+  !> A motion that exceeds the limits by this factor is too large even for the exact frame, because the model keeps springs and
+  !> dampers linear.
   real(dp), parameter :: great = 5
 
-  !> Extent of the frame's motion, and size of the machine to which it is compared.
+  !> Extent of the frame's motion, and size of the machine with which the displacement is compared.
   type, public :: moved_type
-    !> `displacement`: maximum of xi, eta and zeta (m). `turn`: maximum of the rotations (rad). `size`: largest distance of a
+    !> `displacement`: maximum of |xi|, |eta| and |zeta| (m). `turn`: maximum of the rotations (rad). `size`: largest distance of a
     !> support or of O from F (m), 0 if there is none
     real(dp) :: displacement = 0, turn = 0, size = 0
-    !> The coordinate with the largest rotation
+    !> The coordinate that has the largest rotation
     character(len=7) :: rotation = "psi"
   contains
     procedure :: small
@@ -31,7 +32,8 @@ module gestell_study_vibration_small_motion
 
 contains
 
-  !> Largest displacement and rotation of the motion. `peaks`: maxima of the degrees of freedom (m, rad), in the order of the frame.
+  !> Determines the largest displacement and rotation of a motion. `peaks`: maxima of the degrees of freedom (m, rad), in the
+  !> frame's order.
   pure type(moved_type) function moved(frame, peaks)
     class(frame_type), intent(in) :: frame
     real(dp), intent(in) :: peaks(:)
@@ -52,7 +54,7 @@ contains
     end do
   end function moved
 
-  !> True if both rotation and displacement are small.
+  !> True if both the rotation and the displacement are small.
   elemental logical function small(self)
     class(moved_type), intent(in) :: self
 
@@ -73,7 +75,7 @@ contains
     is_displacement_large = self%size > 0 .and. self%displacement > small_part * self%size
   end function is_displacement_large
 
-  !> True if the motion is too large even for the exact frame.
+  !> True if the motion is too large even for the exact frame, whose springs and dampers are linear.
   elemental logical function is_large(self)
     class(moved_type), intent(in) :: self
 

@@ -14,12 +14,13 @@ module gestell_study_vibration_statistics
 
   !> Statistics of one quantity over one period, in its unit.
   type, public :: statistics_type
-    !> Harmonics of each component, shape (components). A signed quantity has 1 component, the magnitude of a vector has 2 or 3
+    !> Fourier series of each component, shape (components). A signed quantity has one component; the magnitude of a vector has two
+    !> or three
     type(fourier_type), allocatable :: series(:)
     !> `peak`: maximum of the absolute value over the period. `peak_error`: bound on the error of the peak. `error`: bound on the
     !> error at any time, which also bounds the error of `rms`
     real(dp) :: peak = 0, peak_error = 0, rms = 0, error = 0
-    !> Phase t / T of the peak: vertex of the parabola through the highest sample and its neighbours
+    !> Phase t / T of the peak, from the vertex of the parabola through the largest sample and its two neighbours
     real(dp) :: peak_phase = 0
   contains
     procedure :: crest
@@ -30,15 +31,15 @@ module gestell_study_vibration_statistics
 
 contains
 
-  !> True if peak, its error and rms are finite.
+  !> True if the peak, its error bound and the rms are finite.
   elemental logical function finite(self)
     class(statistics_type), intent(in) :: self
 
     finite = ieee_is_finite(self%peak) .and. ieee_is_finite(self%peak_error) .and. ieee_is_finite(self%rms)
   end function finite
 
-  !> Computes peak, rms and harmonics of the quantity. Fails if `quantity` is not initialised, or if `vibration` does not hold the
-  !> rows of the motion that the quantity needs.
+  !> Computes peak, rms and harmonics of `quantity`. Fails if `quantity` is not initialised, or if `vibration` does not contain the
+  !> rows of the motion from which the quantity is computed.
   subroutine compute_statistics(vibration, quantity, statistics, error)
     type(vibration_type), intent(in) :: vibration
     type(quantity_type), intent(in) :: quantity
@@ -73,8 +74,8 @@ contains
     statistics%peak_error = statistics%error + between
   end subroutine compute_statistics
 
-  !> Computes the minimum over the period of a quantity with one component, and a bound on its error. Fails as `compute_statistics`
-  !> does.
+  !> Computes the minimum over the period of a quantity with one component, and a bound on the error of the minimum. Fails if
+  !> `compute_statistics` fails.
   subroutine compute_minimum(vibration, quantity, least, min_error, error)
     type(vibration_type), intent(in) :: vibration
     type(quantity_type), intent(in) :: quantity
@@ -88,13 +89,14 @@ contains
     call compute_statistics(vibration, quantity, statistics, error)
     if (allocated(error)) return
     call components(quantity, vibration%motion, samples)
-    ! After a shift by the peak the quantity is nowhere negative, so the maximum of its absolute value is its maximum.
+    ! The peak minus the quantity is nowhere negative. So the maximum of its absolute value is its maximum.
     least = statistics%peak - largest_value(statistics%peak - samples(:, 1))
     min_error = statistics%peak_error
   end subroutine compute_minimum
 
-  !> Maximum of the magnitude of a vector, from the samples of its components, shape (samples, components), and their series. The
-  !> square of the magnitude has twice the orders. If the upper half of the orders matters, it is sampled twice as finely.
+  !> Maximum of the magnitude of a vector, from the samples of its components, shape (samples, components), and from their Fourier
+  !> series. The square of the magnitude has orders twice as high. If the upper half of the components' orders is not negligible,
+  !> the square is sampled twice as finely.
   pure real(dp) function largest_size(series, samples)
     type(fourier_type), intent(in) :: series(:)
     real(dp), intent(in) :: samples(:, :)
@@ -120,7 +122,7 @@ contains
     largest_size = largest * sqrt(largest_value(fine))
   end function largest_size
 
-  !> Values of a series half way between its n samples.
+  !> Values of a Fourier series midway between its n samples.
   pure function half_way(series, n) result(f)
     type(fourier_type), intent(in) :: series
     integer, intent(in) :: n
@@ -142,7 +144,7 @@ contains
     end do
   end function half_way
 
-  !> Series of a weighted sum of rows, from the series of the rows.
+  !> Fourier series of a weighted sum of rows, computed from the series of the rows.
   pure subroutine combine(weights, rows, series)
     real(dp), intent(in) :: weights(:)
     type(fourier_type), intent(in) :: rows(:)
@@ -160,7 +162,7 @@ contains
     series%phase = atan2(aimag(c), real(c))
   end subroutine combine
 
-  !> Phase in [0, 1) of the maximum of equidistant samples over the period.
+  !> Phase t / T, in [0, 1), of the maximum of a function given by equidistant samples over the period.
   pure real(dp) function phase_of_maximum(samples)
     real(dp), intent(in) :: samples(:)
     real(dp) :: before, after, bend
@@ -176,7 +178,7 @@ contains
     phase_of_maximum = modulo(phase_of_maximum / n, 1.0_dp)
   end function phase_of_maximum
 
-  !> Components of the quantity at the samples of a motion, shape (samples, components).
+  !> Components of the quantity, computed from the samples of a motion, shape (samples, components).
   pure subroutine components(quantity, motion, samples)
     type(quantity_type), intent(in) :: quantity
     real(dp), intent(in) :: motion(:, :)
@@ -186,8 +188,8 @@ contains
     samples = matmul(transpose(motion), quantity%weights(:size(motion, 1), :))
   end subroutine components
 
-  !> Computes the quantity, for a vector its magnitude, at the times of the history, shape (points + 1). Fails as
-  !> `compute_statistics` does.
+  !> Computes the quantity, or its magnitude if it is a vector, at the times of the history, shape (points + 1). Fails if
+  !> `compute_statistics` fails.
   pure subroutine history_of(vibration, quantity, history, error)
     type(vibration_type), intent(in) :: vibration
     type(quantity_type), intent(in) :: quantity
@@ -205,7 +207,8 @@ contains
     end if
   end subroutine history_of
 
-  !> Fails if `find_quantity` has not initialised the quantity, or if `vibration` lacks rows of the motion that the quantity needs.
+  !> Checks that the quantity can be computed. Fails if `find_quantity` has not initialised the quantity, or if `vibration` lacks
+  !> rows of the motion from which the quantity is computed.
   pure subroutine check_quantity(vibration, quantity, error)
     type(vibration_type), intent(in) :: vibration
     type(quantity_type), intent(in) :: quantity
@@ -218,7 +221,7 @@ contains
     end if
   end subroutine check_quantity
 
-  !> Crest factor: peak over rms; 0 if nothing moves.
+  !> Crest factor: peak divided by rms; 0 if nothing moves.
   pure real(dp) function crest(self)
     class(statistics_type), intent(in) :: self
 
@@ -226,8 +229,8 @@ contains
     if (self%rms > 0) crest = self%peak / self%rms
   end function crest
 
-  !> Amplitude of an order (1, 2, ...). For a vector it is the root of the sum of the squares over the components. Orders that the
-  !> samples do not resolve are zero.
+  !> Amplitude of an order (1, 2, ...) of the period. For a vector it is the root of the sum of the squares over the components. The
+  !> amplitude is zero for orders that the samples do not resolve.
   pure real(dp) function amplitude(self, order)
     class(statistics_type), intent(in) :: self
     integer, intent(in) :: order
@@ -239,7 +242,7 @@ contains
     end do
   end function amplitude
 
-  !> Order with the largest amplitude; 0 if nothing moves.
+  !> Number of the order with the largest amplitude; 0 if nothing moves.
   pure integer function strongest(self)
     class(statistics_type), intent(in) :: self
     integer :: k
@@ -248,14 +251,14 @@ contains
     if (.not. self%amplitude(strongest) > 0) strongest = 0
   end function strongest
 
-  !> Computes the rms of the orders whose frequency, order / period, lies in `band`, both ends included.
-  !> Fails if `statistics` is empty, the period is not positive or the band is not ascending.
+  !> Computes the rms of all orders whose frequency, order / period, lies in `band`, both limits included. Fails if `statistics` is
+  !> empty, if the period is not positive, or if the limits of the band are not ascending.
   pure subroutine band_rms(statistics, period, band, along, largest_direction, error)
     !> Statistics of the velocity of a probe
     type(statistics_type), intent(in) :: statistics
-    !> Period (s) and frequency band (Hz, ascending)
+    !> Period (s), and lower and upper limit of the frequency band (Hz)
     real(dp), intent(in) :: period, band(2)
-    !> `along`: rms of each component, shape (components). `largest_direction`: rms in the direction in which it is largest
+    !> `along`: rms of each component, shape (components). `largest_direction`: rms in the direction in which the rms is largest
     real(dp), intent(out) :: along(:), largest_direction
     type(error_type), allocatable, intent(out) :: error
     real(dp) :: square(3, 3), unit
@@ -271,7 +274,7 @@ contains
       call fatal_error(error, "a frequency band requires statistics, a positive period and two ascending limits", invalid_input)
       return
     end if
-    ! Squares overflow long before their square roots do.
+    ! Amplitudes are scaled first, because their squares would overflow long before their square roots do.
     unit = maxval([(maxval(statistics%series(i)%amplitude), i = 1, n)])
     if (.not. unit > 0) return
     square = 0
@@ -287,7 +290,7 @@ contains
     if (n == 3) then
       largest_direction = unit * sqrt(largest_eigenvalue(square))
     else
-      ! The larger eigenvalue of a symmetric 2 x 2 matrix.
+      ! The larger eigenvalue of the symmetric 2 x 2 matrix.
       largest_direction = unit * sqrt((square(1, 1) + square(2, 2)) / 2 &
         & + hypot((square(1, 1) - square(2, 2)) / 2, square(1, 2)))
     end if

@@ -1,4 +1,5 @@
-!> Computes the periodic vibration of a frame: history, forces on the ground, harmonics, peaks and bounds on their errors.
+!> Computes the periodic vibration of a frame: its history, the forces on the ground, harmonics, and peaks with bounds on their
+!> errors.
 module gestell_study_vibration
   use gestell_base_error, only: error_type, failed_computation, fatal_error, invalid_input
   use gestell_math_series_fourier, only: fourier_series, fourier_type
@@ -19,57 +20,58 @@ module gestell_study_vibration
 
   public :: check_rows, check_times, solve_vibration
 
-  !> Number of quantities of the vibration in the plane: xi, eta, psi, their velocities, and forces and moment on the ground.
-  !> In space there are 18, for six degrees of freedom in the frame's order.
+  !> Number of quantities of the vibration in the plane: xi, eta, psi, their velocities, and two forces and the moment on the
+  !> ground. In space there are 18 quantities for six degrees of freedom, in the frame's order.
   integer, parameter, public :: quantities = 9
 
   !> A periodic vibration of a frame.
   type, public :: vibration_type
-    !> State at the start of the period with its error; free degrees of freedom only
+    !> State at the start of the period, and its error; only free degrees of freedom
     type(periodic_solution_type) :: start
-    !> All quantities at equidistant times from 0 to T, both included; shape (quantities, points + 1).
-    !> Blocked degrees of freedom stay at zero
+    !> All quantities at equidistant times from 0 to T, both included; shape (quantities, points + 1). Locked degrees of freedom are
+    !> zero
     real(dp), allocatable :: history(:, :)
-    !> Harmonics of every quantity, shape (quantities)
+    !> Fourier series of every quantity, shape (quantities)
     type(fourier_type), allocatable :: series(:)
     !> Maximum absolute value over the period, a bound on its error, and rms; shapes (quantities)
     real(dp), allocatable :: peak(:), peak_error(:), rms(:)
     !> Bounds on the errors of the quantities at any time; they also bound the errors of the rms values. Shape (quantities)
     real(dp), allocatable :: error(:)
-    !>x(T) - x(0)| of the computed motion relative to the maximum of |x(t)|, in units that make the states comparable
+    !> Difference |x(T) - x(0)| of the computed motion, relative to the maximum of |x(t)|, in units that make the states comparable
     real(dp) :: closing_defect = 0
-    !> Rows of the motion (gestell_model_quantity), allocated if requested. `motion`: at equidistant phases that resolve the motion,
-    !> shape (rows, samples). `motion_history`: at the times of the history, shape (rows, points + 1)
+    !> Rows of the motion (gestell_model_quantity), allocated if requested. `motion`: values at equidistant phases that resolve the
+    !> motion, shape (rows, samples). `motion_history`: values at the times of the history, shape (rows, points + 1)
     real(dp), allocatable :: motion(:, :), motion_history(:, :)
     !> Bounds on the errors of the rows of the motion
     type(turn_errors_type) :: motion_errors
-    !> Harmonics of the rows of the motion, shape (rows)
+    !> Fourier series of the rows of the motion, shape (rows)
     type(fourier_type), allocatable :: motion_series(:)
   end type vibration_type
 
-  !> If the history has more points than this, the harmonics are computed from samples of their own.
+  !> If the history has more points than this, the harmonics are computed from separate samples.
   integer, parameter :: max_shared = 1024
   !> Maximum number of samples per period.
   integer, parameter :: max_samples = 2**14
-  !> Harmonics count as resolved if the highest are below `resolved` times the largest harmonic, or below `part_of_error` times the
-  !> error of the quantity. The integration steps of a coarse solution leave kinks of the size of its error, which no number of
+  !> Harmonics count as resolved if the highest orders are below `resolved` times the largest harmonic, or below `part_of_error`
+  !> times the error of the quantity. A solution with coarse integration steps has kinks as large as its error, which no number of
   !> samples resolves.
   real(dp), parameter :: resolved = 1.0e-9_dp, part_of_error = 0.1_dp
 
 contains
 
-  !> Computes the periodic vibration of `system`, which is a frame or its averaged model. Fails as `check_times` does. Fails also
-  !> for other systems, if `floquet` is the solution of another system or has no load, at a resonance, or if the vibration
-  !> overflows.
+  !> Computes the periodic vibration of `system`, which is a frame or its averaged model. Fails if `check_times` fails, if `system`
+  !> is of another type, or if `floquet` is the solution of another system or was computed without load. Fails also at a resonance,
+  !> or if the vibration overflows.
   subroutine solve_vibration(system, floquet, points, harmonics, vibration, error, rows)
     class(periodic_system), intent(in), target :: system
-    !> Floquet solution of `system` with its load
+    !> Floquet solution of `system`, computed with its load
     type(floquet_type), intent(in) :: floquet
     !> Number of intervals of the history, and minimum number of harmonics
     integer, intent(in) :: points, harmonics
     type(vibration_type), intent(out) :: vibration
     type(error_type), allocatable, intent(out) :: error
-    !> If present, `vibration` also holds the rows of the motion up to this group: `velocities`, `accelerations` or `guide_forces`
+    !> If present, `vibration` also contains the rows of the motion up to and including this group: `velocities`, `accelerations` or
+    !> `guide_forces`
     integer, intent(in), optional :: rows
     class(frame_type), pointer :: frame
     real(dp), allocatable :: x(:, :), all(:, :), phases(:)
@@ -91,14 +93,14 @@ contains
       return
     end if
 
-    ! The points of the history are samples too, with as many between them as the harmonics need. A history of very many points
-    ! does not share its points with the harmonics.
+    ! The points of the history serve as samples, together with as many points between them as the harmonics require. If the history
+    ! has very many points, the harmonics are computed from separate samples.
     samples = max(64, 2 * harmonics + 2, min(4 * frame%least_steps, max_samples))
     if (points <= max_shared) samples = points * ceiling(samples / real(points, dp))
     numbers = 3 * frame%dofs()
     allocate(vibration%series(numbers))
 
-    ! The bounds hold for motions of more samples too.
+    ! The bounds remain valid if the motion is sampled at more phases.
     every = stride(samples, checkpoints(floquet))
     phases = [(real(k, dp) / samples, k = 0, samples, every)]
     call follow(frame, floquet, vibration%start, phases, x, error)
@@ -113,7 +115,7 @@ contains
       call follow(frame, floquet, vibration%start, phases, x, error)
       if (allocated(error)) return
       all = all_quantities(frame, x)
-      ! One by one: gfortran 12 does not free the components of a constructor's elements.
+      ! One element after the other: gfortran 12 does not free the components of a constructor's elements.
       do i = 1, numbers
         vibration%series(i) = fourier_series(all(i, :samples))
       end do
@@ -147,7 +149,7 @@ contains
       & "the periodic vibration or its error bound overflows double precision", failed_computation)
   end subroutine solve_vibration
 
-  !> Fails if the number of points, of harmonics or of rows of the motion is out of range.
+  !> Checks the numbers of points, harmonics and rows of the motion. Fails if one of them is out of range.
   pure subroutine check_times(points, harmonics, error, rows)
     integer, intent(in) :: points, harmonics
     type(error_type), allocatable, intent(out) :: error
@@ -164,7 +166,7 @@ contains
     end if
   end subroutine check_times
 
-  !> Fails if the vibration holds fewer than `rows` rows of the motion.
+  !> Fails if the vibration contains fewer than `rows` rows of the motion.
   pure subroutine check_rows(vibration, rows, error)
     type(vibration_type), intent(in) :: vibration
     integer, intent(in) :: rows
@@ -177,7 +179,7 @@ contains
       & // "rows in solve_vibration", invalid_input)
   end subroutine check_rows
 
-  !> The largest stride that selects at least `kept_samples` of the samples.
+  !> The largest stride with which at least `kept_samples` of the samples are selected.
   pure integer function stride(samples, kept_samples)
     integer, intent(in) :: samples, kept_samples
     integer :: k
@@ -188,7 +190,7 @@ contains
     end do
   end function stride
 
-  !> Error bounds of all quantities. They follow from the errors `states` of the free states x, shape (states, phases), and from
+  !> Error bounds of all quantities. They result from the errors `states` of the free states x, shape (states, phases), and from
   !> rounding of the mounting's matrices.
   pure function quantity_errors(frame, states, x) result(errors)
     class(frame_type), intent(in) :: frame
@@ -214,9 +216,9 @@ contains
     errors(2 * n + 1:) = [(states%along(weights(:, i)), i = 1, n)] + matmul(maxval(abs(x), dim=2), rounding)
   end function quantity_errors
 
-  !> Computes the errors of the motion's rows from the errors of the free states at the same phases. The rows are computed again
-  !> with these errors added to the motion of the exact frame, or to rest for other models. Rounding errors come from the states,
-  !> the load and the sums.
+  !> Computes the errors of the motion's rows from the errors of the free states at the same phases. For this the rows are computed
+  !> again with the errors added to the motion: to the computed motion of the exact frame, or to rest for other models. Rounding
+  !> errors result from the states, the load and the sums.
   subroutine compute_motion_errors(frame, system, phases, x, rows, states, errors)
     class(frame_type), intent(in) :: frame
     class(periodic_system), intent(in) :: system
@@ -243,15 +245,16 @@ contains
     errors%differences(:, :n) = compared - there
     errors%differences(:, n + 1:) = finer - there
     allocate(errors%rounding(count))
-    ! Relative errors of coefficients and load of the accelerations: of the model, of the mechanism's first and second derivatives,
-    ! which accumulate over several joints, and of forces of links that cancel.
+    ! Relative errors of coefficients and load of the accelerations. They have three sources: the model; the mechanism's first and
+    ! second derivatives, whose errors accumulate over several joints; and forces of links that cancel.
     associate (own => 16 * (sums + frame%rounding), model => 16 * (sums + frame%rounding) + frame%load_rounding)
       call motion_errors(frame, system, phases, states%rounding + model * maxval(abs(x), dim=2), [model, own], there, &
         & errors%rounding)
     end associate
   end subroutine compute_motion_errors
 
-  !> Computes the harmonics of the motion's rows. The first rows are the states, whose harmonics are copied from `vibration%series`.
+  !> Computes the Fourier series of the motion's rows. The first rows are the states, whose series are copied from
+  !> `vibration%series`.
   pure subroutine compute_series(vibration)
     type(vibration_type), intent(inout) :: vibration
     integer :: samples, states, k
@@ -266,9 +269,9 @@ contains
     end do
   end subroutine compute_series
 
-  !> True if the samples resolve the rows of the motion after the states: accelerations and forces of guides. Harmonics below the
-  !> rounding error of a row's terms count as resolved. So do harmonics that are smaller than the row's error and than the
-  !> difference of its values at the end and the start of the period.
+  !> True if the samples resolve those rows of the motion that follow the states: accelerations and forces of guides. Harmonics
+  !> below the rounding error of a row's terms count as resolved. Harmonics also count as resolved if they are smaller than the
+  !> row's error and than the difference between its values at the end and at the start of the period.
   logical function rows_resolved(frame, system, phases, x, vibration)
     class(frame_type), intent(in) :: frame
     class(periodic_system), intent(in) :: system
@@ -288,9 +291,9 @@ contains
     end associate
   end function rows_resolved
 
-  !> True if the samples resolve the free states, from which the forces follow. In comparable units, harmonics below the rounding
-  !> error of the largest state count as resolved. So do harmonics that are smaller than the error of the state and than `missed`,
-  !> its difference between end and start of the period: motions of this size are free vibrations, not harmonics.
+  !> True if the samples resolve the free states, from which the forces result. In comparable units, harmonics below the rounding
+  !> error of the largest state count as resolved. Harmonics also count as resolved if they are smaller than the error of the state
+  !> and than `missed`, its difference between end and start of the period: motions of this size are free vibrations, not harmonics.
   pure logical function states_resolved(frame, floquet, vibration, missed)
     class(frame_type), intent(in) :: frame
     type(floquet_type), intent(in) :: floquet
@@ -309,7 +312,7 @@ contains
     end associate
   end function states_resolved
 
-  !> True if the upper orders of a series are negligible against its largest order, against `rounding`, or against its `error`.
+  !> True if the upper orders of a series are negligible relative to its largest order, to `rounding`, or to its `error`.
   pure logical function is_resolved(series, rounding, error)
     type(fourier_type), intent(in) :: series
     real(dp), intent(in) :: rounding, error
@@ -321,7 +324,7 @@ contains
     end associate
   end function is_resolved
 
-  !> All quantities from the states of the free degrees of freedom, shape (quantities, points).
+  !> All quantities, computed from the states of the free degrees of freedom, shape (quantities, points).
   pure function all_quantities(frame, x) result(all)
     class(frame_type), intent(in) :: frame
     real(dp), intent(in) :: x(:, :)

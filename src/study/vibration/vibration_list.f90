@@ -24,9 +24,9 @@ module gestell_study_vibration_vibration_list
 
   public :: index_sum, list_vibrations, search_vibrations
 
-  !> One of several vibrations of a machine.
+  !> One of several vibrations of the same machine.
   type, public :: listed_vibration_type
-    !> True for the vibration that the rest of the report describes
+    !> True for the vibration to which the other sections of the report refer
     logical :: is_reported = .false.
     type(multipliers_type) :: multipliers
     !> Maxima of the degrees of freedom over the turn (m, rad), bounds on their errors, and rms values; shapes (dofs)
@@ -35,21 +35,23 @@ module gestell_study_vibration_vibration_list
     procedure :: vibration_index
   end type listed_vibration_type
 
-  !> `furthest_speed`: maximum distance of a path from the machine's own speed, relative to this speed. `furthest_excitation`: the
-  !> path from rest ends at this multiple of the machine's own excitation.
+  !> `furthest_speed`: maximum distance from the machine's own speed at which a vibration is followed, relative to this speed.
+  !> `furthest_excitation`: continuation from rest ends at this multiple of the machine's actual excitation.
   real(dp), parameter :: furthest_speed = 0.1_dp, furthest_excitation = 3
-  !> `short_arc`: first arc length. `long_arc`: maximum arc length, short enough not to jump from one vibration to another.
+  !> `short_arc`: length of the first arc. `long_arc`: maximum length of an arc, so short that the continuation does not jump from
+  !> one vibration to another.
   real(dp), parameter :: short_arc = 0.02_dp, long_arc = 0.2_dp
-  !> `max_points`: maximum number of points of a path. `max_systems`: maximum number of linear systems solved for a path.
+  !> `max_points`: maximum number of points of a path. `max_systems`: maximum number of linear systems that are solved for a path.
   integer, parameter :: max_points = 200, max_systems = 500
-  !> Two motions are equal if their relative difference is smaller.
+  !> Two motions count as equal if their relative difference is smaller than this.
   real(dp), parameter :: equality_tolerance = 1.0e-6_dp
   !> Maximum number of vibrations that are listed.
   integer, parameter :: max_vibrations = 20
 
 contains
 
-  !> Extends `list`, known vibrations of `frame`, by the vibrations on paths that start from these and from rest.
+  !> Extends `list`, which contains known vibrations of `frame`, by the vibrations that are found by continuation from these
+  !> vibrations and from rest.
   subroutine search_vibrations(frame, accuracy, list)
     class(frame_type), intent(in) :: frame
     type(accuracy_type), intent(in) :: accuracy
@@ -65,7 +67,7 @@ contains
     end do
     i = 1
     do while (i <= size(list) .and. size(list) < max_vibrations)
-      ! a copy, because the list is reallocated as it grows
+      ! a copy, because the list is reallocated when vibrations are added
       speed = list(i)%speed
       do way = 1, -1, -2
         call follow_branch(frame, machine_path(varied_frame(frame, list(i)%motion), accuracy, speed * [1.0_dp, 1 &
@@ -76,9 +78,9 @@ contains
     end do
   end subroutine search_vibrations
 
-  !> Follows a path from the motion q at lambda = 0 and adds the vibrations at lambda = `home` to `list`. The path ends if
-  !> abs(lambda) exceeds `furthest`, if a path over the speed reaches a known vibration, if Newton's method fails, if the frame
-  !> rotates too far, or if the points or linear systems are used up.
+  !> Follows a path from the motion q at lambda = 0, and adds the vibrations at lambda = `home` to `list`. The path ends if
+  !> abs(lambda) exceeds `furthest`, if continuation over the speed reaches a known vibration, if Newton's method fails, or if the
+  !> frame rotates too far. It also ends when the maximum number of points or of linear systems is reached.
   subroutine follow_branch(frame, start, q, home, furthest, way, list)
     class(frame_type), intent(in) :: frame
     class(path_family_type), intent(in) :: start
@@ -94,7 +96,7 @@ contains
 
     allocate(family, source=start)
     family%left = max_systems
-    ! A path over the speed needs q in the family's units.
+    ! For a path over the speed, q is needed in the family's units.
     call first_point(family, q / spread(family%units, 1, size(q, 1)), 0.0_dp, way, at, error)
     if (allocated(error)) return
     arc = short_arc
@@ -112,14 +114,14 @@ contains
         & list, known)
       at = next
       if (easy) arc = min(2 * arc, long_arc)
-      ! A path over the speed that reaches a known vibration is that vibration's own path.
+      ! If continuation over the speed reaches a known vibration, its path is the same as the path that starts from that vibration.
       if (known .and. .not. family%from_rest) return
       if (abs(at%lambda) > furthest .or. family%turn(at%q) > furthest_turn) return
     end do
   end subroutine follow_branch
 
   !> True if a path crosses lambda = `home` twice between two points on the same side of `home`. Between the points lambda is
-  !> approximated by the cubic through its values and slopes.
+  !> approximated by the cubic that has the values and slopes of both points.
   pure logical function crosses_home_twice(at, next, arc, home)
     type(point_type), intent(in) :: at, next
     real(dp), intent(in) :: arc, home
@@ -135,8 +137,8 @@ contains
     end do
   end function crosses_home_twice
 
-  !> Adds the vibration at lambda = `home` between two points of a path to `list`, or sets `known` if `list` already contains it.
-  !> `arc`: length from the first point to the second.
+  !> Adds the vibration at lambda = `home`, between two points of a path, to `list`. If `list` already contains this vibration, sets
+  !> `known` to true instead. `arc`: length of the path from the first point to the second.
   subroutine add_crossing(frame, family, from, to, arc, home, list, known)
     class(frame_type), intent(in) :: frame
     class(path_family_type), intent(inout) :: family
@@ -144,8 +146,8 @@ contains
     real(dp), intent(in) :: arc, home
     type(varied_frame_type), allocatable, intent(inout) :: list(:)
     logical, intent(inout) :: known
-    !> Number of secant steps toward lambda = `home`. They bring the start so close that Newton's method does not find another
-    !> vibration.
+    !> Number of secant steps towards lambda = `home`. After these steps the start is so close that Newton's method does not find
+    !> another vibration.
     integer, parameter :: secants = 2
     real(dp), parameter :: min_tolerance = 1.0e-12_dp
     type(varied_frame_type) :: found
@@ -178,7 +180,7 @@ contains
     call family%member(home, found, error)
     if (allocated(error)) return
     call found%linearise_about(motion_of(family, middle_of(at, next, part)))
-    ! A tighter tolerance than requested, because the last step counts as the motion's error.
+    ! The tolerance is tighter than requested, because the last step of Newton's method counts as the motion's error.
     fine = family%accuracy
     fine%tolerance = max(fine%tolerance / 100, min(fine%tolerance, min_tolerance))
     call iterate(frame, fine, .false., found, steps, error)
@@ -195,7 +197,7 @@ contains
     call move_alloc(longer, list)
   end subroutine add_crossing
 
-  !> True if two motions are equal up to the tolerance `equality_tolerance`.
+  !> True if two motions are equal within the tolerance `equality_tolerance`.
   logical function same(one, other, units)
     type(varied_frame_type), intent(in) :: one, other
     real(dp), intent(in) :: units(:)
@@ -208,10 +210,10 @@ contains
     same = size_of(q - r) <= equality_tolerance * size_of(q)
   end function same
 
-  !> Computes multipliers and peaks of each vibration of `list` and sorts the vibrations, smallest first. Fails as `solve_floquet`
-  !> and `solve_vibration` do.
+  !> Computes multipliers and peaks of each vibration in `list`, and sorts the vibrations in ascending order of size. Fails if
+  !> `solve_floquet` or `solve_vibration` fails.
   subroutine list_vibrations(list, accuracy, points, harmonics, several, error)
-    !> The vibrations; the first is the one that the rest of the report describes
+    !> The vibrations. The first one is that to which the other sections of the report refer
     type(varied_frame_type), intent(in) :: list(:)
     type(accuracy_type), intent(in) :: accuracy
     !> Number of intervals of the history, and minimum number of harmonics
@@ -241,7 +243,7 @@ contains
     end do
   end subroutine list_vibrations
 
-  !> Index of the vibration, 1 or -1: the sign of det(E - Phi).
+  !> Index of the vibration, 1 or -1: the sign of the determinant det(E - Phi).
   pure integer function vibration_index(self)
     class(listed_vibration_type), intent(in) :: self
 
@@ -250,7 +252,7 @@ contains
     end associate
   end function vibration_index
 
-  !> Sum of all indices: 1 if no vibration is missing.
+  !> Sum of the indices of all vibrations: 1 if no vibration is missing.
   pure integer function index_sum(several)
     type(listed_vibration_type), intent(in) :: several(:)
     integer :: i

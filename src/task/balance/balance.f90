@@ -1,5 +1,5 @@
-!> The task `balance`: computes how counterweights change the forces on the ground and the vibration, on rigid ground and on the
-!> mounts.
+!> The task `balance`: computes how counterweights change the forces on the ground and the vibration. The forces are computed both
+!> on rigid ground and for the machine on its mounts.
 module gestell_task_balance
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
@@ -39,7 +39,7 @@ module gestell_task_balance
   end type balance_task
 
   type(unit_type), parameter :: kilogram = unit_type("kg", "kg"), kilogram_metre = unit_type("kg_m", "kg m")
-  !> Maximum length of texts in the tables: a list of links, or the name of a link or joint
+  !> Maximum length of texts in the tables, which are lists of links or names of links and joints
   integer, parameter :: longest = 4 * word_length
 
 contains
@@ -61,7 +61,7 @@ contains
       & // "moment are weighted"), balance_keys)
   end subroutine extend
 
-  !> Reads the group &balance. Fails if the mechanism is not a linkage, or for the reasons given at `read_balance`.
+  !> Reads the group &balance. Fails if the mechanism is not a linkage, or if `read_balance` fails.
   subroutine read_task(self, configuration, error)
     class(balance_task), intent(inout) :: self
     type(configuration_type), intent(inout) :: configuration
@@ -79,7 +79,7 @@ contains
       & == configuration%frame%dofs()))
   end subroutine read_task
 
-  !> Plans the variants, computes each one on rigid ground and on the mounts, and adds tables, picture and report.
+  !> Plans the variants, computes each one on rigid ground and on its mounts, and adds tables, picture and report to `result`.
   subroutine run(self, context, result, error)
     class(balance_task), intent(inout) :: self
     type(context_type), intent(inout) :: context
@@ -96,7 +96,7 @@ contains
     associate (configuration => context%configuration, frame => context%configuration%frame)
       select type (linkage => configuration%frame%mechanism)
       class is (linkage_type)
-        ! in the plane moments are measured from O, in space from F
+        ! moments are about O in the plane, about F in space
         about = merge(-frame%origin, 0.0_dp, self%options%about_frame)
         if (allocated(frame%space)) about = merge(0.0_dp, frame%space%origin, self%options%about_frame)
         call examine(linkage, frame%uniform_in_space(), about, rigid, error, self%options%links, self%options%radii, frame%space)
@@ -129,7 +129,7 @@ contains
     end associate
   end subroutine run
 
-  !> Table balance.csv with a row for every variant.
+  !> The table balance.csv, which has one row for every variant.
   type(table_type) function table_of(variants, dofs) result(table)
     type(variant_type), intent(in) :: variants(:)
     integer, intent(in) :: dofs
@@ -174,7 +174,7 @@ contains
       & [(merge(variants(i)%mounted%verdict, "failed   ", variants(i)%mounted%verdict /= ""), i = 1, n)])
   end function table_of
 
-  !> Table balance_links.csv with a row for every counterweight of every variant.
+  !> The table balance_links.csv, which has one row for every counterweight of every variant.
   type(table_type) function links_of(variants, rigid, linkage) result(table)
     type(variant_type), intent(in) :: variants(:)
     type(rigid_ground_type), intent(in) :: rigid
@@ -224,7 +224,7 @@ contains
       & // "if there is no such pivot", unbalance)
   end function links_of
 
-  !> Table balance_harmonics.csv with a row for every variant and each order up to `orders`.
+  !> The table balance_harmonics.csv, which has one row for each order (up to `orders`) of every variant.
   type(table_type) function harmonics_of(variants, frame, orders) result(table)
     type(variant_type), intent(in) :: variants(:)
     type(frame_type), intent(in) :: frame

@@ -14,7 +14,7 @@ module gestell_task_balance_keys
 
   public :: read_balance
 
-  !> Maximum number of links that the key `links` may name
+  !> Maximum number of links in the key `links`
   integer, parameter :: most_links = 20
 
   type(key_type), parameter, public :: balance_keys(*) = [ &
@@ -31,24 +31,25 @@ module gestell_task_balance_keys
     & key_type("balance", "about", text_key, "reference point of moments on rigid ground: `'frame'`, the frame's centre of " // &
     &   "mass F, as for the quantity `m`; or `'origin'`, the mechanism's origin O", word="frame", words="frame, origin")]
 
-  !> Values of the group &balance, in SI units.
+  !> Values of the keys of the group &balance, in SI units.
   type, public :: balance_options
-    !> Indices of the links that may carry counterweights; not allocated: all links
+    !> Indices of the links that may carry counterweights; if not allocated, all links may
     integer, allocatable :: links(:)
-    !> Radii of the counterweights (m); not allocated: lengths of the links
+    !> Radii of the counterweights (m); if not allocated, the lengths of the links are used
     real(dp), allocatable :: radii(:)
-    !> Weight of the mean square of the moment in the weighted sum (0 to 1); the force has the weight 1 - `weight`
+    !> Factor (0 to 1) of the moment's mean square in the weighted sum; the factor of the force's mean square is 1 - `weight`
     real(dp) :: weight = 0.5_dp
-    !> Length (m) by which moments are divided in the weighted sum; 0: use rms moment over rms force of the original machine
+    !> Length (m) by which moments are divided in the weighted sum. 0: use the rms moment divided by the rms force, both of the
+    !> original machine
     real(dp) :: length = 0
-    !> True: moments on rigid ground are about the frame's centre of mass F; false: about the mechanism's origin O
+    !> Reference point of moments on rigid ground. True: the frame's centre of mass F. False: the mechanism's origin O
     logical :: about_frame = .true.
   end type balance_options
 
 contains
 
   !> Reads the group &balance for a linkage. Fails if a value is out of range, or if a link does not exist, does not rotate or is
-  !> named twice. Also fails if the number of radii is neither 1 nor the number of links.
+  !> named twice. Fails also if the number of radii is neither 1 nor the number of links.
   subroutine read_balance(doc, units, linkage, options, error)
     type(document_type), intent(in) :: doc
     type(units_type), intent(in) :: units
@@ -77,7 +78,7 @@ contains
     end if
   end subroutine read_balance
 
-  !> Reads the names of the links and finds their indices.
+  !> Reads the names of the links, and finds the index of each.
   subroutine read_links(group, linkage, options, error)
     type(group_type), intent(in) :: group
     class(linkage_type), intent(in) :: linkage

@@ -10,14 +10,16 @@ module gestell_task_balance_plot
 
   public :: plot_balance
 
-  !> Height (%) at which bars are cut off; the true value is then printed above the bar
+  !> Height (%) at which bars are cut off. The true value is then printed above the bar
   integer, parameter :: top = 250
-  !> Forces and moments of the original machine up to this limit (N, N m) count as zero: percentages of them would overflow
+  !> If a force or moment of the original machine does not exceed this limit (N, N m), it counts as zero, because percentages of it
+  !> would overflow
   real(dp), parameter :: least_original = 100 / huge(1.0_dp)
 
 contains
 
-  !> Picture balance.gp: rms force and moment as percentages of the original machine, with a pair of bars for each variant.
+  !> The picture balance.gp: rms force and moment of every variant, as percentages of the original machine. Each variant has a pair
+  !> of bars: on rigid ground and on its mounts.
   function plot_balance(variants) result(figure)
     type(variant_type), intent(in) :: variants(:)
     type(figure_type) :: figure
@@ -46,8 +48,8 @@ contains
 
   contains
 
-    !> One panel of the picture: bars for two columns of balance.csv as percentages of the original machine. `rigid` and `mounted`
-    !> are the names of the columns.
+    !> One panel of the picture: bars for two columns of balance.csv, as percentages of the original machine. `rigid`, `mounted`:
+    !> names of the columns for rigid ground and for the mounts.
     pure function panel(row, what, rigid, mounted, axis) result(lines)
       integer, intent(in) :: row
       character(len=*), intent(in) :: what, rigid, mounted, axis
@@ -75,8 +77,8 @@ contains
 
   end function plot_balance
 
-  !> Part of a plot command that draws a bar for each variant, on one `side` ("-" left, "+" right) of the variant's tic. The value
-  !> of a bar that is cut off is printed above it.
+  !> Part of a plot command that draws one bar for each variant, on one `side` ("-" left, "+" right) of the variant's tic mark. If a
+  !> bar is cut off, its value is printed above it.
   pure function bars(file, side, value, style, title) result(words)
     character(len=*), intent(in) :: file, side, value, style, title
     character(len=:), allocatable :: words
@@ -86,7 +88,7 @@ contains
       & // ")) with labels font ',11' offset 0,0.5 notitle"
   end function bars
 
-  !> Gnuplot expression for a column as a percentage of the value `original` of the original machine; 0 if this value counts as
+  !> Gnuplot expression for a column as a percentage of the value `original` of the original machine; 0 if `original` counts as
   !> zero.
   pure function percent(column, original) result(value)
     character(len=*), intent(in) :: column

@@ -18,17 +18,17 @@ module gestell_task_balance_report
 
   public :: balance_headlines, link_lines, report_balance, turning_lines
 
-  !> Number of orders that the report lists for each variant
+  !> Maximum number of orders that the report lists for each variant
   integer, parameter :: max_orders = 3
-  !> `notable_change`: smaller relative changes are not mentioned. `rounding`: a part below this fraction of the whole is rounding
-  !> error.
+  !> `notable_change`: relative changes smaller than this are not mentioned. `rounding`: a part smaller than this fraction of the
+  !> whole is rounding error.
   real(dp), parameter :: notable_change = 0.01_dp, rounding = 1.0e-11_dp
 
 contains
 
-  !> Headlines on the rms force, one per line. They name the variant with the smallest force on rigid ground and its effect on the
-  !> mounts, then the best variant on the mounts. The last headline warns of a further variant that reduces the force on rigid
-  !> ground but increases it on the mounts. Empty if no counterweight reduces the force on rigid ground.
+  !> Headlines on the rms force, one per line. The first ones name the variant with the smallest force on rigid ground and its
+  !> effect on the mounts, then the best variant on the mounts. The last one warns of another variant that reduces the force on
+  !> rigid ground but increases it on the mounts. Empty if no counterweight reduces the force on rigid ground.
   function balance_headlines(variants) result(lines)
     type(variant_type), intent(in) :: variants(:)
     character(len=:), allocatable :: lines
@@ -58,8 +58,8 @@ contains
 
   contains
 
-    !> Relative change of the rms force from the original machine to variant `i`: on rigid ground if `rigidly`, otherwise on the
-    !> mounts.
+    !> Relative change of the rms force from the original machine to variant number `i`. `rigidly`: true for the force on rigid
+    !> ground, false for the force on the mounts.
     pure function change(i, rigidly) result(words)
       integer, intent(in) :: i
       logical, intent(in) :: rigidly
@@ -75,7 +75,7 @@ contains
 
   end function balance_headlines
 
-  !> Relative change in words, for example "-63.2 %"; the new value with its unit if the old one is 0.
+  !> Relative change as text, for example "-63.2 %". If the value before the change is 0: the value after it, with its unit.
   pure function change_words(after, before, unit) result(words)
     real(dp), intent(in) :: after, before
     character(len=*), intent(in) :: unit
@@ -91,16 +91,16 @@ contains
     if (abs(percent) < 0.005_dp) words = "0 %"
   end function change_words
 
-  !> Section of the report on counterweights.
+  !> The section of the report on counterweights.
   function report_balance(variants, rigid, linkage, options, state, length) result(report)
     !> The original machine, then the variants with counterweights
     type(variant_type), intent(in) :: variants(:)
-    !> Links of the linkage that can carry counterweights, and their forces on rigid ground
+    !> Bodies that can carry counterweights, with the effects of these counterweights, and the shaking forces on rigid ground
     type(rigid_ground_type), intent(in) :: rigid
     class(linkage_type), intent(in) :: linkage
-    !> Keys of the group &balance
+    !> Values of the keys of the group &balance
     type(balance_options), intent(in) :: options
-    !> From `balance_force`: says whether counterweights can cancel the force completely
+    !> Result of `balance_force`: whether counterweights can make the force vanish
     integer, intent(in) :: state
     !> Length (m) by which moments are divided in the weighted sum
     real(dp), intent(in) :: length
@@ -174,12 +174,12 @@ contains
       & // tabulated("lrrrrrr", "counterweight,rigid " // heads // ",mounts " // heads // newline // ",N,N,N,N,N,N", orders)
   end function report_balance
 
-  !> Table of the first-order vectors of force and moment across the shaft that rotate with the crank and against it. Only for
-  !> frames in space. The shaft is the third of the `axes`.
+  !> Table of the first-order vectors of force and moment normal to the shaft, one rotating with the crank and one against it. Only
+  !> for frames in space. The shaft is the third of the `axes`.
   function turning_lines(variants, axes, turns) result(lines)
     type(variant_type), intent(in) :: variants(:)
     real(dp), intent(in) :: axes(3, 3)
-    !> Turns of the crank in the period; harmonic `turns` is therefore the first order
+    !> Number of turns of the crank in the period. Harmonic number `turns` of the period is therefore the first order
     integer, intent(in) :: turns
     character(len=:), allocatable :: lines
     real(dp) :: sizes(turns, 4), scale(4)
@@ -201,7 +201,7 @@ contains
       & // tabulated("lrrrr", "counterweight,force with,against,moment with,against" // newline // ",N,N,N m,N m", lines)
   end function turning_lines
 
-  !> Two cells of the table: force and moment with units if `plain`, otherwise their relative changes from `original`.
+  !> Two cells of the table, for force and moment: values with units if `plain` is true, otherwise relative changes from `original`.
   pure function cells(values, original, plain) result(words)
     real(dp), intent(in) :: values(2), original(2)
     logical, intent(in) :: plain
@@ -211,7 +211,7 @@ contains
       & change_words(values(force), original(force), "N") // tab // change_words(values(moment), original(moment), "N m"), plain)
   end function cells
 
-  !> The value `part` as text; 0 if it is rounding error relative to `whole`.
+  !> The value `part` as text; 0 if the value is rounding error relative to `whole`.
   pure function clean(part, whole) result(words)
     real(dp), intent(in) :: part, whole
     character(len=:), allocatable :: words
@@ -219,7 +219,7 @@ contains
     words = concise(merge(0.0_dp, part, part <= rounding * whole), 4)
   end function clean
 
-  !> The counterweights as &link groups, ready to be added to the input, in its units.
+  !> The counterweights as &link groups that can be added to the input. Values are in the units of the input.
   function link_lines(variants, rigid, linkage, units) result(lines)
     !> The original machine, then the variants with counterweights
     type(variant_type), intent(in) :: variants(:)
@@ -260,7 +260,7 @@ contains
     end do
   end function link_lines
 
-  !> Warning that lists the links whose counterweights &repeat would copy as well; empty if there are none. Copies of a link are
+  !> Warning that lists those links with counterweights which &repeat would copy; empty if there are none. Copies of a link are
   !> named PART.link.
   pure function copies_line(variants, rigid, linkage) result(line)
     type(variant_type), intent(in) :: variants(:)
@@ -287,7 +287,7 @@ contains
       & // line(3:) // newline)
   end function copies_line
 
-  !> A value in SI units converted to the units of the input.
+  !> Converts a value from SI units to the units of the input.
   elemental real(dp) function in_input_units(value, unit)
     real(dp), intent(in) :: value
     type(unit_type), intent(in) :: unit
@@ -295,7 +295,7 @@ contains
     in_input_units = value * unit%divisor / unit%factor
   end function in_input_units
 
-  !> A name in quotes as in an input file; quotes within the name are doubled.
+  !> A name in quotes, as in an input file; quotes within the name are doubled.
   pure function quoted(name) result(words)
     character(len=*), intent(in) :: name
     character(len=:), allocatable :: words

@@ -22,25 +22,25 @@ module gestell_task_balance_variants
 
   public :: plan_variants, solve_variant, extract_mounted
 
-  !> Purpose of the counterweights. `original_machine`: there are none. `for_force`, `for_moment`, `for_sum`: a single one minimises
-  !> the force, the moment or the weighted sum. `complete`: several cancel the force. `together`: several minimise the force, on
-  !> links with a pivot on the frame only.
+  !> Purpose of the counterweights of a variant. `original_machine`: there are no counterweights. `for_force`, `for_moment`,
+  !> `for_sum`: one counterweight minimises the force, the moment or the weighted sum of both. `complete`: several counterweights
+  !> make the force vanish. `together`: several counterweights minimise the force, only on links with a pivot on the frame.
   integer, parameter, public :: original_machine = 0, for_force = 1, for_moment = 2, for_sum = 3, complete = 4, together = 5
   character(len=8), parameter, public :: aims(0:5) = [character(len=8) :: "found", "force", "moment", "sum", "complete", "together"]
 
-  !> Indices of the force and the moment on the ground in arrays such as `rms`
+  !> Indices of force and moment on the ground in arrays such as `rms`
   integer, parameter, public :: force = 1, moment = 2
   character(len=*), parameter :: quantities(2) = ["total.f", "total.m"]
 
-  !> Forces on the ground and vibration of a variant on its mounts.
+  !> Forces on the ground and vibration of a variant that stands on its mounts.
   type, public :: mounted_type
-    !> Reason why no periodic vibration was computed; not allocated if one was
+    !> Reason why no periodic vibration was computed; not allocated if a vibration was computed
     character(len=:), allocatable :: reason
-    !> Verdict on the machine with the counterweights
+    !> Verdict on the machine with the counterweights of the variant
     character(len=9) :: verdict = ""
     !> Rms and peak of force and moment (N, N m) and their error bounds, shape (2)
     real(dp), dimension(2) :: rms = 0, rms_error = 0, peak = 0, peak_error = 0
-    !> Peaks of the degrees of freedom (m, rad) and their error bounds; a planar frame uses only the first three elements
+    !> Peaks of the degrees of freedom (m, rad) and their error bounds. Only the first three elements are used for a planar frame
     real(dp), dimension(6) :: motion = 0, motion_error = 0
     !> Rms of force and moment (N, N m) for each of the orders 1, 2, ..., shape (2, orders)
     real(dp), allocatable :: orders(:, :)
@@ -50,15 +50,15 @@ module gestell_task_balance_variants
   type, public :: variant_type
     !> Purpose of the counterweights, from `original_machine` to `together`
     integer :: aim = original_machine
-    !> Counterweights
+    !> The counterweights of this variant
     type(counterweight_type), allocatable :: weights(:)
-    !> Name of the link that carries each counterweight (`on`), and name of the counterweight as a link of its own (`names`)
+    !> For each counterweight: name of the link that carries it (`on`), and its own name as a link (`names`)
     character(len=word_length), allocatable :: on(:), names(:)
     !> Total mass of the counterweights (kg)
     real(dp) :: mass = 0
-    !> Forces and moments on rigid ground
+    !> Forces and moments that remain on rigid ground
     type(residual_shaking_type) :: residual
-    !> Forces and vibration on the mounts
+    !> Forces on the ground and vibration of the variant on its mounts
     type(mounted_type) :: mounted
   contains
     procedure :: links => links_of
@@ -67,18 +67,18 @@ module gestell_task_balance_variants
 
 contains
 
-  !> Plans all variants and computes their forces on rigid ground. The first variant is the original machine. Variants whose
-  !> counterweight would have no effect are omitted.
+  !> Plans all variants and computes their forces on rigid ground. The first variant is the original machine. A variant is omitted
+  !> if its counterweight would have no effect.
   subroutine plan_variants(rigid, linkage, speed, options, variants, state, length)
-    !> Links of the linkage that can carry counterweights, and their forces on rigid ground
+    !> Bodies that can carry counterweights, with the effects of these counterweights, and the shaking forces on rigid ground
     type(rigid_ground_type), intent(in) :: rigid
     class(linkage_type), intent(in) :: linkage
     !> Crank speed (rad/s)
     real(dp), intent(in) :: speed
-    !> Keys of the group &balance
+    !> Values of the keys of the group &balance
     type(balance_options), intent(in) :: options
     type(variant_type), allocatable, intent(out) :: variants(:)
-    !> From `balance_force`: says whether counterweights can cancel the force completely
+    !> Result of `balance_force`: whether counterweights can make the force vanish
     integer, intent(out) :: state
     !> Length (m) by which moments are divided in the weighted sum
     real(dp), intent(out) :: length
@@ -114,7 +114,7 @@ contains
     if (allocated(all(n + 1)%weights)) deallocate(all(n + 1)%weights)
     call balance_force(rigid, all(n + 1)%weights, state, pivoted)
     if (state == balanced .and. size(pivoted) > 1 .and. count(rigid%kinds() == moment) > 1) then
-      ! counterweights on pivoted links, for example on a shaft with several throws
+      ! counterweights on links with a pivot, for example on a shaft with several throws
       n = n + 1
       all(n)%aim = together
       call move_alloc(all(n)%weights, all(n + 1)%weights)
@@ -136,7 +136,7 @@ contains
             one%mass = one%mass + one%weights(k)%mass(body)
             one%on(k) = linkage%links(body%link)%name
           end associate
-          ! a name that no link of the linkage has
+          ! choose a name that no link of the linkage has
           one%names(k) = "counterweight_" // linkage%links(rigid%bodies(one%weights(k)%body)%link)%name
           number = k
           do while (any([(linkage%links(i)%name == one%names(k), i = 1, size(linkage%links))]))
@@ -148,7 +148,7 @@ contains
     end do
   end subroutine plan_variants
 
-  !> Names of the links with counterweights, separated by `between`.
+  !> Names of the links that carry counterweights, separated by the text `between`.
   pure function links_of(self, between) result(words)
     class(variant_type), intent(in) :: self
     character(len=*), intent(in) :: between
@@ -177,13 +177,14 @@ contains
     end select
   end function label
 
-  !> Solves the machine with the counterweights of `variant` on its mounts. If there is no vibration, `mounted%reason` says why.
+  !> Computes the vibration of the machine with the counterweights of `variant` on its mounts. If there is no vibration,
+  !> `mounted%reason` contains the reason.
   subroutine solve_variant(configuration, linkage, rigid, variant)
-    !> Configuration from the input file; its linkage is replaced by one with counterweights
+    !> Configuration from the input file; its linkage is replaced by a linkage with counterweights
     type(configuration_type), intent(in) :: configuration
     class(linkage_type), intent(in) :: linkage
     type(rigid_ground_type), intent(in) :: rigid
-    !> Variant with its counterweights; receives the results on the mounts
+    !> The variant with its counterweights. On return it also contains the results on the mounts
     type(variant_type), intent(inout) :: variant
     class(linkage_type), allocatable :: other
     type(frame_type) :: frame
@@ -200,11 +201,11 @@ contains
     call extract_mounted(analysis, options%harmonics, variant%mounted, failure)
   end subroutine solve_variant
 
-  !> Extracts forces and vibration from a solved machine. If `failure` is allocated, its message becomes the reason for the missing
-  !> vibration, and `failure` is deallocated.
+  !> Copies forces and vibration from the results of `analyse` to `mounted`. If `failure` is allocated, its message becomes the
+  !> reason why there is no vibration, and `failure` is deallocated.
   subroutine extract_mounted(analysis, orders, mounted, failure)
     type(analysis_type), intent(in) :: analysis
-    !> Number of orders whose rms values are extracted
+    !> Number of orders whose rms values are copied
     integer, intent(in) :: orders
     type(mounted_type), intent(out) :: mounted
     type(error_type), allocatable, intent(inout) :: failure
@@ -240,8 +241,8 @@ contains
     end if
   end subroutine extract_mounted
 
-  !> Extends `quantity`, the moment about zeta, to the moments about all three axes if the frame moves in space. Fails as
-  !> `find_quantity` does.
+  !> If the frame moves in space, extends `quantity`, the moment about zeta, to the moments about all three axes. Fails if
+  !> `find_quantity` fails.
   subroutine whole_moment(frame, quantity, error)
     class(frame_type), intent(in) :: frame
     type(quantity_type), intent(inout) :: quantity

@@ -9,19 +9,19 @@ module gestell_task_boundary_branch
 
   public :: lies_on_any
 
-  !> A branch: part of a path of vibrations on which lambda is monotonic (lambda: coordinate of the parameter, 0 to 1 over its
-  !> range).
+  !> A branch: part of a path of vibrations on which lambda is monotonic. Lambda is the parameter, scaled to go from 0 to 1 over its
+  !> range.
   type, public :: branch_type
-    !> Points of the branch in ascending order of lambda; their tangents point in this direction.
+    !> Points of the branch in ascending order of lambda; their tangents point towards larger lambda.
     type(point_type), allocatable :: points(:)
-    !> Lengths of the arcs between neighbouring points, shape (points - 1).
+    !> Length of the arc between each point and the next, shape (points - 1).
     real(dp), allocatable :: arcs(:)
-    !> For the lower and the upper end of the branch. `turning_ends`: true if this end is a turning point. `lost`: true if the
-    !> continuation failed at this end.
+    !> Element 1 refers to the lower end of the branch, element 2 to the upper end. `turning_ends`: true if the end is a turning
+    !> point. `lost`: true if the continuation failed at the end.
     logical :: turning_ends(2) = .false., lost(2) = .false.
-    !> Error bounds of lambda at those ends that are turning points.
+    !> Error bounds of lambda at the ends that are turning points.
     real(dp) :: errors(2) = 0
-    !> Lengths and angles (m, m, rad) by which the coordinates of the motion are scaled, as in `path_family_type`.
+    !> Lengths and angles (m, m, rad) by which the coordinates of the motion are divided: see `units` of `path_family_type`.
     real(dp), allocatable :: units(:)
   contains
     procedure :: ends
@@ -68,13 +68,13 @@ contains
     motion = series_through(spread(self%units, 1, size(q, 1)) * q)
   end function motion_at
 
-  !> True if one of the branches, not considering number `except`, has the given motion at lambda = `t`.
+  !> True if at least one of the branches, apart from number `except`, has the given motion at lambda = `t`.
   logical function lies_on_any(branches, t, motion, except)
     type(branch_type), intent(in) :: branches(:)
     real(dp), intent(in) :: t
     !> The motion (m, m, rad) at this lambda
     type(series_type), intent(in) :: motion
-    !> Number of the branch that is not considered
+    !> Number of the branch that is left out of the comparison
     integer, intent(in), optional :: except
     integer :: i
 
@@ -117,7 +117,7 @@ contains
 
   contains
 
-    !> Coefficient of order k and coordinate j in `of`; 0 beyond the highest order of the series.
+    !> Coefficient of order k and coordinate j in the series `of`; 0 beyond the highest order of the series.
     pure real(dp) function coefficient(of)
       real(dp), intent(in) :: of(0:, :)
 

@@ -27,7 +27,7 @@ module gestell_task_boundary_branches
 
   public :: find_branch_borders
 
-  !> Family of frames, each linearised about its vibration on one branch.
+  !> Family of frames, each linearised about its vibration on the same branch.
   type, extends(family_type) :: branch_family_type
     class(family_type), pointer :: bare => null()
     type(axis_type) :: axis
@@ -39,27 +39,27 @@ module gestell_task_boundary_branches
 
   character(len=*), parameter, public :: turning_point = "turning_point"
   character(len=*), parameter :: no_vibration = "none"
-  !> Distance from a turning point, relative to the range, within which no other border is sought.
+  !> Borders within this distance of a turning point, relative to the range, are not searched.
   real(dp), parameter :: turn_clearance = 1.0e-6_dp
 
 contains
 
-  !> Finds the stability borders and the turning points on every branch of vibrations of the frames in `bare`. A branch that ends at
-  !> a turning point is unstable if an odd number of real multipliers exceeds 1 everywhere on it. Such a branch has no borders and
-  !> no number; its turning points are listed with the neighbouring branches. Fails as `search_line` does.
+  !> Finds the stability borders and the turning points on every branch of the vibrations of the frames in `bare`. A branch that
+  !> ends at a turning point is unstable if an odd number of real multipliers exceeds 1 everywhere on it. Such a branch has no
+  !> borders and no number; its turning points are listed with the neighbouring branches. Fails if `search_line` fails.
   subroutine find_branch_borders(bare, axis, options, borders, error, rest, followed)
     !> Family of frames that are not yet linearised about a vibration
     class(family_type), intent(in), target :: bare
-    !> The parameter, its range, and the number of values at which the search starts
+    !> The parameter and its range. Component `count`: number of values at which the search starts
     type(axis_type), intent(in) :: axis
-    !> Accuracy, tolerance of the borders, and executor
+    !> Accuracy, tolerance of the borders, and the executor that distributes the work
     type(border_options), intent(in) :: options
-    !> Borders and turning points, sorted in the direction of the axis; their component `vibration` is the number of the branch
+    !> Borders and turning points, sorted in the direction of the axis. Component `vibration`: number of the branch
     type(border_type), allocatable, intent(out) :: borders(:)
     type(error_type), allocatable, intent(out) :: error
     !> Parts of the range that remain open
     type(border_rest_type), intent(out) :: rest
-    !> False if no branch exists: nothing excites the frames, or no vibration was found
+    !> False if there is no branch, because nothing excites the frames or no vibration was found
     logical, intent(out) :: followed
     type(branch_family_type), target :: family
     type(branch_type), allocatable :: branches(:)
@@ -105,8 +105,8 @@ contains
     borders = borders(ascending(sign(1.0_dp, axis%to - axis%from) * borders%value))
   end subroutine find_branch_borders
 
-  !> Initial nodes for the search on a branch: the nodes of the range, and a point whenever the scaled vibration has changed by
-  !> 0.25.
+  !> Initial nodes for the search on a branch: the nodes of the range, and one more whenever the scaled vibration has changed by
+  !> 0.25 since the last node.
   pure function nodes_of(branch, line, count) result(nodes)
     type(branch_type), intent(in) :: branch
     type(line_type), intent(in) :: line
@@ -136,8 +136,8 @@ contains
     type(axis_type), intent(in) :: axis
     type(branch_type), intent(in) :: branches(:)
     type(border_rest_type), intent(inout) :: rest
-    !> Gaps up to this width, relative to the range, are ignored: they result from the ends of paths and the errors of turning
-    !> points.
+    !> Gaps between branches that are not wider than this, relative to the range, are ignored: they result from the ends of paths
+    !> and from the errors of turning points.
     real(dp), parameter :: narrow = 1.0e-5_dp
     real(dp) :: ends(2, size(branches)), t, next
     logical :: lost(2, size(branches))
@@ -153,7 +153,7 @@ contains
       if (.not. next > t) then
         next = min(1.0_dp, minval(ends(1, :), mask=ends(1, :) > t + narrow))
         call add_open(axis, t, next, rest)
-        ! Both ends of the gap are already listed.
+        ! The part of the range that begins at this end is already listed as a gap.
         where (abs(ends(2, :) - t) <= narrow) lost(2, :) = .false.
         where (abs(ends(1, :) - next) <= narrow) lost(1, :) = .false.
       end if
@@ -171,7 +171,7 @@ contains
     end do
   end subroutine add_gaps
 
-  !> Adds to `rest` the part of the range between the coordinates `from` and `to`: a border in it cannot be excluded.
+  !> Adds the part of the range between the coordinates `from` and `to` to `rest`, because a border in it cannot be excluded.
   pure subroutine add_open(axis, from, to, rest)
     type(axis_type), intent(in) :: axis
     real(dp), intent(in) :: from, to
@@ -181,9 +181,9 @@ contains
       & abs(parameter_at(axis, to) - parameter_at(axis, from)))]
   end subroutine add_open
 
-  !> True if an odd number of real multipliers exceeds 1 along the whole branch. A single point proves nothing: the branch may be
-  !> unstable there because of a tongue at +1, as at 2 w = 2 Omega (w: natural frequency) in a machine that repeats after half a
-  !> turn. Points near a turning point, where a multiplier equals 1 within its error, are ignored.
+  !> True if an odd number of real multipliers exceeds 1 along the whole branch. One point alone is no evidence. The branch may be
+  !> unstable there because of a tongue at the multiplier +1, as at 2 w = 2 Omega (w: natural frequency) in a machine that repeats
+  !> after half a turn. Points near a turning point, where a multiplier equals 1 within its error, are ignored.
   pure logical function is_always_unstable(search)
     type(search_type), intent(in) :: search
     integer :: i, above, known
@@ -201,9 +201,9 @@ contains
     is_always_unstable = is_always_unstable .and. known > 0
   end function is_always_unstable
 
-  !> Refines the turning point at end `side`, where the two branches of `pair` meet. Near it, the parameter and the mean square
-  !> difference of the two motions are smooth functions of each other. Neville extrapolation to zero difference gives the turning
-  !> point. Cancellation costs digits; the last change of the extrapolation is taken as the error.
+  !> Refines the turning point at end number `side`, where the two branches of `pair` meet. Near a turning point, the parameter and
+  !> the mean square difference of the two motions are smooth functions of each other. Neville extrapolation to zero difference
+  !> yields the turning point. Cancellation costs digits, so the last change of the extrapolation is taken as the error.
   subroutine refine_turning_point(family, pair, side)
     type(branch_family_type), intent(inout) :: family
     type(branch_type), intent(inout) :: pair(2)
@@ -220,13 +220,13 @@ contains
     at = [size(pair(1)%points), size(pair(2)%points)]
     if (side == 1) at = 1
     table = 0
-    ! The error of the path holds unless the extrapolation gives a smaller one.
+    ! The error found with the path is kept, unless the error of the extrapolation is smaller.
     pair(1)%errors(side) = max(pair(1)%errors(side), path_error)
     pair(2)%errors(side) = pair(1)%errors(side)
     do k = 1, levels
       t(k) = ends(side, 1) + distance / 2**(k - 1) * merge(1, -1, side == 1)
       call difference_at(family, pair, t(k), square(k), error)
-      ! This close to the turning point Newton's method may confuse the two vibrations.
+      ! Very close to the turning point Newton's method may confuse the two vibrations.
       if (allocated(error)) exit
       before = table(1)
       table(k) = t(k)
@@ -242,7 +242,7 @@ contains
   end subroutine refine_turning_point
 
   !> Computes the mean square difference between the scaled motions of two branches at lambda = `t`. Fails if Newton's method does
-  !> not converge to both branches, or if both motions are equal.
+  !> not converge on both branches, or if it finds the same motion on both.
   subroutine difference_at(family, pair, t, square, error)
     type(branch_family_type), intent(inout) :: family
     type(branch_type), intent(in) :: pair(2)
@@ -270,8 +270,8 @@ contains
     if (.not. square > 0) call fatal_error(error, "the two branches coincide", failed_computation)
   end subroutine difference_at
 
-  !> Adds the turning points at the ends of the family's branch. At a turning point a multiplier equals 1 within its error, so the
-  !> verdict next to it is taken from the nearest system whose verdict is decided.
+  !> Adds the turning points at the ends of the branch of `family` to `borders`. At a turning point a multiplier equals 1 within its
+  !> error, so the verdict beside it is taken from the nearest system whose verdict is decided.
   pure subroutine add_turning_points(family, tolerance, number, search, borders)
     type(branch_family_type), intent(in) :: family
     real(dp), intent(in) :: tolerance
@@ -305,7 +305,8 @@ contains
     end do
   end subroutine add_turning_points
 
-  !> Linearises the frame about its vibration on the branch. Fails if Newton's method does not converge to this vibration.
+  !> Creates the frame with these parameters, linearised about its vibration on the branch. Fails if Newton's method does not
+  !> converge to this vibration.
   subroutine member(self, parameters, system, error)
     class(branch_family_type), intent(in) :: self
     real(dp), intent(in) :: parameters(:)

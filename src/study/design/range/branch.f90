@@ -18,34 +18,34 @@ module gestell_study_design_range_branch
 
   public :: climb_branches
 
-  !> The local maxima over the turn under one condition: their phases (turns) and the levels of the goal
+  !> The local maxima over the turn under one condition. `places`: their phases (turns). `levels`: the levels of the goal there
   !> (gestell_study_design_goal).
   type :: turn_type
     real(dp), allocatable :: places(:), levels(:)
   end type turn_type
 
-  !> Distance from the maximum over the speed at which the local maxima are compared, in half widths of the resonance.
+  !> The local maxima are compared at this distance from the maximum over the speed, in half widths of the resonance.
   real(dp), parameter :: comparison_distance = 0.125_dp
-  !> Safety margin on the gain that a parabola through three points predicts, relative to the gain.
+  !> Safety margin on the gain that is predicted by a parabola through three points, relative to this gain.
   real(dp), parameter :: margin = 1
 
 contains
 
-  !> Finds the maxima over the speed for those local maxima over the turn that may exceed `climb`, and sets `climb` to the highest.
-  !> On entry `climb` is a smooth maximum along the line. Fails if the goal is invalid.
+  !> Searches along the line for the maximum of every local maximum over the turn that may exceed `climb`. Sets `climb` to the
+  !> highest of them. On entry `climb` is a smooth maximum along the line. Fails if the goal is invalid.
   subroutine climb_branches(members, goal, start, bounds, climb, error, motion)
     !> The machine and its neighbours
     type(members_type), intent(in) :: members
     !> The goal whose maximum is sought
     type(goal_type), intent(in) :: goal
-    !> A condition on the line
+    !> Any condition on the line
     type(condition_type), intent(in) :: start
-    !> Limits of the search on the line
+    !> First and last position on the line between which to search
     real(dp), intent(in) :: bounds(2)
     !> The maximum found so far; becomes the highest one
     type(climb_type), intent(inout) :: climb
     type(error_type), allocatable, intent(out) :: error
-    !> As in `climb_from`
+    !> See `climb_from`: on entry the motion from which the first search starts, on return the last motion
     type(motion_type), intent(inout), optional :: motion
     type(turn_type) :: at(-1:1)
     type(climb_type) :: other
@@ -64,7 +64,7 @@ contains
     levels = reshape([((at(k)%levels(closest(at(k), at(0)%places(b))), k = -1, 1), b = 1, size(at(0)%places))], &
       & [3, size(at(0)%places)])
     expected = [(levels(2, b) + (1 + margin) * parabola_rise(levels(:, b)), b = 1, size(levels, 2))]
-    ! this maximum has been climbed already
+    ! the search has already found the maximum for this local maximum
     expected(maxloc(at(0)%levels, dim=1)) = -huge(h)
     do
       b = maxloc(expected, dim=1)
@@ -84,14 +84,16 @@ contains
     end do
   end subroutine climb_branches
 
-  !> Computes the maxima over the turn under a condition; none if there is no vibration. Fails if the goal is invalid.
+  !> Computes the local maxima over the turn under a condition; there are none if there is no vibration. Fails if the goal is
+  !> invalid.
   subroutine find_maxima_over_turn(members, goal, condition, turn, error, near)
     type(members_type), intent(in) :: members
     type(goal_type), intent(in) :: goal
     type(condition_type), intent(in) :: condition
     type(turn_type), intent(out) :: turn
     type(error_type), allocatable, intent(out) :: error
-    !> As in `look`
+    !> On entry the motion under a similar condition, from which the search for the vibration starts. On return the motion under
+    !> this condition
     type(motion_type), intent(inout), optional :: near
     type(motion_type) :: motion
     type(error_type), allocatable :: failure
@@ -108,7 +110,7 @@ contains
     if (present(near)) near = motion
   end subroutine find_maxima_over_turn
 
-  !> Index of the maximum nearest to a phase.
+  !> Index of the local maximum whose phase is nearest to `place`.
   pure integer function closest(turn, place)
     type(turn_type), intent(in) :: turn
     real(dp), intent(in) :: place
@@ -116,14 +118,14 @@ contains
     closest = minloc(abs(modulo(turn%places - place + 0.5_dp, 1.0_dp) - 0.5_dp), dim=1)
   end function closest
 
-  !> Height by which the parabola through three equidistant values rises above the middle one.
+  !> Height of the vertex of the parabola through three equidistant values above the middle value.
   pure real(dp) function parabola_rise(f)
     real(dp), intent(in) :: f(3)
     real(dp) :: bend
 
     bend = 2 * f(2) - f(1) - f(3)
     parabola_rise = max(maxval(f) - f(2), 0.0_dp)
-    ! (f(3) - f(1))^2 / (8 bend)
+    ! height of the vertex: (f(3) - f(1))^2 / (8 bend)
     if (8 * bend * abs(f(2)) > (f(3) - f(1))**2) parabola_rise = max(parabola_rise, (f(3) - f(1))**2 / (8 * bend))
   end function parabola_rise
 

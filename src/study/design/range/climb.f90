@@ -14,18 +14,18 @@ module gestell_study_design_range_climb
   implicit none (type, external)
   private
 
-  !> State and result of the search.
+  !> State and result of the search for a maximum.
   type, public :: climb_type
-    !> `next`: point to evaluate next. `top`: position of the maximum. `highest`: largest value so far, which may be a little below
-    !> the maximum
+    !> `next`: position at which the caller evaluates the function next. `top`: position of the maximum. `highest`: largest value so
+    !> far, which may be slightly below the maximum
     real(dp) :: next = 0, top = 0, highest = 0
-    !> True if the maximum is found to the relative accuracy `gain`, or if the steps are used up
+    !> True if the maximum is known to the relative accuracy `gain`, or if the maximum number of steps is reached
     logical :: done = .false.
-    !> True if the maximum is smooth. False if it is at a jump or an end of the interval, or was not found
+    !> True if the maximum is smooth. False if it is at a jump or at an end of the interval, or if none was found
     logical :: smooth = .false.
-    !> Curvature of a smooth maximum: the value falls by `bend` t^2 at the distance t
+    !> Curvature of a smooth maximum: at the distance t from the maximum the value is lower by `bend` t^2
     real(dp) :: bend = 0
-    !> Number of values that the search has used
+    !> Number of function values that the search has used
     integer :: steps = 0
     real(dp), private :: x(3) = 0, f(3) = 0, bounds(2) = 0, before = 0
     integer, private :: most = 0
@@ -36,16 +36,17 @@ module gestell_study_design_range_climb
   end type climb_type
 
   real(dp), parameter :: golden = 0.381966011250105_dp
-  !> Relative gain below which another step is not worth its cost.
+  !> The search ends if the relative gain expected from another step is smaller than this.
   real(dp), parameter, public :: gain = 1.0e-10_dp
-  !> Number of steps within which a smooth maximum is found.
+  !> Number of steps that suffice to find a smooth maximum.
   integer, parameter, public :: of_smooth = 12
   !> The search ends if the interval is shorter than this, relative to its position.
   real(dp), parameter :: shortest = 1.0e-10_dp
 
 contains
 
-  !> Starts the search from three ascending points x with values f. `bounds`: limits of the search; `most`: maximum number of steps.
+  !> Starts the search from three ascending positions x with the values f. `bounds`: first and last position that the search may
+  !> use. `most`: maximum number of steps.
   subroutine start(self, x, f, bounds, most)
     class(climb_type), intent(out) :: self
     real(dp), intent(in) :: x(3), f(3), bounds(2)
@@ -59,7 +60,7 @@ contains
     call self%aim()
   end subroutine start
 
-  !> Adds the value of the function at `next`, and sets the next point.
+  !> Accepts the value of the function at `next`, and sets `next` to the following position.
   pure subroutine take(self, value)
     class(climb_type), intent(inout) :: self
     real(dp), intent(in) :: value
@@ -91,7 +92,7 @@ contains
     call self%aim()
   end subroutine take
 
-  !> Sets the next point, or ends the search.
+  !> Sets the position `next`, or ends the search.
   pure subroutine aim(self)
     class(climb_type), intent(inout) :: self
     real(dp) :: left, right, a, b, step
@@ -114,7 +115,7 @@ contains
       right = x(3) - x(2)
       self%done = max(left, right) <= shortest * abs(x(2))
       if (self%done) return
-      ! f(2) - f = a t^2 - b t
+      ! parabola at the distance t from the middle point: f(2) - f = a t^2 - b t
       a = ((f(2) - f(1)) / left + (f(2) - f(3)) / right) / (left + right)
       b = ((f(3) - f(2)) / right * left + (f(2) - f(1)) / left * right) / (left + right)
       step = 0
@@ -128,12 +129,12 @@ contains
         return
       end if
       if (self%steps > of_smooth) then
-        ! near a jump parabolas gain nothing
+        ! near a jump a parabola does not help
         step = merge(-0.5_dp * left, 0.5_dp * right, left > right)
       else if (.not. a > 0 .or. (left + right > 0.5_dp * self%before .and. modulo(self%steps, 3) == 2)) then
         step = merge(-golden * left, golden * right, left > right)
       else if (abs(step) < 1.0e-3_dp * min(left, right)) then
-        ! step to the other side, to close in on a top that is almost found
+        ! step to the other side, to enclose a maximum that is almost found
         step = sign(min(left, right) * 1.0e-2_dp, merge(-1.0_dp, 1.0_dp, left > right))
       end if
       if (modulo(self%steps, 3) == 2) self%before = left + right

@@ -1,7 +1,7 @@
-!> Evaluates one machine at a condition within a range, and finds where along a line through the range a goal is worst. The
-!> derivative with respect to the condition vanishes at such a maximum. So the derivatives of the maximum with respect to the
-!> parameters are those at a fixed condition (local reduction in semi-infinite programming: R. Hettich, K. O. Kortanek, SIAM Review
-!> 35, 1993, 380-429, section 2.2).
+!> Evaluates one machine under a condition within a range, and finds the position on a line through the range at which a goal is
+!> worst. At such a maximum the derivative with respect to the position vanishes. Therefore the derivatives of the maximum with
+!> respect to the parameters are those at a fixed condition (local reduction in semi-infinite programming: R. Hettich, K. O.
+!> Kortanek, SIAM Review 35, 1993, 380-429, section 2.2).
 module gestell_study_design_range_top
   use gestell_base_error, only: error_type
   use gestell_base_verdict, only: failed, operator(/=), operator(==), stable
@@ -24,26 +24,26 @@ module gestell_study_design_range_top
 
   public :: climb_from, evaluate_condition, search_near_end
 
-  !> Maximum number of steps of a search.
+  !> Maximum number of steps of a search for a maximum.
   integer, parameter :: max_steps = 40
-  !> Maximum number of halvings towards the end of a line.
+  !> Maximum number of halvings of the interval at the end of a line.
   integer, parameter :: max_halvings = 8
 
 contains
 
-  !> Solves the machine at a condition. `point%values(1, g)` is the excess of goal g over its limit. Phase advance and growth of the
-  !> free vibrations are set if they can be computed. If there is no solution, `point%state` says so. Fails if the goals are
-  !> invalid.
+  !> Solves the machine under a condition. `point%values(1, g)` is the excess of goal number g over its limit. Phase advance and
+  !> growth of the free vibrations are set if they can be computed. If there is no solution, `point%state` holds the reason. Fails
+  !> if the goals are invalid.
   subroutine evaluate_condition(members, goals, condition, multipliers, point, error, near)
     type(members_type), intent(in) :: members
     type(goal_type), intent(in) :: goals(:)
     type(condition_type), intent(in) :: condition
-    !> True if the free vibrations are requested too
+    !> True if the free vibrations must be computed too
     logical, intent(in) :: multipliers
     type(speed_point_type), intent(out) :: point
     type(error_type), allocatable, intent(out) :: error
-    !> On entry the motion under a similar condition, from which the search for an exact vibration starts. On return the computed
-    !> motion
+    !> On entry the motion under a similar condition, from which the search for the vibration of the exact frame starts. On return
+    !> the computed motion
     type(motion_type), intent(inout), optional :: near
     type(motion_type) :: motion
     type(goal_branches_type) :: at
@@ -72,7 +72,7 @@ contains
     end do
   end subroutine evaluate_condition
 
-  !> Computes phase advance and growth of the free vibrations. Fails as `solve_floquet` and `solve_multipliers` do.
+  !> Computes phase advance and growth of the free vibrations. Fails if `solve_floquet` or `solve_multipliers` fails.
   subroutine compute_free_vibrations(motion, accuracy, point, error)
     type(motion_type), intent(in) :: motion
     type(accuracy_type), intent(in) :: accuracy
@@ -86,7 +86,7 @@ contains
 
     call find_coordinates(motion%frame, size(motion%phases), derivative_tolerance(accuracy), free, fits, motion%quick)
     if (fits) then
-      ! two real multipliers, as within a tongue of instability: the one that grows more is taken
+      ! if two multipliers are real, as within a tongue of instability, the one that grows more is used
       by_growth = ascending(-real(free%lambda))
       associate (lambda => free%lambda(by_growth))
         call compute_turns(motion%frame, aimag(lambda) * free%period, real(lambda) * free%period, spread(free%scale, 2, &
@@ -107,17 +107,19 @@ contains
     type(goal_type), intent(in) :: goal
     !> A condition on the line
     type(condition_type), intent(in) :: start
-    !> Three ascending positions on the line, and the levels of the goal there (see `level` of gestell_study_design_goal)
+    !> Three ascending positions on the line, and the levels of the goal at these positions (see `level` of
+    !> gestell_study_design_goal)
     real(dp), intent(in) :: places(3), levels(3)
-    !> The maximum
+    !> The maximum of the goal along the line
     type(climb_type), intent(out) :: climb
     type(error_type), allocatable, intent(out) :: error
-    !> If present, the search for each motion starts from the previous motion; on return the last motion
+    !> If present, the search for each motion starts from the motion before it. On return this is the last motion
     type(motion_type), intent(inout), optional :: motion
     type(speed_point_type) :: point
     real(dp) :: level
 
-    ! with a motion from the neighbour this is a step of a larger search: if it is not smooth, a rough position is enough
+    ! a start from a known motion shows that this search is part of a larger one: if the maximum is not smooth, a rough position is
+    ! enough
     call climb%start(places, levels, places([1, 3]), merge(of_smooth, max_steps, present(motion)))
     do while (.not. climb%done)
       call evaluate_condition(members, [goal], start%moved_to(climb%next), .false., point, error, motion)
@@ -129,8 +131,9 @@ contains
     call climb_branches(members, goal, start, places([1, 3]), climb, error, motion)
   end subroutine climb_from
 
-  !> Searches for a maximum between the last two points of a line if the goal is larger at the end. The interval is halved until its
-  !> middle is higher than the end, or until a parabola has its vertex beyond the end. Fails if the goal is invalid.
+  !> If a goal is larger at the end of a line than at the point before it, searches for a maximum between the two. The interval is
+  !> halved until its middle is higher than the end, or until a parabola has its vertex beyond the end. Fails if the goal is
+  !> invalid.
   subroutine search_near_end(members, goal, start, ends, end_levels, places, levels, error)
     !> The machine and its neighbours
     type(members_type), intent(in) :: members
@@ -138,9 +141,10 @@ contains
     type(goal_type), intent(in) :: goal
     !> A condition on the line
     type(condition_type), intent(in) :: start
-    !> Positions of the last point before the end and of the end, and the levels of the goal there
+    !> Positions of the last point before the end and of the end itself, and the levels of the goal at both
     real(dp), intent(in) :: ends(2), end_levels(2)
-    !> Three ascending positions, and the levels of the goal there. If there is a maximum, the middle level is the highest
+    !> Three ascending positions, and the levels of the goal at these positions. If there is a maximum, the middle level is the
+    !> highest
     real(dp), intent(out) :: places(3), levels(3)
     type(error_type), allocatable, intent(out) :: error
     type(speed_point_type) :: point
@@ -155,7 +159,7 @@ contains
       if (allocated(error) .or. point%state /= stable) exit
       levels(2) = goal%level(point%values(1, 1))
       if (levels(2) > levels(3)) exit
-      ! slope at the end; the parabola may be wrong once, far from the end
+      ! checks the slope at the end; the parabola may be wrong once, while it is still far from the end
       if (.not. 3 * levels(3) - 4 * levels(2) + levels(1) < 0) beyond = beyond + 1
       if (beyond > 1) exit
       places(1) = places(2)

@@ -1,5 +1,5 @@
-!> Curve of a measured quantity along a line in the space of the parameters, as a function of x. If only the speed varies along the
-!> line, x is the speed, because the search for resonances needs it. Otherwise x is 1 at the start of the line and 2 at its end.
+!> A measured quantity along a line in the space of the parameters, as a function of x. If only the speed varies along the line, x
+!> is the speed, because the search for resonances requires it. Otherwise x is 1 at the start of the line and 2 at its end.
 module gestell_task_boundary_level_line
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -9,7 +9,7 @@ module gestell_task_boundary_level_line
   implicit none (type, external)
   private
 
-  !> A measured quantity and its level, in the unit of the quantity. Crossings of this level are sought.
+  !> A measured quantity, and the level (value) whose crossings are sought, in the unit of the quantity.
   type, public :: level_type
     type(measure_type) :: measure
     real(dp) :: value = 0
@@ -17,11 +17,11 @@ module gestell_task_boundary_level_line
     procedure :: subject
   end type level_type
 
-  !> Line in the space of the parameters, along which a measured quantity is compared with its level.
+  !> Line in the space of the parameters. Along the line a measured quantity is compared with a level.
   type, extends(line_type), public :: level_line_type
     !> True if only the speed varies along the line; x is then the speed.
     logical :: over_speed = .false.
-    !> The quantity and its measure (peak, rms or band).
+    !> The measured quantity, its measure (peak, rms or band), and how it is computed.
     type(speed_options) :: options
     !> Level in the unit of the quantity.
     real(dp) :: level = 0
@@ -35,7 +35,7 @@ module gestell_task_boundary_level_line
 
 contains
 
-  !> Name of the quantity and of its measure, for example `f rms`.
+  !> Name of the measured quantity and of its measure, for example `f rms`.
   pure function subject(self)
     class(level_type), intent(in) :: self
     character(len=:), allocatable :: subject
@@ -50,7 +50,7 @@ contains
     along = maxloc(abs(self%direction), dim=1)
   end function along
 
-  !> Variable x at position `t` on the line.
+  !> Variable x at the position `t` on the line.
   elemental real(dp) function at(self, t) result(x)
     class(level_line_type), intent(in) :: self
     real(dp), intent(in) :: t
@@ -61,7 +61,7 @@ contains
     end associate
   end function at
 
-  !> Position t on the line at the variable `x`; inverse of `at`.
+  !> Position t on the line that belongs to the variable `x`; the inverse of `at`.
   elemental real(dp) function position(self, x) result(t)
     class(level_line_type), intent(in) :: self
     real(dp), intent(in) :: x
@@ -72,7 +72,7 @@ contains
     end associate
   end function position
 
-  !> Value, at the variable `x`, of the parameter that varies most along the line.
+  !> Value of the parameter that varies most along the line, at the variable `x`.
   elemental real(dp) function value(self, x)
     class(level_line_type), intent(in) :: self
     real(dp), intent(in) :: x
@@ -83,7 +83,7 @@ contains
     end associate
   end function value
 
-  !> Tolerance of a crossing at `x`, as a difference of x; at least four units in the last place.
+  !> Tolerance of a crossing at `x`, as a difference of x. It is at least four units in the last place of x.
   pure real(dp) function step_at(self, x) result(step)
     class(level_line_type), intent(in) :: self
     real(dp), intent(in) :: x
@@ -95,8 +95,8 @@ contains
     step = max(step, 4 * spacing(x))
   end function step_at
 
-  !> Solves the machine at `x`. On return `point%values(1:2, 1)` contains the measured quantity and its error. Fails if the
-  !> parameters are invalid.
+  !> Solves the machine at the variable `x`. On return `point%values(1, 1)` contains the measured quantity and `point%values(2, 1)`
+  !> its error. Fails if the parameters are invalid.
   subroutine solve(self, x, point, error)
     class(level_line_type), intent(in) :: self
     real(dp), intent(in) :: x

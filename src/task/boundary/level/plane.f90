@@ -1,5 +1,5 @@
-!> Borders at which a measured quantity crosses its level in the plane of two parameters. The region above the level lies to the
-!> left of each border.
+!> Borders in the plane of two parameters at which a measured quantity crosses a level. The region in which the quantity is above
+!> the level lies to the left of each border.
 module gestell_task_boundary_level_plane
   use gestell_base_error, only: error_type
   use gestell_base_verdict, only: has_vibration, impossible, operator(==), state_words
@@ -13,15 +13,15 @@ module gestell_task_boundary_level_plane
   implicit none (type, external)
   private
 
-  !> Kinds of the borders of a level: each kind is combined with each state of the machine.
+  !> Kinds of borders, one for each combination of a kind ("level", "jump") with a state of the machine.
   character(len=15), parameter, public :: level_kinds(8) = [character(len=15) :: "level", "level", "level", "level", &
     & "jump", "jump", "jump", "jump"]
-  !> State of the machine on each kind of border in `level_kinds`.
+  !> State of the machine for each element of `level_kinds`.
   character(len=15), parameter, public :: level_states(8) = [character(len=15) :: state_words(1:4), state_words(1:4)]
 
-  !> Plane of two parameters in which the region above a level is sought.
+  !> Plane of two parameters, in which the region where a measured quantity is above its level is sought.
   type, extends(plane_type), public :: level_plane_type
-    !> The quantity and its measure (peak, rms or band).
+    !> The measured quantity, its measure (peak, rms or band), and how it is computed.
     type(speed_options) :: options
     !> Level in the unit of the quantity.
     real(dp) :: level = 0
@@ -35,12 +35,12 @@ module gestell_task_boundary_level_plane
 
 contains
 
-  !> Sets up the curve of the measured quantity along a line.
+  !> Sets up the function of x that the measured quantity is along a line.
   subroutine set_up_curve(plane, along, curve)
     class(level_plane_type), intent(in) :: plane
     type(line_type), intent(in) :: along
     type(level_line_type), intent(out) :: curve
-    !> Minimum length of a line, relative to the speed range, for a search for resonances over the speed.
+    !> Resonances are sought along a line over the speed only if the line is longer than this fraction of the speed range.
     real(dp), parameter :: long = 1.0e-3_dp
 
     curve%line_type = along
@@ -50,8 +50,8 @@ contains
       & .not. abs(along%direction(3 - plane%speed_axis)) > 0
   end subroutine set_up_curve
 
-  !> Solves the machine at `u`. On return `point%values(1:2, 1)` contains the measured quantity and its error. Fails if the
-  !> parameters are invalid.
+  !> Solves the machine at the coordinates `u`. On return `point%values(1, 1)` contains the measured quantity and `point%values(2,
+  !> 1)` its error. Fails if the parameters are invalid.
   subroutine solve_at(plane, u, point, error)
     class(level_plane_type), intent(in) :: plane
     real(dp), intent(in) :: u(2)
@@ -65,8 +65,8 @@ contains
     call curve%solve(curve%at(0.0_dp), point, error)
   end subroutine solve_at
 
-  !> Determines whether the quantity at `u` is certainly above the level (`inside`), and whether no vibration exists there
-  !> (`missing`). Fails if the parameters are invalid.
+  !> Determines whether the quantity at the coordinates `u` is certainly above the level (`inside`), and whether no vibration exists
+  !> there (`missing`). Fails if the parameters are invalid.
   subroutine probe(self, u, inside, missing, error)
     class(level_plane_type), intent(in) :: self
     real(dp), intent(in) :: u(2)
@@ -79,9 +79,9 @@ contains
     missing = .not. has_vibration(point%state)
   end subroutine probe
 
-  !> Finds the borders of the level along a line. A crossing is a border if the quantity is certainly above the level on one side
-  !> and certainly within it on the other. Other crossings, and places without a vibration, are listed in `found%open_parts`. Fails
-  !> if the parameters are invalid.
+  !> Finds the borders along a line. A crossing of the level is a border if the quantity is certainly above the level on one side
+  !> and certainly below it on the other. Other crossings, and parts of the line without a vibration, are listed in
+  !> `found%open_parts`. Fails if the parameters are invalid.
   subroutine search(self, along, nodes, found, error)
     class(level_plane_type), intent(in) :: self
     type(line_type), intent(in) :: along
@@ -126,8 +126,8 @@ contains
 
   end subroutine search
 
-  !> Determines the side of the level on which the quantity lies at the centre of the plane: "within", "above" or "undecided".
-  !> Without a vibration the result is "impossible" or "failed". Fails if the parameters are invalid.
+  !> Determines whether the quantity at the centre of the plane is above its level. `side`: "above", "within" (not above) or
+  !> "undecided"; without a vibration "impossible" or "failed". Fails if the parameters are invalid.
   subroutine find_side_at_centre(self, side, error)
     class(level_plane_type), intent(in) :: self
     character(len=10), intent(out) :: side

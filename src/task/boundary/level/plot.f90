@@ -1,4 +1,4 @@
-!> Plot of a measured quantity over the parameter, with its crossings of the level.
+!> Plot of a measured quantity as a function of a parameter, and of the parameter values at which it crosses a level.
 module gestell_task_boundary_level_plot
   use gestell_base_verdict, only: operator(==), unstable
   use gestell_base_kinds, only: dp
@@ -15,13 +15,13 @@ module gestell_task_boundary_level_plot
   public :: level_title, plot_levels
 
   character, parameter :: newline = new_line("a")
-  !> Legend entries for the combinations of `level_kinds` and `level_states`.
+  !> Legend entry for each element of `level_kinds` with its state in `level_states`.
   character(len=*), parameter, public :: level_meanings(8) = [character(len=30) :: "level", "level (undamped)", &
     & "level (undecided)", "level (unstable)", "jump", "jump (undamped)", "jump (undecided)", "jump (unstable)"]
 
 contains
 
-  !> Title that contains the quantity and its level.
+  !> Start of the title of a plot: the quantity and its level.
   pure function level_title(level) result(title)
     type(level_type), intent(in) :: level
     character(len=:), allocatable :: title
@@ -29,21 +29,22 @@ contains
     title = "Where " // level%subject() // " crosses " // concise(level%value, 6) // " " // trim(level%measure%unit)
   end function level_title
 
-  !> Plot boundary.gp of the curve in level.csv and the crossings in boundary.csv.
+  !> The plot boundary.gp: the measured quantity from level.csv over the parameter, and its crossings of the level from
+  !> boundary.csv.
   function plot_levels(path, unit, axis, input, level, crossings, points) result(figure)
-    !> Name and unit of the parameter
+    !> Name and unit of the parameter on the horizontal axis
     character(len=*), intent(in) :: path, unit
     type(axis_type), intent(in) :: axis
     !> Value of the parameter in the input file; empty if the input has none
     real(dp), intent(in) :: input(:)
-    !> Quantity and level
+    !> Measured quantity and level
     type(level_type), intent(in) :: level
-    !> Parameter values of the crossings
+    !> Parameter values at which the quantity crosses the level
     real(dp), intent(in) :: crossings(:)
-    !> Points of the curve
+    !> Points of the curve, in the order of the parameter
     class(speed_point_type), intent(in) :: points(:)
     type(figure_type) :: figure
-    !> Minimum distance of labels that do not overlap, as a fraction of the axis.
+    !> Labels do not overlap if their distance is at least this fraction of the axis.
     real(dp), parameter :: apart = 0.03_dp
     character(len=:), allocatable :: lines
     type(marks_type) :: marks

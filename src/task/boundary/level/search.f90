@@ -1,7 +1,8 @@
-!> Crossings of a measured quantity with its level along one parameter.
+!> Finds the values of one parameter at which a measured quantity crosses a level.
 !>
-!> The curve of the quantity is refined like a resonance curve (gestell_task_resonance_curve), including its maxima. Therefore no
-!> peak between two points hides two crossings. One crossing lies between neighbouring points on different sides of the level.
+!> The curve of the quantity over the parameter is refined like a resonance curve (gestell_task_resonance_curve), including its
+!> maxima. Therefore two crossings cannot be missed because a peak lies between two points. Two neighbouring points on different
+!> sides of the level enclose one crossing.
 module gestell_task_boundary_level_search
   use gestell_base_error, only: error_type
   use gestell_base_verdict, only: failed, has_vibration, in_resonance, operator(==), state_word, verdict_type
@@ -20,32 +21,33 @@ module gestell_task_boundary_level_search
 
   public :: find_levels, side_of
 
-  !> A crossing of the level. The inherited components `below` and `above` give the side of the level (see `side_of`) at the smaller
-  !> and at the larger parameter.
+  !> A crossing of a level. The inherited components `below` and `above` refer to the smaller and to the larger parameter beside the
+  !> crossing. They state on which side of the level the quantity is there (see `side_of`).
   type, extends(border_type), public :: level_crossing_type
-    !> True if the search converged; false if it met a point without a vibration.
+    !> True if the search converged; false if it reached a point without a vibration.
     logical :: found = .false.
-    !> Verdict on the vibration at the crossing.
+    !> Verdict on the vibration of the machine at the crossing.
     type(verdict_type) :: verdict = failed
-    !> `rises`: true if the quantity rises above the level in the direction of the line. `jumps`: true if the quantity is
-    !> discontinuous at the crossing. This happens where the end of a frequency band meets an order of the crank, or where the
+    !> `rises`: true if the quantity rises above the level when the line is followed in its direction. `jumps`: true if the quantity
+    !> is discontinuous at the crossing. There are two reasons: a limit of a frequency band meets an order of the crank, or the
     !> machine changes to another vibration.
     logical :: rises = .false., jumps = .false.
-    !> `x`: position of the crossing on the line. `ends`: the two positions between which the crossing certainly lies.
+    !> `x`: position of the crossing on the line. `ends`: two positions between which the crossing is certain to lie.
     real(dp) :: x = 0, ends(2) = 0
   end type level_crossing_type
 
   !> Part of the line in which a crossing cannot be excluded. `ends`: its limits in x. The inherited components are its middle and
-  !> half its width, in units of the parameter.
+  !> half its width, in the unit of the parameter.
   type, extends(open_border_type), public :: open_level_type
     real(dp) :: ends(2) = 0
   end type open_level_type
 
-  !> Results along a line: crossings of the level, places where a crossing cannot be excluded, and the curve of the quantity.
+  !> Results along a line: crossings of the level, parts in which a crossing cannot be excluded, and the curve of the measured
+  !> quantity.
   type, public :: level_results_type
     type(level_crossing_type), allocatable :: crossings(:)
     type(open_level_type), allocatable :: places(:)
-    !> Curve of the quantity over x. In each point `values(1:2, 1)` contains the quantity and its error.
+    !> The measured quantity as a function of x. In each point `values(1, 1)` contains the quantity and `values(2, 1)` its error.
     type(resonance_curve_type) :: curve
   end type level_results_type
 
@@ -71,8 +73,8 @@ module gestell_task_boundary_level_search
 
 contains
 
-  !> Finds all crossings on the line and lists them in its direction. Uses the line's executor, if it has one. Fails if the
-  !> parameters or the options are invalid.
+  !> Finds all crossings of the level on the line and lists them in its direction. The line's executor, if there is one, distributes
+  !> the work. Fails if the parameters or the options are invalid.
   subroutine find_levels(line, nodes, results, error)
     type(level_line_type), intent(in) :: line
     !> Values of x at which the search starts
@@ -130,7 +132,8 @@ contains
     self%crossings(k) = transfer(words, self%crossings(k))
   end subroutine exchange_crossing
 
-  !> Finds one crossing between each pair of neighbouring points on different sides of the level. Fails if a parameter is invalid.
+  !> Finds one crossing between each two neighbouring points that lie on different sides of the level. Fails if a parameter is
+  !> invalid.
   subroutine search_crossings(line, results, error)
     type(level_line_type), intent(in) :: line
     type(level_results_type), intent(inout) :: results
@@ -157,8 +160,9 @@ contains
     if (.not. allocated(error)) results%crossings = work%crossings
   end subroutine search_crossings
 
-  !> Lists the places where a crossing cannot be excluded. At some of them no vibration exists, as in an undamped resonance, or the
-  !> search met a point without a vibration. At others the quantity equals its level within its error without crossing it.
+  !> Lists the parts of the line in which a crossing cannot be excluded. In some of them no vibration exists, as in an undamped
+  !> resonance, or the search met a point without a vibration. In others the quantity equals its level within its error without
+  !> crossing it.
   subroutine list_open(line, results)
     type(level_line_type), intent(in) :: line
     type(level_results_type), intent(inout) :: results
@@ -204,7 +208,8 @@ contains
     type(speed_point_type), intent(in) :: points(2)
     type(level_crossing_type), intent(out) :: crossing
     type(error_type), allocatable, intent(out) :: error
-    !> The quantity counts as discontinuous if it changes by more than this fraction of the level over a distance of the tolerance.
+    !> The quantity counts as discontinuous if it changes by more than this fraction of the level over a distance equal to the
+    !> tolerance.
     real(dp), parameter :: jump = 1.0e-2_dp
     type(root_search_type) :: search
     type(speed_point_type) :: point
@@ -235,9 +240,9 @@ contains
     call enclose(line, points, max(step, search%width()), crossing, error)
   end subroutine find_crossing
 
-  !> Finds two points, one on each side of the crossing, that certainly enclose it. Their distance from it is first `distance` and
-  !> is then doubled. The search ends if the quantity is certainly above the level at one point and within it at the other, or if
-  !> both `points` are reached. Fails if a parameter is invalid.
+  !> Finds two points, one on each side of the crossing, that are certain to enclose it. Their distance from the crossing starts at
+  !> `distance` and is doubled until the quantity is certainly above the level at one point and certainly below it at the other. The
+  !> search also ends when both `points` are reached. Fails if a parameter is invalid.
   subroutine enclose(line, points, distance, crossing, error)
     type(level_line_type), intent(in) :: line
     type(speed_point_type), intent(in) :: points(2)
@@ -270,8 +275,8 @@ contains
     crossing%above = sides(maxloc(values, dim=1))
   end subroutine enclose
 
-  !> Side of the level on which the quantity lies: "within" or "above", or "undecided" if the level lies within the error bound of
-  !> the quantity or no vibration exists.
+  !> Side of the level on which the quantity lies: "above" or "within" (not above). The result is "undecided" if the level lies
+  !> within the error bound of the quantity, or if no vibration exists.
   pure character(len=9) function side_of(point, level) result(side)
     type(speed_point_type), intent(in) :: point
     real(dp), intent(in) :: level

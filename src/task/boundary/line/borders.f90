@@ -1,5 +1,5 @@
-!> Stability borders along one parameter, where rho_max (the largest modulus of a multiplier) passes through 1, and the nearest
-!> stable machine.
+!> Stability borders over one parameter, where rho_max (the largest modulus of a multiplier) passes through 1; and the stable
+!> machine nearest to a given machine.
 module gestell_task_boundary_line_borders
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
@@ -19,26 +19,26 @@ module gestell_task_boundary_line_borders
 
   public :: add_open_parts, borders_on, find_borders, line_along, nearest_stable
 
-  !> Tolerance of the monodromy matrix Phi(T) in the search for borders.
+  !> Tolerance of the monodromy matrix Phi(T) when borders are sought.
   real(dp), parameter, public :: border_accuracy = 1.0e-12_dp
-  !> Default allowed deviation of curves in the plane of two parameters, relative to the ranges.
+  !> Default deviation of curves from the border in the plane of two parameters, relative to the ranges.
   real(dp), parameter, public :: usual_deviation = 1.0e-3_dp
 
-  !> A border: a critical value of a parameter.
+  !> A border: a critical value of a parameter, or a value at which a quantity crosses a level.
   type, public :: border_type
     real(dp) :: value = 0
-    !> Error bound of `value`: the border lies between `value - error` and `value + error`. At these two values the systems have the
+    !> Error bound of `value`: the border lies between `value - error` and `value + error`. The systems at these two values have the
     !> verdicts `below` and `above`. For a crossing of a level, `below` and `above` are 'within', 'above' or 'undecided'.
     real(dp) :: error = 0
-    !> Kind of a stability border: 'divergence' (a multiplier +1), 'period_doubling' (-1) or 'flutter' (a conjugate pair). Kind of a
-    !> crossing of a level: 'level', or 'jump' if the quantity jumps across the level.
+    !> Kind of the border. Stability borders: 'divergence' (multiplier +1), 'period_doubling' (multiplier -1) or 'flutter' (a
+    !> conjugate pair). Crossings of a level: 'level', or 'jump' if the quantity jumps across the level.
     character(len=15) :: kind = ""
-    !> Argument of the multiplier (0 to pi).
+    !> Argument of the multiplier that has modulus 1 at the border (0 to pi).
     real(dp) :: arg_rad = 0
     character(len=verdict_length) :: below = "", above = ""
     !> Number of the vibration to which the border belongs, if the machine has several vibrations.
     integer :: vibration = 1
-    !> State of the machine at the crossing of a level.
+    !> State of the machine where its measured quantity crosses a level.
     character(len=verdict_length) :: state = ""
   end type border_type
 
@@ -47,55 +47,55 @@ module gestell_task_boundary_line_borders
     real(dp) :: value = 0, width = 0
   end type open_border_type
 
-  !> Results of a search for borders, apart from the borders themselves.
+  !> Results of a search for borders in addition to the borders themselves.
   type, public :: border_rest_type
-    !> `meetings`: number of places where multipliers meet. `thin`: number of these places where, without damping, no growth was
-    !> found at a distance of the tolerance.
+    !> `meetings`: number of parameter values at which two multipliers meet. `thin`: number of these meetings at which, without
+    !> damping, no growth was found at a distance of the tolerance.
     integer :: meetings = 0, thin = 0
-    !> Places where a border cannot be excluded.
+    !> Parts of the range in which a border cannot be excluded.
     type(open_border_type), allocatable :: places(:)
-    !> Number of meetings of multipliers that were not searched because there were too many; `places` includes the parts that
-    !> contain them.
+    !> Number of meetings of multipliers that were not searched because there were too many. `places` includes the parts of the
+    !> range that contain them.
     integer :: left_out = 0
   end type border_rest_type
 
-  !> Result of a search for the nearest system along a parameter that is not unstable. It is the given system if that is not
-  !> unstable.
+  !> Result of a search, along one parameter, for the nearest system that is not unstable. If the given system is not unstable, it
+  !> is itself the result.
   type, public :: nearest_type
     !> Verdict on the given system.
     character(len=10) :: verdict = ""
     !> True if the range contains a system that is not unstable.
     logical :: found = .false.
-    !> `value`: parameter of the nearest system that is not unstable. `distance`: signed difference from the given parameter.
+    !> `value`: parameter of the nearest system that is not unstable. `distance`: `value` minus the given parameter.
     real(dp) :: value = 0, distance = 0
-    !> Verdict on the nearest system.
+    !> Verdict on the nearest system that is not unstable.
     character(len=10) :: there = ""
-    !> Error bound of `value` if the nearest system is a border, otherwise 0. Beyond the border by more than this error, the verdict
-    !> is `there`.
+    !> Error bound of `value` if the nearest system lies on a border, otherwise 0. If the parameter is changed beyond the border by
+    !> more than this error, the verdict is `there`.
     real(dp) :: error = 0
-    !> Number of places, closer to the given system than `value`, where a border cannot be excluded.
+    !> Number of parts of the range, closer to the given system than `value`, in which a border cannot be excluded.
     integer :: open = 0
   end type nearest_type
 
 contains
 
-  !> Finds all stability borders in the range of `axis`, as described in gestell_task_boundary_line_search, and lists them in the
-  !> direction of the axis. Fails as `check_search` does, or if the parameters are invalid.
+  !> Finds all stability borders in the range of `axis` by the method of gestell_task_boundary_line_search, and lists them in the
+  !> direction of the axis. Fails if `check_search` fails, or if the parameters are invalid.
   subroutine find_borders(family, axis, accuracy, tolerance, borders, error, rest, executor)
     !> Systems as a function of one parameter
     class(family_type), intent(in), target :: family
-    !> Range of the parameter; component `count` is the number of values at which the search starts
+    !> Range of the parameter. Component `count`: number of values at which the search starts
     type(axis_type), intent(in) :: axis
-    !> Tolerances of the monodromy matrix
+    !> Allowed errors of the monodromy matrix
     type(accuracy_type), intent(in) :: accuracy
     !> Tolerance of the borders, relative to the range or, on a logarithmic axis, to the range of the logarithm
     real(dp), intent(in) :: tolerance
     !> Borders, sorted in the direction of the axis
     type(border_type), allocatable, intent(out) :: borders(:)
     type(error_type), allocatable, intent(out) :: error
-    !> Number of meetings of multipliers, and places where a border could not be excluded
+    !> Number of meetings of multipliers, and parts of the range in which a border cannot be excluded
     type(border_rest_type), intent(out), optional :: rest
-    !> Distributes the work over threads, which may request members of the family at the same time
+    !> Distributes the work over threads, which may request members of `family` at the same time
     class(executor_type), intent(inout), optional, target :: executor
     type(border_options) :: options
     type(line_type) :: line
@@ -113,7 +113,8 @@ contains
     if (present(rest)) call add_open_parts(line, search, rest)
   end subroutine find_borders
 
-  !> Converts the crossings found along `line`, which varies one parameter, to borders of the vibration with this number.
+  !> Converts the crossings that were found along `line` to borders of one parameter. `number`: number of the vibration to which the
+  !> borders belong.
   pure function borders_on(line, search, number) result(borders)
     type(line_type), intent(in) :: line
     type(search_type), intent(in) :: search
@@ -137,8 +138,8 @@ contains
     end do
   end function borders_on
 
-  !> Adds to `rest` the numbers of meetings, and the places where a border cannot be excluded, that `search` found along `line`. The
-  !> line varies one parameter.
+  !> Adds two results of `search` to `rest`: the numbers of meetings of multipliers, and the parts in which a border cannot be
+  !> excluded. Along `line` only one parameter varies.
   pure subroutine add_open_parts(line, search, rest)
     type(line_type), intent(in) :: line
     type(search_type), intent(in) :: search
@@ -158,25 +159,26 @@ contains
     end do
   end subroutine add_open_parts
 
-  !> Varies one parameter from its value in `base` and finds the nearest system that is not unstable: 'stable' or, without damping,
-  !> 'undamped' or 'undecided'. This is a border, with its error, or an end of the range, or the system `base` itself.
+  !> Varies one parameter from its value in `base` and finds the nearest system that is not unstable. Its verdict is 'stable' or,
+  !> without damping, 'undamped' or 'undecided'. The result is a border with its error, an end of the range, or the system `base`
+  !> itself.
   !>
-  !> Fails as `check_search` does for the axis of this parameter. Also fails if `base` and `axes` differ in size, `which` is out of
-  !> range, or the parameters are invalid.
+  !> Fails if `check_search` fails for the axis of this parameter. Fails also if `base` and `axes` differ in size, if `which` is out
+  !> of range, or if the parameters are invalid.
   subroutine nearest_stable(family, base, which, axes, accuracy, tolerance, nearest, error, executor)
     !> Systems as a function of all parameters
     class(family_type), intent(in), target :: family
     !> Values of all parameters of the given system
     real(dp), intent(in) :: base(:)
-    !> Number of the parameter that is varied
+    !> Number of the parameter that varies
     integer, intent(in) :: which
-    !> One axis for each parameter; only the range of axis `which` is used
+    !> One axis for each parameter; only the range of axis number `which` is used
     type(axis_type), intent(in) :: axes(:)
     !> Tolerances of the monodromy matrix
     type(accuracy_type), intent(in) :: accuracy
-    !> Tolerance of the borders relative to the range
+    !> Tolerance of the borders, relative to the range
     real(dp), intent(in) :: tolerance
-    !> The nearest system, its distance and its verdict
+    !> The nearest system that is not unstable, its distance from `base`, and its verdict
     type(nearest_type), intent(out) :: nearest
     type(error_type), allocatable, intent(out) :: error
     !> Distributes the work over threads, which may request members of the family at the same time
@@ -203,7 +205,8 @@ contains
     end if
     options = border_options(accuracy, tolerance)
     if (present(executor)) options%executor => executor
-    ! `base` may lie outside a logarithmic axis, for example beyond zero, so its own axes are linear.
+    ! `base` may lie outside a logarithmic axis, for example because its sign differs. Linear axes through `base` are therefore
+    ! used.
     call line_along(family, [(axis_type(base(i), base(i), 1, .false.), i = 1, size(base))], which, base, options, line)
     call probe_line(line, 0.0_dp, here, error)
     if (allocated(error)) return
@@ -220,7 +223,7 @@ contains
     call search_line(line, u, search, error)
     if (allocated(error)) return
     associate (marks => search%marks, borders => search%borders)
-      ! Within the error of a border the verdict of a system is not reliable.
+      ! The verdict of a system is not reliable within the error of a border.
       outside = [(.not. (marks(i)%is_unstable() .or. any(abs(marks(i)%t - borders%t) <= borders%error)), i = 1, size(marks))]
       u = [pack((marks%t), outside), borders%t]
       errors = [spread(0.0_dp, 1, count(outside)), borders%error]
@@ -237,7 +240,7 @@ contains
     nearest%open = count(abs(parameter_at(axes(which), search%open_parts%t) - base(which)) < abs(nearest%distance))
   end subroutine nearest_stable
 
-  !> Sets up the line through `base` along which only parameter `which` varies.
+  !> Sets up the line through `base` along which only parameter number `which` varies.
   subroutine line_along(family, axes, which, base, options, line)
     class(family_type), intent(in), target :: family
     !> One axis for each parameter; only the range of axis `which` is used
@@ -245,7 +248,7 @@ contains
     integer, intent(in) :: which
     !> Values of the parameters that do not vary
     real(dp), intent(in) :: base(:)
-    !> Accuracy, tolerance of the borders, and executor
+    !> Accuracy, tolerance of the borders, and the executor that distributes the work
     type(border_options), intent(in) :: options
     type(line_type), intent(out) :: line
     integer :: k

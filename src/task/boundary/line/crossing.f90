@@ -14,8 +14,8 @@ module gestell_task_boundary_line_crossing
 
 contains
 
-  !> Adds a crossing to `search`. The unstable system next to it supplies the argument of the multiplier. It also supplies the kind
-  !> of the crossing if no function of the multipliers changed its sign there.
+  !> Adds a crossing to `search`. The argument of the multiplier is that of the unstable system beside the crossing. This system
+  !> also determines the kind of the crossing if no function of the multipliers changed its sign.
   pure subroutine add_classified(search, crossing, below, above)
     type(search_type), intent(inout) :: search
     type(crossing_type), intent(in) :: crossing
@@ -36,12 +36,13 @@ contains
     search%borders = [search%borders, classified]
   end subroutine add_classified
 
-  !> Adds the borders between `l` and `r` to `search`. Finds a zero of the first function of the multipliers that changes its sign,
-  !> or else the place where the verdict changes. A zero at which the verdict does not change is not a border. The parts on both
-  !> sides of it are searched recursively, down to `depth` 0. Fails if the parameters are invalid.
+  !> Adds the borders between `l` and `r` to `search`. For this it finds a zero of the first function of the multipliers that
+  !> changes its sign or, if there is none, the position at which the verdict changes. A zero at which the verdict does not change
+  !> is not a border. The parts on both sides of the zero are searched recursively, down to `depth` 0. Fails if the parameters are
+  !> invalid.
   recursive subroutine find_borders_between(line, l, r, depth, search, error)
     type(line_type), intent(in) :: line
-    !> Systems at both ends of the interval; `l` is at the smaller t
+    !> Systems at both ends of the interval; `l` is the one at the smaller t
     type(probe_type), intent(in) :: l, r
     integer, intent(in) :: depth
     !> Results, to which the borders are added
@@ -79,7 +80,7 @@ contains
     if (.not. allocated(error)) call find_borders_between(line, above, r, depth - 1, search, error)
   end subroutine find_borders_between
 
-  !> Number of the first border function whose sign differs at `l` and `r`; 0 if there is none.
+  !> Number of the first border function that has different signs at `l` and `r`; 0 if there is none.
   pure integer function changed_function(l, r) result(kind)
     type(probe_type), intent(in) :: l, r
 
@@ -91,7 +92,8 @@ contains
     kind = 0
   end function changed_function
 
-  !> Value that changes its sign at a border: border function number `kind` or, for `kind` 0, the verdict as 1 (unstable) or -1.
+  !> A number whose sign changes at a border: the border function number `kind` or, if `kind` is 0, the verdict as a number (1 for
+  !> unstable, otherwise -1).
   pure real(dp) function margin(probe, kind)
     type(probe_type), intent(in) :: probe
     integer, intent(in) :: kind
@@ -100,8 +102,9 @@ contains
     if (kind > 0) margin = probe%f(kind)
   end function margin
 
-  !> Finds a zero of `margin` number `kind` between `l` and `r`, where its signs differ. For `kind` 0 (the verdict), which has only
-  !> two values, the interval is bisected. If a point on the way has no system, the search stops and returns it as `obstacle`.
+  !> Finds a zero of `margin` number `kind` between `l` and `r`, where its signs differ. If `kind` is 0 (the verdict), `margin` has
+  !> only two values, and the interval is bisected. If there is no system at a point of the search, the search stops and returns
+  !> this point as `obstacle`.
   subroutine find_zero(line, kind, l, r, t, obstacle, error)
     type(line_type), intent(in) :: line
     integer, intent(in) :: kind
@@ -109,7 +112,7 @@ contains
     real(dp), intent(out) :: t
     type(probe_type), intent(out) :: obstacle
     type(error_type), allocatable, intent(out) :: error
-    !> Allowed error of a zero, relative to the tolerance of borders.
+    !> Allowed error of a zero, divided by the tolerance of borders.
     real(dp), parameter :: share = 0.125_dp
     type(root_search_type) :: search
     type(probe_type) :: new
@@ -118,7 +121,7 @@ contains
     call search%start(r%t, margin(r, kind), l%t, margin(l, kind))
     do
       t = search%root()
-      ! The margin of a verdict has no magnitude, so neither end of the bracket is closer to its zero.
+      ! The number for a verdict has no magnitude, so neither end of the interval can be closer to its zero.
       if (kind == 0) t = sum(search%x) / 2
       associate (tolerance => merge(share, share / 2, kind > 0) * line%step() + 2 * spacing(t))
         if (search%found(tolerance)) return
@@ -130,23 +133,23 @@ contains
         return
       end if
       call search%take(new%t, margin(new, kind))
-      ! Where reciprocal pairs appear or disappear the function changes its definition, and its sign is meaningless.
+      ! Where multipliers begin or cease to form reciprocal pairs, the function changes its definition, and its sign has no meaning.
       if (kind == flutter .and. (new%reciprocal .neqv. l%reciprocal)) exit
     end do
     t = search%root()
   end subroutine find_zero
 
   !> Finds two systems, one on each side of the border at `t`, of which exactly one is unstable. Their distance from `t` is
-  !> increased until this is so. If the interval ends in a stable system on the side that is not unstable, a stable system is
-  !> preferred there: the distance is increased further, up to a limit.
+  !> increased until this condition holds. If the interval ends in a stable system on the side that is not unstable, the distance on
+  !> this side is increased further, up to a limit, until the system is stable and not merely undecided.
   subroutine verify(line, l, r, t, crossing, below, above, success, error)
     type(line_type), intent(in) :: line
     !> Systems at both ends of the interval, `l` at the smaller t
     type(probe_type), intent(in) :: l, r
     real(dp), intent(in) :: t
-    !> The border, if `success`
+    !> The border; defined only if `success` is true
     type(crossing_type), intent(out) :: crossing
-    !> Systems on both sides of the border
+    !> The two systems, at smaller and at larger t than the border
     type(probe_type), intent(out) :: below, above
     !> False if no two such systems were found close to `t`
     logical, intent(out) :: success
@@ -177,7 +180,8 @@ contains
     end do
   end subroutine verify
 
-  !> Finds, by eight bisections, approximately the last system that exists between `here` and the point `none`, which has no system.
+  !> Finds the last system that exists between `here` and the point `none`, which has no system. Eight bisections locate it
+  !> approximately.
   subroutine last_system_before(line, here, none, last, error)
     type(line_type), intent(in) :: line
     type(probe_type), intent(in) :: here, none

@@ -11,24 +11,24 @@ module gestell_task_boundary_line_exponents
 
   public :: connect, solve_node, wrapped
 
-  !> Node: a system on a line, and the slopes dz/dt of its multipliers, shape (n).
+  !> A node: a system on a line, and the slopes dz/dt of the logarithms of its multipliers, shape (n).
   type, public :: node_type
     type(probe_type) :: at
     complex(dp), allocatable :: slope(:)
   end type node_type
 
-  !> Interval between two nodes, with a cubic curve for the logarithm of each multiplier.
+  !> Interval between two nodes. In it a cubic curve represents the logarithm of each multiplier.
   type, public :: stretch_type
     type(probe_type) :: ends(2)
-    !> `z`: logarithms of the multipliers at both ends, in corresponding order, with continuous imaginary parts. `change`: slopes
-    !> times the length of the interval. Both have shape (n, 2).
+    !> `z`: logarithms of the multipliers at both ends, in corresponding order, with continuous imaginary parts. `change`: their
+    !> slopes times the length of the interval. Both have shape (n, 2).
     complex(dp), allocatable :: z(:, :), change(:, :)
-    !> Change of z over the interval minus the change that the slopes predict, shape (n).
+    !> Difference between the change of z over the interval and the change predicted by the slopes, shape (n).
     complex(dp), allocatable :: mismatch(:)
-    !> Errors of z at both ends, shape (n, 2).
+    !> Error bounds of z at both ends, shape (n, 2).
     real(dp), allocatable :: noise(:, :)
-    !> `ambiguous`: true if another assignment between the multipliers at both ends fits nearly as well. `rough`: true if the cubic
-    !> curves do not describe z well enough.
+    !> `ambiguous`: true if the multipliers at both ends could be assigned to each other in another way that fits nearly as well.
+    !> `rough`: true if the cubic curves do not represent z accurately enough.
     logical :: ambiguous = .false., rough = .false.
   contains
     procedure :: length
@@ -44,8 +44,8 @@ contains
     real(dp), intent(in) :: t, ends(2)
     type(node_type), intent(out) :: node
     type(error_type), allocatable, intent(out) :: error
-    !> Step of the difference quotient relative to the line. It changes the phase of a vibration with a thousand oscillations per
-    !> period by about a thousandth of a radian.
+    !> Step of the difference quotient, relative to the line. If a vibration makes a thousand oscillations per period, this step
+    !> changes its phase by about a thousandth of a radian.
     real(dp), parameter :: part = 1.0e-7_dp
     type(probe_type) :: neighbour
     logical, allocatable :: free(:)
@@ -68,13 +68,13 @@ contains
     end do
   end subroutine solve_node
 
-  !> Connects node `l` with the next node `r`. Assigns each multiplier of `l` to the multiplier of `r` that fits its slope best; the
-  !> best fits are assigned first.
+  !> Connects node `l` with the following node `r`. Each multiplier of `l` is assigned to the multiplier of `r` that fits its slope
+  !> best; the best fits are assigned first.
   pure subroutine connect(l, r, stretch)
     type(node_type), intent(in) :: l, r
     type(stretch_type), intent(out) :: stretch
-    !> `weight`: weight of a change of slope relative to a deviation of z. `apart`: any other assignment must have a deviation that
-    !> is larger by at least this factor. Multipliers closer to each other than `similar` may be exchanged.
+    !> `weight`: factor of a change of slope relative to a deviation of z. `apart`: the assignment is unambiguous if every other one
+    !> has a deviation larger by this factor. Multipliers closer to each other than `similar` may be exchanged.
     real(dp), parameter :: weight = 0.5_dp, apart = 3, similar = 0.05_dp
     real(dp), dimension(size(l%slope), size(l%slope)) :: difference
     logical, dimension(size(l%slope), size(l%slope)) :: free
@@ -123,7 +123,7 @@ contains
       mismatch = wrapped(r%at%z(k) - l%at%z(i) - h * (l%slope(i) + r%slope(k)) / 2)
     end function mismatch_of
 
-    !> Magnitude of a deviation of z. If the decay is strong, the real part is divided by the decay.
+    !> Magnitude of a deviation of z. If the multiplier decays strongly, the real part of the deviation is divided by the decay.
     pure real(dp) function size_of(mismatch, z)
       complex(dp), intent(in) :: mismatch, z
 
@@ -139,7 +139,7 @@ contains
     length = self%ends(2)%t - self%ends(1)%t
   end function length
 
-  !> Logarithms z at the relative position `x` of the interval (0 to 1), by cubic interpolation; shape (n).
+  !> Logarithms z of all multipliers at the relative position `x` in the interval (0 to 1), by cubic interpolation; shape (n).
   pure function z_at(self, x) result(z)
     class(stretch_type), intent(in) :: self
     real(dp), intent(in) :: x
@@ -149,15 +149,15 @@ contains
       & + x * (1 - x)**2 * self%change(:, 1) - x**2 * (1 - x) * self%change(:, 2)
   end function z_at
 
-  !> True if the curves describe z well enough: no phase makes an unnoticed whole turn, multipliers meet where their curves meet,
-  !> and no growth rate changes its sign twice.
+  !> True if the cubic curves represent z accurately enough. This requires that no phase makes a whole turn unnoticed, that
+  !> multipliers meet where their curves meet, and that no growth rate changes its sign twice.
   pure logical function is_smooth(self)
     type(stretch_type), intent(in) :: self
-    !> `bend`: maximum difference between the slopes of a phase at both ends (rad). `near`: maximum deviation of z from the
-    !> prediction (rad). Strong decay raises this maximum by `part` times the decay.
+    !> `bend`: maximum difference between the slopes of a phase at both ends (rad). `near`: maximum deviation of z from its
+    !> prediction (rad). If a multiplier decays strongly, `near` is increased by `part` times the decay.
     real(dp), parameter :: bend = 3, near = 0.02_dp, part = 0.25_dp
-    !> The sign of a growth rate is certain if the rate exceeds this multiple of its error: `safety` inside the interval, `clear` at
-    !> its ends.
+    !> The sign of a growth rate counts as certain if the rate exceeds its error by this factor: `safety` inside the interval,
+    !> `clear` at its ends.
     real(dp), parameter :: safety = 2, clear = 10
     integer, parameter :: samples = 8
     complex(dp) :: z(size(self%mismatch), 0:samples)
@@ -174,7 +174,7 @@ contains
     do i = 1, size(z, 1)
       if (.not. is_smooth) return
       if (meets_another(z, i)) cycle
-      ! The growth rate must not change its sign between ends of equal sign.
+      ! If the growth rate has the same sign at both ends, it must not change its sign between them.
       associate (ends => real(z(i, [0, samples])), sign_of_both => sign(1.0_dp, real(z(i, 0))))
         if (any(abs(ends) <= clear * self%noise(i, :)) .or. ((ends(1) > 0) .neqv. (ends(2) > 0))) cycle
         is_smooth = .not. any(sign_of_both * real(z(i, 1:samples - 1)) - safety * abs(real(self%mismatch(i))) < 0)
@@ -182,12 +182,13 @@ contains
     end do
   end function is_smooth
 
-  !> True if the phase of multiplier `i` comes close to the phase of another multiplier. The search for meetings then determines
-  !> their growth.
+  !> True if the phase of multiplier `i` comes close to the phase of another multiplier. The growth of both is then determined by
+  !> the search for meetings.
   pure logical function meets_another(z, i)
     complex(dp), intent(in) :: z(:, :)
     integer, intent(in) :: i
-    !> Limits in radians. Two phases meet if they come closer than `near`, unless they differ by less than `locked` everywhere.
+    !> Limits in radians. Two phases meet if their difference falls below `near`. They do not meet if it stays below `locked`
+    !> throughout the interval.
     real(dp), parameter :: near = 0.02_dp, locked = 1.0e-9_dp
     real(dp) :: apart(size(z, 2))
     integer :: k
@@ -199,7 +200,7 @@ contains
     end do
   end function meets_another
 
-  !> True if three multipliers meet within the errors of their curves.
+  !> True if three multipliers come so close that they may meet within the errors of their curves.
   pure logical function three_meet(z, mismatch)
     complex(dp), intent(in) :: z(:)
     real(dp), intent(in) :: mismatch(:)
@@ -211,7 +212,7 @@ contains
       & i = 1, size(z))])
   end function three_meet
 
-  !> z with its imaginary part shifted by a multiple of 2 pi into the range from -pi to pi.
+  !> z with a multiple of 2 pi i added, so that its imaginary part lies between -pi and pi.
   elemental complex(dp) function wrapped(z)
     complex(dp), intent(in) :: z
 

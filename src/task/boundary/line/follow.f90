@@ -1,4 +1,4 @@
-!> Follows all multipliers along a line from node to node, and adds nodes where the multipliers require it.
+!> Follows all multipliers along a line from node to node, and inserts nodes where the multipliers change too much.
 module gestell_task_boundary_line_follow
   use gestell_base_error, only: error_type
   use gestell_base_verdict, only: impossible, operator(==)
@@ -12,13 +12,13 @@ module gestell_task_boundary_line_follow
 
   public :: follow_multipliers
 
-  !> The multipliers along a line, interval by interval. Parts of the line without systems have no intervals.
+  !> The multipliers along a line, in intervals between nodes. Parts of the line without systems have no intervals.
   type, public :: chain_type
     integer :: count = 0
-    !> Consecutive intervals between nodes, of which the first `count` are used.
+    !> Successive intervals between nodes. Only the first `count` elements are used.
     type(stretch_type), allocatable :: list(:)
-    !> Ends of the parts of the line that remain unknown, shape (2, n): a system could not be solved, or systems of different size
-    !> meet.
+    !> Ends of the parts of the line in which the multipliers are unknown, shape (2, n). There a system could not be solved, or
+    !> systems with different numbers of states meet.
     real(dp), allocatable :: holes(:, :)
   end type chain_type
 
@@ -33,20 +33,21 @@ module gestell_task_boundary_line_follow
     procedure :: exchange
   end type nodes_type
 
-  !> An interval shorter than `shortest` times the line is not divided. If one of its ends has no system, the limit is
-  !> `shortest_at_gap`.
+  !> An interval is not divided if it is shorter than `shortest`, relative to the line. If one of its ends has no system, the limit
+  !> is `shortest_at_gap` instead.
   real(dp), parameter :: shortest = 1.0e-7_dp, shortest_at_gap = 1.0e-4_dp
-  !> Number of nodes above which intervals are no longer divided.
+  !> Intervals are no longer divided if there are more nodes than this.
   integer, parameter :: most = 4000
-  !> States of an interval. `open`: it must be divided. `done`: it is final. `empty`: it has no systems.
+  !> States of an interval. `open`: the interval must be divided. `done`: it is accurate enough or cannot be divided. `empty`: it
+  !> has no systems.
   integer, parameter :: open = 0, done = 1, empty = 2
 
 contains
 
-  !> Follows the multipliers from the first to the last of the ascending positions `t`. Nodes are placed at all `t`, and between
-  !> them where the multipliers deviate from the prediction of their slopes. All intervals that are too long are halved in the same
-  !> round. If there are too many nodes, inaccurate curves therefore remain only in the shortest intervals. Fails if the parameters
-  !> are invalid.
+  !> Follows the multipliers from the first to the last of the ascending positions `t`. There is a node at every position in `t`.
+  !> Further nodes are inserted where the multipliers deviate from the prediction of their slopes. In each round all intervals that
+  !> are too long are halved together. If the maximum number of nodes is reached, inaccurate curves therefore remain only in the
+  !> shortest intervals. Fails if the parameters are invalid.
   subroutine follow_multipliers(line, t, chain, error)
     type(line_type), intent(in), target :: line
     real(dp), intent(in) :: t(:)
@@ -97,7 +98,7 @@ contains
       else if (.not. any([nodes(i)%at%verdict, nodes(i + 1)%at%verdict] == impossible)) then
         n = size(chain%holes, 2)
         if (any(chain%holes(2, :) >= nodes(i)%at%t)) then
-          chain%holes(2, n) = nodes(i + 1)%at%t                      ! neighbouring holes become one
+          chain%holes(2, n) = nodes(i + 1)%at%t                      ! adjacent holes are merged
         else
           chain%holes = reshape([chain%holes, nodes(i)%at%t, nodes(i + 1)%at%t], [2, n + 1])
         end if
@@ -105,7 +106,7 @@ contains
     end do
   end subroutine follow_multipliers
 
-  !> Solves the nodes at `t`. Fails if the parameters are invalid.
+  !> Solves the nodes at the positions `t`. Fails if the parameters are invalid.
   subroutine solve_nodes(work, t, error)
     type(nodes_type), intent(inout) :: work
     real(dp), intent(in) :: t(:)
@@ -151,7 +152,7 @@ contains
     end associate
   end function state_of
 
-  !> True if both nodes have systems, and these systems have the same size.
+  !> True if both nodes have systems, and these systems have the same number of states.
   pure logical function have_equal_size(l, r)
     type(node_type), intent(in) :: l, r
 

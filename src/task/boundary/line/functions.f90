@@ -23,18 +23,18 @@ module gestell_task_boundary_line_functions
   character(len=15), parameter, public :: kind_names(border_kinds) = [character(len=15) :: "divergence", "period_doubling", &
     & "flutter"]
 
-  !> Upper limit of ln |rho|: larger multipliers are represented by this modulus and their argument.
+  !> Upper limit of ln |rho|. Multipliers with a larger modulus are replaced by ones with this modulus and the same argument.
   real(dp), parameter :: most = 100
 
 contains
 
-  !> Computes the functions f+, f- and h. For multipliers in reciprocal pairs the discriminant replaces h. `sign_certain`: true for
-  !> functions that differ from zero by more than the errors of the multipliers.
+  !> Computes the functions f+, f- and h. If the multipliers form reciprocal pairs, the discriminant replaces h. `sign_certain`:
+  !> true for each function that differs from zero by more than the effect of the multipliers' errors.
   pure subroutine border_functions(multipliers, f, sign_certain, reciprocal)
     type(multipliers_type), intent(in) :: multipliers
     real(dp), intent(out) :: f(border_kinds)
-    !> `sign_certain`: true for functions that certainly differ from zero. `reciprocal`: true if the multipliers form pairs rho,
-    !> 1/rho
+    !> `sign_certain`: true for each function that certainly differs from zero. `reciprocal`: true if the multipliers form pairs
+    !> rho, 1/rho
     logical, intent(out) :: sign_certain(border_kinds), reciprocal
     complex(dp), dimension(size(multipliers%rho)) :: w
     complex(dp) :: z(size(w) / 2)
@@ -42,7 +42,7 @@ contains
 
     associate (log_abs => min(multipliers%log_abs, most))
       w = exp(log_abs) * cmplx(cos(multipliers%arg), sin(multipliers%arg), dp)
-      ! sin(pi) is not exactly zero in floating point, but real multipliers must be real.
+      ! in floating point sin(pi) is not exactly zero, but real multipliers must stay real
       where (pi - abs(multipliers%arg) < epsilon(pi)) w = -exp(log_abs)
       radius = exp(min(log(max(multipliers%error, tiny(pi))) + log_abs, most))
     end associate
@@ -58,7 +58,7 @@ contains
     end if
   end subroutine border_functions
 
-  !> Computes h, the product over pairs of multipliers of (1 - w_i w_k), with scaled factors. `sign_certain`: true if each factor
+  !> Computes h, the product of (1 - w_i w_k) over pairs of multipliers, with scaled factors. `sign_certain`: true if each factor
   !> differs from zero by more than its error.
   pure subroutine product_of_pairs(w, radius, h, sign_certain)
     complex(dp), intent(in) :: w(:)
@@ -81,8 +81,8 @@ contains
     h = real(all_pairs)
   end subroutine product_of_pairs
 
-  !> Computes the discriminant of `z`, the product of (z_i - z_k)**2, with scaled factors. `sign_certain`: true if each factor
-  !> differs from zero by more than its error.
+  !> Computes the discriminant of `z`: the product of (z_i - z_k)**2 over all pairs, with scaled factors. `sign_certain`: true if
+  !> each factor differs from zero by more than its error.
   pure subroutine discriminant(z, error, value, sign_certain)
     complex(dp), intent(in) :: z(:)
     real(dp), intent(in) :: error(:)
@@ -102,8 +102,8 @@ contains
     value = real(all_pairs)
   end subroutine discriminant
 
-  !> Computes z = rho + 1/rho for each pair of multipliers whose product is 1 within their errors. `reciprocal`: true if all
-  !> multipliers form such pairs.
+  !> Finds pairs of multipliers whose product is 1 within their errors, and computes z = rho + 1/rho for each pair. `reciprocal`:
+  !> true if all multipliers belong to such pairs.
   pure subroutine find_pairs(w, radius, z, error, reciprocal)
     complex(dp), intent(in) :: w(:)
     real(dp), intent(in) :: radius(:)

@@ -21,49 +21,50 @@ module gestell_task_boundary_line
 
   public :: check_search, coordinate, parameter_at, probe_line, sensitivity, skewed
 
-  !> Default tolerance of borders along one parameter, relative to the range.
+  !> Default tolerance of borders over one parameter, relative to the range.
   real(dp), parameter, public :: default_tolerance = 1.0e-10_dp
 
   !> Options of a search for stability borders.
   type, public :: border_options
     type(accuracy_type) :: accuracy
-    !> Allowed error of borders over one parameter, or allowed deviation of curves over two parameters, relative to the ranges.
+    !> Relative to the ranges: allowed error of borders over one parameter, or allowed deviation of curves over two parameters.
     real(dp) :: tolerance = default_tolerance
-    !> Distributes the work over threads, which may request members of the family at the same time.
+    !> Distributes the work over threads, which may request members of a family at the same time.
     class(executor_type), pointer :: executor => null()
   end type border_options
 
-  !> Maximum number of search points.
+  !> Maximum number of points at which a search may start.
   integer(int64), parameter, public :: most_searched = 10_int64**7
-  !> Limits of the tolerance of borders.
+  !> Smallest and largest tolerance of borders that can be requested.
   real(dp), parameter, public :: min_tolerance = 1.0e-13_dp, max_tolerance = 0.1_dp
 
-  !> Line u(t) = `start` + t `direction` in the space of a family's parameters.
+  !> The line u(t) = `start` + t `direction` in the space of a family's parameters.
   type, extends(border_options), public :: line_type
     class(family_type), pointer :: family => null()
     type(axis_type), allocatable :: axes(:)
-    !> `start`: coordinates u at t = 0. `direction`: change of u from t = 0 to t = 1. Both have shape (parameters).
+    !> `start`: coordinates u at t = 0. `direction`: change of the coordinates from t = 0 to t = 1. Both have shape (parameters).
     real(dp), allocatable :: start(:), direction(:)
-    !> Maximum number of meetings of multipliers that are searched: towards zero speed their number grows without limit.
+    !> Maximum number of meetings of multipliers that are searched. A limit is needed, because their number grows without limit as
+    !> the speed approaches zero.
     integer :: most_meetings = 5000
   contains
     procedure :: step
   end type line_type
 
-  !> System at a point of a line.
+  !> A system at a point of a line, with its multipliers.
   type, public :: probe_type
     real(dp) :: t = 0
     type(verdict_type) :: verdict = failed
-    !> Functions of the multipliers (see `border_functions`).
+    !> Values of the functions of the multipliers whose signs change at borders (see `border_functions`).
     real(dp) :: f(border_kinds) = 0
-    !> `sign_certain`: true for the functions in `f` whose sign is certain. `reciprocal`: true if the multipliers form pairs rho,
+    !> `sign_certain`: true for each function in `f` whose sign is certain. `reciprocal`: true if the multipliers form pairs rho,
     !> 1/rho.
     logical :: sign_certain(border_kinds) = .false., reciprocal = .false.
-    !> Argument of the largest multiplier (0 to pi).
+    !> Argument of the multiplier with the largest modulus (0 to pi).
     real(dp) :: arg = 0
-    !> ln(rho) of all multipliers, with imaginary parts in (-pi, pi]; shape (n).
+    !> Logarithms ln(rho) of all multipliers, with imaginary parts in (-pi, pi]; shape (n).
     complex(dp), allocatable :: z(:)
-    !> Errors of the real parts of `z`, shape (n).
+    !> Error bounds of the real parts of `z`, shape (n).
     real(dp), allocatable :: noise(:)
   contains
     procedure :: missing
@@ -73,8 +74,8 @@ module gestell_task_boundary_line
 
 contains
 
-  !> Checks the options of a search. Fails if an axis is invalid or has fewer than two values. Also fails if there are too many
-  !> search points, or if a tolerance or an accuracy is out of range.
+  !> Checks the options of a search for borders. Fails if an axis is invalid or has fewer than two values, if the search would start
+  !> at too many points, or if a tolerance or an accuracy is out of range.
   pure subroutine check_search(axes, accuracy, tolerance, error)
     type(axis_type), intent(in) :: axes(:)
     type(accuracy_type), intent(in) :: accuracy
@@ -96,28 +97,28 @@ contains
     end if
   end subroutine check_search
 
-  !> Tolerance of a border as a difference of t.
+  !> Tolerance of a border on the line, as a difference of t.
   pure real(dp) function step(self)
     class(line_type), intent(in) :: self
 
     step = self%tolerance / norm2(self%direction)
   end function step
 
-  !> True if no system exists at this point, or the system could not be solved.
+  !> True if no system exists at this point of the line, or if it could not be solved.
   elemental logical function missing(self)
     class(probe_type), intent(in) :: self
 
     missing = self%verdict == impossible .or. self%verdict == failed
   end function missing
 
-  !> True if the system is unstable.
+  !> True if the verdict on the system is `unstable`.
   elemental logical function is_unstable(self)
     class(probe_type), intent(in) :: self
 
     is_unstable = self%verdict == unstable
   end function is_unstable
 
-  !> Writes all components of the system to a record, or reads them from it.
+  !> Writes all components of the system to a record, or reads them from a record.
   subroutine exchange(self, record)
     class(probe_type), intent(inout) :: self
     type(record_type), intent(inout) :: record
@@ -136,7 +137,7 @@ contains
     call record%pass(self%noise)
   end subroutine exchange
 
-  !> Solves the system at `t`. Fails if the parameters are invalid.
+  !> Solves the system at the position `t` of the line. Fails if the parameters are invalid.
   subroutine probe_line(line, t, probe, error)
     type(line_type), intent(in) :: line
     real(dp), intent(in) :: t
@@ -163,7 +164,7 @@ contains
     call border_functions(multipliers, probe%f, probe%sign_certain, probe%reciprocal)
   end subroutine probe_line
 
-  !> Parameter at coordinate `u` of an axis. At `u` = 0 and 1 it is exactly the start and the end of the range.
+  !> Value of the parameter at the coordinate `u` of an axis. For `u` = 0 and 1 it is exactly the start and the end of the range.
   elemental real(dp) function parameter_at(axis, u) result(value)
     type(axis_type), intent(in) :: axis
     real(dp), intent(in) :: u
@@ -191,8 +192,8 @@ contains
     end if
   end function sensitivity
 
-  !> Coordinate u of a parameter. It is 0 on an axis with a single value, and -huge if the sign of `value` differs from the sign of
-  !> a logarithmic axis.
+  !> Coordinate u that belongs to a value of the parameter. It is 0 on an axis with a single value. It is -huge if the axis is
+  !> logarithmic and `value` has the wrong sign.
   elemental real(dp) function coordinate(axis, value) result(u)
     type(axis_type), intent(in) :: axis
     real(dp), intent(in) :: value
@@ -208,8 +209,8 @@ contains
     end if
   end function coordinate
 
-  !> Coordinates u of the `count` values of an axis, with the inner ones slightly shifted. Borders often lie at round values, and a
-  !> search works best if they lie between its points.
+  !> Coordinates u of the `count` values of an axis, of which the inner ones are slightly shifted. Borders often lie at round
+  !> values, and the search works best if it starts at other values.
   pure function skewed(count) result(u)
     integer, intent(in) :: count
     real(dp) :: u(max(count, 2))

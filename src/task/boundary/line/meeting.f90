@@ -1,4 +1,4 @@
-!> Search for a tongue (range of instability) of parametric resonance where the phases of two multipliers meet.
+!> Search for a tongue (region of instability) of parametric resonance where the phases of two multipliers meet.
 module gestell_task_boundary_line_meeting
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -10,45 +10,47 @@ module gestell_task_boundary_line_meeting
 
   public :: search_meeting, tongue_end
 
-  !> Outcomes of a search. `no_tongue`: no growth. `tongue`: growth. `thin`: without damping, no growth at a distance of the
-  !> tolerance from the middle. `open_question`: undecided.
+  !> Outcomes of a search. `no_tongue`: the multipliers do not grow. `tongue`: they grow. `thin`: without damping, no growth was
+  !> found at a distance of the tolerance from the middle. `open_question`: undecided.
   integer, parameter, public :: no_tongue = 0, tongue = 1, thin = 2, open_question = 3
 
   !> Result of a search for a tongue where two multipliers meet.
   type, public :: meeting_type
-    !> `no_tongue`, `tongue`, `thin` or `open_question`
+    !> Outcome of the search: `no_tongue`, `tongue`, `thin` or `open_question`
     integer :: outcome = open_question
-    !> `t`: position at which the two multipliers grow most. `width`: width of the part around it in which they may grow.
+    !> `t`: position at which the growth of the two multipliers is largest. `width`: width of the surrounding part of the line in
+    !> which they may grow.
     real(dp) :: t = 0, width = 0
-    !> The two multipliers at the position with the largest growth found
+    !> The two multipliers at the position where the largest growth was found
     type(pair_type) :: strongest
-    !> On each side of a tongue, the nearest solved position at which both multipliers decay.
+    !> On each side of a tongue, the two multipliers at the nearest solved position at which both decay.
     type(pair_type) :: sides(2)
-    !> True for each side of the tongue on which a position was found where both multipliers decay.
+    !> For each side of the tongue: true if a position was found at which both multipliers decay.
     logical :: outside(2) = .false.
   end type meeting_type
 
-  !> The sign of a growth rate is certain if the rate exceeds this multiple of its error.
+  !> The sign of a growth rate counts as certain if the rate exceeds its error by this factor.
   real(dp), parameter :: clear = 2
 
 contains
 
-  !> Searches for the maximum growth of a pair of multipliers near `start`, where their phases meet. Fails if the parameters are
-  !> invalid.
+  !> Searches for the largest growth of a pair of multipliers near `start`, the position at which their phases meet. Fails if the
+  !> parameters are invalid.
   subroutine search_meeting(path, start, rate, meeting, error)
     type(pair_path_type), intent(in) :: path
-    !> `start`: position where the phases meet. `rate`: rate (1/t) at which the phases separate
+    !> `start`: position at which the phases meet. `rate`: derivative of the phase difference with respect to t
     real(dp), intent(in) :: start, rate
     type(meeting_type), intent(out) :: meeting
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: most = 30
-    !> The fit is accurate enough if it predicts the growth to this relative accuracy.
+    !> The fit of the pair by parabolas is accurate enough if it predicts the growth with this relative accuracy.
     real(dp), parameter :: part = 0.25_dp
-    !> The maximum is sought up to this distance beyond the three points of the fit, relative to the distance between the outer two.
+    !> The largest growth is sought up to this distance beyond the three fitted positions, relative to the distance of the outer
+    !> two.
     real(dp), parameter :: beyond = 2
-    !> A mean growth of at most this multiple of its error counts as zero.
+    !> A mean growth counts as zero if it does not exceed its error by this factor.
     real(dp), parameter :: neutral = 10
-    !> Pairs are followed up to this distance beyond both ends of their interval, relative to its length.
+    !> A pair is followed beyond both ends of its interval by at most this fraction of the interval's length.
     real(dp), parameter :: overhang = 0.25_dp
     type(pair_type) :: pairs(most), near(3)
     type(pair_fit_type) :: fit
@@ -81,7 +83,8 @@ contains
       predicted = fit%growth(meeting%t)
       associate (next => pairs(minloc(abs(pairs(:n)%t - meeting%t), dim=1)))
         if (abs(next%t - meeting%t) <= path%line%step() / 4 + 4 * spacing(next%t)) then
-          ! At the maximum the growth is negative, or zero within its error, or it may be positive nearby.
+          ! If the largest growth is certainly negative, there is no tongue. If it is zero within its error, it may be positive
+          ! nearby.
           if (next%growth < -clear * next%noise) then
             meeting%outcome = no_tongue
           else if (abs(real(next%mean)) <= neutral * next%noise) then
@@ -107,8 +110,8 @@ contains
     end do
   end subroutine search_meeting
 
-  !> Finds, on each side of a tongue's maximum, a pair in which both multipliers decay. This is the nearest such pair already
-  !> solved. Otherwise the distance from the maximum is doubled until both multipliers decay.
+  !> Finds, on each side of a tongue, a position at which both multipliers decay. If such a position was solved before, the nearest
+  !> one is used. Otherwise the distance from the maximum of the growth is doubled until both multipliers decay.
   subroutine find_decaying_sides(path, pairs, bounds, meeting, error)
     type(pair_path_type), intent(in) :: path
     type(pair_type), intent(in) :: pairs(:)
@@ -145,8 +148,8 @@ contains
     end do
   end subroutine find_decaying_sides
 
-  !> Computes the pair of multipliers at `start` and at equal distances on both sides of it, where the detuning is about three times
-  !> the growth.
+  !> Computes the pair of multipliers at `start` and at two positions at equal distances on both sides of it. At these distances the
+  !> detuning is about three times the growth.
   subroutine solve_three_pairs(path, start, rate, bounds, three, error)
     type(pair_path_type), intent(in) :: path
     real(dp), intent(in) :: start, rate, bounds(2)
@@ -166,15 +169,15 @@ contains
     if (.not. allocated(error)) call path%solve(middle + s, three(3), error)
   end subroutine solve_three_pairs
 
-  !> Computes the position of the end of a tongue: the zero of `decay_margin` between a position where both multipliers decay and
-  !> one where the pair grows. Fails if the parameters are invalid.
+  !> Computes the end of a tongue: the zero of `decay_margin` between a position at which both multipliers decay and a position at
+  !> which the pair grows. Fails if the parameters are invalid.
   subroutine tongue_end(path, outside, strongest, t, missing, error)
     type(pair_path_type), intent(in) :: path
-    !> `outside`: the pair of multipliers where both decay. `strongest`: the pair where it grows
+    !> `outside`: the pair of multipliers at a position where both decay. `strongest`: the pair at a position where it grows
     type(pair_type), intent(in) :: outside, strongest
-    !> Position of the end of the tongue
+    !> Position of the end of the tongue on the line
     real(dp), intent(out) :: t
-    !> True if a system between the two pairs could not be solved
+    !> True if a system between the two positions could not be solved
     logical, intent(out) :: missing
     type(error_type), allocatable, intent(out) :: error
     real(dp), parameter :: share = 0.125_dp

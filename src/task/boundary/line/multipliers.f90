@@ -1,4 +1,4 @@
-!> Multipliers for the search for borders. They remain accurate even if the motion grows by many decades within the period and
+!> Computes multipliers for the search for borders. They are accurate even if the motion grows by many decades within the period and
 !> decays again.
 module gestell_task_boundary_line_multipliers
   use gestell_base_error, only: error_type
@@ -18,10 +18,10 @@ module gestell_task_boundary_line_multipliers
 
 contains
 
-  !> Computes all multipliers of a system. Parts of the system that do not interact are solved separately. The multipliers are
-  !> computed from the factors of the monodromy matrix, because forming the product loses digits. For example, solutions of
-  !> Mathieu's equation with q = 25 reach 1e7 in the middle of the period and +-1 at its end. If the factors are not available or
-  !> too expensive, `solve_floquet` is used. Fails as `solve_floquet` does.
+  !> Computes all multipliers of a system. Parts of the system that are not coupled are solved separately. The multipliers are
+  !> computed from the factors of the monodromy matrix, because forming the product of the factors loses digits. For example,
+  !> solutions of Mathieu's equation with q = 25 reach 1e7 in the middle of the period and +-1 at its end. If the factors are not
+  !> available or too expensive, `solve_floquet` computes the matrix itself. Fails if `solve_floquet` fails.
   subroutine border_multipliers(system, accuracy, multipliers, error)
     class(periodic_system), intent(in) :: system
     type(accuracy_type), intent(in) :: accuracy
@@ -53,8 +53,8 @@ contains
     type(accuracy_type), intent(in) :: accuracy
     type(multipliers_type), intent(out) :: multipliers
     type(error_type), allocatable, intent(out) :: error
-    !> Limit of the phase (rad) of the fastest vibration within the period: above it, order reduction may be cheaper than the
-    !> factors.
+    !> Limit of the phase advance (rad) of the fastest vibration over the period. Above this limit order reduction may be cheaper
+    !> than the factors of the monodromy matrix.
     real(dp), parameter :: many_turns = 700
     type(factored_type) :: factored
     type(floquet_type) :: floquet

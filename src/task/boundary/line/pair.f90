@@ -16,12 +16,12 @@ module gestell_task_boundary_line_pair
 
   !> Identifies two multipliers that meet in an interval between nodes.
   type, public :: pair_indices_type
-    !> `i`, `k`: indices of the two multipliers. `turns`: number of turns by which the phase of `i` exceeds that of `k` where they
-    !> meet.
+    !> `i`, `k`: indices of the two multipliers. `turns`: number of turns by which the phase of multiplier `i` exceeds that of
+    !> multiplier `k` where they meet.
     integer :: i = 0, k = 0, turns = 0
   end type pair_indices_type
 
-  !> A pair of multipliers in an interval between nodes, which can be solved at any position of the line.
+  !> A pair of multipliers in an interval between two nodes. It can be computed at any position of the line.
   type, public :: pair_path_type
     type(line_type), pointer :: line => null()
     type(stretch_type), pointer :: stretch => null()
@@ -30,20 +30,20 @@ module gestell_task_boundary_line_pair
     procedure :: solve
   end type pair_path_type
 
-  !> A pair of multipliers at one position of a line.
+  !> A pair of multipliers at one position of the line.
   type, public :: pair_type
     real(dp) :: t = 0
-    !> `mean`: mean of the two logarithms z. `delta`: square of half their difference
+    !> `mean`: mean of the two logarithms z. `delta`: square of half the difference of the two logarithms
     complex(dp) :: mean = 0, delta = 0
-    !> `growth`: larger real part of the two logarithms. `noise`: larger of their errors.
+    !> `growth`: the larger real part of the two logarithms. `noise`: the larger one of their errors.
     real(dp) :: growth = 0, noise = 0
-    !> The system with all its multipliers
+    !> The system at this position, with all its multipliers
     type(probe_type) :: at
   contains
     procedure :: decay_margin
   end type pair_type
 
-  !> Quadratic polynomials of x = t - `origin` for `mean` and `delta`: coefficients of 1, x and x**2.
+  !> Quadratic polynomials of x = t - `origin` that represent `mean` and `delta` of a pair: coefficients of 1, x and x**2.
   type, public :: pair_fit_type
     real(dp) :: origin = 0
     complex(dp) :: mean(0:2) = 0, delta(0:2) = 0
@@ -53,8 +53,8 @@ module gestell_task_boundary_line_pair
 
 contains
 
-  !> Solves the system at `t` and selects the pair: the two multipliers closest to the values that the cubic curves of the interval
-  !> predict. Fails if the parameters are invalid.
+  !> Solves the system at `t` and selects the pair: the two multipliers closest to those predicted by the cubic curves of the
+  !> interval. Fails if the parameters are invalid.
   subroutine solve(self, t, pair, error)
     class(pair_path_type), intent(in) :: self
     real(dp), intent(in) :: t
@@ -95,8 +95,8 @@ contains
     pair%growth = max(real(one), real(other))
   end subroutine solve
 
-  !> Positive if both multipliers decay, otherwise negative. Smooth except where both grow. Derived from the condition for a
-  !> multiplier on the unit circle: (i y - mean)**2 = delta with real y.
+  !> A smooth function that is positive if both multipliers decay, otherwise negative; it is not smooth where both grow. It results
+  !> from the condition that a multiplier lies on the unit circle: (i y - mean)**2 = delta with real y.
   elemental real(dp) function decay_margin(self)
     class(pair_type), intent(in) :: self
     real(dp), parameter :: clear = 10
@@ -106,7 +106,7 @@ contains
     if (real(self%mean) > clear * self%noise) decay_margin = -abs(decay_margin)
   end function decay_margin
 
-  !> Fits parabolas to `mean` and `delta` of a pair of multipliers at three positions.
+  !> Fits parabolas to `mean` and `delta` of a pair of multipliers that is known at three positions.
   pure function fit_pair(three) result(fit)
     type(pair_type), intent(in) :: three(3)
     type(pair_fit_type) :: fit
@@ -119,7 +119,7 @@ contains
     fit%delta = parabola(x, [(three(i)%delta, i = 1, 3)])
   end function fit_pair
 
-  !> Coefficients of the parabola through three points, the second of which is at x = 0.
+  !> Coefficients of the parabola through three points. The second point is at x = 0.
   pure function parabola(x, y) result(c)
     real(dp), intent(in) :: x(:)
     complex(dp), intent(in) :: y(:)
@@ -143,8 +143,8 @@ contains
     end associate
   end function growth_of_fit
 
-  !> Position of the maximum growth of the fit between `low` and `high`, by golden-section search. The search is restricted to a
-  !> neighbourhood of the vertex of delta, whose width depends on the value of delta at the vertex.
+  !> Position between `low` and `high` at which the growth of the fit is largest, by golden-section search. Only a neighbourhood of
+  !> the vertex of delta is searched; its width depends on the value of delta at the vertex.
   pure real(dp) function place_of_max_growth(fit, low, high) result(t)
     type(pair_fit_type), intent(in) :: fit
     real(dp), intent(in) :: low, high

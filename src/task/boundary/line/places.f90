@@ -1,4 +1,4 @@
-!> Places on a line where two multipliers meet and a tongue may exist.
+!> Finds positions on a line at which two multipliers meet, where a tongue may exist.
 module gestell_task_boundary_line_places
   use gestell_base_kinds, only: dp, pi
   use gestell_task_boundary_line_exponents, only: stretch_type
@@ -8,24 +8,24 @@ module gestell_task_boundary_line_places
 
   public :: rate_limit, meetings_on
 
-  !> Place where two multipliers meet.
+  !> Position at which two multipliers meet.
   type, public :: place_type
-    !> Number of the interval between nodes that contains the place.
+    !> Number of the interval between nodes that contains the position.
     integer :: stretch = 0
     type(pair_indices_type) :: name
-    !> `x`: position in the interval (0 to 1). `rate`: rate at which the phases separate (rad per t).
+    !> `x`: position in the interval (0 to 1). `rate`: derivative of the phase difference with respect to t (rad).
     real(dp) :: x = 0, rate = 0
   end type place_type
 
-  !> Places in one interval where multipliers meet.
+  !> Positions in one interval at which multipliers meet.
   type, public :: places_type
     type(place_type), allocatable :: list(:)
   end type places_type
 
 contains
 
-  !> Largest rate such that at most `most` places have this rate or a lower one. If the speed varies, the places with the lowest
-  !> rates have the lowest orders and therefore the widest tongues.
+  !> Largest rate for which at most `most` of the `places` have this rate or a lower one. If the speed varies, low rates belong to
+  !> low orders and therefore to the widest tongues.
   pure real(dp) function rate_limit(places, most) result(rate)
     type(place_type), intent(in) :: places(:)
     integer, intent(in) :: most
@@ -49,18 +49,18 @@ contains
     end associate
   end function rate_limit
 
-  !> Places where two multipliers of interval `number` meet. Of two conjugate places only one is included.
+  !> Positions at which two multipliers of interval `number` meet. Of two conjugate meetings only one is included.
   pure function meetings_on(stretch, number) result(places)
     type(stretch_type), intent(in) :: stretch
     integer, intent(in) :: number
     type(place_type), allocatable :: places(:)
     integer, parameter :: samples = 16
-    !> Two phases meet if their distance, apart from errors, is below `close` (rad). A place where the sine of the argument is
-    !> smaller than `below` is omitted: its conjugate is listed. Phases that differ by less than `locked` (rad) are equal. `safety`:
-    !> factor on errors.
+    !> Two phases meet if their difference, apart from errors, is below `close` (rad). A meeting is omitted if the sine of its
+    !> argument is smaller than `below`, because the conjugate meeting is listed. Phases that differ by less than `locked` (rad) are
+    !> equal throughout. `safety`: factor on errors.
     real(dp), parameter :: close = 0.02_dp, below = -0.2_dp, locked = 1.0e-9_dp, safety = 4
-    !> Pairs that decay more strongly than this (ln |rho|) are ignored: if they lost stability where they meet, the curves would
-    !> show it.
+    !> Pairs of multipliers with a smaller ln |rho| are ignored: if they lost stability where they meet, the cubic curves would show
+    !> it.
     real(dp), parameter :: strong_decay = -3
     complex(dp) :: z(size(stretch%mismatch), 0:samples)
     real(dp) :: phase_lead(0:samples), phase_difference(0:samples), near, x
@@ -80,7 +80,7 @@ contains
           phase_difference = phase_lead - 2 * pi * turns
           if (minval(abs(phase_difference)) > near .and. all(phase_difference > 0 .eqv. phase_difference(0) > 0)) cycle
           if (maxval(abs(phase_difference)) <= locked) cycle
-          ! Select the places where the phases meet or, if they do not meet, the place where they are closest.
+          ! Select the positions where the phases cross. If they do not cross, select the position where they are closest.
           meets = (phase_difference(1:) > 0) .neqv. (phase_difference(:samples - 1) > 0)
           if (.not. any(meets)) meets(max(minloc(abs(phase_difference), dim=1) - 1, 1)) = .true.
           do k = 1, samples

@@ -1,4 +1,4 @@
-!> Search for all stability borders along a line from t = 0 to 1. It follows the multipliers along the line.
+!> Searches for all stability borders along a line from t = 0 to t = 1 by following the multipliers along the line.
 module gestell_task_boundary_line_search
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -16,7 +16,7 @@ module gestell_task_boundary_line_search
 
   public :: merged, range_nodes, search_line
 
-  !> Parallel work: each piece searches one place where two multipliers meet.
+  !> Parallel work: each piece searches the neighbourhood of one position where two multipliers meet.
   type, extends(searches_type) :: meetings_type
     type(line_type), pointer :: line => null()
     type(chain_type), pointer :: chain => null()
@@ -25,22 +25,23 @@ module gestell_task_boundary_line_search
     procedure :: compute => search_place
   end type meetings_type
 
-  !> Parallel work: each piece searches one gap between two neighbouring solved systems (marks) on the line.
+  !> Parallel work: each piece searches for borders between two neighbouring solved systems (marks) on the line.
   type, extends(searches_type) :: gaps_type
     type(line_type), pointer :: line => null()
     type(probe_type), pointer :: marks(:) => null()
-    !> Number of the mark (solved system) before each gap.
+    !> For each gap: number of the mark (solved system) at which the gap begins.
     integer, allocatable :: gaps(:)
   contains
     procedure :: compute => close_gap
   end type gaps_type
 
-  !> Initial nodes of a search on a short line. They are not symmetric about its middle.
+  !> Initial nodes of a search on a short line. They are deliberately not symmetric about its middle, because a border is often
+  !> close to the middle.
   real(dp), parameter, public :: short_nodes(5) = [0.0_dp, 0.27_dp, 0.5_dp, 0.74_dp, 1.0_dp]
 
 contains
 
-  !> Initial nodes of a search over a whole range with `count` search points.
+  !> Initial nodes of a search over a whole range. `count`: number of values at which the search starts.
   pure function range_nodes(count) result(nodes)
     integer, intent(in) :: count
     real(dp), allocatable :: nodes(:)
@@ -49,7 +50,7 @@ contains
     nodes = merged(skewed(least_nodes), skewed(count))
   end function range_nodes
 
-  !> Finds all stability borders along a line from t = 0 to 1. `nodes`: initial nodes, ascending from 0 to 1. Fails if the
+  !> Finds all stability borders along a line from t = 0 to t = 1. `nodes`: initial nodes, ascending from 0 to 1. Fails if the
   !> parameters are invalid.
   subroutine search_line(line, nodes, search, error)
     type(line_type), intent(in), target :: line
@@ -92,17 +93,17 @@ contains
     call search%sort_marks()
     call close_gaps(line, search, error)
     if (allocated(error)) return
-    ! Parts in which systems could not be solved remain open.
+    ! Parts of the line in which systems could not be solved remain undecided.
     do i = 1, size(chain%holes, 2)
       search%open_parts = [search%open_parts, open_part_type(sum(chain%holes(:, i)) / 2, chain%holes(2, i) - chain%holes(1, i))]
     end do
-    ! Borders narrower than the resolution are removed afterwards, because they also explain changes of the verdict.
+    ! Borders of regions narrower than the resolution are removed last, because they also explain changes of the verdict.
     call search%sort_borders(0.0_dp)
     call search%list_unexplained()
     call search%sort_borders(2 * line%step())
   end subroutine search_line
 
-  !> Adds to `search%open_parts` each group of neighbouring intervals that contain places left out of the search.
+  !> Adds to `search%open_parts` each group of neighbouring intervals that contain meetings left out of the search.
   pure subroutine list_skipped(places, largest_rate, chain, search)
     type(place_type), intent(in) :: places(:)
     real(dp), intent(in) :: largest_rate
@@ -141,7 +142,7 @@ contains
     all = pack(all, [.true., all(2:) - all(:size(all) - 1) > same])
   end function merged
 
-  !> Searches for a tongue at place `k`, where two multipliers meet.
+  !> Searches for a tongue at position number `k`, where two multipliers meet.
   recursive subroutine search_place(self, k, error)
     class(meetings_type), intent(inout) :: self
     integer, intent(in) :: k
@@ -165,12 +166,12 @@ contains
       case (open_question)
         search%open_parts = [open_part_type(meeting%t, meeting%width)]
       case default
-        ! no tongue
+        ! the remaining outcome is `no_tongue`
       end select
     end associate
   end subroutine search_place
 
-  !> Adds the borders at both ends of a tongue, and systems inside the tongue and on both sides of it, to `search`.
+  !> Adds to `search` the borders at both ends of a tongue, and systems inside the tongue and on both sides of it.
   subroutine add_tongue(path, meeting, search, error)
     type(pair_path_type), intent(in) :: path
     type(meeting_type), intent(in) :: meeting
@@ -198,9 +199,9 @@ contains
     end do
   end subroutine add_tongue
 
-  !> Searches for missing borders in the gaps between neighbouring solved systems (marks). The number of borders in a gap must be
-  !> odd if exactly one of its marks is unstable, otherwise even. In a gap without borders, no function of the multipliers may
-  !> change its sign.
+  !> Searches for borders that were missed between neighbouring solved systems (marks). If exactly one of two marks is unstable, the
+  !> number of borders between them must be odd, otherwise even. If there is no border between them, no function of the multipliers
+  !> may change its sign.
   subroutine close_gaps(line, search, error)
     type(line_type), intent(in), target :: line
     type(search_type), intent(inout), target :: search
@@ -221,7 +222,7 @@ contains
 
   contains
 
-    !> True if borders must be sought between mark `i` (a solved system) and the next mark.
+    !> True if borders must be sought between mark number `i` (a solved system) and the following mark.
     pure logical function is_open(i)
       integer, intent(in) :: i
       integer :: n
@@ -234,12 +235,12 @@ contains
 
   end subroutine close_gaps
 
-  !> Searches for borders in gap number `k`, between two neighbouring marks (solved systems).
+  !> Searches for borders in gap number `k`, which lies between two neighbouring marks (solved systems).
   recursive subroutine close_gap(self, k, error)
     class(gaps_type), intent(inout) :: self
     integer, intent(in) :: k
     type(error_type), allocatable, intent(out) :: error
-    !> Depth of the recursion: up to 2**depth borders in one gap can be separated.
+    !> Depth of the recursion: with it up to 2**depth borders in one gap can be separated.
     integer, parameter :: depth = 6
 
     call self%found(k)%initialise()

@@ -1,4 +1,4 @@
-!> Results of a search along a line: borders, systems on both sides of them, and places where a border could not be excluded.
+!> Results of a search along a line: borders, systems on both sides of each border, and parts in which a border cannot be excluded.
 module gestell_task_boundary_line_search_result
   use gestell_base_kinds, only: dp
   use gestell_base_verdict, only: undecided, verdict_type
@@ -10,20 +10,20 @@ module gestell_task_boundary_line_search_result
   implicit none (type, external)
   private
 
-  !> A crossing on a line: a stability border, or a crossing of a level.
+  !> A crossing on a line: a stability border, or a position at which a measured quantity crosses a level.
   type, public :: crossing_type
-    !> `t`: position on the line. `error`: distance from it at which the systems on both sides certainly differ.
+    !> `t`: position on the line. `error`: at this distance from `t` the systems on both sides are certain to differ.
     real(dp) :: t = 0, error = 0
     integer :: kind = 0
-    !> Argument of the multiplier on the unit circle (0 to pi).
+    !> Argument of the multiplier that lies on the unit circle (0 to pi).
     real(dp) :: arg = 0
-    !> True if the systems at larger t are unstable, or above the level.
+    !> True if the systems at larger t are unstable or, for a level, if the quantity is above the level there.
     logical :: enters = .false.
-    !> Verdicts on the systems at smaller t and at larger t.
+    !> Verdicts on the systems at smaller t (element 1) and at larger t (element 2).
     type(verdict_type) :: verdicts(2) = undecided
   end type crossing_type
 
-  !> Part of a line in which a border cannot be excluded: its middle `t` and its `width` in t.
+  !> Part of a line in which a border cannot be excluded. `t`: its middle. `width`: its width.
   type, public :: open_part_type
     real(dp) :: t = 0, width = 0
   end type open_part_type
@@ -32,13 +32,13 @@ module gestell_task_boundary_line_search_result
   type, public :: search_type
     type(crossing_type), allocatable :: borders(:)
     type(open_part_type), allocatable :: open_parts(:)
-    !> `meetings`: number of places where multipliers meet. `thin`: number of these places where, without damping, no growth was
-    !> found at a distance of the tolerance.
+    !> `meetings`: number of positions at which two multipliers meet. `thin`: number of these meetings at which, without damping, no
+    !> growth was found at a distance of the tolerance.
     integer :: meetings = 0, thin = 0
-    !> Number of meetings of multipliers that were not searched because they exceed the maximum number of a line.
+    !> Number of meetings of multipliers that were not searched because the line has more meetings than are allowed.
     integer :: left_out = 0
-    !> Systems along the line, at least one on each side of each border; `sort_marks` sorts them. Only the first `mark_count` are
-    !> used.
+    !> Solved systems along the line, with one or more on each side of each border; `sort_marks` sorts them. Only the first
+    !> `mark_count` elements are used.
     type(probe_type), allocatable :: marks(:)
     integer :: mark_count = 0
   contains
@@ -51,7 +51,7 @@ module gestell_task_boundary_line_search_result
     procedure :: list_unexplained
   end type search_type
 
-  !> Parallel work in which each piece is one search.
+  !> Parallel work in which each piece is one search on a line.
   type, abstract, extends(work_type), public :: searches_type
     type(search_type), allocatable :: found(:)
   contains
@@ -60,14 +60,14 @@ module gestell_task_boundary_line_search_result
 
 contains
 
-  !> Initialises an empty search result.
+  !> Initialises the result of a search that has not found anything yet.
   subroutine initialise(self)
     class(search_type), intent(out) :: self
 
     allocate(self%borders(0), self%open_parts(0), self%marks(0))
   end subroutine initialise
 
-  !> Appends the results of a search at one place of the line.
+  !> Appends the results of a search in one part of the line to the results for the line.
   pure subroutine append(self, part)
     class(search_type), intent(inout) :: self
     type(search_type), intent(in) :: part
@@ -82,8 +82,9 @@ contains
     self%borders = [self%borders, part%borders]
   end subroutine append
 
-  !> Adds to `open_parts` each part of the line whose borders do not explain the verdicts at its ends. The number of borders between
-  !> two systems must be odd if exactly one of them is unstable, otherwise even. Systems within the error of a border are ignored.
+  !> Adds to `open_parts` each part of the line in which the borders do not explain the verdicts at its ends. The number of borders
+  !> between two systems must be odd if exactly one of them is unstable, otherwise even. Systems within the error of a border are
+  !> ignored.
   pure subroutine list_unexplained(self)
     class(search_type), intent(inout) :: self
     integer :: i, last
@@ -104,7 +105,7 @@ contains
     end do
   end subroutine list_unexplained
 
-  !> Writes the results to a record, or reads them from it.
+  !> Writes the results of the search to a record, or reads them from a record.
   subroutine exchange(self, record)
     class(search_type), intent(inout) :: self
     type(record_type), intent(inout) :: record
@@ -139,7 +140,7 @@ contains
     call self%found(k)%exchange(record)
   end subroutine exchange_search
 
-  !> Adds a system to `marks`, unless it does not exist or could not be solved.
+  !> Adds a system to `marks`, unless the system does not exist or could not be solved.
   pure subroutine add_mark(self, mark)
     class(search_type), intent(inout) :: self
     type(probe_type), intent(in) :: mark
@@ -155,7 +156,7 @@ contains
     self%marks(self%mark_count) = mark
   end subroutine add_mark
 
-  !> Sorts the systems along the line and removes duplicates.
+  !> Sorts the systems in `marks` by their positions on the line, and removes duplicates.
   pure subroutine sort_marks(self)
     class(search_type), intent(inout) :: self
     type(probe_type), allocatable :: sorted(:)
@@ -174,7 +175,8 @@ contains
     call move_alloc(sorted, self%marks)
   end subroutine sort_marks
 
-  !> Sorts the borders along the line, removes duplicates, and removes pairs of borders that enclose a region narrower than `least`.
+  !> Sorts the borders by their positions on the line and removes duplicates. Removes also pairs of borders that enclose a region
+  !> narrower than `least`.
   pure subroutine sort_borders(self, least)
     class(search_type), intent(inout) :: self
     real(dp), intent(in) :: least
