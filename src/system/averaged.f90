@@ -1,5 +1,5 @@
 !> The averaged model of a mechanical system with periodic coefficients. M, B, C are replaced by their means over the period; the
-!> load h(t) is kept:
+!> load h(t) is not averaged:
 !>
 !>     <M> q'' + <B> q' + <C> q = h(t).
 module gestell_system_averaged
@@ -33,9 +33,9 @@ contains
 
   !> Computes the averaged model of `system` with bounds on the errors of the means.
   !>
-  !> The means are computed by the trapezoidal rule. The number of points doubles until two successive doublings change the means by
-  !> rounding only: for smooth coefficients the error falls faster than any power of the number of points. At a jump of the
-  !> coefficients N points have an error of up to the jump / N. One jump is counted for each break, and one for the end of the
+  !> The means are computed by the trapezoidal rule. The number of points is doubled until two successive doublings change the means
+  !> only by rounding errors: for smooth coefficients the error falls faster than any power of the number of points. If a
+  !> coefficient jumps, N points have an error of up to the jump / N. One jump is counted for each break, and one for the end of the
   !> period.
   subroutine average(system, averaged)
     class(second_order_system), intent(in) :: system
@@ -91,7 +91,7 @@ contains
   end function term_size
 
   !> Computes over equidistant points the means of M, B, C and of the moduli of their elements, and a bound on maximum minus minimum
-  !> of each element; shapes (f, f, 3). The first point lies at `shift` times the distance of the points.
+  !> of each element; shapes (f, f, 3). The first point is at `shift` times the spacing of the points.
   subroutine means(system, points, shift, mean, magnitude, range)
     class(second_order_system), intent(in) :: system
     integer, intent(in) :: points
@@ -123,7 +123,7 @@ contains
     magnitude = magnitude / points
   end subroutine means
 
-  !> Copies the means. The time `t` has no influence.
+  !> Copies the means, which do not depend on the time `t`.
   subroutine matrices(self, t, m, b, c)
     class(averaged_system), intent(in) :: self
     real(dp), intent(in) :: t
@@ -158,8 +158,8 @@ contains
     c = spread(self%c, 1, size(phases))
   end subroutine sample_second_order
 
-  !> True if the coefficients are those of a Lagrangian without damping. The mean of a Lagrangian is a Lagrangian, so this holds
-  !> exactly if it holds for the system `whole`.
+  !> True if the coefficients are those of a Lagrangian without damping. The mean of a Lagrangian is a Lagrangian, so the result is
+  !> the same as for the system `whole`.
   pure logical function conserves(self, chosen)
     class(averaged_system), intent(in) :: self
     integer, intent(in) :: chosen(:)

@@ -3,7 +3,7 @@
 !>
 !>     h - M q'' - B q' - C q,
 !>
-!> where q is the approximate motion. A coarse solution of this system improves the motion by as many digits as this solution has.
+!> where q is the approximate motion. A solution of this system with few correct digits improves the motion by as many digits.
 module gestell_system_corrected
   use gestell_base_kinds, only: dp, pi
   use gestell_math_series_trigonometric, only: series_type
@@ -17,7 +17,7 @@ module gestell_system_corrected
     private
     !> The system whose motion is corrected
     class(second_order_system), pointer :: inner => null()
-    !> Approximate motion as functions of theta = 2 pi t/T
+    !> Approximate motion as a set of functions of theta = 2 pi t/T
     type(series_type) :: motion
     !> Indices of those functions of `motion` that are the degrees of freedom of `inner`
     integer, allocatable :: free(:)
@@ -28,8 +28,8 @@ module gestell_system_corrected
 
 contains
 
-  !> Returns the system that the error of `motion` solves. The functions of `motion` numbered `free` are the degrees of freedom of
-  !> `inner`. The result points to `inner`.
+  !> Returns the system that the error of `motion` solves. The functions of `motion` with the indices `free` are the degrees of
+  !> freedom of `inner`. The result points to `inner`.
   function corrected_system(inner, motion, free) result(corrected)
     class(second_order_system), intent(in), target :: inner
     type(series_type), intent(in) :: motion
@@ -52,7 +52,8 @@ contains
     call self%inner%matrices(t, m, b, c)
   end subroutine matrices
 
-  !> Samples M, B, C of the inner system and the load that remains along the motion.
+  !> Samples M, B, C of the inner system, and the residual load: the load of the inner system minus the forces that the approximate
+  !> motion requires.
   subroutine sample_second_order(self, phases, m, b, c, h)
     class(corrected_system_type), intent(in) :: self
     real(dp), contiguous, intent(in) :: phases(:)

@@ -16,9 +16,9 @@ module gestell_system_family
   end type family_type
 
   abstract interface
-    !> Creates the system at these parameters, shape (number of parameters). Calls come from one thread at a time. The code of
-    !> `error` is `impossible_mechanism` if the mechanism cannot be assembled, `invalid_input` if the parameters are invalid, and
-    !> `failed_computation` if the vibration about which the system is linearised cannot be computed.
+    !> Creates the system at these parameters, shape (number of parameters). At any time only one thread calls this procedure. The
+    !> code of `error` is `impossible_mechanism` if the mechanism cannot be assembled, `invalid_input` if the parameters are
+    !> invalid, and `failed_computation` if the vibration about which the system is linearised cannot be computed.
     subroutine member_at(self, parameters, system, error)
       import :: dp, error_type, family_type, periodic_system
       implicit none (type, external)
@@ -40,8 +40,8 @@ contains
     no_shared_mechanism = .false.
   end function no_shared_mechanism
 
-  !> Returns the member of `family` at these parameters after checking it. All studies get their systems through this procedure.
-  !> Fails as the family does, if the family returns no system, or if the system is invalid.
+  !> Returns the member of `family` at these parameters after checking it. All studies obtain their systems through this procedure.
+  !> Fails if the family fails or returns no system, or if the system is invalid.
   subroutine create_member(family, parameters, system, error)
     class(family_type), intent(in) :: family
     !> Parameters, shape (number of parameters)

@@ -35,8 +35,8 @@ contains
     end do
   end subroutine solve_mass
 
-  !> Solves M X = R at `lanes` points from `first` on at once. X is the Schur complement of M in the block matrix [M, R; -E, 0].
-  !> Elimination is done without row exchanges. Where this loses too many digits, `safe` is false and R is unchanged.
+  !> Solves M X = R at `lanes` points at once, beginning with point `first`. X is the Schur complement of M in the block matrix [M,
+  !> R; -E, 0]. Elimination is done without row exchanges. Where this loses too many digits, `safe` is false and R is unchanged.
   subroutine solve_lanes(first, m, r, w, safe)
     integer, intent(in) :: first
     real(dp), contiguous, intent(in) :: m(:, :, :)
@@ -68,7 +68,7 @@ contains
     end if
   end subroutine solve_lanes
 
-  !> Solves at one point, with row exchanges.
+  !> Solves M X = R at point `k` alone, with row exchanges.
   subroutine solve_point(k, m, r)
     integer, intent(in) :: k
     real(dp), contiguous, intent(in) :: m(:, :, :)

@@ -21,13 +21,13 @@ module gestell_system_periodic
     real(dp) :: period = 0
     !> Times in (0, T), ascending, at which the coefficients jump. Integration steps end there.
     real(dp), allocatable :: breaks(:)
-    !> Number of equal steps per period that resolves the fastest change of the coefficients. Integration methods with embedded
-    !> methods use at least as many nodes as `least_steps` steps with six stages have. Other methods use at least `least_steps`
-    !> steps.
+    !> Number of equal steps per period that resolves the fastest change of the coefficients. Integration methods without embedded
+    !> methods use at least `least_steps` steps. Methods with embedded methods may use fewer steps, but at least as many nodes as
+    !> `least_steps` steps with six stages have.
     integer :: least_steps = 8
-    !> Relative error over a period that rounding of the coefficients causes
+    !> Relative error over a period caused by the rounding of the coefficients
     real(dp) :: rounding = epsilon(1.0_dp)
-    !> Additional relative error of the forced motion that rounding of the forcing causes, for instance where forces cancel
+    !> Additional relative error of the forced motion caused by rounding of the forcing, for instance where forces cancel
     real(dp) :: load_rounding = 0
   contains
     procedure(matrix_at), deferred :: matrix
@@ -67,9 +67,9 @@ contains
     if (allocated(from%breaks)) self%breaks = from%breaks
   end subroutine inherit
 
-  !> Checks the components of the system. Every procedure that solves a system calls this first. A model that has more to check
-  !> overrides this procedure and calls it. Fails if there are no states, if the period is not positive and finite, if the breaks do
-  !> not ascend within the period, or if `least_steps` or a rounding error is out of range.
+  !> Checks the components of the system. Every procedure that solves a system calls this check first. A model that has more to
+  !> check overrides this procedure and calls it from its own. Fails if there are no states, if the period is not positive and
+  !> finite, if the breaks are not ascending within the period, or if `least_steps` or a rounding error is out of range.
   subroutine check_periodic(self, error)
     class(periodic_system), intent(in) :: self
     type(error_type), allocatable, intent(out) :: error

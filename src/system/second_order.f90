@@ -14,8 +14,8 @@ module gestell_system_second_order
 
   public :: check_second_order, has_positions, sample_by_phase, sample_in_units, sample_traces
 
-  !> Base type of mechanical systems. An extension sets `states` = 2 f and `period`, and provides `matrices`, and `load` if h is not
-  !> zero.
+  !> Base type of mechanical systems. An extension sets `states` = 2 f and `period`, provides `matrices`, and also provides `load`
+  !> if h is not zero.
   type, abstract, extends(periodic_system), public :: second_order_system
   contains
     procedure(matrices_at), deferred :: matrices
@@ -40,7 +40,7 @@ module gestell_system_second_order
 
 contains
 
-  !> Checks the components as `check_periodic` does. Fails also if the number of states is odd.
+  !> Checks the components as `check_periodic` does. Also fails if the number of states is odd.
   subroutine check_second_order(self, error)
     class(second_order_system), intent(in) :: self
     type(error_type), allocatable, intent(out) :: error

@@ -38,7 +38,7 @@ contains
     type(link_type), intent(in) :: links(:)
     !> Crank angle over which the motion changes noticeably (rad)
     real(dp), intent(out) :: angle_scale
-    !> Number of intervals that were tried for the proof
+    !> Number of intervals in which the proof was tried
     integer, intent(out) :: intervals
     type(error_type), allocatable, intent(out) :: error
     !> Number of turns of the drive while the crank angle grows by 2 pi; default: 1
@@ -69,8 +69,8 @@ contains
     end do
   end subroutine prove_assembly
 
-  !> Tries to prove, for crank angles within `half_width` of `middle` (rad), that every joint can be assembled and that the two
-  !> joints of each link stay apart. Returns the index of the first joint or link for which the proof fails, or 0.
+  !> Tries to prove two statements for crank angles within `half_width` of `middle` (rad): every joint can be assembled, and the two
+  !> joints of each link do not coincide. Returns the index of the first joint or link for which the proof fails, or 0.
   subroutine prove_interval(joints, links, middle, half_width, angle_scale, bad_joint, bad_link)
     type(named_joint_type), intent(in) :: joints(:)
     type(link_type), intent(in) :: links(:)
@@ -114,8 +114,8 @@ contains
     end do
   end subroutine prove_interval
 
-  !> Makes the error about a joint or a link at a crank angle. If all permitted intervals are `intervals_used_up`, the message says
-  !> that nothing is proved.
+  !> Composes the error message about a joint or a link at a crank angle. `intervals_used_up`: true if the permitted number of
+  !> intervals is exhausted; the message then says that nothing is proved.
   subroutine report(joints, links, angle, turns, bad_joint, bad_link, intervals_used_up, error)
     type(named_joint_type), intent(in) :: joints(:)
     type(link_type), intent(in) :: links(:)
@@ -149,8 +149,9 @@ contains
     call fatal_error(error, subject // reason, impossible_mechanism, subject)
   end subroutine report
 
-  !> Describes, for an error message, the crank angles at which joint number `bad` can be assembled, and its four-bar linkage if it
-  !> is part of one. The text starts with "; ". The drive turns `turns` times while the crank angle grows by 2 pi.
+  !> Describes, for an error message, the crank angles at which joint number `bad` can be assembled. If the joint belongs to a
+  !> four-bar linkage, also describes this linkage. The text starts with "; ". The drive turns `turns` times while the crank angle
+  !> grows by 2 pi.
   subroutine explain_closure(joints, bad, turns, words)
     type(named_joint_type), intent(in) :: joints(:)
     integer, intent(in) :: bad, turns
@@ -191,8 +192,8 @@ contains
 
   contains
 
-    !> Crank angle (rad) at the end of a range in which the joint can be assembled. It is found by bisection between sample `open`,
-    !> where the joint cannot be assembled, and its neighbour `closed`, where it can.
+    !> Crank angle (rad) at the end of a range in which the joint can be assembled. It is found by bisection between two
+    !> neighbouring samples: at `open` the joint cannot be assembled, at `closed` it can.
     real(dp) function end_of(open, closed) result(angle)
       integer, intent(in) :: open, closed
       real(dp) :: outside
@@ -237,7 +238,7 @@ contains
     end do
   end function assembled
 
-  !> If the joint is a dyad between the crank and the ground, says in the message that the linkage is a parallelogram or not a
+  !> If the joint is a dyad between the crank and the ground, adds to the message that the linkage is a parallelogram or not a
   !> Grashof linkage.
   subroutine add_four_bar(joints, bad, words)
     type(named_joint_type), intent(in) :: joints(:)

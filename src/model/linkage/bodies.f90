@@ -12,8 +12,8 @@ module gestell_model_linkage_bodies
 
   public :: move_link, sum_drive, sum_masses, tabulate_masses
 
-  !> A sum smaller than this fraction of the sum of its absolute terms is set to zero, so that a balanced mechanism does not shake
-  !> at all.
+  !> A sum smaller than this fraction of the sum of the absolute values of its terms is set to zero, so that a balanced mechanism
+  !> causes no shaking forces at all.
   real(dp), parameter :: noise = 8 * epsilon(1.0_dp)
 
   !> A link as a rigid body. Its xi-axis points from joint `from` to joint `to`. If `to` is 0, the link only translates, and its
@@ -21,13 +21,14 @@ module gestell_model_linkage_bodies
   type, public :: link_type
     character(len=:), allocatable :: name
     integer :: from = 0, to = 0
-    !> Mass (kg), moment of inertia about the centre of mass (kg m^2), position of the centre of mass in the link's axes (m).
+    !> `mass`: mass (kg). `inertia`: moment of inertia about the centre of mass (kg m^2). `center`: position of the centre of mass
+    !> in the link's axes (m).
     real(dp) :: mass = 0, inertia = 0, center(2) = 0
-    !> For a frame in space only. `z`: position of the centre of mass along the plane's normal (m); `own_z`: the part of `z` within
-    !> the link's mechanism. `along`, `across`: moments of inertia about the link's xi-axis and about the axis across it in the
-    !> plane (kg m^2). `axis`: direction of the xi-axis of a link that only translates.
+    !> For a frame in space only. `z`: position of the centre of mass along the plane's normal (m). `own_z`: the part of `z` that is
+    !> measured within the link's mechanism. `along`, `across`: moments of inertia about the link's xi-axis, and about the
+    !> perpendicular axis in the plane (kg m^2). `axis`: direction of the xi-axis of a link that only translates.
     real(dp) :: z = 0, own_z = 0, along = 0, across = 0, axis(2) = [1.0_dp, 0.0_dp]
-    !> Number of the link's plane, 0 for the plane of the frame; for a frame in space only.
+    !> Number of the link's plane; 0 is the plane of the frame. For a frame in space only.
     integer :: plane = 0
   end type link_type
 
@@ -68,7 +69,7 @@ contains
   end subroutine move_link
 
   !> Computes the sums (4) to (7) over the links for one crank angle, at which the joints are at the points `at`. `terms`: sums of
-  !> the absolute terms of a1'', a2'' (kg m), a4 and K' (kg m^2).
+  !> the absolute values of the terms of a1'', a2'' (kg m), a4 and K' (kg m^2).
   pure subroutine sum_masses(links, at, a, terms)
     type(link_type), intent(in) :: links(:)
     !> Points of all joints at one crank angle
@@ -103,7 +104,7 @@ contains
     if (present(terms)) terms = [size1%dd, size2%dd, a4_size, energy_size]
   end subroutine sum_masses
 
-  !> Computes the drive's functions H and K and their derivatives, summed over the links, with all joints at `at`; shape
+  !> Computes the drive's functions H and K and their derivatives, summed over the links, with all joints at the points `at`; shape
   !> (drive_columns).
   pure subroutine sum_drive(links, at, drive)
     type(link_type), intent(in) :: links(:)
@@ -133,7 +134,7 @@ contains
   end subroutine sum_drive
 
   !> Computes the motion of a link's centre of mass and the derivatives of its angle phi_i with respect to the crank angle: first
-  !> (`rate`), second (`turn`) and third (`change`). `turn_terms`: sum of the absolute terms of `turn`.
+  !> (`rate`), second (`turn`) and third (`change`). `turn_terms`: sum of the absolute values of the terms of `turn`.
   pure subroutine body_motion(link, at, center, rate, turn, change, turn_terms)
     type(link_type), intent(in) :: link
     type(point_type), intent(in) :: at(:)

@@ -1,5 +1,5 @@
-!> Kinematic diagnosis of a linkage: mobility, Grashof's class, ranges of motion, strokes and transmission angles. It needs no
-!> masses.
+!> Kinematic diagnosis of a linkage: mobility, Grashof's class, ranges of motion, strokes and transmission angles. It does not
+!> depend on masses.
 module gestell_model_linkage_diagnosis
   use gestell_base_error, only: error_type
   use gestell_math_jet, only: jet
@@ -19,7 +19,8 @@ module gestell_model_linkage_diagnosis
 
   !> Range and quality of the motion of one joint over a turn.
   type, public :: joint_report_type
-    !> Minimum and maximum of x, of y and, for a slider, of the travel along its guide (m).
+    !> Minimum and maximum (m) of x and of y. `travel`: for a slider, minimum and maximum of its distance along the guide from the
+    !> guide's point.
     real(dp) :: x(2) = 0, y(2) = 0, travel(2) = 0
     logical :: slides = .false.
     !> `rate`: maximum speed along the guide, divided by the crank speed (m). `second_rate`: maximum acceleration along the guide,
@@ -30,14 +31,15 @@ module gestell_model_linkage_diagnosis
     real(dp) :: forward = 0
     !> Minimum transmission angle (rad, at most pi/2) and the crank angle at which it occurs (rad).
     real(dp) :: transmission = pi / 2, transmission_at = 0
-    !> Smallest change of one of the joint's lengths that would lead to a dead point (m), over the turn; huge if no length can.
+    !> Minimum over the turn of the change of one of the joint's lengths that would lead to a dead point (m); huge if no change of
+    !> length can.
     real(dp) :: margin = huge(1.0_dp)
   end type joint_report_type
 
   !> Kinematic diagnosis of a linkage.
   type, public :: diagnosis_type
-    !> Gruebler's count: number of links including the frame, of `pairs` with one degree of freedom and of `higher_pairs` with two;
-    !> mobility = 3 (links - 1) - 2 pairs - higher_pairs.
+    !> Gruebler's count. `links`: number of links including the frame. `pairs`: number of pairs with one degree of freedom.
+    !> `higher_pairs`: number of pairs with two. `mobility` = 3 (links - 1) - 2 pairs - higher_pairs.
     integer :: links = 0, pairs = 0, higher_pairs = 0, mobility = 0
     !> Grashof's class of a four-bar linkage, empty for other mechanisms.
     character(len=40) :: grashof = ""
@@ -46,7 +48,7 @@ module gestell_model_linkage_diagnosis
     logical, allocatable :: turns(:)
     !> Angle through which each link swings (rad).
     real(dp), allocatable :: swing(:)
-    !> Computing cost: how often the position of a joint was computed.
+    !> Computing cost: number of times that the position of a joint was computed.
     integer :: placements = 0
   end type diagnosis_type
 
@@ -55,9 +57,9 @@ module gestell_model_linkage_diagnosis
     type(point_type) :: here
     type(transmission_type) :: transmission
     type(extremes_type) :: x, y, travel, rate, second_rate, sine, margin
-    !> Speed of the joint along its guide when it last slid; its sign is the direction.
+    !> Speed of the joint along its guide at the last crank angle at which it moved; its sign is the direction.
     real(dp) :: direction = 0
-    !> How often the joint has changed its direction on the guide.
+    !> Number of times that the joint has reversed its direction on the guide.
     integer :: reversals = 0
   end type joint_track_type
 
@@ -92,7 +94,8 @@ contains
     call turn_once(linkage, linkage%links(:0), diagnosis)
   end subroutine diagnose_joints
 
-  !> Follows all joints and `links` through one turn. The steps are half a degree or less, as the linkage's `angle_scale` requires.
+  !> Follows all joints and `links` through one turn. The steps are half a degree, or less if the linkage's `angle_scale` requires
+  !> it.
   subroutine turn_once(linkage, links, diagnosis)
     class(linkage_type), intent(in) :: linkage
     type(link_type), intent(in) :: links(:)
@@ -117,8 +120,8 @@ contains
     diagnosis%swing = merge(bodies%swing%maximum - bodies%swing%least, 0.0_dp, links%to > 0)
   end subroutine turn_once
 
-  !> Updates the joints' extremes after the step that ends at `angle`. `first`: true at the first angle, before which there is no
-  !> step.
+  !> Updates the joints' extremes after the step that ends at `angle`. `first`: true at the first angle, where no step has been made
+  !> yet.
   subroutine follow_joints(joints, at, angle, step, first, tracks)
     type(named_joint_type), intent(in) :: joints(:)
     type(point_type), intent(in) :: at(:)
@@ -196,7 +199,7 @@ contains
     report%margin = track%margin%least
   end function joint_report
 
-  !> Computes Gruebler's count: adds the links and pairs of all joints to those of the frame.
+  !> Computes Gruebler's count: adds the links and pairs of all joints to the frame, which counts as one link.
   subroutine count_links(linkage, diagnosis)
     class(linkage_type), intent(in) :: linkage
     type(diagnosis_type), intent(inout) :: diagnosis
@@ -226,7 +229,7 @@ contains
   !> True if joint `i` is a crank pin on the shaft of an earlier crank pin: at the same pivot position and with the same ratio.
   pure logical function on_shaft(linkage, at, i)
     class(linkage_type), intent(in) :: linkage
-    !> Points of all joints at some crank angle
+    !> Points of all joints at one crank angle
     type(point_type), intent(in) :: at(:)
     integer, intent(in) :: i
     integer :: k
@@ -245,9 +248,9 @@ contains
     end select
   end function on_shaft
 
-  !> Grashof's class of a four-bar linkage, in which an RRR dyad joins the crank pin to a ground joint. Since the crank turns, the
-  !> shortest and the longest link together are shorter than the other two (Grashof's rule); the shortest link determines the class.
-  !> Empty for other mechanisms.
+  !> Grashof's class of a four-bar linkage, in which an RRR dyad connects the crank pin to a ground joint. Because the crank can
+  !> turn, the sum of the shortest and the longest link is less than the sum of the other two (Grashof's rule); the shortest link
+  !> determines the class. Empty for other mechanisms.
   character(len=40) function grashof_class(linkage)
     class(linkage_type), intent(in) :: linkage
     type(point_type) :: at(size(linkage%joints))

@@ -10,16 +10,16 @@ module gestell_model_linkage_diagram
 
   public :: trace_diagram
 
-  !> A bar of the diagram: a straight line between two joints, given by their indices.
+  !> A bar of the diagram: a straight line between two joints. `joints`: indices of these joints.
   type, public :: bar_type
     integer :: joints(2) = 0
     !> Number of the link to which the bar belongs; 0 if it belongs to no link.
     integer :: link = 0
-    !> True if the length of the bar changes because something slides along it.
+    !> True if the length of the bar changes because a part slides along it.
     logical :: slides = .false.
   end type bar_type
 
-  !> A joint that slides on a guide, with its minimum and maximum distance from the guide's point (m).
+  !> A joint that slides on a guide, with the minimum and maximum of its distance from the guide's point (m).
   type, public :: slider_type
     integer :: joint = 0
     type(guide_type) :: guide
@@ -32,7 +32,8 @@ module gestell_model_linkage_diagram
     type(slider_type), allocatable :: sliders(:)
     !> True for each joint that is fixed to the frame.
     logical, allocatable :: grounded(:)
-    !> Positions of joints and of the links' centres of mass in x-y (m), shapes (2, joints, angles) and (2, links, angles).
+    !> Positions in the x-y plane (m) of the joints, shape (2, joints, angles), and of the links' centres of mass, shape (2, links,
+    !> angles).
     real(dp), allocatable :: joints(:, :, :), centers(:, :, :)
   end type diagram_type
 
@@ -79,8 +80,8 @@ contains
     end do
   end subroutine trace_diagram
 
-  !> Finds the bars of joints and links, and the sliders. A joint that adds no link is a point of an existing body; the bars to it
-  !> belong to this body. The joint is fixed to the frame if all joints from which it is built are fixed.
+  !> Finds the bars of joints and links, and the sliders. A joint that adds no link is a point of an existing body; the bars to this
+  !> joint belong to the body. The joint is fixed to the frame if all joints from which it is built are fixed.
   subroutine find_subsystems(linkage, diagram)
     class(linkage_type), intent(in) :: linkage
     type(diagram_type), intent(inout) :: diagram
@@ -117,7 +118,7 @@ contains
     end do
   end subroutine find_subsystems
 
-  !> Adds a bar unless the diagram has it already or both its joints are fixed to the frame.
+  !> Adds a bar unless the diagram already contains it or both joints of the bar are fixed to the frame.
   subroutine add_bar(diagram, joints, link)
     type(diagram_type), intent(inout) :: diagram
     integer, intent(in) :: joints(2), link
@@ -126,7 +127,7 @@ contains
     diagram%bars = [diagram%bars, bar_type(joints, link)]
   end subroutine add_bar
 
-  !> Number of the bar between two joints, 0 if there is none.
+  !> Number of the bar between two joints; 0 if there is no such bar.
   pure integer function index_of_bar(diagram, joints) result(i)
     type(diagram_type), intent(in) :: diagram
     integer, intent(in) :: joints(2)

@@ -1,12 +1,12 @@
-!> Minimum and maximum of a function over the turn. The function is given by jets (value and derivatives) at successive crank
-!> angles.
+!> Minimum and maximum of a function over the turn. The function is given at successive crank angles by jets, which contain its
+!> value and derivatives.
 module gestell_model_linkage_extremes
   use gestell_math_jet, only: jet
   use gestell_base_kinds, only: dp
   implicit none (type, external)
   private
 
-  !> Minimum and maximum of a function over the crank angles passed so far.
+  !> Minimum and maximum of a function over all crank angles so far.
   type, public :: extremes_type
     real(dp) :: least = huge(1.0_dp), maximum = -huge(1.0_dp)
     !> Crank angles of the minimum and of the maximum (rad).
@@ -17,9 +17,10 @@ module gestell_model_linkage_extremes
 
 contains
 
-  !> Updates the extremes after a step of the crank angle from `from` to `from` + `step`; the function has the jet `before` at its
-  !> start and `now` at its end. If the derivative changes sign, the extremum is taken from the polynomial of degree five with the
-  !> values and first two derivatives of both jets. Its error is step^6/46080 times the sixth derivative.
+  !> Updates the extremes after a step of the crank angle from `from` to `from` + `step`. The function has the jet `before` at the
+  !> start of the step and `now` at its end. If the derivative changes sign, the extremum is computed from the polynomial of degree
+  !> five with the values and first two derivatives of both jets. The error of this extremum is step^6/46080 times the sixth
+  !> derivative.
   pure subroutine take(self, before, now, from, step)
     class(extremes_type), intent(inout) :: self
     type(jet), intent(in) :: before, now
@@ -66,10 +67,10 @@ contains
     c(5) = 6 * rise - 3 * slope + bend / 2
   end function coefficients
 
-  !> The t at which the polynomial's derivative is zero, by bisection. The derivative has different signs at 0 and 1.
+  !> The t at which the polynomial's derivative is zero, found by bisection. The derivative has different signs at 0 and 1.
   pure real(dp) function turning_point(c) result(t)
     real(dp), intent(in) :: c(0:5)
-    !> Number of bisections. Near an extremum the function is flat: half the digits of t suffice for all digits of the value.
+    !> Number of bisections. Near an extremum the function is flat: half of the digits of t suffice for all digits of the extremum.
     integer, parameter :: halvings = 30
     real(dp) :: left, right
     integer :: i

@@ -1,4 +1,4 @@
-!> Period of a linkage whose cranks do not all turn a whole number of times per turn of the drive.
+!> Period of a linkage in which at least one crank does not turn a whole number of times per turn of the drive.
 module gestell_model_linkage_gearing
   use gestell_math_rational, only: common_multiple
   use gestell_model_joints_joint, only: named_joint_type
@@ -8,16 +8,18 @@ module gestell_model_linkage_gearing
 
   public :: gear
 
-  !> Maximum numbers of turns in a period: `max_turns` of the drive, `max_crank_turns` of a crank.
+  !> Maximum number of turns in a period: `max_turns` for the drive, `max_crank_turns` for a crank.
   integer, parameter, public :: max_turns = 64, max_crank_turns = 4096
 
 contains
 
   !> Finds the smallest number of turns of the drive after which all cranks are back at their initial angles. The linkage's crank
-  !> angle is then redefined as that of a shaft that turns once in this period, so that every crank turns a whole number of times.
+  !> angle is then redefined as the angle of a shaft that turns once in this period, so that every crank turns a whole number of
+  !> times.
   pure subroutine gear(joints, turns, crank_turns, joint)
     type(named_joint_type), intent(inout) :: joints(:)
-    !> `turns`: turns of the drive in the period; `joint`: index of a joint whose ratio would require too many turns, or 0
+    !> `turns`: number of turns of the drive in the period. `joint`: index of a joint whose ratio would require too many turns; 0 if
+    !> there is no such joint
     integer, intent(out) :: turns, joint
     !> Absolute number of turns of each crank in the period; allocated if `turns` > 1
     integer, allocatable, intent(out) :: crank_turns(:)

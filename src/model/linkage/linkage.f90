@@ -1,4 +1,4 @@
-!> Planar linkages: a list of joints, each built on earlier ones, and the links that move with them.
+!> Planar linkages: a list of joints, each of which is built from earlier joints, and the links that move with them.
 module gestell_model_linkage
   use gestell_base_dictionary, only: dictionary_type
   use gestell_base_error, only: error_type, fatal_error, invalid_input
@@ -21,7 +21,7 @@ module gestell_model_linkage
   implicit none (type, external)
   private
 
-  !> A linkage. Build it joint by joint and link by link, then give it to a frame.
+  !> A linkage. The caller adds joints and links one by one and then passes the linkage to a frame.
   type, extends(mechanism_type), public :: linkage_type
     type(named_joint_type), allocatable :: joints(:)
     type(link_type), allocatable :: links(:)
@@ -29,7 +29,7 @@ module gestell_model_linkage
     logical :: prepared = .false.
     !> Number of intervals of the crank angle that the proof of `prepare` needed.
     integer :: intervals = 0
-    !> Names of the joints, to find the index of a joint.
+    !> Names of the joints, for finding the index of a joint.
     type(dictionary_type), private :: names
   contains
     procedure :: ground => add_ground
@@ -65,7 +65,8 @@ contains
     call self%add_joint(name, ground_joint(position), error)
   end subroutine add_ground
 
-  !> Adds a crank pin: a joint at `radius` (m) from the joint `pivot`, in the direction crank angle + `phase` (rad).
+  !> Adds a crank pin: a joint at the distance `radius` (m) from the joint `pivot`. The direction from the pivot to the pin is the
+  !> crank angle + `phase` (rad).
   subroutine add_crank(self, name, pivot, radius, phase, error)
     class(linkage_type), intent(inout) :: self
     character(len=*), intent(in) :: name, pivot
@@ -77,8 +78,8 @@ contains
     if (.not. allocated(error)) call self%add_joint(name, crank_joint(joint, radius, phase), error)
   end subroutine add_crank
 
-  !> Adds the joint of a dyad RRR, at `lengths` (m) from the joints `ends`. Seen from ends(1) toward ends(2), it is on the left
-  !> (`branch` = 1) or on the right (-1).
+  !> Adds the joint of a dyad RRR, at the distances `lengths` (m) from the joints `ends`. The joint is on the left of the line from
+  !> ends(1) to ends(2) if `branch` = 1, and on the right if `branch` = -1.
   subroutine add_rrr(self, name, ends, lengths, branch, error)
     class(linkage_type), intent(inout) :: self
     character(len=*), intent(in) :: name, ends(:)
@@ -91,8 +92,8 @@ contains
     if (.not. allocated(error)) call self%add_joint(name, rrr_joint(joints, lengths, branch), error)
   end subroutine add_rrr
 
-  !> Adds a slider on a guide at `length` (m) from the joint `end`. `branch` selects one of two positions: 1 the one farther along
-  !> the guide, -1 the other.
+  !> Adds a slider on a guide at the distance `length` (m) from the joint `end`. Two positions have this distance: `branch` = 1 is
+  !> the position farther along the guide, `branch` = -1 the other position.
   subroutine add_rrp(self, name, end, length, guide, branch, error)
     class(linkage_type), intent(inout) :: self
     character(len=*), intent(in) :: name, end
@@ -106,8 +107,8 @@ contains
     if (.not. allocated(error)) call self%add_joint(name, rrp_joint(joint, length, guide, branch), error)
   end subroutine add_rrp
 
-  !> Adds a point of a slotted lever. The lever turns about `ends(2)`, and its slot passes through `ends(1)`. The point is at
-  !> `length` (m) from `ends(2)`, toward `ends(1)` (`branch` = 1) or away from it (-1).
+  !> Adds a point of a slotted lever. The lever turns about `ends(2)`, and its slot passes through `ends(1)`. The point is at the
+  !> distance `length` (m) from `ends(2)`. It lies toward `ends(1)` if `branch` = 1, and on the opposite side if `branch` = -1.
   subroutine add_rpr(self, name, ends, length, branch, error)
     class(linkage_type), intent(inout) :: self
     character(len=*), intent(in) :: name, ends(:)
@@ -120,8 +121,8 @@ contains
     if (.not. allocated(error)) call self%add_joint(name, rpr_joint(joints, length, branch), error)
   end subroutine add_rpr
 
-  !> Adds a point of the body that carries the joints `ends`. Seen from `ends(1)`, it is offset(1) toward `ends(2)` and offset(2) to
-  !> the left (m).
+  !> Adds a point of the body that carries the joints `ends`. The point is at the distance offset(1) from `ends(1)` toward
+  !> `ends(2)`, and at the distance offset(2) to the left of this line (m).
   subroutine add_rigid(self, name, ends, offset, error)
     class(linkage_type), intent(inout) :: self
     character(len=*), intent(in) :: name, ends(:)
@@ -143,8 +144,8 @@ contains
     call self%add_joint(name, prp_joint(guides), error)
   end subroutine add_prp
 
-  !> Adds a yoke on a guide; the joint `end` slides in its slot, which is at `slot_angle` (rad) to the guide. The new joint is the
-  !> intersection of slot and guide.
+  !> Adds a yoke on a guide. The joint `end` slides in the yoke's slot, which makes the angle `slot_angle` (rad) with the guide. The
+  !> new joint is the intersection of slot and guide.
   subroutine add_rpp(self, name, end, guide, slot_angle, error)
     class(linkage_type), intent(inout) :: self
     character(len=*), intent(in) :: name, end
@@ -157,13 +158,13 @@ contains
     if (.not. allocated(error)) call self%add_joint(name, rpp_joint(joint, guide, slot_angle), error)
   end subroutine add_rpp
 
-  !> Makes a guide that the body between two joints carries. Fails if a joint does not exist, if the two joints are the same, or if
-  !> a number is invalid.
+  !> Creates a guide that the body between two joints carries. Fails if a joint does not exist, if the two joints are the same, or
+  !> if a number is invalid.
   subroutine moving_guide(self, carriers, point, angle, guide, error)
     class(linkage_type), intent(in) :: self
     !> Names of the two joints that carry the guide
     character(len=*), intent(in) :: carriers(:)
-    !> Point (m) and angle (rad) of the guide in axes with origin carriers(1) and the first axis toward carriers(2)
+    !> Point (m) and angle (rad) of the guide, in axes with the origin carriers(1) whose first axis points to carriers(2)
     real(dp), intent(in) :: point(2), angle
     type(guide_type), intent(out) :: guide
     type(error_type), allocatable, intent(out) :: error
@@ -178,7 +179,8 @@ contains
     if (reason /= "") call fatal_error(error, reason, invalid_input)
   end subroutine moving_guide
 
-  !> Finds the indices of two different joints by their names. `name`: subject of the error message.
+  !> Finds the indices of two different joints by their names. `name`: name of the guide or link that refers to them, for the error
+  !> message.
   subroutine find_both(self, name, names, joints, error)
     class(linkage_type), intent(in) :: self
     character(len=*), intent(in) :: name, names(:)
@@ -198,8 +200,8 @@ contains
     if (joints(1) == joints(2)) call fatal_error(error, name // " must refer to two different joints", invalid_input)
   end subroutine find_both
 
-  !> Adds a joint of any type; it refers to other joints by their indices. Fails if its name is empty or already used, if a number
-  !> is invalid, or if a joint to which it refers does not exist.
+  !> Adds a joint of any type; the joint refers to other joints by their indices. Fails if its name is empty or already used, if a
+  !> number is invalid, or if a joint to which it refers does not exist.
   subroutine add_joint(self, name, joint, error)
     class(linkage_type), intent(inout) :: self
     character(len=*), intent(in) :: name
@@ -240,13 +242,14 @@ contains
     self%prepared = .false.
   end subroutine add_joint
 
-  !> Adds a body as a link. Fails if a number is not finite or is negative, if a joint does not exist, or if `from` and `to` are the
-  !> same joint.
+  !> Adds a body as a link. Fails if a number is not finite, if mass or inertia is negative, if a joint does not exist, or if `from`
+  !> and `to` are the same joint.
   subroutine add_link(self, name, from, to, mass, inertia, center, error)
     class(linkage_type), intent(inout) :: self
-    !> Names of the link and of the two joints that carry it. If `to` is empty, the link only translates with `from`
+    !> Names of the link and of the two joints that carry the link. If `to` is empty, the link only translates with `from`
     character(len=*), intent(in) :: name, from, to
-    !> Mass (kg), moment of inertia about the centre of mass (kg m^2), position of the centre of mass in the link's axes (m)
+    !> `mass`: mass (kg). `inertia`: moment of inertia about the centre of mass (kg m^2). `center`: position of the centre of mass
+    !> in the link's axes (m)
     real(dp), intent(in) :: mass, inertia, center(2)
     type(error_type), allocatable, intent(out) :: error
     type(link_type) :: link
@@ -314,7 +317,7 @@ contains
   subroutine prepare(self, error)
     class(linkage_type), intent(inout) :: self
     type(error_type), allocatable, intent(out) :: error
-    !> Number of crank angles at which the sums of absolute terms are computed.
+    !> Number of crank angles at which the sums of the absolute values of the terms are computed.
     integer, parameter :: angles = 16
     type(mass_functions_type) :: a
     type(point_type), allocatable :: at(:)

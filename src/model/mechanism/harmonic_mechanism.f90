@@ -1,4 +1,5 @@
-!> A mechanism given by the harmonics of its mass functions: from measurements, from a vendor, or because it is not a linkage.
+!> A mechanism given by the harmonics of its mass functions. The harmonics come from measurements or from a vendor, or are used
+!> because the mechanism is not a linkage.
 module gestell_model_mechanism_harmonic_mechanism
   use gestell_math_cosine_sine, only: cosine_sine
   use gestell_base_error, only: error_type, fatal_error, invalid_input
@@ -18,8 +19,8 @@ module gestell_model_mechanism_harmonic_mechanism
   !> array holds the mean, then the coefficients of cos(phi), sin(phi), cos(2 phi), sin(2 phi) and so on; shape (1 + 2 orders).
   type, extends(mechanism_type), public :: harmonic_mechanism_type
     real(dp), allocatable :: a1(:), a2(:), a3(:), moment(:)
-    !> Harmonics of K = sum [m (x'^2 + y'^2) + J phi'^2] (kg m^2), ordered as in the other arrays. Only the torque of the drive
-    !> needs them; not allocated if unknown.
+    !> Harmonics of K = sum [m (x'^2 + y'^2) + J phi'^2] (kg m^2), in the same arrangement as the other arrays. Only the torque of
+    !> the drive needs them; not allocated if unknown.
     real(dp), allocatable :: energy(:)
   contains
     procedure :: mass_functions
@@ -30,11 +31,12 @@ module gestell_model_mechanism_harmonic_mechanism
 
 contains
 
-  !> Makes a mechanism from harmonics. Fails if mass or inertia is negative, if a number is not finite, if the number of
-  !> coefficients is even, or if no masses can have these functions.
+  !> Creates a mechanism from harmonics. Fails if mass or inertia is negative, if a number is not finite, if the number of
+  !> coefficients is even, or if the functions are physically impossible (no set of masses has these functions).
   subroutine new_harmonic_mechanism(mechanism, mass, inertia, a1, a2, a3, moment, error, energy)
     type(harmonic_mechanism_type), intent(out) :: mechanism
-    !> `mass`: total mass (kg); `inertia`: sum of the moments of inertia (kg m^2); the others: harmonics, ordered as in the type
+    !> `mass`: total mass (kg). `inertia`: sum of the moments of inertia (kg m^2). `a1`, `a2`, `a3`, `moment`: harmonics, arranged
+    !> as in the type
     real(dp), intent(in) :: mass, inertia, a1(:), a2(:), a3(:), moment(:)
     type(error_type), allocatable, intent(out) :: error
     !> Harmonics of K (kg m^2)
@@ -73,7 +75,7 @@ contains
     mechanism%angle_scale = 1.0_dp / max(1, maxval([size(a1), size(a2), size(a3), size(moment)]) / 4)
   end subroutine new_harmonic_mechanism
 
-  !> Fails if the mechanism was not made by `new_harmonic_mechanism`.
+  !> Fails if `new_harmonic_mechanism` has not created the mechanism.
   subroutine check(self, error)
     class(harmonic_mechanism_type), intent(in) :: self
     type(error_type), allocatable, intent(out) :: error
@@ -95,7 +97,7 @@ contains
     a%a4 = moment%d
   end subroutine mass_functions
 
-  !> The series c0 + sum over k of c_k cos(k phi) + s_k sin(k phi), with three derivatives.
+  !> Value, with three derivatives, of the series c0 + sum over k of c_k cos(k phi) + s_k sin(k phi).
   pure type(jet) function series(coefficients, phi)
     real(dp), intent(in) :: coefficients(:), phi
     integer :: k
@@ -161,8 +163,8 @@ contains
     end do
   end subroutine tabulate_drive
 
-  !> Adds the term of harmonic `k` of a series, c_k cos(k phi) + s_k sin(k phi), and its first two derivatives, unless the series
-  !> ends before it.
+  !> Adds the term of harmonic `k` of a series, c_k cos(k phi) + s_k sin(k phi), and its first two derivatives. Adds nothing if the
+  !> series has fewer than `k` harmonics.
   pure subroutine add_harmonic(coefficients, k, c, s, value, d, dd)
     real(dp), intent(in) :: coefficients(:), c(batch), s(batch)
     integer, intent(in) :: k

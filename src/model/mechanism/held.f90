@@ -1,21 +1,22 @@
-!> What keeps the crank's speed constant, and the effective mass functions: the moving masses as the frame feels them, (39) to (43)
-!> of doc/theory.md.
+!> What keeps the crank's speed constant, and the effective mass functions: the moving masses as they act on the frame, (39) to
+!> (43) of doc/theory.md.
 !>
-!> | held by    | turns uniformly                        | moment on the frame due to the torque M_d on the crank  |
-!> |------------|----------------------------------------|---------------------------------------------------------|
-!> | `motor`    | the crank relative to the frame: phi   | all of M_d: the motor stands on the frame               |
-!> | `outside`  | the crank in space: phi + psi          | none: the drive stands next to the frame                |
-!> | `flywheel` | the crank in space: phi + psi          | mean of M_d, from the motor on the frame                |
+!> | held by    | turns uniformly                             | moment on the frame due to the torque M_d on the crank  |
+!> |------------|---------------------------------------------|---------------------------------------------------------|
+!> | `motor`    | the crank relative to the frame: phi        | all of M_d: the motor stands on the frame               |
+!> | `outside`  | the crank relative to the ground: phi + psi | none: the drive stands next to the frame                |
+!> | `flywheel` | the crank relative to the ground: phi + psi | mean of M_d, from the motor on the frame                |
 !>
 !> For `outside` and `flywheel` phi = Omega t - p psi, where p = 1, or p = 1/q if the drive turns q times per turn of phi. If only
-!> the frame rotates, by dpsi, the drive keeps its position in space. A mass at r = O + x + i y then moves by (i r - p r') dpsi
-!> instead of i r dpsi, where ' = d/dphi. Let S = sum m r be the first moment of the masses about F and J their moment of inertia.
-!> Let A = sum (m r x r' + J_i phi_i') and K = sum (m |r'|^2 + J_i phi_i'^2). The frame feels
+!> the frame rotates, by dpsi, the drive does not rotate relative to the ground. A mass at r = O + x + i y then moves by
+!> (i r - p r') dpsi instead of i r dpsi, where ' = d/dphi. Let S = sum m r be the first moment of the masses about F and J their
+!> moment of inertia. Let A = sum (m r x r' + J_i phi_i') and K = sum (m |r'|^2 + J_i phi_i'^2). In the equations of the frame S
+!> and J are replaced by
 !>
-!>     S_1 = S + i p S',   J_1 = J - 2 p A + p^2 K   in place of S and J.
+!>     S_1 = S + i p S',   J_1 = J - 2 p A + p^2 K.
 !>
 !> These have the form of the original sums, with a1 - p a2', a2 + p a1', a3 - 2 p H + p^2 K in place of a1, a2, a3. Therefore (9)
-!> to (11) stay valid. The moment of the load is A' - p K'/2 in place of A' (times -Omega^2), and depends on psi.
+!> to (11) remain valid. The moment of the load is A' - p K'/2 in place of A' (times -Omega^2), and depends on psi.
 module gestell_model_mechanism_held
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp, pi
@@ -27,13 +28,13 @@ module gestell_model_mechanism_held
   public :: check_held, part_of_turn, tabulate_effective
 
   character(len=8), parameter, public :: holders(3) = [character(len=8) :: "motor", "flywheel", "outside"]
-  !> Subject of the error messages of `check_held`.
+  !> Name of the input key to which the error messages of `check_held` refer.
   character(len=*), parameter, public :: held_subject = "held_by"
 
 contains
 
-  !> Checks what keeps the speed constant. Fails if `held_by` is unknown, if the mechanism has no data on its energy, or if no
-  !> masses can have its mass functions.
+  !> Checks what keeps the speed constant. Fails if `held_by` is unknown, if the mechanism has no data on its energy, or if its mass
+  !> functions are physically impossible (no set of masses has these functions).
   subroutine check_held(held_by, mechanism, error)
     character(len=*), intent(in) :: held_by
     class(mechanism_type), intent(in) :: mechanism
@@ -67,16 +68,16 @@ contains
   !> Tabulates the effective mass functions and the load.
   subroutine tabulate_effective(mechanism, origin, uniform_in_space, angles, effective, load, slope)
     class(mechanism_type), intent(in) :: mechanism
-    !> Origin of the mechanism seen from F (m)
+    !> Origin of the mechanism relative to F (m)
     real(dp), intent(in) :: origin(2)
     !> True if the crank turns uniformly in space, false if relative to the frame
     logical, intent(in) :: uniform_in_space
     !> Crank angles (rad)
     real(dp), contiguous, intent(in) :: angles(:)
-    !> Effective mass functions, shape (angles, table_columns); column a4 is 0 if the crank turns uniformly in space
+    !> Effective mass functions, shape (angles, table_columns); column a4 is 0 if the crank turns uniformly relative to the ground
     real(dp), contiguous, intent(out) :: effective(:, :)
-    !> `load`: two forces and the moment about the crank's pivot, divided by -Omega^2, shape (angles, 3). `slope`: derivative with
-    !> respect to psi of the load's moment about F, divided by +Omega^2, shape (angles)
+    !> `load`: two forces and the moment about the crank's pivot, each divided by -Omega^2, shape (angles, 3). `slope`: derivative
+    !> with respect to psi of the load's moment about F, divided by +Omega^2, shape (angles)
     real(dp), contiguous, intent(out), optional :: load(:, :), slope(:)
     real(dp), allocatable :: masses(:, :), drive(:, :)
     real(dp) :: part
@@ -119,8 +120,8 @@ contains
     if (uniform_in_space) part = 1.0_dp / mechanism%turns
   end function part_of_turn
 
-  !> Sum a + b, or zero if only rounding is left. Otherwise an unbalance that turns uniformly in space would leave masses that seem
-  !> to turn with the frame.
+  !> The sum a + b, or zero if the sum is only a rounding error. Without this, the terms of an unbalance that turns uniformly
+  !> relative to the ground would not cancel exactly, and a spurious mass that turns with the frame would remain.
   elemental real(dp) function sum_or_zero(a, b)
     real(dp), intent(in) :: a, b
 

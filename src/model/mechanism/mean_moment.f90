@@ -10,7 +10,7 @@ module gestell_model_mechanism_mean_moment
 contains
 
   !> Computes the mean of a1 + i a2 over the turn by the trapezoidal rule, and its maximum magnitude (kg m). The number of points is
-  !> doubled until two successive doublings change the mean only by rounding.
+  !> doubled until two successive doublings change the mean only by rounding errors.
   subroutine average_masses(mechanism, mean, maximum)
     class(mechanism_type), intent(in) :: mechanism
     complex(dp), intent(out) :: mean

@@ -1,5 +1,5 @@
-!> The moving masses of a mechanism: sums over its links as functions of the crank angle. A frame needs no other data of its
-!> mechanism.
+!> The moving masses of a mechanism: sums over its links as functions of the crank angle. The model of a frame uses no other data of
+!> its mechanism.
 module gestell_model_mechanism
   use gestell_base_error, only: error_type
   use gestell_math_jet, only: jet
@@ -11,33 +11,34 @@ module gestell_model_mechanism
   type, public :: mass_functions_type
     !> a1 = sum m x, a2 = sum m y (kg m), a3 = sum m (x^2 + y^2) (kg m^2).
     type(jet) :: a1 = jet(), a2 = jet(), a3 = jet()
-    !> a4 = sum [m (x y'' - y x'') + J phi''] (kg m^2); the paper's a4 is this times Omega^2.
+    !> a4 = sum [m (x y'' - y x'') + J phi''] (kg m^2); the symbol a4 of the paper is Omega^2 times this sum.
     real(dp) :: a4 = 0
   end type mass_functions_type
 
-  !> Columns of a table of the mass functions, shape (angles, table_columns). Suffixes: _v value, _d and _dd first and second
-  !> derivative.
+  !> Columns of a table of the mass functions, shape (angles, table_columns). Suffix _v: value. Suffixes _d, _dd: first and second
+  !> derivatives.
   integer, parameter, public :: a1_v = 1, a1_d = 2, a1_dd = 3, a2_v = 4, a2_d = 5, a2_dd = 6, a3_v = 7, a3_d = 8, &
     & a3_dd = 9, a4_v = 10, table_columns = 10
 
   !> Columns of a table of the drive's functions, shape (angles, drive_columns). `spin`: H = sum [m (x y' - y x') + J phi'], so that
   !> a4 = H'. `energy`: K = sum [m (x'^2 + y'^2) + J phi'^2], twice the kinetic energy at unit speed (both kg m^2). Suffixes _d,
-  !> _dd, _ddd: derivatives. Only a crank that turns uniformly in space needs the last four columns (gestell_model_mechanism_held).
+  !> _dd, _ddd: derivatives. The last four columns are needed only for a crank that turns uniformly relative to the ground
+  !> (gestell_model_mechanism_held).
   integer, parameter, public :: spin_v = 1, energy_v = 2, energy_d = 3, spin_dd = 4, energy_dd = 5, a1_ddd = 6, a2_ddd = 7, &
     & drive_columns = 7
 
   !> A mechanism driven by one crank. Extend this type for a mechanism that is not a linkage.
   type, abstract, public :: mechanism_type
-    !> `mass`: total mass m_G (kg); `inertia`: sum of the moments of inertia J_i about the links' centres of mass (kg m^2).
+    !> `mass`: total mass m_G (kg). `inertia`: sum of the moments of inertia J_i about the links' centres of mass (kg m^2).
     real(dp) :: mass = 0, inertia = 0
     !> Crank angle over which the mass functions change noticeably (rad). Integration steps should not be much longer.
     real(dp) :: angle_scale = 1
-    !> Sums over the links of the absolute terms of a1'', a2'' (kg m), a4 and K' (kg m^2), each the maximum over the turn. They
-    !> bound the rounding errors where the terms cancel. Zero: no term cancels.
+    !> Sums over the links of the absolute values of the terms of a1'', a2'' (kg m), a4 and K' (kg m^2); each sum is the maximum
+    !> over the turn. They bound the rounding errors where the terms cancel. A sum is zero if no terms cancel.
     real(dp) :: terms(4) = 0
-    !> Number of turns of the drive in the period, which is one turn of the crank angle. It exceeds 1 if some shaft does not turn a
-    !> whole number of times per turn of the drive: the crank angle is then that of an imaginary slower shaft. Orders are multiples
-    !> k/`turns` of the drive speed.
+    !> Number of turns of the drive in the period; the period is one turn of the crank angle. The number exceeds 1 if some shaft
+    !> does not turn a whole number of times per turn of the drive: the crank angle is then the angle of an imaginary slower shaft.
+    !> Orders are multiples k/`turns` of the drive speed.
     integer :: turns = 1
     !> Absolute number of turns of each crank in the period; not allocated if the period is one turn of the drive.
     integer, allocatable :: crank_turns(:)
@@ -64,8 +65,8 @@ module gestell_model_mechanism
 
 contains
 
-  !> Tabulates the mass functions at crank angles (rad), shape (angles, table_columns). Override this procedure if many angles
-  !> together cost less.
+  !> Tabulates the mass functions at crank angles (rad), shape (angles, table_columns), one angle after the other. An extension may
+  !> override this procedure by one that is faster for many angles.
   subroutine tabulate_one_by_one(self, angles, table)
     class(mechanism_type), intent(in) :: self
     real(dp), contiguous, intent(in) :: angles(:)
@@ -127,8 +128,8 @@ contains
     offset = -1
   end function default_link_offset
 
-  !> Numbers of the harmonics of the period that the shafts excite: their frequencies are multiples of the drive speed or of a
-  !> crank's speed, up to `highest` times the drive speed.
+  !> Numbers of the harmonics of the period that the shafts excite. The frequencies of these harmonics are multiples of the drive
+  !> speed or of a crank's speed, and at most `highest` times the drive speed.
   pure function harmonics(self, highest)
     class(mechanism_type), intent(in) :: self
     integer, intent(in) :: highest

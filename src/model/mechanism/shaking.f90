@@ -15,10 +15,12 @@ module gestell_model_mechanism_shaking
   type, public :: shaking_type
     !> Fourier series of the two forces along x and y (N) and of the moment about O (N m).
     type(fourier_type) :: series(3)
-    !> Maximum absolute value over the turn and rms value of the three components and, as the fourth, of the magnitude of the force.
+    !> Maximum absolute value over the turn, and rms value, of the three components; the fourth element belongs to the magnitude of
+    !> the force.
     real(dp), dimension(4) :: peak = 0, rms = 0
-    !> First order of the force fx + i fy at crank angle zero, divided by the square of the drive speed (kg m). Two rotating vectors
-    !> make it up: the first turns with the crank, the second against it. A mass m at radius r on the crank gives m r and 0.
+    !> First order of the force fx + i fy at crank angle zero, divided by the square of the drive speed (kg m). It is the sum of two
+    !> rotating vectors: the first rotates with the crank, the second against it. For a mass m at the radius r on the crank they are
+    !> m r and 0.
     complex(dp) :: unbalance(2) = 0
   end type shaking_type
 
@@ -26,14 +28,14 @@ contains
 
   !> Computes the shaking forces at a speed (rad/s): the force -Omega^2 S'' with the first moment S = (a1, a2), and the moment about
   !> O. The moment is -Omega^2 a4, or -Omega^2 (a4 - K'/2) if the drive's torque does not act on the frame. Fails if the mechanism
-  !> has not been made, or if the speed is not finite. (Lowen, Berkof, Survey of investigations into the balancing of linkages, J.
-  !> Mechanisms 3, 1968, 221-231.)
+  !> is not ready (see its `check`), or if the speed is not finite. (Lowen, Berkof, Survey of investigations into the balancing of
+  !> linkages, J. Mechanisms 3, 1968, 221-231.)
   subroutine shaking(mechanism, speed, computed, error, uniform_in_space)
     class(mechanism_type), intent(in) :: mechanism
     real(dp), intent(in) :: speed
     type(shaking_type), intent(out) :: computed
     type(error_type), allocatable, intent(out) :: error
-    !> True if the crank turns uniformly in space; default: relative to the frame
+    !> True if the crank turns uniformly relative to the ground. False, the default, if it turns uniformly relative to the frame
     logical, intent(in), optional :: uniform_in_space
     integer, parameter :: most = 8192
     real(dp), allocatable :: samples(:, :)

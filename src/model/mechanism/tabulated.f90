@@ -1,5 +1,5 @@
-!> A mechanism with tables of its mass functions, at angles that will be needed again. The tables do not depend on speed, stiffness,
-!> damping or frame.
+!> A mechanism with tables of its mass functions, for angles at which they are required repeatedly. The tables do not depend on
+!> speed, stiffness, damping or frame.
 module gestell_model_mechanism_tabulated
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -11,13 +11,13 @@ module gestell_model_mechanism_tabulated
 
   !> Table of a mechanism at some crank angles.
   type :: table_type
-    !> `angles`: crank angles (rad). `values`: mass functions there, shape (angles, table_columns). `drive`: the drive's functions H
-    !> and K, shape (angles, drive_columns); only if requested and known.
+    !> `angles`: crank angles (rad). `values`: mass functions at these angles, shape (angles, table_columns). `drive`: the drive's
+    !> functions H and K, shape (angles, drive_columns); allocated only if requested and known.
     real(dp), allocatable :: angles(:), values(:, :), drive(:, :)
   end type table_type
 
-  !> Gives the same results as the mechanism from which it was made. If exactly the angles of a table are requested, the values come
-  !> from the table.
+  !> A mechanism with the same results as the mechanism from which it was created. If exactly the angles of a table are requested,
+  !> the values come from the table.
   type, extends(mechanism_type), public :: tabulated_type
     private
     class(mechanism_type), allocatable :: source
@@ -34,7 +34,7 @@ module gestell_model_mechanism_tabulated
 
 contains
 
-  !> Makes a mechanism that can hold tables of `mechanism`; it has no table yet.
+  !> Creates a mechanism that can hold tables of `mechanism`; it has no table at first.
   subroutine new_tabulated(tabulated, mechanism)
     type(tabulated_type), intent(out) :: tabulated
     class(mechanism_type), intent(in) :: mechanism
@@ -72,7 +72,8 @@ contains
     call move_alloc(longer, self%tables)
   end subroutine remember
 
-  !> Stores the drive's functions H and K, computed elsewhere, for the angles of the last table; shape (angles, drive_columns).
+  !> Stores the drive's functions H and K, which the caller has computed, for the angles of the last table; shape (angles,
+  !> drive_columns).
   pure subroutine set_drive_functions(self, drive)
     class(tabulated_type), intent(inout) :: self
     real(dp), intent(in) :: drive(:, :)
@@ -103,7 +104,7 @@ contains
     end if
   end subroutine tabulate
 
-  !> Number of the table with exactly these angles, 0 if there is none.
+  !> Number of the table with exactly these angles; 0 if there is no such table.
   pure integer function index_of(self, angles) result(i)
     class(tabulated_type), intent(in) :: self
     real(dp), intent(in) :: angles(:)

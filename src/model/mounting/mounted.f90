@@ -1,4 +1,4 @@
-!> What the equations of a frame in the plane and in space have in common: its mounting, speed and weights.
+!> What the models of a frame in the plane and in space have in common: mounting, speed and gravity.
 module gestell_model_mounting_mounted
   use gestell_base_kinds, only: dp
   use gestell_model_mounting, only: damping_matrix, stiffness_matrix, support_type, turned_loads
@@ -9,10 +9,10 @@ module gestell_model_mounting_mounted
 
   !> A second-order system on a mounting, which consists of supports and a foundation.
   type, abstract, extends(second_order_system), public :: mounted_system
-    !> `mass`: mass m_F of the frame (kg); `speed`: crank speed Omega (rad/s), negative if clockwise.
+    !> `mass`: mass m_F of the frame (kg). `speed`: crank speed Omega (rad/s), negative if clockwise.
     real(dp) :: mass = 0, speed = 0
-    !> `stiffness` c_ij (N/m, N, N m) and `damping` b_ij (N s/m, N s, N m s): of supports and foundation together. The other two: of
-    !> the foundation alone. Shapes (dofs, dofs).
+    !> `stiffness` c_ij (N/m, N, N m), `damping` b_ij (N s/m, N s, N m s): matrices of supports and foundation together.
+    !> `foundation_stiffness`, `foundation_damping`: matrices of the foundation alone. Shapes (dofs, dofs).
     real(dp), allocatable, dimension(:, :) :: stiffness, damping, foundation_stiffness, foundation_damping
     type(support_type), allocatable :: supports(:)
     !> Indices of the free degrees of freedom.
@@ -60,7 +60,8 @@ contains
     end do
   end subroutine scale_mounting
 
-  !> Mean over the turn of C about rest, shape (dofs, dofs): the stiffness of mounting, weights and static forces.
+  !> Mean over the period of C linearised about rest, shape (dofs, dofs): the sum of the contributions of mounting, weights and
+  !> static forces.
   pure function rest_stiffness(self) result(c)
     class(mounted_system), intent(in) :: self
     real(dp) :: c(size(self%stiffness, 1), size(self%stiffness, 1))

@@ -1,9 +1,9 @@
-!> Springs and dampers that hold a frame, along axes that stay in space or turn with the frame, and their stiffness and damping
-!> matrices.
+!> Springs and dampers that hold a frame, and their stiffness and damping matrices. The axes of a support either turn with the frame
+!> or have fixed directions.
 !>
-!> In space the motion of a frame is (u, theta): displacement along and rotation about xi, eta, zeta. The frame's degrees of freedom
+!> A frame in space has the motion (u, theta): displacement along and rotation about xi, eta, zeta. The frame's degrees of freedom
 !> have another order, which begins with those of the plane: xi, eta, psi, zeta, rot_xi, rot_eta. Matrices of shape (dofs, dofs)
-!> contain the first three or all six in the frame's order.
+!> contain the first three or all six degrees of freedom in the frame's order.
 module gestell_model_mounting
   use gestell_base_kinds, only: dp
   use gestell_math_rotation, only: cross, cross_matrix, outer
@@ -12,19 +12,20 @@ module gestell_model_mounting
 
   public :: damping_matrix, is_rotation, load_matrix, load_rounding, matrix_rounding, stiffness_matrix, support_matrix, turned_loads
 
-  !> For each degree of freedom of the frame its index in (u, theta), the displacements and rotations along and about xi, eta, zeta.
+  !> For each degree of freedom of the frame: its index in (u, theta), the displacements along and rotations about xi, eta, zeta.
   integer, parameter, public :: in_space(6) = [1, 2, 6, 3, 4, 5]
-  !> For each component of (u, theta) the index of the frame's degree of freedom.
+  !> For each component of (u, theta): the index of the frame's degree of freedom.
   integer, parameter, public :: in_frame(6) = [1, 2, 4, 5, 6, 3]
 
-  !> A support at `position` in the frame's axes (m): springs (N/m) and dampers (N s/m) along the three columns of `axes`. In the
-  !> plane only the first two columns act.
+  !> A support at `position` in the frame's axes (m), with springs (N/m) and dampers (N s/m) along the three columns of `axes`. For
+  !> a frame in the plane only the first two columns have an effect.
   type, public :: support_type
     real(dp) :: position(3) = 0, stiffness(3) = 0, damping(3) = 0
     real(dp) :: axes(3, 3) = reshape([1, 0, 0, 0, 1, 0, 0, 0, 1], [3, 3])
-    !> True if the axes turn with the frame, false if they stay in space.
+    !> True if the axes turn with the frame, false if their directions are fixed.
     logical :: turning = .false.
-    !> Static force on the ground (N), which carries the weights. If the axes turn with the frame, so does this force.
+    !> Static force (N) that the support exerts on the ground because it carries part of the weight. If the axes turn with the
+    !> frame, so does this force.
     real(dp) :: static(3) = 0
   end type support_type
 
@@ -34,15 +35,15 @@ module gestell_model_mounting
 
 contains
 
-  !> A support with axes rotated about zeta by `angle` (rad) from the frame's axes. Vectors with two components get zero as the
-  !> third.
+  !> A support whose axes are rotated about zeta by `angle` (rad) relative to the frame's axes. Vectors with two components get zero
+  !> as the third component.
   pure type(support_type) function support_in_plane(position, stiffness, damping, angle, turning, static) result(support)
-    !> `position`: in the frame's axes (m); `stiffness`: along each axis of the support (N/m)
+    !> `position`: position in the frame's axes (m). `stiffness`: stiffness along each axis of the support (N/m)
     real(dp), intent(in) :: position(:), stiffness(:)
-    !> `damping`: along each axis (N s/m); `angle`: of the axes (rad); `static`: static force on the ground (N); each is 0 by
-    !> default
+    !> `damping`: damping along each axis of the support (N s/m). `angle`: angle of the axes (rad). `static`: static force on the
+    !> ground (N). Each of them is 0 by default
     real(dp), intent(in), optional :: damping(:), angle, static(:)
-    !> True if the axes turn with the frame; default: they stay in space
+    !> True if the axes turn with the frame. False, the default, if their directions are fixed
     logical, intent(in), optional :: turning
 
     support%position(:size(position)) = position
@@ -57,8 +58,8 @@ contains
 
   !> A support with springs and dampers along the columns of `axes`.
   pure type(support_type) function support_in_space(position, stiffness, damping, axes, turning) result(support)
-    !> `position`: in the frame's axes (m); `stiffness` (N/m) and `damping` (N s/m): along each axis; `axes`: unit vectors as
-    !> columns
+    !> `position`: position in the frame's axes (m). `stiffness` (N/m), `damping` (N s/m): values along each axis. `axes`: unit
+    !> vectors as columns
     real(dp), intent(in) :: position(3), stiffness(3), damping(3), axes(3, 3)
     !> True if the axes turn with the frame; default: they stay in space
     logical, intent(in), optional :: turning
@@ -77,8 +78,8 @@ contains
     is_rotation = any(in_frame(4:) == dof)
   end function is_rotation
 
-  !> Stiffness matrix c_ij of all supports for `dofs` degrees of freedom (default 3). For example, springs k along x and kb along y
-  !> at (X, Y) give in the plane
+  !> Stiffness matrix c_ij of all supports for `dofs` degrees of freedom (default 3). For example, supports at (X, Y) with springs k
+  !> along x and kb along y give in the plane
   !>
   !>     c11 = sum k,   c22 = sum kb,   c13 = -sum k Y,   c23 = sum kb X,   c33 = sum (k Y^2 + kb X^2),
   !>
@@ -112,7 +113,7 @@ contains
     b = of_frame(whole, dofs)
   end function damping_matrix
 
-  !> Converts a matrix for (u, theta) to the frame's order of degrees of freedom and keeps the first `dofs`.
+  !> Converts a matrix for (u, theta) to the frame's order of degrees of freedom and keeps the first `dofs` rows and columns.
   pure function of_frame(whole, dofs) result(c)
     real(dp), intent(in) :: whole(6, 6)
     integer, intent(in), optional :: dofs
@@ -125,7 +126,7 @@ contains
   end function of_frame
 
   !> Matrix of one support for small motions q = (u, theta), shape (6, 6): the sum of k g g^T over its axes n, with g = (n, p x n).
-  !> `k` is the stiffness or damping along each axis. The motion q moves the support's head by g . q along n.
+  !> `k` is the stiffness or damping along each axis. The motion q moves the upper end of the support by g . q along n.
   pure function support_matrix(support, k) result(c)
     type(support_type), intent(in) :: support
     real(dp), intent(in) :: k(3)
@@ -140,8 +141,8 @@ contains
     end do
   end function support_matrix
 
-  !> Contribution to c_ij, to first order, of the static forces G of supports whose axes turn with the frame. Rows of u: theta x G;
-  !> rows of theta: G x e, where e = u + theta x p is the displacement of the head.
+  !> Contribution to c_ij, to first order, of the static forces G of supports whose axes turn with the frame. Rows of u contain
+  !> theta x G. Rows of theta contain G x e, where e = u + theta x p is the displacement of the upper end.
   pure function load_matrix(supports, dofs) result(c)
     type(support_type), intent(in) :: supports(:)
     integer, intent(in) :: dofs
@@ -159,8 +160,8 @@ contains
     c = whole(in_space(:dofs), in_space(:dofs))
   end function load_matrix
 
-  !> Derivatives with respect to small motions of the static forces G on the ground that turn with the frame, and of their moments
-  !> about the rest position of F. The forces change by theta x G, the moments by p x (theta x G).
+  !> Derivatives with respect to small motions of the static forces G on the ground that turn with the frame, and of the moments of
+  !> G about the rest position of F. The forces change by theta x G, the moments by p x (theta x G).
   pure function turned_loads(supports, dofs) result(c)
     type(support_type), intent(in) :: supports(:)
     integer, intent(in) :: dofs
@@ -198,8 +199,9 @@ contains
     c = whole(in_space(:dofs), in_space(:dofs))
   end function load_rounding
 
-  !> Bounds on the rounding errors of a mounting's matrix, in the shape of this matrix. It is a sum of positive semidefinite terms.
-  !> By Schwarz's inequality the absolute terms in c_ik sum to at most sqrt(c_ii c_kk), even where the terms cancel.
+  !> Bounds on the rounding errors of a mounting's matrix, in the shape of this matrix. The matrix is a sum of positive semidefinite
+  !> terms. By Schwarz's inequality the sum of the absolute values of the terms of c_ik is at most sqrt(c_ii c_kk), even where the
+  !> terms cancel.
   pure function matrix_rounding(c) result(rounding)
     real(dp), intent(in) :: c(:, :)
     real(dp) :: rounding(size(c, 1), size(c, 1)), root(size(c, 1))

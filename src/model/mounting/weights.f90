@@ -1,13 +1,13 @@
 !> The weights of a frame and of its moving masses, and the static forces of the supports that carry them.
 !>
 !> Positions are those of the loaded machine at static rest. There the first moment S = sum m r of the moving masses about F equals
-!> its mean over the turn. Only two moments affect the motion: that of the weights about F, and that of the static forces F_j of the
-!> supports on the ground. Forces of supports whose axes stay in space keep their direction while the frame rotates. For forces that
-!> turn with the frame see gestell_model_mounting.
+!> its mean over the turn. Only two moments affect the motion: the moment of the weights about F, and the moment of the static
+!> forces F_j of the supports on the ground. If the axes of a support have fixed directions, so has its force while the frame
+!> rotates. For forces that turn with the frame see gestell_model_mounting.
 !>
 !> For a matrix N let a(N) = (N_23 - N_32, N_31 - N_13, N_12 - N_21), so that a(b c^T) = b x c. With
 !>
-!>     X = (S - mean S) g^T + Y,   Y = mean S g^T - sum of p_j F_j^T of the F_j that stay in space (on the ground),
+!>     X = (S - mean S) g^T + Y,   Y = mean S g^T - sum of p_j F_j^T over the F_j with fixed directions,
 !>
 !> the moment along the frame's axes, (49) of doc/theory.md, and its change for a small rotation dalpha are
 !>
@@ -15,8 +15,8 @@
 !>
 !> Foundation and guides carry the remaining static moment at rest, along the directions of theta.
 !>
-!> In the plane vectors are complex numbers, a x b = Im(conj(a) b), E = exp(i psi). Here R denotes the number Y_11 + Y_22 + i (Y_12
-!> - Y_21), not the rotation matrix. With X = conj(S - mean S) g + R, (28) of doc/theory.md gives
+!> In the plane vectors are complex numbers, a x b = Im(conj(a) b), E = exp(i psi). For a frame in the plane R is not the rotation
+!> matrix but the number Y_11 + Y_22 + i (Y_12 - Y_21). With X = conj(S - mean S) g + R, (28) of doc/theory.md gives
 !>
 !>     moment = Im(conj(E) X - R),   its derivative with respect to psi = -Re(conj(E) X),   potential = Im(R) psi - Re(conj(E) X).
 module gestell_model_mounting_weights
@@ -32,22 +32,23 @@ module gestell_model_mounting_weights
 
   public :: new_weights
 
-  !> Subject of the error messages about weights.
+  !> Name of the input key to which error messages about weights refer.
   character(len=*), parameter, public :: gravity_subject = "gravity"
 
   !> Weights of all masses, and the static equilibrium of the machine under these weights.
   type, public :: weights_type
     !> True if the masses have weight.
     logical :: act = .false.
-    !> `gravity`: acceleration g (m/s^2). `weight`: of all masses (N). `mean`: mean over the turn of the first moment S of the
-    !> moving masses (kg m). `rest`: the matrix Y (N m).
+    !> `gravity`: acceleration of gravity g (m/s^2). `weight`: weight of all masses (N). `mean`: mean over the turn of the first
+    !> moment S of the moving masses (kg m). `rest`: the matrix Y (N m).
     real(dp) :: gravity(3) = 0, weight(3) = 0, mean(3) = 0, rest(3, 3) = 0
     !> `carried`: static moment that foundation and guides carry (N m). `rounding`: bound on the rounding errors of static moments
     !> (N m).
     real(dp) :: carried(3) = 0, rounding = 0
-    !> Displacement (u, theta) under the weights, measured from the position with unloaded springs (m, rad).
+    !> Displacement (u, theta) that the weights cause, measured from the position with unloaded springs (m, rad).
     real(dp) :: sag(6) = 0
-    !> Mean stiffness that weights and static forces add about rest, in the frame's order of degrees of freedom.
+    !> Mean stiffness that weights and static forces contribute when the frame is at rest, in the frame's order of degrees of
+    !> freedom.
     real(dp) :: stiffness(6, 6) = 0
   contains
     procedure, private :: moment_in_plane, moment_in_space, stiffness_in_plane, stiffness_in_space
@@ -65,10 +66,10 @@ contains
   !> weights along some free degree of freedom, or if the weights overflow.
   pure subroutine new_weights(weights, gravity, mass, mean, maximum, stiffness, supports, free, error)
     type(weights_type), intent(out) :: weights
-    !> `gravity`: acceleration (m/s^2). `mass`: of the whole machine (kg). `mean`: mean of S over the turn (kg m). `maximum`: bound
-    !> on the magnitude of S (kg m). `stiffness`: of the whole mounting, shape (dofs, dofs)
+    !> `gravity`: acceleration of gravity (m/s^2). `mass`: mass of the whole machine (kg). `mean`: mean of S over the turn (kg m).
+    !> `maximum`: bound on the magnitude of S (kg m). `stiffness`: stiffness matrix of the whole mounting, shape (dofs, dofs)
     real(dp), intent(in) :: gravity(3), mass, mean(3), maximum, stiffness(:, :)
-    !> Supports; their static forces are set
+    !> Supports; the procedure sets their static forces
     type(support_type), intent(inout) :: supports(:)
     !> Indices of the free degrees of freedom
     integer, intent(in) :: free(:)
@@ -161,8 +162,8 @@ contains
     potential = aimag(self%rest_in_plane()) * psi - self%stiffness_in_plane(turn, s)
   end function potential
 
-  !> Torque on the crank in the plane (N m) that lifts the links. `s_d`: derivative of their first moment S with respect to the
-  !> crank angle.
+  !> Torque on the crank of a frame in the plane (N m) that lifts the links against gravity. `s_d`: derivative of the links' first
+  !> moment S with respect to the crank angle.
   elemental real(dp) function torque(self, turn, s_d)
     class(weights_type), intent(in) :: self
     complex(dp), intent(in) :: turn, s_d
@@ -193,11 +194,11 @@ contains
     c = turn_stiffness(matmul(outer(s - self%mean, self%gravity) + self%rest, rotation))
   end function stiffness_in_space
 
-  !> Adds the periodic part of the weights' stiffness about rest to C: the matrix tr N 1 - N^T with N = (S - mean S) g^T, for
-  !> moments along the frame's axes.
+  !> Adds to C the periodic part of the stiffness due to the weights when the frame is at rest: the matrix tr N 1 - N^T with N = (S
+  !> - mean S) g^T, for moments along the frame's axes.
   pure subroutine add_stiffness(self, at, s, c)
     class(weights_type), intent(in) :: self
-    !> Rows and columns of `c` that belong to theta; 0 for a component that `c` lacks
+    !> Rows and columns of `c` that belong to theta; 0 for a component that `c` does not contain
     integer, intent(in) :: at(3)
     !> First moment S of the masses at the crank angles (kg m), shape (angles, 3)
     real(dp), contiguous, intent(in) :: s(:, :)
@@ -218,7 +219,7 @@ contains
   !> Adds the periodic moment (S - mean S) x g of the weights to the load h.
   pure subroutine add_load(self, at, s, h)
     class(weights_type), intent(in) :: self
-    !> Columns of `h` that belong to theta; 0 for a component that `h` lacks
+    !> Columns of `h` that belong to theta; 0 for a component that `h` does not contain
     integer, intent(in) :: at(3)
     !> First moment S of the masses at the crank angles (kg m), shape (angles, 3)
     real(dp), contiguous, intent(in) :: s(:, :)
@@ -234,7 +235,8 @@ contains
     end do
   end subroutine add_load
 
-  !> Static force on the ground (N) of a part of the mounting. `c`: stiffness of this part for (u, theta), shape (6, 6).
+  !> Static force on the ground (N) of one component of the mounting. `c`: stiffness matrix of this component for (u, theta), shape
+  !> (6, 6).
   pure function static_force(self, c) result(force)
     class(weights_type), intent(in) :: self
     real(dp), intent(in) :: c(6, 6)

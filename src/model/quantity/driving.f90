@@ -43,26 +43,26 @@ module gestell_model_quantity_driving
 
   public :: drive_power
 
-  !> Rows of `power`. `torque`: on the crank (N m, counter-clockwise positive); `rigid_torque`: on the crank if the frame were rigid
-  !> (N m); `drive_watts`: power of the drive (W); `damper_watts`: power dissipated by the dampers (W); `stored_energy`: energy of
-  !> mechanism, frame and springs (J).
+  !> Rows of `power`. `torque`: torque on the crank (N m), counter-clockwise positive. `rigid_torque`: torque on the crank if the
+  !> frame were rigid (N m). `drive_watts`: power of the drive (W). `damper_watts`: power dissipated by the dampers (W).
+  !> `stored_energy`: energy of mechanism, frame and springs (J).
   integer, parameter, public :: torque = 1, rigid_torque = 2, drive_watts = 3, damper_watts = 4, stored_energy = 5, &
     & power_rows = 5
 
 contains
 
-  !> Computes torque, power and energy of the drive at phases of the turn.
+  !> Computes torque, power and energy of the drive at phases of the period.
   subroutine drive_power(frame, phases, motion, power, known, errors, torque_error)
     class(frame_type), intent(in) :: frame
-    !> `phases`: phases of the turn. `motion`: q, q', q'' at these phases, shape (9, phases) in the plane, (18, phases) in space
+    !> `phases`: phases of the period. `motion`: q, q', q'' at these phases, shape (9, phases) in the plane, (18, phases) in space
     real(dp), contiguous, intent(in) :: phases(:), motion(:, :)
     !> The computed rows `torque` to `stored_energy`, shape (power_rows, phases)
     real(dp), intent(out) :: power(:, :)
-    !> False if the mechanism has no data on its kinetic energy; then `power` is 0
+    !> False if the mechanism has no data on its kinetic energy; `power` is 0 in this case
     logical, intent(out) :: known
     !> Error bounds of the rows of `motion`
     real(dp), intent(in), optional :: errors(:)
-    !> Error bound of the torque (N m) due to `errors` and rounding
+    !> Error bound of the torque (N m) due to `errors` and rounding errors
     real(dp), intent(out), optional :: torque_error
     real(dp), allocatable :: masses(:, :), drive(:, :)
     real(dp) :: spin, spin_d, inertia, inertia_d, inertia_dd, rate, by_turn, by_rate, even, terms

@@ -4,13 +4,13 @@
 !>
 !>     T = m |v|^2/2 + v (w x S + phi' S_1) + w J w/2 + phi' w A + phi'^2 K/2,   index 1: d/dphi,
 !>
-!> and the torque M_d = d/dt dT/dphi' - dT/dphi. The shaft has the axis n. Along a motion, the rate of T and of the mounting's
-!> energy, plus the dissipated power, is
+!> and the torque M_d = d/dt dT/dphi' - dT/dphi. The shaft has the axis n. Let c be the mean of w n, and M the mean torque of the
+!> motor that drives a flywheel. The rate of change of T and of the mounting's energy, plus the dissipated power, is
 !>
-!>     M_d Omega   (motor, outside),      M_d (Omega + c) - M w n   (flywheel: c the mean of w n, M the motor's torque).
+!>     M_d Omega   (motor, outside),      M_d (Omega + c) - M w n   (flywheel).
 !>
-!> Torque, T and the mounting follow the exact kinematics in all models, so about rest the balance has a remainder of third order.
-!> With weights the torque also lifts the masses.
+!> Torque, T and the forces of the mounting follow the exact kinematics in all models. With the equations linearised about rest the
+!> balance therefore has a remainder of third order. If gravity acts, the torque also lifts the masses.
 module gestell_model_quantity_driving_in_space
   use gestell_base_kinds, only: dp
   use gestell_model_frame, only: frame_type
@@ -26,18 +26,19 @@ module gestell_model_quantity_driving_in_space
 
   public :: drive_power_in_space
 
-  !> Number of rounding errors in each term of the torque: the second derivatives of the positions contain one for each joint.
+  !> Assumed number of rounding errors in each term of the torque: the second derivatives of the positions contain one rounding
+  !> error for each joint.
   real(dp), parameter, public :: torque_roundings = 16
 
 contains
 
-  !> Computes torque, power and energy of the drive of a frame in space at phases of the turn.
+  !> Computes torque, power and energy of the drive of a frame in space at phases of the period.
   subroutine drive_power_in_space(frame, phases, motion, power, errors, torque_error)
     class(frame_type), intent(in) :: frame
-    !> `phases`: phases of the turn. `motion`: q, q', q'' at these phases, shape (18, phases)
+    !> `phases`: phases of the period. `motion`: q, q', q'' at these phases, shape (18, phases)
     real(dp), contiguous, intent(in) :: phases(:), motion(:, :)
-    !> Rows: torque on the drive's shaft; this torque if the frame were rigid (N m); power of the drive; power dissipated by the
-    !> dampers (W); energy of mechanisms, frame and springs (J). Shape (5, phases)
+    !> Rows, shape (5, phases): torque on the drive's shaft, and this torque if the frame were rigid (N m); power of the drive, and
+    !> power dissipated by the dampers (W); energy of mechanisms, frame and springs (J)
     real(dp), intent(out) :: power(:, :)
     !> Error bounds of the rows of `motion`, shape (18)
     real(dp), intent(in), optional :: errors(:)
@@ -87,7 +88,8 @@ contains
 
   contains
 
-    !> Sum of the absolute terms of the torque (N m). It bounds the rounding errors of the torque where the links' terms cancel.
+    !> Sum of the absolute values of the terms of the torque (N m). It bounds the rounding errors of the torque where the links'
+    !> terms cancel.
     pure real(dp) function absolute_terms()
       real(dp) :: of_forces, of_energy
       integer :: i

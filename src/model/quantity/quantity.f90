@@ -14,8 +14,8 @@ module gestell_model_quantity
 
   public :: find_quantity, look_up_quantity, point_quantity
 
-  !> Components of a probe's motion: along x, y, z and the magnitude of the vector; first displacement, then velocity, then
-  !> acceleration.
+  !> Components of a probe's motion. Displacement: x, y, z and the magnitude d of the vector. Velocity and acceleration follow in
+  !> the same arrangement.
   character(len=2), parameter, public :: point_parts(12) = [character(len=2) :: "x", "y", "z", "d", "vx", "vy", "vz", "v", &
     & "ax", "ay", "az", "a"]
   character(len=*), parameter :: point_units(0:2) = [character(len=5) :: "m", "m/s", "m/s^2"]
@@ -33,7 +33,7 @@ contains
   !> fails.
   subroutine find_quantity(frame, probes, name, quantity, error)
     class(frame_type), intent(in) :: frame
-    !> Measuring points that the name may refer to
+    !> Probes (measuring points) to which the name may refer
     type(probe_type), intent(in) :: probes(:)
     character(len=*), intent(in) :: name
     type(quantity_type), intent(out) :: quantity
@@ -94,7 +94,7 @@ contains
 
   contains
 
-    !> Returns `names` if the frame is in space, otherwise an empty text.
+    !> Returns `names` if the frame moves in space, and an empty text if it moves in the plane.
     pure function of_space(names)
       character(len=*), intent(in) :: names
       character(len=in_space * len(names)) :: of_space
@@ -123,7 +123,7 @@ contains
   end subroutine find_coordinate
 
   !> Finds the force or moment `name` that `part` exerts on the ground. `part`: foundation, guide, total, a support such as
-  !> support(2), or "" for supports and foundation. If there is no such force, `quantity%weights` is not allocated.
+  !> support(2), or "" for supports and foundation together. If there is no such force, `quantity%weights` is not allocated.
   pure subroutine find_force(frame, part, name, quantity)
     class(frame_type), intent(in) :: frame
     character(len=*), intent(in) :: part, name
@@ -159,7 +159,7 @@ contains
   end subroutine find_force
 
   !> Adds the forces of the guides on the ground, along the locked degrees of freedom, and their moments about the rest position of
-  !> F. Guides can exert moments also about axes about which the frame may rotate.
+  !> F. Guides can also exert moments about axes about which the frame is free to rotate.
   pure subroutine add_guides(frame, forces)
     class(frame_type), intent(in) :: frame
     type(ground_forces_type), intent(inout) :: forces
@@ -216,9 +216,9 @@ contains
     end associate
   end subroutine add_matrices
 
-  !> Adds the part of a support's force that is due to the frame's rotation, and bounds on its rounding errors. If the axes stay in
-  !> space, this is the force of the nonlinear part of the head's displacement. If they turn with the frame, it is the rotated
-  !> static force plus the nonlinear part of the support's force.
+  !> Adds the part of a support's force that is due to the frame's rotation, and bounds on its rounding errors. If the axes have
+  !> fixed directions, this is the force of the nonlinear part of the upper end's displacement. If the axes turn with the frame, it
+  !> is the change of the static force by rotation, plus the nonlinear part of the support's force.
   pure subroutine add_turned(frame, number, forces)
     class(frame_type), intent(in) :: frame
     integer, intent(in) :: number
@@ -283,7 +283,7 @@ contains
   end subroutine point_quantity
 
   !> Weights of the rows of the motion in a probe's displacement (`level` 0), velocity (1) or acceleration (2) along x, y and z,
-  !> shape (rows, axes). The displacement is u + theta x p plus the nonlinear part of the rotation.
+  !> shape (rows, axes). The displacement of the probe at p is u + theta x p plus the nonlinear part of the rotation.
   pure function point_rows(frame, probe, level) result(along)
     class(frame_type), intent(in) :: frame
     type(probe_type), intent(in) :: probe

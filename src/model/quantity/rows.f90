@@ -26,11 +26,11 @@ module gestell_model_quantity_rows
   !> three.
   character(len=2), parameter, public :: force_names(6) = [character(len=2) :: "fx", "fy", "m", "fz", "mx", "my"]
 
-  !> Numbers, in the plane, of the last row of q, of q', of q'' and of the guides' forces.
+  !> Numbers of the last rows of groups for a frame in the plane: of q, of q', of q'' and of the guides' forces.
   integer, parameter, public :: displacements = 3, velocities = 6, accelerations = 9, guide_forces = 12
 
-  !> A measuring point on the frame, at `position` and `z` in the frame's axes (m). `limit`: maximum permitted vibration velocity in
-  !> any direction, as rms value within the frequencies `band` (m/s, Hz); 0: no limit.
+  !> A probe: a measuring point on the frame, at `position` and `z` in the frame's axes (m). `limit`: maximum permitted vibration
+  !> velocity in any direction, as an rms value within the frequencies `band` (m/s, Hz); 0 means no limit.
   type, public :: probe_type
     character(len=word_length) :: name = ""
     real(dp) :: position(2) = 0, z = 0, limit = 0, band(2) = [10.0_dp, 1000.0_dp]
@@ -40,7 +40,7 @@ module gestell_model_quantity_rows
   type, public :: quantity_type
     !> Number of the frame's degrees of freedom, free or locked.
     integer :: dofs = 3
-    !> Name of the quantity as the user writes it.
+    !> Name of the quantity as the user gave it.
     character(len=word_length) :: name = ""
     character(len=8) :: unit = ""
     !> Weight of each row of the exact frame's motion, shape (rows, 1). A magnitude has one column of weights for each of its
@@ -54,14 +54,14 @@ module gestell_model_quantity_rows
   end type quantity_type
 
   !> Forces on the ground and their moments about the rest position of F, in the frame's order of degrees of freedom. `weights`:
-  !> weights of the rows of the motion; `rounding`: bounds on their rounding errors; shapes (rows, dofs).
+  !> weights of the rows of the motion. `rounding`: bounds on the rounding errors of the weights. Shapes (rows, dofs).
   type, public :: ground_forces_type
     real(dp), allocatable :: weights(:, :), rounding(:, :)
   end type ground_forces_type
 
 contains
 
-  !> True if `part` is the user's name of this probe: probe(NAME).
+  !> True if `part` is the name probe(NAME) by which the user refers to this probe.
   pure logical function is_of_probe(part, probe)
     character(len=*), intent(in) :: part
     type(probe_type), intent(in) :: probe
@@ -72,14 +72,14 @@ contains
     if (is_of_probe) is_of_probe = part(:6) == "probe(" .and. part(n:n) == ")" .and. part(7:n - 1) == probe%name
   end function is_of_probe
 
-  !> Forces on the ground with all weights and bounds zero; their shape fits the frame.
+  !> Forces on the ground with all weights and bounds set to zero, in the shape that the frame requires.
   pure type(ground_forces_type) function new_ground_forces(frame) result(forces)
     class(frame_type), intent(in) :: frame
 
     allocate(forces%weights(exact_rows(frame), frame%dofs()), forces%rounding(exact_rows(frame), frame%dofs()), source=0.0_dp)
   end function new_ground_forces
 
-  !> Indices of the displacements among the frame's degrees of freedom, in the order of the axes.
+  !> Indices, among the frame's degrees of freedom, of the displacements along x, y and, in space, z.
   pure function shifts_of(frame) result(shifts)
     class(frame_type), intent(in) :: frame
     integer, allocatable :: shifts(:)
@@ -88,7 +88,7 @@ contains
     shifts = pack([(k, k = 1, frame%dofs())], .not. is_rotation([(k, k = 1, frame%dofs())]))
   end function shifts_of
 
-  !> Indices of the rotations among the frame's degrees of freedom, in the order of the axes.
+  !> Indices, among the frame's degrees of freedom, of the rotations about x, y, z in space, or of the one rotation in the plane.
   pure function rotations_of(frame) result(rotations)
     class(frame_type), intent(in) :: frame
     integer, allocatable :: rotations(:)
@@ -97,7 +97,7 @@ contains
     if (frame%dofs() == 6) rotations = in_frame(4:)
   end function rotations_of
 
-  !> Number of the row before the nonlinear part of the rotation (`level` 0), of its first derivative (1) or of its second
+  !> Number of the row that precedes the nonlinear part of the rotation (`level` 0), of its first derivative (1) or of its second
   !> derivative (2).
   pure integer function excess_row(frame, level)
     class(frame_type), intent(in) :: frame
@@ -106,8 +106,9 @@ contains
     excess_row = rows_of(frame%dofs(), guide_forces) + level * merge(9, 2, allocated(frame%space))
   end function excess_row
 
-  !> Contribution of the rotation's nonlinear part to the displacement of the point p: the weights of its rows, shape (rows, axes).
-  !> In the plane it is s k x p + c p with s = sin psi - psi and c = cos psi - 1; in space it is (R - 1 - [theta]) p.
+  !> Contribution of the rotation's nonlinear part to the displacement of the point p: the weights of the rows of this part, shape
+  !> (rows, axes). In the plane the contribution is s k x p + c p with s = sin psi - psi and c = cos psi - 1; in space it is (R - 1
+  !> - [theta]) p.
   pure function excess_of_point(frame, p) result(weights)
     class(frame_type), intent(in) :: frame
     real(dp), intent(in) :: p(3)

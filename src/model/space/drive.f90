@@ -29,8 +29,8 @@ module gestell_model_space_drive
   type, public :: drive_type
     !> What keeps the speed constant: one of `holders` of gestell_model_mechanism_held.
     character(len=8) :: held_by = "motor"
-    !> `axis`: unit vector n along the shaft. `flywheel_inertia`: moment of inertia of the flywheel beyond that of the links (kg
-    !> m^2).
+    !> `axis`: unit vector n along the shaft. `flywheel_inertia`: moment of inertia of the flywheel in addition to that of the links
+    !> (kg m^2).
     real(dp) :: axis(3) = [0, 0, 1], flywheel_inertia = 0
     !> Number of turns of the drive in one turn of the mechanisms' angle.
     integer :: turns = 1
@@ -43,8 +43,8 @@ module gestell_model_space_drive
     !> `rotation`: rotation matrix R. `w`, `w_d`: angular velocity of the frame and its derivative. `a`: acceleration of F minus
     !> gravity. All vectors are along the frame's axes. `rate`, `gain`: phi' and phi'' of the mechanisms' angle.
     real(dp) :: rotation(3, 3) = reshape([1, 0, 0, 0, 1, 0, 0, 0, 1], [3, 3]), w(3) = 0, w_d(3) = 0, a(3) = 0, rate = 0, gain = 0
-    !> With a flywheel: its angular momentum about the shaft beyond that of the links (N m s); torque of its motor on the frame (N
-    !> m).
+    !> Zero without a flywheel. `spin`: angular momentum of the flywheel about the shaft, in addition to that of the links (N m s).
+    !> `motor`: torque of the flywheel's motor on the frame (N m).
     real(dp) :: spin(3) = 0, motor(3) = 0
   end type moved_type
 
@@ -55,8 +55,8 @@ module gestell_model_space_drive
     real(dp) :: chi(0:2) = 0, b(3) = 0, rate_turn(3) = 0, gain_spin(3) = 0, gain_turn(3) = 0, bend(3, 3) = 0
   end type turn_type
 
-  !> State at one phase: motion of the frame (`moved`), lag of the drive (`turn`), sums over the masses that the drive moves
-  !> (`moving`).
+  !> State at one phase. `moved`: motion of the frame. `turn`: lag of the drive. `moving`: sums over the masses that the drive
+  !> moves.
   type, public :: driven_type
     type(moved_type) :: moved
     type(turn_type) :: turn
@@ -65,7 +65,7 @@ module gestell_model_space_drive
 
 contains
 
-  !> True if the drive turns uniformly in space, false if relative to the frame.
+  !> True if the drive turns uniformly relative to the ground, false if it turns uniformly relative to the frame.
   elemental logical function uniform_in_space(self)
     class(drive_type), intent(in) :: self
 
@@ -80,8 +80,8 @@ contains
     real(dp), intent(in) :: speed, u_dd(:), theta(:, 0:)
     type(moved_type), intent(out) :: moved
     type(turn_type), intent(out) :: turn
-    !> With a flywheel: lag chi of the drive (rad), mean of w n (rad/s), torque of the motor (N m). Default: chi = n theta, the
-    !> others 0
+    !> With a flywheel: lag chi of the drive (rad), mean of w n (rad/s), torque of the motor (N m). Default: chi = n theta; mean and
+    !> torque are 0
     real(dp), intent(in), optional :: lag(:)
     real(dp) :: turning(3, 3, 0:2)
 
@@ -146,13 +146,13 @@ contains
   end subroutine find_turn
 
   !> Computes the torque M_d on the shaft (N m) and its derivatives with respect to small displacements du and rotations dalpha of
-  !> the frame and their rates. These rotations also turn the drive, by dphi = -dchi.
+  !> the frame and the rates of both. These rotations also turn the drive, by dphi = -dchi.
   pure subroutine find_torque(turn, moving, moved, torque, by_gain, by_rate, by_place)
     type(turn_type), intent(in) :: turn
     type(moving_type), intent(in) :: moving
     type(moved_type), intent(in) :: moved
-    !> `torque`: M_d (N m). Its derivatives: `by_gain` with respect to du'', dalpha''; `by_rate` with respect to du', dalpha';
-    !> `by_place` with respect to du, dalpha
+    !> `torque`: M_d (N m). `by_gain`, `by_rate`, `by_place`: derivatives of M_d with respect to (du'', dalpha''), (du', dalpha')
+    !> and (du, dalpha)
     real(dp), intent(out) :: torque, by_gain(6), by_rate(6), by_place(6)
     real(dp) :: spun(3), by_angle
 
@@ -173,9 +173,9 @@ contains
     end associate
   end subroutine find_torque
 
-  !> Adds the effect of a drive that turns uniformly in space: its angle lags by chi, and its torque exerts no moment on the frame.
-  !> Adds it to the left sides r, shape (6), and to their derivatives, shape (6, 6): m with respect to du'', dalpha''; b with
-  !> respect to du', dalpha'; c with respect to du, dalpha. Moments are along the frame's axes.
+  !> Adds the effect of a drive that turns uniformly relative to the ground: its angle lags by chi, and its torque exerts no moment
+  !> on the frame. The effect is added to the left sides r, shape (6), and to their derivatives, shape (6, 6): m with respect to
+  !> du'', dalpha''; b with respect to du', dalpha'; c with respect to du, dalpha. Moments are along the frame's axes.
   pure subroutine add_drive(turn, moving, moved, r, m, b, c)
     type(turn_type), intent(in) :: turn
     type(moving_type), intent(in) :: moving
@@ -207,10 +207,10 @@ contains
     c(4:, 4:) = c(4:, 4:) - torque * turn%bend
   end subroutine add_drive
 
-  !> Frees the linearised equations with a flywheel from their dependence on the past motion. With a flywheel dchi is n dalpha plus
-  !> the integral of n (w x dalpha). The disturbed motion is therefore compared at the shifted time t + eta, where eta' = n (w x
-  !> dalpha)/`spin`. Then dchi = n dalpha alone, dq' becomes dq' - eta' q', and dq'' becomes dq'' - 2 eta' q'' - eta'' q'. The shift
-  !> of time does not change the multipliers.
+  !> Removes from the linearised equations with a flywheel their dependence on the past motion. With a flywheel dchi is n dalpha
+  !> plus the integral of n (w x dalpha). The disturbed motion is therefore compared at the shifted time t + eta, where eta' = n (w
+  !> x dalpha)/`spin`. Then dchi = n dalpha alone, dq' becomes dq' - eta' q', and dq'' becomes dq'' - 2 eta' q'' - eta'' q'. The
+  !> shift of time does not change the multipliers.
   pure subroutine shift_time(turn, w_d, spin, turning, q, m, b, c)
     type(turn_type), intent(in) :: turn
     !> `w_d`: w' (rad/s^2). `spin`: constant spin of the shaft (rad/s). `turning`: T, T', T'' in dalpha = T dtheta. `q`: q, q', q''

@@ -1,12 +1,12 @@
 !> Sums over the moving masses of planar mechanisms for a frame in space, (45) of doc/theory.md. The centre of mass of a link is at
-!> r = o + Q (x, y, z) about F along the frame's axes. Q has the axes of the link's mechanism as columns; o is the origin of this
-!> mechanism. With the inertia tensors J_i and angular velocities w_i of the links,
+!> r = o + Q (x, y, z) relative to F, along the frame's axes. Q has the axes of the link's mechanism as columns; o is the origin of
+!> this mechanism. With the inertia tensors J_i and angular velocities w_i of the links,
 !>
 !>     S = sum m r,   J = sum [m (|r|^2 1 - r r^T) + J_i],   H = sum [m r x r' + J_i w_i],
 !>
-!> which are functions of the drive's angle phi, ' = d/dphi. The coordinate z of a link is constant; the principal axes of its
-!> tensor are along the link, across it and along the normal. As in the plane, the joints are computed at batches of angles
-!> (gestell_model_linkage).
+!> which are functions of the drive's angle phi, ' = d/dphi. The coordinate z of a link is constant. The principal axes of the
+!> link's inertia tensor are along the link, perpendicular to it in the plane, and along the normal. As for a frame in the plane,
+!> the joints are computed at batches of angles (gestell_model_linkage).
 module gestell_model_space_masses
   use gestell_base_kinds, only: dp
   use gestell_model_joints_path, only: batch, find_direction, set_fixed, path_type, copy_batch
@@ -31,19 +31,19 @@ module gestell_model_space_masses
     real(dp), allocatable :: s(:, :, :), j(:, :, :, :), h(:, :, :)
   end type masses_type
 
-  !> Sums of one plane at a batch of angles, about the origin of the plane's axes and along them. S along the normal is constant. Of
-  !> the symmetric matrix J the elements xx, yy, zz, xy, xz, yz are stored.
+  !> Sums of one plane at a batch of angles, about the origin of the plane's axes and along these axes. The component of S along the
+  !> normal is constant. Of the symmetric matrix J the elements xx, yy, zz, xy, xz, yz are stored.
   type :: flat_type
     real(dp) :: mass = 0, along_normal = 0
     real(dp) :: s(batch, 2, 0:2) = 0, j(batch, 6, 0:1) = 0, h(batch, 3, 0:1) = 0
   end type flat_type
 
-  !> Row and column of each of the six stored elements of the symmetric matrix J.
+  !> Row and column in J of each of its six stored elements.
   integer, parameter :: of_row(6) = [1, 2, 3, 1, 1, 2], of_column(6) = [1, 2, 3, 2, 3, 3]
 
 contains
 
-  !> Allocates sums over the masses at a number of angles and sets them to zero.
+  !> Allocates the sums over the masses for a number of angles and sets the sums to zero.
   pure subroutine new_masses(angles, masses)
     integer, intent(in) :: angles
     type(masses_type), intent(out) :: masses

@@ -1,16 +1,18 @@
-!> Forces of springs and dampers on a frame in space, along axes that stay in space or turn with the frame.
+!> Forces of springs and dampers on a frame in space. The axes of a support either turn with the frame or have fixed directions.
 !>
-!> Let the frame have the displacement u, velocity v, rotation R and angular velocity w. The head of a support at p then has the
-!> displacement d and the velocity d'. The support exerts the force F, with the moment M about the frame's centre of mass,
+!> Let the frame have the displacement u, velocity v, rotation R and angular velocity w. The upper end of a support, attached to the
+!> frame at p, then has the displacement d and the velocity d'. The support exerts the force F, with the moment M about the frame's
+!> centre of mass,
 !>
 !>     d = u + (R - 1) p,   d' = v + R (w x p),   F = -K d - B d',   M = p x R^T F.
 !>
-!> Forces are along axes in space, moments along those of the frame. If the axes of the support turn with the frame, displacement
-!> and rate are measured in the frame. With the vector y = R^T (u - p) from the support's position at rest to the centre of mass,
+!> Forces are along the fixed axes xi, eta, zeta, moments along the frame's axes. If the axes of the support turn with the frame,
+!> displacement and rate are measured in the frame. With the vector y = R^T (u - p) from the support's position at rest to the
+!> centre of mass,
 !>
 !>     e = R^T d = p + y,   e' = R^T v - w x y,   f = K e + B e' + G,   F = -R f,   M = y x f,
 !>
-!> where the static force G on the ground turns with the axes. For the plane see gestell_model_exact_moved_mounting.
+!> where the static force G on the ground turns with the axes. For a frame in the plane see gestell_model_exact_moved_mounting.
 module gestell_model_space_mounting
   use gestell_base_kinds, only: dp
   use gestell_math_rotation, only: cross, cross_matrix, identity
@@ -22,12 +24,12 @@ module gestell_model_space_mounting
 
 contains
 
-  !> Dynamic force of a support on the ground (N), along axes in space: -F minus the static force G. `turn` is R - 1, so that R x =
-  !> x + turn x.
+  !> Dynamic force of a support on the ground (N), along the fixed axes xi, eta, zeta: -F minus the static force G. `turn` is R - 1,
+  !> so that R x = x + turn x.
   pure function support_force(support, u, v, turn, w) result(force)
     type(support_type), intent(in) :: support
-    !> `u`, `v`: displacement (m) and velocity (m/s) of F along axes in space. `turn`: R - 1. `w`: angular velocity along the
-    !> frame's axes (rad/s)
+    !> `u`, `v`: displacement (m) and velocity (m/s) of F along the fixed axes xi, eta, zeta. `turn`: R - 1. `w`: angular velocity
+    !> along the frame's axes (rad/s)
     real(dp), intent(in) :: u(3), v(3), turn(3, 3), w(3)
     real(dp) :: force(3), d(3), e(3), e_d(3)
 
@@ -54,9 +56,9 @@ contains
     force = matmul(support%axes, support%stiffness * matmul(d, support%axes) + support%damping * matmul(d_d, support%axes))
   end function mount_force
 
-  !> Subtracts the forces of the supports, and their moments about F, from the left sides r, shape (6). Their derivatives with
-  !> respect to u' and dalpha' are subtracted from b, those with respect to u and dalpha from c, shapes (6, 6). Here dalpha is a
-  !> small rotation about the frame's axes: R changes by R [dalpha], and dw = dalpha' + w x dalpha.
+  !> Subtracts the forces of the supports, and their moments about F, from the left sides r, shape (6). The derivatives of forces
+  !> and moments with respect to u' and dalpha' are subtracted from b, those with respect to u and dalpha from c, shapes (6, 6).
+  !> Here dalpha is a small rotation about the frame's axes: R changes by R [dalpha], and dw = dalpha' + w x dalpha.
   pure subroutine add_supports(supports, u, v, turn, w, r, b, c)
     type(support_type), intent(in) :: supports(:)
     !> As in `support_force`

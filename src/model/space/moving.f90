@@ -50,7 +50,7 @@ contains
     end do
   end subroutine find_moving
 
-  !> Adds link `k` of a plane to the sums. `center`: its centre of mass; `along`: direction of its axis in the plane.
+  !> Adds link `k` of a plane to the sums. `center`: centre of mass of the link. `along`: direction of the link's axis in the plane.
   pure subroutine add_link(plane, k, center, along, moving)
     type(plane_type), intent(in) :: plane
     integer, intent(in) :: k

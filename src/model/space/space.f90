@@ -1,21 +1,21 @@
 !> A frame in space: a rigid body with the moving masses of planar mechanisms, on springs and dampers; (45) to (48) of
-!> doc/theory.md. This module adds what a frame in the plane lacks.
+!> doc/theory.md. This module contains the data and equations that a frame in the plane does not require.
 !>
 !> The centre of mass F of the frame moves by u = (xi, eta, zeta). The rotation R has the rotation vector theta = (rot_xi, rot_eta,
 !> psi) (gestell_math_rotation) and the angular velocity w along the frame's axes. S, J, H are sums over the masses
-!> (gestell_model_space_masses); m and J include the frame; ' = d/dt. Momentum in space and angular momentum along the frame's axes
-!> give, for any rotation,
+!> (gestell_model_space_masses); m and J include the frame; ' = d/dt. The balances of momentum along the fixed axes xi, eta, zeta
+!> and of angular momentum along the frame's axes give, for any rotation,
 !>
 !>     m u'' + R g                                          = sum of F_j,   g = S'' + 2 w x S' + w' x S + w x (w x S)
 !>     J w' + J' w + w x (J w) + H' + w x H + S x (R^T u'') = sum of p_j x R^T F_j
 !>
-!> and about rest, with theta small,
+!> and, linearised about rest, with theta small,
 !>
 !>     M = |  m 1   -[S] |   B = B_0 + | 0   -2 [S']    |   C = C_0 + | 0   -[S''] |   h = -(S'', H').
 !>         | [S]     J   |             | 0    J' - [H]  |             | 0    0     |
 !>
-!> plus the terms of the weights (gestell_model_mounting_weights). In the plane only psi is free to rotate and S = (a1, a2) about F;
-!> then these equations are (8) to (12).
+!> The terms of the weights are added (gestell_model_mounting_weights). If only psi is free to rotate and S = (a1, a2) about F,
+!> these equations are (8) to (12).
 module gestell_model_space
   use gestell_base_kinds, only: dp, pi
   use gestell_math_rotation, only: cross_matrix
@@ -30,7 +30,7 @@ module gestell_model_space
 
   public :: in_frame, in_space, is_rotation
 
-  !> Table of the sums over the masses at angles of the drive (rad) that will be needed again.
+  !> Table of the sums over the masses, for angles of the drive (rad) at which they are required repeatedly.
   type :: table_type
     real(dp), allocatable :: angles(:)
     type(masses_type) :: masses
@@ -41,7 +41,7 @@ module gestell_model_space
 
   !> The mechanisms of a frame in space, each in its own plane, and their drive.
   type, public :: space_type
-    !> `inertia`: tensor of the frame about F (kg m^2). `origin`: origin O of the mechanisms seen from F (m).
+    !> `inertia`: inertia tensor of the frame about F (kg m^2). `origin`: origin O of the mechanisms relative to F (m).
     real(dp) :: inertia(3, 3) = 0, origin(3) = 0
     type(plane_type), allocatable :: planes(:)
     type(drive_type) :: drive
@@ -58,8 +58,8 @@ module gestell_model_space
 
 contains
 
-  !> Computes averages over the turn. `mean`: mean of the first moment S of the moving masses about F (kg m); `mass`: mass of all
-  !> planes (kg); `maximum`: bound on the magnitude of S (kg m).
+  !> Computes averages over the turn. `mean`: mean of the first moment S of the moving masses about F (kg m). `mass`: mass of all
+  !> planes (kg). `maximum`: bound on the magnitude of S (kg m).
   subroutine average(self, mean, mass, maximum)
     class(space_type), intent(in) :: self
     real(dp), intent(out) :: mean(3), mass, maximum
@@ -81,8 +81,9 @@ contains
     end do
   end subroutine average
 
-  !> Tabulates the sums over the masses at `angles` (rad). Later evaluations at exactly these angles use the table. The magnitude of
-  !> the speed, the frame's mass and inertia and the mounting may change meanwhile; the sign of the speed may not.
+  !> Tabulates the sums over the masses at `angles` (rad). Later evaluations at exactly these angles use the table. Before these
+  !> evaluations the magnitude of the speed, the frame's mass and inertia, and the mounting may change, but not the sign of the
+  !> speed.
   pure subroutine remember(self, angles)
     class(space_type), intent(inout) :: self
     real(dp), contiguous, intent(in) :: angles(:)
@@ -102,7 +103,7 @@ contains
   !> time derivatives.
   pure subroutine masses_at(self, mass, speed, angles, masses, rates)
     class(space_type), intent(in) :: self
-    !> `mass`: of the frame (kg). `speed`: of the drive (rad/s); not used if `rates` are given
+    !> `mass`: mass of the frame (kg). `speed`: speed of the drive (rad/s); ignored if `rates` are given
     real(dp), intent(in) :: mass, speed
     !> Angles of the drive (rad)
     real(dp), contiguous, intent(in) :: angles(:)
@@ -148,8 +149,8 @@ contains
     masses%h(:, :, 1) = speed**2 * masses%h(:, :, 1)
   end subroutine masses_at
 
-  !> Computes M, B, C and h about rest of a frame in space at angles of the drive (rad), for the degrees of freedom `free`. Shapes:
-  !> M, B, C (angles, size(free), size(free)), h (angles, size(free)).
+  !> Computes M, B, C and h, linearised about rest, of a frame in space at angles of the drive (rad), for the degrees of freedom
+  !> `free`. Shapes: M, B, C (angles, size(free), size(free)), h (angles, size(free)).
   pure subroutine sample_at_rest(self, frame, angles, free, m, b, c, h)
     class(space_type), intent(in) :: self
     class(mounted_system), intent(in) :: frame
@@ -193,7 +194,7 @@ contains
     if (self%drive%uniform_in_space()) call add_drive_at_rest(self, frame, angles, at, m, b, c, h)
   end subroutine sample_at_rest
 
-  !> Adds the effect of a drive that turns uniformly in space to M, B, C and h.
+  !> Adds the effect of a drive that turns uniformly relative to the ground to M, B, C and h.
   pure subroutine add_drive_at_rest(self, frame, angles, at, m, b, c, h)
     class(space_type), intent(in) :: self
     class(mounted_system), intent(in) :: frame
@@ -221,8 +222,8 @@ contains
     end do
   end subroutine add_drive_at_rest
 
-  !> Computes the shaking forces (N) and their moments about F (N m) on the frame at rest, without weights, at angles of the drive;
-  !> shape (angles, 6), in the order (u, theta). `speed`: of the drive (rad/s).
+  !> Computes the shaking forces (N) and their moments about F (N m) on the frame at rest, without gravity, at angles of the drive;
+  !> shape (angles, 6), in the order (u, theta). `speed`: speed of the drive (rad/s).
   pure subroutine shake(self, speed, angles, loads)
     class(space_type), intent(in) :: self
     real(dp), intent(in) :: speed
@@ -253,8 +254,8 @@ contains
     if (abs(sum_or_zero) <= 8 * epsilon(1.0_dp) * (abs(a) + abs(b))) sum_or_zero = 0
   end function sum_or_zero
 
-  !> Sums of the absolute terms of the mechanisms' forces (kg m) and moments (kg m^2) at unit speed. They bound the rounding errors
-  !> where the terms cancel.
+  !> Sums of the absolute values of the terms of the mechanisms' forces (kg m) and moments (kg m^2) at unit speed. They bound the
+  !> rounding errors where the terms cancel.
   pure function terms(self)
     class(space_type), intent(in) :: self
     real(dp) :: terms(2), force, reach
@@ -270,9 +271,10 @@ contains
     end do
   end function terms
 
-  !> How strongly the terms of the load cancel (dimensionless): the largest sum of their absolute values, divided by the largest
-  !> load for the degrees of freedom `free`, minus 1; 0 means that nothing cancels. To compare them, forces are divided by the
-  !> square root of the machine's mass, moments by that of its moment of inertia. `mass`: of the frame (kg).
+  !> Measures how strongly the terms of the load cancel (dimensionless): the largest sum of their absolute values, divided by the
+  !> largest load for the degrees of freedom `free`, minus 1. The value 0 means that nothing cancels. To make forces and moments
+  !> comparable, forces are divided by the square root of the machine's mass, moments by the square root of its moment of inertia.
+  !> `mass`: mass of the frame (kg).
   pure real(dp) function cancellation(self, mass, free)
     class(space_type), intent(in) :: self
     real(dp), intent(in) :: mass
@@ -299,8 +301,8 @@ contains
     end associate
   end function cancellation
 
-  !> Adds factor [a] to matrices at each angle, for vectors a of shape (angles, 3). Where `rows` or `columns` is 0, the matrices
-  !> lack this row or column.
+  !> Adds factor [a] to matrices at each angle, for vectors a of shape (angles, 3). A 0 in `rows` or `columns` means that the
+  !> matrices do not contain this row or column.
   pure subroutine add_cross(matrices, factor, a, rows, columns)
     real(dp), contiguous, intent(inout) :: matrices(:, :, :)
     real(dp), intent(in) :: factor
@@ -318,8 +320,8 @@ contains
     end do
   end subroutine add_cross
 
-  !> Adds the blocks a, shape (angles, 3, 3), to the rows and columns `at` of matrices. Where `at` is 0, the matrices lack this row
-  !> and column.
+  !> Adds the blocks a, shape (angles, 3, 3), to the rows and columns `at` of matrices. A 0 in `at` means that the matrices do not
+  !> contain this row and column.
   pure subroutine add_block(matrices, a, at)
     real(dp), contiguous, intent(inout) :: matrices(:, :, :)
     real(dp), contiguous, intent(in) :: a(:, :, :)

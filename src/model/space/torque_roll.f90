@@ -1,12 +1,12 @@
 !> The torque-roll axis: the axis about which an unsupported machine rotates under a torque about its shaft.
 !>
 !> Let m, S and J be the mass, first moment and inertia tensor about F of the machine, averaged over the turn; let e be the
-!> direction of the shaft and tau e a torque. With the centre of mass c = S/m and J_c = J - m (|c|^2 1 - c c^T), momentum and
-!> angular momentum give
+!> direction of the shaft and tau e a torque. With the centre of mass c = S/m and J_c = J - m (|c|^2 1 - c c^T), the balances of
+!> momentum and angular momentum give
 !>
 !>     J_c theta'' = tau e,   u'' = c x theta''.
 !>
-!> The machine rotates about an axis through c with the direction J_c^-1 e. It is parallel to the shaft only if the shaft is
+!> The machine rotates about an axis through c with the direction J_c^-1 e. This axis is parallel to the shaft only if the shaft is
 !> parallel to a principal axis. (T. Jeong, R. Singh, J. Sound Vib. 234, 2000, 85-114, doi 10.1006/jsvi.1999.2860.)
 module gestell_model_space_torque_roll
   use gestell_base_kinds, only: dp
@@ -16,12 +16,12 @@ module gestell_model_space_torque_roll
 
   public :: find_torque_roll
 
-  !> The torque-roll axis of a machine, and the motion about it.
+  !> The torque-roll axis of a machine, and the motion of the machine about this axis.
   type, public :: torque_roll_type
     !> True if the axis exists; false if J_c is singular or the numbers overflow.
     logical :: known = .false.
-    !> `axis`: direction as a unit vector. `center`: centre of mass, a point of the axis, seen from F (m). `angle`: between axis and
-    !> shaft (rad).
+    !> `axis`: direction as a unit vector. `center`: centre of mass of the machine relative to F (m); the axis passes through it.
+    !> `angle`: angle between axis and shaft (rad).
     real(dp) :: axis(3) = 0, center(3) = 0, angle = 0
     !> Motion (u, theta) under a torque about the shaft, scaled so that theta is a unit vector.
     real(dp) :: motion(6) = 0

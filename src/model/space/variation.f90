@@ -34,8 +34,8 @@ contains
     type(space_type), intent(in) :: space
     !> Angles of the drive (rad)
     real(dp), contiguous, intent(in) :: angles(:)
-    !> `q`, `v`, `a`: motion q, q', q'' at these angles, shapes (angles, 6). `lag`: with a flywheel, the `lag` of `follow_frame`,
-    !> shape (angles, 3)
+    !> `q`, `v`, `a`: motion q, q', q'' at these angles, shapes (angles, 6). `lag`: only with a flywheel, the argument `lag` of
+    !> `follow_frame`, shape (angles, 3)
     real(dp), intent(in) :: q(:, :), v(:, :), a(:, :), lag(:, :)
     real(dp), intent(out) :: r(:, :), m(:, :, :), b(:, :, :), c(:, :, :)
     type(masses_type) :: masses
@@ -73,8 +73,8 @@ contains
     motion(in_space, 2) = a
   end function in_order
 
-  !> Computes, along a motion, the state of a drive that turns uniformly in space, and the sums over the masses at the angles of
-  !> this drive.
+  !> Computes, along a motion, the state of a drive that turns uniformly relative to the ground, and the sums over the masses at the
+  !> angles of this drive.
   pure subroutine follow_motion(frame, space, angles, v, a, q, lag, masses, driven)
     class(mounted_system), intent(in) :: frame
     type(space_type), intent(in) :: space
@@ -96,9 +96,9 @@ contains
     call space%masses_at(frame%mass, frame%speed, turned, masses, rates)
   end subroutine follow_motion
 
-  !> Forces (N) on the ground along axes in space, and their moments about the rest position of F (N m), in the frame's order, shape
-  !> (6, points). `q`, `v`: motion, shape (points, 6). A force acts at the displaced head of its support, or at the head's rest
-  !> position if the axes turn with the frame.
+  !> Forces (N) on the ground along the fixed axes xi, eta, zeta, and their moments about the rest position of F (N m), in the
+  !> frame's order, shape (6, points). `q`, `v`: motion, shape (points, 6). The force of a support acts at its displaced upper end,
+  !> or at the rest position of this end if the axes turn with the frame.
   pure function ground_in_space(frame, q, v) result(forces)
     class(mounted_system), intent(in) :: frame
     real(dp), intent(in) :: q(:, :), v(:, :)
@@ -156,13 +156,13 @@ contains
   pure subroutine vary(frame, drive, masses, k, q, r, m, b, c, driven)
     class(mounted_system), intent(in) :: frame
     type(drive_type), intent(in) :: drive
-    !> Sums over the masses at many angles; only those at angle number `k` are used
+    !> Sums over the masses at many angles; the procedure uses only the sums at angle number `k`
     type(masses_type), intent(in) :: masses
     integer, intent(in) :: k
     !> Motion q, q', q'' in the order (u, theta)
     real(dp), intent(in) :: q(6, 0:2)
     real(dp), intent(out) :: r(6), m(6, 6), b(6, 6), c(6, 6)
-    !> State of the drive; to be given if the drive turns uniformly in space
+    !> State of the drive; required if the drive turns uniformly relative to the ground
     type(driven_type), intent(in), optional :: driven
     real(dp), dimension(3, 3) :: turn, rotation, back, s, spin, wheel, change
     real(dp), dimension(3, 3, 0:2) :: turning, varied
