@@ -32,7 +32,7 @@ def test_golden():
         run = run_golden(folder)
         if not run.done("averaged"):
             return
-        check("averaged, the report says so", "averaged model in closed form" in run.flat and "model      averaged" in run.out,
+        check("averaged, the report says so", "averaged model solved in closed form" in run.flat and "model      averaged" in run.out,
               "the model in head and evidence", run.out)
         check("averaged, report does not mention integration", "Liouville" not in run.out and "Phi" not in run.out, "neither", run.out)
         came, right = tables(folder / "new"), tables(GOLDEN)

@@ -8,8 +8,8 @@ from harness import Folder, Run, Table, check, equal, near
 
 DATA = Path(__file__).resolve().parent.parent.parent / "data"
 COMPRESSOR = (DATA / "compressor.nml").read_text()
-HOLDERS = {"motor": "motor      on the frame", "flywheel": "flywheel   speed constant in space",
-           "outside": "motor      next to the machine"}
+HOLDERS = {"motor": "motor      on the frame", "flywheel": "flywheel   constant absolute speed",
+           "outside": "motor      beside the machine"}
 
 
 def amplitude(folder, order, name="psi_rad"):

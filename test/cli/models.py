@@ -187,7 +187,7 @@ def test_missed_by_first_order():
         one = Run(folder, "-s", "drive.speed_rpm=2418.6035", "-s", "model.frame='first_order'", "-o", "one", "input.nml")
         one.done("first order at a border")
         check("first order at a border", "VERDICT  stable" in one.out and re.search(
-            r" BUT frame='first_order' is not accurate enough: about its vibration the machine is unstable, \|rho\| = 1.00014", one.flat),
+            r" BUT frame='first_order' is not accurate enough: linearised about the vibration, the machine is unstable, \|rho\| = 1.00014", one.flat),
             "BUT", one.out[:1500])
 
 

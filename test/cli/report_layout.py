@@ -13,7 +13,7 @@ FEWER = {"khang_chart": "sweep.count=20", "khang_speeds": "sweep.count=9", "siev
 EVERY = {"compressor": "case.tasks='stability','modes','response','forces','power','drawing','sensitivity'",
          "watt_six_bar": "case.tasks='trade'"}
 DIAGNOSTICS = ("relative error of Phi(T) at most ", "Liouville's defect", "motion repeats after a turn within",
-               "power balance: drive and dampers differ by")
+               "power balance: the mean powers of drive and dampers differ by")
 WIDEST = 80
 
 

@@ -42,8 +42,8 @@ contains
     call slow_frame%natural_frequencies(slow_frequencies, failure)
     if (allocated(failure)) return
     if (any(abs(slow_frequencies - frequencies) > equal * abs(frequencies))) lines = lines &
-      & // "  they depend on the speed (gyroscopic " &
-      & // "moments); task 'campbell' computes them over a range" // newline
+      & // "  natural frequencies depend on the speed (gyroscopic moments): the task 'campbell' computes them for a range of " &
+      & // "speeds" // newline
   end function report_frequencies
 
   !> True if the coefficients of the equations linearised about rest vary over the period by more than rounding error.
@@ -153,7 +153,7 @@ contains
         if (abs(ratio / nint(ratio) - 1) > near_sum) cycle
         lines = lines // either("  twice frequency " // text(i) // " is ", "  the sum of frequencies " // text(i) // " and " &
           & // text(k) &
-          & // " is ", i == k) // concise(ratio / turns, 4) // " x crank speed: near parametric resonance of order " &
+          & // " is ", i == k) // concise(ratio / turns, 4) // " times the crank speed: near parametric resonance of order " &
           & // order_of(nint(ratio), turns) // newline
       end do
     end do

@@ -45,7 +45,7 @@ contains
     logical :: takes_seconds
 
     associate (configuration => context%configuration, analysis => context%analysis)
-      activity = "near a dead point: at least " // text(configuration%frame%least_steps) // " steps per turn"
+      activity = "near a dead point: at least " // text(configuration%frame%least_steps) // " integration steps per turn"
       takes_seconds = configuration%frame%least_steps > slow_steps .and. allocated(context%executor)
       if (takes_seconds) call context%executor%show(activity, 0.0_dp)
       call analyse(configuration%frame, configuration%analysis, configuration%accuracy, analysis, failure)
@@ -124,9 +124,10 @@ contains
 
     n = size(several)
     units = merge(radian, metre, is_rotation([(k, k = 1, size(units))]))
-    table = new_table(trim(own_table), "Vibrations at this speed", "Periodic vibrations of the machine, smallest first.", &
+    table = new_table(trim(own_table), "Vibrations at this speed", "Periodic vibrations of the machine, in ascending order of " &
+      & // "their rms amplitude.", &
       & shown=.true.)
-    call table%add("index", "number of the vibration, smallest first", [(i, i = 1, n)])
+    call table%add("index", "number of the vibration; number 1 has the smallest rms amplitude", [(i, i = 1, n)])
     call table%add("rho_max", plain, "modulus of the largest multiplier", [(abs(several(i)%multipliers%rho(1)), i = 1, n)], &
       & error="rho_error")
     call table%add("rho_error", plain, "bound on the relative error of rho_max", [(several(i)%multipliers%error(1), i = 1, n)])

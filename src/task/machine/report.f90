@@ -79,9 +79,9 @@ contains
         & // either(", " // turns_in_words(frame%mechanism%turns), "", frame%mechanism%turns > 1) // newline
       select case (frame%held_by)
       case ("flywheel")
-        report = report // "  flywheel   speed constant in space; only the mean torque acts on the frame" // newline
+        report = report // "  flywheel   constant absolute speed; only the mean torque acts on the frame" // newline
       case ("outside")
-        report = report // "  motor      next to the machine: speed constant in space, no torque on frame" // newline
+        report = report // "  motor      beside the machine: constant absolute speed, no torque on the frame" // newline
       case default
         report = report // "  motor      on the frame: relative speed constant, torque acts on the frame" // newline
       end select
@@ -95,11 +95,11 @@ contains
       if (configuration%analysis%averaged) then
         report = report // "  model      averaged: M, B, C are replaced by their means, the load h(t) is not" // newline
       else if (configuration%analysis%model == "exact") then
-        report = report // "  model      exact: any rotation of the frame; stability of its actual vibration" // newline
+        report = report // "  model      exact: valid for any frame rotation; stability about its vibration" // newline
       else if (configuration%analysis%model == "first_order") then
-        report = report // "  model      first_order: vibration linearised about rest, stability about it" // newline
+        report = report // "  model      first_order: linearised vibration; stability about this vibration" // newline
       else
-        report = report // "  model      rest: linearised about rest; more accurate: &model frame='exact'" // newline
+        report = report // "  model      rest: linearised about rest; &model frame='exact' is more accurate" // newline
       end if
     end associate
   end function machine_lines
@@ -181,7 +181,7 @@ contains
     case ("stable")
       if (multipliers%error(1) >= 1) then
         words = words // "disturbances decay within " // turns_in_words(period_turns) &
-          & // "; rounding errors exceed their multipliers"
+          & // ": all multipliers are smaller than their rounding errors"
       else
         words = words // "disturbances halve within " // concise(turns * period_turns, 3) // " turns (" &
           & // concise(turns * period, 3) // " s)"
@@ -192,7 +192,7 @@ contains
       words = words // "a disturbance doubles in " // concise(turns * period_turns, 3) // " turns (" &
         & // concise(turns * period, 3) // " s)"
     case default
-      words = words // "the error bound of a multiplier includes |rho| = 1"
+      words = words // "the error bound of a multiplier reaches across |rho| = 1"
     end select
     words = words // other_vibrations
   end function verdict_sentence
@@ -212,7 +212,8 @@ contains
     word = trim(multipliers%verdict())
     lines = ""
     if (multipliers%unknown()) then
-      lines = "  half and twice these steps give different multipliers: increase steps, or omit it and set tolerance" // newline
+      lines = "  half and twice the given number of steps yield different multipliers: increase &accuracy steps, or replace it " &
+        & // "by tolerance" // newline
       return
     end if
     if (word == "stable" .and. multipliers%error(1) >= 1) return
@@ -287,7 +288,7 @@ contains
 
     call evidence(analysis%floquet, facts)
     if (facts%methods == "averaged") then
-      lines = "  accuracy            averaged model in closed form, no integration; " &
+      lines = "  accuracy            averaged model solved in closed form, without integration; " &
         & // either("the state transition matrix has no reliable digit", "relative error of the state transition matrix at most " &
         & // concise(facts%error, 1), facts%error >= 1) // ", " // text(facts%evaluations) // " evaluations; defect of the trace " &
         & // defect_in_words(analysis) // newline
@@ -301,7 +302,7 @@ contains
     if (facts%steps > 0 .and. facts%angles > 0) lines = lines // " and "
     if (facts%angles > 0) lines = lines // "reduction on " // counted(facts%angles, "angle")
     lines = lines // ", " // text(facts%evaluations) // " evaluations; Liouville's defect " // defect_in_words(analysis)
-    if (allocated(analysis%multipliers)) lines = lines // "; condition of the multipliers at most " &
+    if (allocated(analysis%multipliers)) lines = lines // "; condition number of multipliers at most " &
       & // concise(maxval(analysis%multipliers%condition), 2)
     if (facts%parts > 1) lines = lines // "; " // text(facts%parts) // " decoupled subsystems were solved separately"
     lines = lines // newline
@@ -341,11 +342,11 @@ contains
 
     line = ""
     if (.not. allocated(newton%steps)) return
-    line = "  vibration           by Newton's method, relative steps"
+    line = "  vibration           solved by Newton's method; steps relative to the motion:"
     do k = 1, size(newton%steps)
       line = line // either(",", "", k > 1) // " " // concise(newton%steps(k), 1)
     end do
-    if (newton%followed) line = line // "; found on a path from rest or from another speed, others may exist"
+    if (newton%followed) line = line // "; found by continuation from rest or from another speed; other vibrations may exist"
     line = line // newline
   end function newton_line
 
@@ -357,7 +358,7 @@ contains
 
     line = ""
     if (.not. allocated(exact)) return
-    line = "  BUT frame='" // model // "' is not accurate enough: about its vibration the machine is " &
+    line = "  BUT frame='" // model // "' is not accurate enough: linearised about the vibration, the machine is " &
       & // trim(exact%verdict()) // ", |rho| = " // modulus_of(exact, 1, 7) // "; use &model frame='exact'" // newline
   end function model_warning
 

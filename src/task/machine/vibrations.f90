@@ -54,15 +54,16 @@ contains
       lines = tabulated("lrrl" // repeat("r", dofs) // "l", ",|rho|,error,verdict" // peak_heads(dofs) // newline // ",,," &
         & // peak_units(dofs), lines)
     end associate
-    if (searched_all) lines = ", searched on paths over excitation and speed" // newline // lines
+    if (searched_all) lines = ", found by varying the excitation and the speed" // newline // lines
     if (.not. searched_all) lines = newline // lines
     lines = newline // "VIBRATIONS at this speed: " // text(size(several)) // lines
     missing = abs(1 - index_sum(several))
     if (missing > 0) lines = lines // "  at least " &
       & // counted(missing, "vibration") // either(" was not found", " were not found", missing == 1) &
-      & // ": the indices (-1 between turning points, else 1) must add up to 1" // newline
-    if (.not. searched_all) lines = lines // "  found by chance; &model vibrations='all' searches for all" // newline
-    if (size(several) > 1) lines = lines // "  which of them the machine settles on depends on its run-up" &
+      & // ": the turning indices of all vibrations (-1 between turning points, otherwise 1) must add up to 1" // newline
+    if (.not. searched_all) lines = lines // "  these vibrations were found by chance; &model vibrations='all' searches for " &
+      & // "all" // newline
+    if (size(several) > 1) lines = lines // "  the run-up decides on which of these vibrations the machine settles" &
       & // newline
   end function several_lines
 

@@ -28,7 +28,7 @@ contains
 
     call self%stability_task%describe()
     self%name = "modes"
-    self%meaning = "mode shapes: the eigenvectors of the multipliers"
+    self%meaning = "mode shapes of the free vibrations: eigenvectors of Phi(T), the state transition over one period"
     self%tables = [character(len=longest_table) :: "multipliers", "modes"]
   end subroutine describe
 
@@ -62,7 +62,8 @@ contains
       allocate(vectors(2 * dofs, size(multipliers%rho)), source=(0.0_dp, 0.0_dp))
       vectors(frame%free, :) = multipliers%vectors(:f, :)
       vectors(dofs + frame%free, :) = multipliers%vectors(f + 1:, :)
-      table = new_table("modes", "Modes", "Eigenvectors of the free vibrations at crank angle 0.", multipliers%verdict())
+      table = new_table("modes", "Modes", "Mode shapes of the free vibrations at crank angle 0: eigenvectors of Phi(T).", &
+        & multipliers%verdict())
       call table%add("index", "number of the multiplier", [(i, i = 1, size(multipliers%rho))])
       do i = 1, 2 * dofs
         call table%add(trim(names(i)%column) // "_re", plain, "real part; the eigenvector has norm 1 in SI units", &

@@ -36,7 +36,7 @@ contains
     class(power_task), intent(inout) :: self
 
     self%name = "power"
-    self%meaning = "driving torque and power, and where the power goes"
+    self%meaning = "driving torque, power of the drive, and power absorbed by the dampers"
     self%tables = [character(len=longest_table) :: "power"]
     self%gives_verdict = .true.
     self%brief = .true.
@@ -55,8 +55,8 @@ contains
     configuration%analysis%rows = max(configuration%analysis%rows, accelerations)
     call configuration%frame%mechanism%tabulate_drive([0.0_dp], unused, known)
     if (.not. known) then
-      call input_error(group_named(configuration%document, "mass_functions"), "", "the task 'power' needs the key energy, the " &
-        & // "harmonics of sum [m (x'^2 + y'^2) + J phi'^2]", error)
+      call input_error(group_named(configuration%document, "mass_functions"), "", "the task 'power' needs the key 'energy', " &
+        & // "the harmonics of sum [m (x'^2 + y'^2) + J phi'^2]", error)
     else if (configuration%analysis%averaged) then
       call input_error(group_named(configuration%document, "model"), "coefficients", "must be 'periodic' for the task 'power': " &
         & // "with averaged masses the power does not balance", error)
@@ -86,7 +86,7 @@ contains
       end if
       peak = ieee_value(peak, ieee_quiet_nan)
       if (known) peak = drive%actual%peak
-      call result%brief%add("torque_peak", newton_metre, "maximum torque on the crank, with its sign", [peak])
+      call result%brief%add("torque_peak", newton_metre, "peak of the torque on the crank, with its sign", [peak])
       call result%record_failure(failure)
       if (.not. known) return
       table = new_table("power", "Drive", "Driving torque over " // turns_in_words(frame%mechanism%turns) &
@@ -96,14 +96,14 @@ contains
       call table%add("rigid_torque", newton_metre, "torque on the crank if the frame were at rest", drive%history(rigid_torque, :))
       call table%add("drive", watt, "power of the drive", drive%history(drive_watts, :))
       call table%add("dampers", watt, "power absorbed by dampers and foundation", drive%history(damper_watts, :))
-      call table%add("energy", joule, "kinetic and potential energy, up to a constant", drive%history(stored_energy, :))
+      call table%add("energy", joule, "kinetic plus potential energy, up to an additive constant", drive%history(stored_energy, :))
       if (allocated(drive%fluctuation)) call table%add("speed_fluctuation", radian_per_s, "crank speed minus its mean", &
         & drive%fluctuation%history)
       call result%add(table, plot_power(table, frame))
       call result%write_section("DRIVE, torque on the crank, " // either("with gravity, without process forces", &
         & "without gravity and process forces", drive%includes_weights), drive_lines(drive, frame))
-      call result%detail("  power balance: drive and dampers differ by " // concise(drive%defect(), 1) &
-        & // " of the maximum power of the drive" // newline)
+      call result%detail("  power balance: the mean powers of drive and dampers differ by " // concise(drive%defect(), 1) &
+        & // " of the drive's maximum power" // newline)
     end associate
   end subroutine run
 

@@ -40,9 +40,9 @@ contains
         & // " rpm (to first order), coefficient of irregularity " // concise(fluctuation%irregularity, 4) // " +- " &
         & // concise(fluctuation%error, 1) // newline
       if (fluctuation%irregularity > max_irregularity) lines = lines &
-        & // "  note: the speed fluctuates by more than 1 %, so results " &
-        & // "may change by up to about " // concise(200 * fluctuation%irregularity, 2) // " %. For 1 %, flywheel and mechanism " &
-        & // "together need " // concise(fluctuation%inertia * fluctuation%irregularity / max_irregularity, 2) // " kg m^2" &
+        & // "  note: the speed fluctuates by more than 1 %, so results may be wrong by up to about " &
+        & // concise(200 * fluctuation%irregularity, 2) // " %. A fluctuation of 1 % requires a total inertia of flywheel and " &
+        & // "mechanism of " // concise(fluctuation%inertia * fluctuation%irregularity / max_irregularity, 2) // " kg m^2" &
         & // newline
     end associate
   end function drive_lines

@@ -90,8 +90,8 @@ contains
       do i = 1, size(probes)
         velocity = ieee_value(velocity, ieee_quiet_nan)
         if (allocated(responses)) velocity = mm * responses(i)%maximum
-        call result%brief%add("probe(" // trim(probes(i)%name) // ").v_band", mm_per_s, "rms velocity within the band of the " &
-          & // "probe", [velocity])
+        call result%brief%add("probe(" // trim(probes(i)%name) // ").v_band", mm_per_s, "rms velocity within the probe's " &
+          & // "frequency band, in the direction of strongest vibration", [velocity])
       end do
       call result%record_failure(failure)
       if (.not. allocated(responses)) return
@@ -143,30 +143,34 @@ contains
     n = size(responses)
     table = new_table("probes", "Probes", "Vibration at the probes.", shown=.true.)
     call table%add("name", "name of the probe", [(responses(i)%probe%name, i = 1, n)])
-    call table%add("x", metre, "coordinate in the frame's system", [(responses(i)%probe%position(1), i = 1, n)])
-    call table%add("y", metre, "coordinate in the frame's system", [(responses(i)%probe%position(2), i = 1, n)])
-    if (size(responses(1)%parts) > 9) call table%add("z", metre, "coordinate in the frame's system", &
+    call table%add("x", metre, "coordinate of the probe in the frame's axes", [(responses(i)%probe%position(1), i = 1, n)])
+    call table%add("y", metre, "coordinate of the probe in the frame's axes", [(responses(i)%probe%position(2), i = 1, n)])
+    if (size(responses(1)%parts) > 9) call table%add("z", metre, "coordinate of the probe in the frame's axes", &
       & [(responses(i)%probe%z, i = 1, n)])
     parts = size(responses(1)%parts)
     do k = 1, parts
       part = trim(responses(1)%parts(k))
       unit = units(1 + 3 * (k - 1) / parts)
-      call table%add(part // "_peak", unit, "maximum magnitude over the period", [(responses(i)%statistics(k)%peak, i = 1, n)], &
+      call table%add(part // "_peak", unit, "maximum absolute value over the period", [(responses(i)%statistics(k)%peak, i = 1, &
+        & n)], &
         & bounds=[(responses(i)%statistics(k)%peak_error, i = 1, n)])
       call table%add(part // "_rms", unit, "root mean square over the period", [(responses(i)%statistics(k)%rms, i = 1, n)])
     end do
     do k = 1, parts / 3 - 1
-      call table%add("v" // axes(k) // "_rms_band", mm_per_s, "rms velocity along " // axes(k) // ", orders within the band", &
+      call table%add("v" // axes(k) // "_rms_band", mm_per_s, "rms velocity along " // axes(k) // ", from the orders within " &
+        & // "the probe's frequency band", &
         & [(mm * responses(i)%band(k), i = 1, n)])
     end do
-    call table%add("v_rms_band", mm_per_s, "rms velocity within the band in the direction of strongest vibration", &
+    call table%add("v_rms_band", mm_per_s, "rms velocity in the direction of strongest vibration, from the orders within the " &
+      & // "probe's frequency band", &
       & mm * responses%maximum, &
       & bounds=mm * responses%error)
-    call table%add("band_from", hertz, "lower end of the band", [(responses(i)%probe%band(1), i = 1, n)])
-    call table%add("band_to", hertz, "upper end of the band", [(responses(i)%probe%band(2), i = 1, n)])
+    call table%add("band_from", hertz, "lowest frequency of the probe's band", [(responses(i)%probe%band(1), i = 1, n)])
+    call table%add("band_to", hertz, "highest frequency of the probe's band", [(responses(i)%probe%band(2), i = 1, n)])
     call table%add("limit", mm_per_s, "limit of the rms velocity; NaN: no limit", [(merge(mm * responses(i)%probe%limit, &
       & ieee_value(1.0_dp, ieee_quiet_nan), responses(i)%probe%limit > 0), i = 1, n)])
-    call table%add("verdict", "within or above the limit, or undecided (within the error); empty without a limit", &
+    call table%add("verdict", "within (at most the limit), above (the limit) or undecided (the limit lies within the error " &
+      & // "bound); empty without a limit", &
       & [(responses(i)%verdict(), i = 1, n)])
   end function summary
 

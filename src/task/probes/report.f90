@@ -62,13 +62,13 @@ contains
       lines = lines // concise(band(1)) // " to " // concise(band(2)) // " Hz, "
       orders = min(band * period, 1.0e9_dp)
       orders = [max(1, ceiling(orders(1) * (1 - 1.0e-12_dp))), floor(orders(2) * (1 + 1.0e-12_dp))]
-      lines = lines // either("no order of the crank", "orders " // order_of(nint(orders(1)), turns) // " to " &
+      lines = lines // either("no order of the crank in this band", "orders " // order_of(nint(orders(1)), turns) // " to " &
         & // order_of(nint(orders(2)), turns), orders(2) < orders(1)) // newline
       if (limit > 0 .and. vibration_warning(verdict) /= "") lines = lines // "    " // vibration_warning(verdict) // newline
       whole = response%statistics(2 * size(response%parts) / 3)%rms
       if (whole > significant_ratio * response%maximum .and. orders(1) > 1) lines = lines &
         & // "    note: much of the velocity lies " // &
-        & "outside the band: rms of all orders " // concise(1000 * whole, 4) // " mm/s" // newline
+        & "outside the band; the rms of all orders is " // concise(1000 * whole, 4) // " mm/s" // newline
     end associate
   end function band_lines
 

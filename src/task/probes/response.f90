@@ -61,8 +61,8 @@ contains
     do i = 1, size(probes)
       if (all(ieee_is_finite([probes(i)%position, probes(i)%limit])) .and. probes(i)%limit >= 0 &
         & .and. probes(i)%band(1) >= 0 .and. probes(i)%band(1) <= probes(i)%band(2)) cycle
-      call fatal_error(error, "probe '" // trim(probes(i)%name) // "' must have a finite position, a limit of at least 0 and " &
-        & // "a band of ascending frequencies", invalid_input)
+      call fatal_error(error, "probe '" // trim(probes(i)%name) // "' must have a finite position, a limit of at least 0, and " &
+        & // "a band that lists its lower frequency first", invalid_input)
       return
     end do
     allocate(responses(size(probes)))
