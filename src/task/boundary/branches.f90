@@ -57,7 +57,7 @@ contains
     !> Borders and turning points, sorted in the direction of the axis. Component `vibration`: number of the branch
     type(border_type), allocatable, intent(out) :: borders(:)
     type(error_type), allocatable, intent(out) :: error
-    !> Parts of the range that remain open
+    !> Parts of the range in which a border cannot be excluded
     type(border_rest_type), intent(out) :: rest
     !> False if there is no branch, because nothing excites the frames or no vibration was found
     logical, intent(out) :: followed
@@ -129,9 +129,9 @@ contains
     nodes = merged(range_nodes(count), pack(t, taken))
   end function nodes_of
 
-  !> Adds the open parts of the range to `rest`: parts that no branch covers, and parts beyond an end at which the continuation
-  !> failed. The latter extend to the nearest end of another failed continuation, or else to the end of the range. They are omitted
-  !> if another branch passes through the end.
+  !> Adds to `rest` the parts of the range in which a border cannot be excluded: parts that no branch covers, and parts beyond an end
+  !> at which the continuation failed. A part beyond a failed continuation extends to the nearest end of another failed continuation
+  !> or, if there is none, to the end of the range. It is omitted if another branch passes through the end.
   subroutine add_gaps(axis, branches, rest)
     type(axis_type), intent(in) :: axis
     type(branch_type), intent(in) :: branches(:)

@@ -1,4 +1,4 @@
-!> Plots of borders: critical values of one parameter, curves over two parameters, crossings of a level.
+!> Plots borders: critical values of one parameter, curves in the plane of two parameters, or crossings of a level.
 module gestell_task_boundary_plot
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, text
@@ -24,7 +24,7 @@ module gestell_task_boundary_plot
 
 contains
 
-  !> Plot boundary.gp.
+  !> The plot boundary.gp of the results of the task.
   function plot_borders(plan, results, level) result(figure)
     type(sweep_plan_type), intent(in) :: plan
     type(border_results_type), intent(in) :: results
@@ -44,7 +44,7 @@ contains
     end if
   end function plot_borders
 
-  !> Plot of the critical values and the arguments of their multipliers, with the unstable ranges shaded.
+  !> Plot of the critical values, and of the arguments of their multipliers. The unstable ranges of the parameter are shaded.
   function plot_values(plan, results) result(figure)
     type(sweep_plan_type), intent(in) :: plan
     type(border_results_type), intent(in) :: results

@@ -1,4 +1,4 @@
-!> Text report on stability borders and on crossings of a level.
+!> Writes the report on stability borders and on crossings of a level.
 module gestell_task_boundary_report
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, text
@@ -20,7 +20,7 @@ module gestell_task_boundary_report
 
 contains
 
-  !> Measure and level, for example `f rms = 60 N`.
+  !> Name of the measured quantity and its level, for example `f rms = 60 N`.
   pure function level_name(level) result(words)
     type(level_type), intent(in) :: level
     character(len=:), allocatable :: words
@@ -28,7 +28,7 @@ contains
     words = level%subject() // " = " // concise(level%value, 9) // " " // trim(level%measure%unit)
   end function level_name
 
-  !> Heading of the report: what is sought, the tolerance relative to the ranges, and the ranges.
+  !> Heading of the report: the task, the tolerance relative to the ranges, and the ranges.
   pure function report_search(plan, tolerance, level) result(report)
     type(sweep_plan_type), intent(in) :: plan
     real(dp), intent(in) :: tolerance
@@ -59,15 +59,15 @@ contains
     end if
   end function report_search
 
-  !> Lines of the report about the borders, the places where a border cannot be excluded, and the nearest machine that is not
+  !> Lines of the report on the borders, on the parts in which a border cannot be excluded, and on the nearest machine that is not
   !> unstable.
   pure function report_borders(plan, results, tolerance, level) result(report)
     type(sweep_plan_type), intent(in) :: plan
-    !> Borders, places where a border cannot be excluded, and nearest stable machines
+    !> Borders, parts in which a border cannot be excluded, and nearest machines that are not unstable
     type(border_results_type), intent(in) :: results
-    !> Tolerance relative to the range
+    !> Tolerance of the borders, relative to the range
     real(dp), intent(in) :: tolerance
-    !> Quantity and level, if crossings of a level were sought
+    !> Measured quantity and its level; present if crossings of a level were sought
     type(level_type), intent(in), optional :: level
     character(len=:), allocatable :: report
     integer :: k
@@ -97,7 +97,7 @@ contains
     end do
   end function report_borders
 
-  !> Table of the critical values of one parameter, or of the crossings of a level.
+  !> Table of the critical values of one parameter, or of its values at the crossings of a level.
   pure function value_lines(results, of_level) result(report)
     type(border_results_type), intent(in) :: results
     logical, intent(in) :: of_level
@@ -133,7 +133,7 @@ contains
     end if
   end function value_lines
 
-  !> One-line summary: the number of curves, or the critical values of one parameter.
+  !> Summary in one line: the number of curves, or the critical values of one parameter.
   pure function summary(plan, results, level) result(line)
     type(sweep_plan_type), intent(in) :: plan
     type(border_results_type), intent(in) :: results
@@ -160,7 +160,7 @@ contains
     if (size(results%values) > most) line = line // ", ... (" // text(size(results%values)) // ")"
   end function summary
 
-  !> Words for a result without borders. "In the range" is used only if the search has left no place undecided.
+  !> Text for a result without borders. It says "in the range" only if no part of the range is undecided.
   pure function empty_words(rest) result(words)
     type(border_rest_type), intent(in) :: rest
     character(len=:), allocatable :: words
@@ -169,7 +169,7 @@ contains
     if (size(rest%places) > 0) words = "found, but the search is not complete"
   end function empty_words
 
-  !> Lines of the report about the places where a border, or a crossing of a level, cannot be excluded.
+  !> Lines of the report on the parts in which a border, or a crossing of a level, cannot be excluded.
   pure function open_lines(rest, tolerance, of_level) result(report)
     type(border_rest_type), intent(in) :: rest
     real(dp), intent(in) :: tolerance
@@ -185,8 +185,8 @@ contains
     if (size(rest%places) > max_listed .and. .not. of_level) report = report // more_listed
   end function open_lines
 
-  !> Describes the nearest machine along a parameter that is not unstable: value of the parameter, distance from the given value,
-  !> and verdict.
+  !> Sentence on the nearest machine along a parameter that is not unstable: value of the parameter, difference from the given
+  !> value, and verdict.
   pure function nearest_words(path, nearest) result(sentence)
     character(len=*), intent(in) :: path
     type(nearest_type), intent(in) :: nearest

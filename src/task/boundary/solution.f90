@@ -1,4 +1,5 @@
-!> Results of the task `boundary`: borders over one or two parameters, and the nearest stable machine if the given one is unstable.
+!> Results of the task `boundary`: borders over one or two parameters and, if the given machine is unstable, the nearest machine
+!> that is not.
 module gestell_task_boundary_solution
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -15,20 +16,21 @@ module gestell_task_boundary_solution
 
   public :: solve_borders
 
-  !> Results of the task.
+  !> Results of the task `boundary`.
   type, public :: border_results_type
-    !> For one parameter: its critical values, or the crossings of a level.
+    !> If there is one parameter: its critical values, or its values at the crossings of a level.
     type(border_type), allocatable :: values(:)
     type(border_rest_type) :: rest
-    !> For two parameters: the curves.
+    !> If there are two parameters: the border curves in their plane.
     type(border_map_type), allocatable :: map
-    !> Nearest system along each parameter that is not unstable. Not allocated if there is no given machine, or if that is not
-    !> unstable.
+    !> For each parameter, the nearest system that is not unstable. Not allocated if there is no given machine, or if the given
+    !> machine is not unstable.
     type(nearest_type), allocatable :: nearest(:)
-    !> For a level over one parameter: the curve. In its points, `speed` is the parameter and `values(1:2, 1)` is the quantity and
-    !> its error.
+    !> If a level over one parameter is given: the curve of the measured quantity. In its points, `speed` is the parameter,
+    !> `values(1, 1)` the quantity and `values(2, 1)` its error.
     type(resonance_curve_type), allocatable :: curve
-    !> For a level over two parameters, if there is no curve: side of the level at the centre of the ranges.
+    !> If a level over two parameters is given and there is no curve: side of the level on which the quantity lies at the centre of
+    !> the ranges.
     character(len=10) :: side_at_centre = ""
   end type border_results_type
 
@@ -41,20 +43,20 @@ contains
     class(family_type), intent(in), target :: family
     !> Ranges of one or two parameters
     type(grid_type), intent(in) :: grid
-    !> Accuracy, tolerance of the borders, and executor
+    !> Accuracy, tolerance of the borders, and the executor that distributes the work
     type(border_options), intent(in) :: options
     !> Parameters of the given machine; empty if there is none
     real(dp), intent(in) :: base(:)
     type(border_results_type), intent(out) :: results
     type(error_type), allocatable, intent(out) :: error
-    !> Frames that are not yet linearised about a vibration. If present, borders over one parameter are found on each branch of the
-    !> exact vibration
+    !> Frames that are not yet linearised about a vibration. If present, borders over one parameter are found on each branch of
+    !> vibrations of the exact frame
     class(family_type), intent(in), optional, target :: bare
     type(border_options) :: fine
     logical :: followed
     integer :: k
 
-    ! Narrow tongues need this accuracy even if the user requests less.
+    ! Narrow tongues are found only with this accuracy, even if the user requests less.
     fine = options
     fine%accuracy%tolerance = min(fine%accuracy%tolerance, border_accuracy)
     followed = .false.

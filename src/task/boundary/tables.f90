@@ -1,4 +1,4 @@
-!> Tables of the task `boundary`: boundary.csv over one or two parameters, and level.csv.
+!> Tables of the task `boundary`: boundary.csv over one or two parameters, and level.csv over one parameter.
 module gestell_task_boundary_tables
   use gestell_base_text, only: concise, exact
   use gestell_base_verdict, only: state_word
@@ -20,8 +20,8 @@ module gestell_task_boundary_tables
 
 contains
 
-  !> Table boundary.csv, with a remark for each place where a border cannot be excluded. If `level` is present, the table lists the
-  !> crossings of this level.
+  !> The table boundary.csv, with a remark for each part in which a border cannot be excluded. If `level` is present, the table
+  !> lists the crossings of this level.
   pure type(table_type) function border_table(plan, results, level) result(table)
     type(sweep_plan_type), intent(in) :: plan
     type(border_results_type), intent(in) :: results
@@ -45,7 +45,7 @@ contains
     end if
   end function border_table
 
-  !> Adds the critical values of one parameter, or the crossings of a level.
+  !> Adds the critical values of one parameter, or its values at the crossings of a level, to the table.
   pure subroutine add_values(plan, results, of_level, table)
     type(sweep_plan_type), intent(in) :: plan
     type(border_results_type), intent(in) :: results
@@ -94,7 +94,8 @@ contains
     end do
   end subroutine add_values
 
-  !> Adds the curves in the plane of two parameters. For curves of a level, the state of the machine replaces the argument.
+  !> Adds the curves in the plane of two parameters to the table. For curves of a level, the state of the machine replaces the
+  !> argument of the multiplier.
   pure subroutine add_curves(plan, results, of_level, table)
     type(sweep_plan_type), intent(in) :: plan
     type(border_results_type), intent(in) :: results
@@ -130,7 +131,7 @@ contains
     end associate
   end subroutine add_curves
 
-  !> Table level.csv of the curve: the measured quantity at each value of the parameter.
+  !> The table level.csv: the measured quantity at each computed value of the parameter.
   pure type(table_type) function curve_table(plan, points, level) result(table)
     type(sweep_plan_type), intent(in) :: plan
     class(speed_point_type), intent(in) :: points(:)

@@ -1,5 +1,5 @@
-!> The task `boundary`: stability borders over one or two parameters. If a quantity is named, the task instead finds where its peak,
-!> rms or band value crosses a level.
+!> The task `boundary`: finds stability borders over one or two parameters. If the input names a quantity, the task instead finds
+!> where the peak, rms or band value of this quantity crosses a level.
 module gestell_task_boundary_task
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -30,12 +30,12 @@ module gestell_task_boundary_task
   implicit none (type, external)
   private
 
-  !> The task and its settings from the group &boundary.
+  !> The task `boundary` with its settings from the group &boundary.
   type, extends(task_type), public :: boundary_task
     private
-    !> Tolerance of borders relative to the ranges.
+    !> Tolerance of borders, relative to the ranges of the parameters.
     real(dp) :: tolerance = 0
-    !> Level whose crossings are sought; not allocated if stability borders are sought.
+    !> Measured quantity and its level, if crossings of a level are sought; not allocated if stability borders are sought.
     type(level_type), allocatable :: level
   contains
     procedure :: describe
@@ -55,8 +55,9 @@ contains
     self%scope = all_machines
   end subroutine describe
 
-  !> Reads the group &boundary. Fails if an axis has a single value or includes standstill, if there are too many search points, or
-  !> if the tolerance is out of range. Also fails if a measure or a level is given without a quantity, or as `read_level` does.
+  !> Reads the group &boundary. Fails if an axis has a single value or includes standstill, if the search would start at too many
+  !> points, or if the tolerance is out of range. Fails also if a measure or a level is given without a quantity, or if `read_level`
+  !> fails.
   subroutine read_boundary(self, configuration, error)
     class(boundary_task), intent(inout) :: self
     type(configuration_type), intent(inout) :: configuration
@@ -89,8 +90,8 @@ contains
     end if
   end subroutine read_boundary
 
-  !> Reads the quantity, its measure and the level. The default level of a band is the limit of the probe, if it has one. Fails if
-  !> the quantity does not exist or has no band, or if the level is missing or out of range.
+  !> Reads the quantity, its measure and the level. For a band measure the default level is the limit of the probe, if it has one.
+  !> Fails if the quantity does not exist or has no band, or if the level is missing or out of range.
   subroutine read_level(self, group, configuration, error)
     class(boundary_task), intent(inout) :: self
     type(group_type), intent(in) :: group
@@ -108,7 +109,7 @@ contains
     associate (measure => self%level%measure)
       call new_measure(configuration%frame, configuration%probes, trim(adjustl(name)), kind, measure, reason)
       if (allocated(reason)) then
-        ! If the measure has no name, the quantity does not exist; otherwise the quantity has no band.
+        ! If the measure has no name, the quantity does not exist. Otherwise the quantity exists but has no band.
         call input_error(group, trim(merge("quantity", "measure ", measure%quantity == "")), reason%message, error)
         return
       end if
@@ -184,8 +185,8 @@ contains
     end associate
   end subroutine solve_stability
 
-  !> Finds the crossings of the level over one parameter, or the curves of the level over two. If there is no curve, determines the
-  !> side of the level at the centre of the ranges. Fails if the parameters are invalid.
+  !> Finds the crossings of the level over one parameter, or the curves of the level over two parameters. If there is no curve,
+  !> determines on which side of the level the quantity lies at the centre of the ranges. Fails if the parameters are invalid.
   subroutine solve_level(self, level, context, results, error)
     class(boundary_task), intent(in) :: self
     type(level_type), intent(in) :: level

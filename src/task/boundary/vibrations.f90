@@ -1,4 +1,5 @@
-!> Vibrations of a frame in the exact model over one parameter: branches that are followed along their arc through the whole range.
+!> Follows the vibrations of a frame in the exact model over the whole range of one parameter. The result is the list of their
+!> branches.
 module gestell_task_boundary_vibrations
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
@@ -21,19 +22,19 @@ module gestell_task_boundary_vibrations
 
   public :: bare_frame, trace_branches
 
-  !> Machines as a function of one parameter; lambda is the coordinate u of its axis (gestell_task_boundary_line).
+  !> Machines as a function of one parameter. Lambda is the coordinate u of its axis (gestell_task_boundary_line).
   type, extends(path_family_type) :: line_path_type
     !> Family of frames that are not yet linearised about a vibration.
     class(family_type), pointer :: bare => null()
     type(axis_type) :: axis
-    !> Distributes the work over threads, which may request members of the family at the same time.
+    !> Distributes the work over threads, which may request members of `bare` at the same time.
     class(executor_type), pointer :: executor => null()
   contains
     procedure :: member
     procedure :: solve_both
   end type line_path_type
 
-  !> Parallel work: each of the two pieces computes a Newton iterate, starting from the motion `q`, at one of the `ends`.
+  !> Parallel work: piece 1 and piece 2 compute a Newton iterate from the motion `q`, each at one of the `ends` of lambda.
   type, extends(work_type) :: iterates_type
     type(line_path_type) :: family
     real(dp), allocatable :: q(:, :)
@@ -44,37 +45,37 @@ module gestell_task_boundary_vibrations
     procedure :: exchange
   end type iterates_type
 
-  !> Points of a path in their order.
+  !> Points of a path, in the order in which they were computed.
   type :: trail_type
     integer :: count = 0
-    !> Points, of which the first `count` are used.
+    !> Points of the path. Only the first `count` elements are used.
     type(point_type), allocatable :: points(:)
-    !> `arcs`: lengths of the arcs that lead to the points. `errors`: errors of lambda at turning points.
+    !> `arcs`: length of the arc that leads to each point. `errors`: errors of lambda at the points that are turning points.
     real(dp), allocatable :: arcs(:), errors(:)
-    !> True if the path ends neither at an end of the range nor on a known branch.
+    !> True if the continuation failed, so that the path ends neither at an end of the range nor on a known branch.
     logical :: lost = .true.
   contains
     procedure :: add
   end type trail_type
 
-  !> Lengths of the first arc, the longest arc and the shortest arc.
+  !> Length of the first arc, and maximum and minimum length of an arc.
   real(dp), parameter :: short_arc = 1.0e-3_dp, long_arc = 0.05_dp, min_arc = 1.0e-9_dp
-  !> Maximum number of steps along a path, and of linear systems that are solved for a path.
+  !> Maximum number of steps along a path, and maximum number of linear systems that are solved for it.
   integer, parameter :: max_steps = 3000, max_systems = 20000
 
-  !> Text of the progress line while vibrations are followed.
+  !> Text of the progress display while vibrations are followed.
   character(len=*), parameter :: following = "following vibrations"
 
 contains
 
-  !> Traces the branches over the range of `axis`. The vibration at each of the ascending `starts` is skipped if it lies on a known
-  !> branch. Otherwise it is followed in both directions and around turning points. The path ends where it leaves the range, meets a
-  !> known branch, or the continuation fails.
+  !> Finds the branches over the range of `axis`. At each of the ascending `starts` the vibration is computed. If it lies on a known
+  !> branch, it is skipped. Otherwise it is followed in both directions and around turning points until the path leaves the range,
+  !> meets a known branch, or the continuation fails.
   subroutine trace_branches(bare, axis, options, starts, branches)
     !> Family of frames that are not yet linearised about a vibration
     class(family_type), intent(in), target :: bare
     type(axis_type), intent(in) :: axis
-    !> Accuracy of the vibrations, and executor
+    !> Accuracy of the vibrations, and the executor that distributes the work
     type(border_options), intent(in) :: options
     !> Coordinates u of the parameter at which vibrations are computed first, ascending from 0 to 1
     real(dp), intent(in) :: starts(:)
@@ -116,8 +117,8 @@ contains
     if (associated(options%executor)) call options%executor%show(following, 1.0_dp)
   end subroutine trace_branches
 
-  !> Follows the path of vibrations from motion `q` at `start` until it meets one of the `branches`, leaves the range, or the
-  !> continuation fails. `direction`: initial direction, 1 upward or -1 downward.
+  !> Follows the path of vibrations from the motion `q` at lambda = `start` until it meets one of the `branches`, leaves the range,
+  !> or the continuation fails. `direction`: direction of lambda at the start, 1 upward or -1 downward.
   subroutine follow_path(family, q, start, direction, branches, trail)
     type(line_path_type), intent(inout) :: family
     real(dp), intent(in) :: q(:, :), start
@@ -133,7 +134,7 @@ contains
 
     call first_point(family, q, start, direction, at, error)
     if (allocated(error)) return
-    ! Each step adds its end and possibly a turning point before it.
+    ! Each step adds its end point, and a turning point before it if there is one.
     allocate(trail%points(2 * max_steps + 2), trail%arcs(0), trail%errors(0))
     call trail%add(at, 0.0_dp, 0.0_dp)
     angles = family%angles
@@ -142,7 +143,7 @@ contains
       if (associated(family%executor)) call family%executor%show(following, at%lambda)
       target = merge(1.0_dp, 0.0_dp, at%rise > 0)
       if (abs(target - at%lambda) <= short_arc) then
-        ! The path ends with the vibration at the end of the range.
+        ! The path is complete only if its last point lies exactly at the end of the range.
         trail%lost = abs(target - at%lambda) > 0
         if (.not. trail%lost) return
         arc = (target - at%lambda) / at%rise
@@ -164,8 +165,8 @@ contains
       end if
       call move_alloc(angles, before)
       angles = family%angles
-      ! No step may jump across a resonance, where the argument of a multiplier passes through zero. If the arguments change as on
-      ! the last arc, each may change by half of itself, or by half of the decay if that is larger.
+      ! No step may jump across a resonance, where the argument of a multiplier passes through zero. The arguments are assumed to
+      ! change as on the last arc. Each may change by half of its value or, if the decay is larger, by half of the decay.
       allowed = huge(allowed)
       if (size(before) == size(angles) .and. size(angles) > 0) allowed = max(arc / 4, minval(0.5_dp &
         & * max(angles(:, 1), angles(:, 2)) * arc / max(abs(angles(:, 1) - before(:, 1)), tiny(arc))))
@@ -181,7 +182,7 @@ contains
   end subroutine follow_path
 
   !> Adds the turning point on the arc between two points to `trail`, by the secant method for the zero of d(lambda)/ds. `arc`: on
-  !> entry its whole length, on return the length behind the turning point.
+  !> entry the length of the whole arc, on return the length of the part after the turning point.
   subroutine add_turning_point(family, from, to, arc, trail)
     type(line_path_type), intent(inout) :: family
     type(point_type), intent(in) :: from, to
@@ -240,7 +241,7 @@ contains
     self%errors = [self%errors, error]
   end subroutine add
 
-  !> Joins the path `down` (reversed) and the path `up`, and adds each part between turning points to `branches`.
+  !> Joins two paths from the same start, `down` (in reversed order) and `up`. Adds each part between turning points to `branches`.
   subroutine add_branches(family, down, up, branches)
     type(line_path_type), intent(in) :: family
     type(trail_type), intent(in) :: down, up
@@ -276,8 +277,8 @@ contains
     end do
   end subroutine add_branches
 
-  !> True if lambda reverses its direction at point `k`, inside a path. At a turning point with zero slope the reversal may appear
-  !> one point earlier or later.
+  !> True if lambda reverses its direction at point number `k` inside a path. If the slope is zero at a turning point, the reversal
+  !> may appear one point earlier or later.
   pure logical function turns_at(whole, k)
     type(trail_type), intent(in) :: whole
     integer, intent(in) :: k
@@ -295,8 +296,8 @@ contains
     turns_at = (flat(0) .and. any(reversed)) .or. (reversed(0) .and. .not. any(flat))
   end function turns_at
 
-  !> Makes a branch from the points `first` to `last` of a path and puts them in ascending order of lambda. `lost`: true for each
-  !> end of the whole path at which the continuation failed.
+  !> Creates a branch from the points `first` to `last` of a path, in ascending order of lambda. `lost`: for each end of the whole
+  !> path, true if the continuation failed there.
   pure function branch_of(family, whole, first, last, lost) result(branch)
     type(line_path_type), intent(in) :: family
     type(trail_type), intent(in) :: whole
@@ -338,7 +339,7 @@ contains
     varied = varied_frame(frame, rest)
   end subroutine member
 
-  !> Makes the frame for these parameters. Fails if no such frame is possible or the member of the family is not a frame.
+  !> Creates the frame with these parameters. Fails if such a frame is impossible, or if the member of the family is not a frame.
   subroutine bare_frame(bare, parameters, frame, error)
     class(family_type), intent(in) :: bare
     real(dp), intent(in) :: parameters(:)
@@ -357,7 +358,7 @@ contains
     end select
   end subroutine bare_frame
 
-  !> Solves the iterates at both ends in parallel. Repeats the second one if the first needs more samples.
+  !> Computes the iterates at both ends of lambda in parallel. Repeats the second one if the first one needed more samples.
   subroutine solve_both(self, q, ends, next, error)
     class(line_path_type), intent(in) :: self
     real(dp), intent(in) :: q(:, :), ends(2)

@@ -1,4 +1,4 @@
-!> Campbell diagram: follows the natural modes of a machine over its speed.
+!> Computes the Campbell diagram: follows the modes of a machine over its speed.
 module gestell_task_campbell
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp, pi
@@ -23,10 +23,10 @@ module gestell_task_campbell
   !> Options of a Campbell diagram.
   type, public :: campbell_options
     type(accuracy_type) :: accuracy
-    !> Highest harmonic of the period whose crossings with modes are sought. If the crank makes one turn in the period, a harmonic
-    !> is a multiple of the crank speed.
+    !> Highest harmonic of the period whose crossings with modes are sought. If the crank makes one turn in the period, the
+    !> harmonics are multiples of the crank speed.
     integer :: orders = 6
-    !> Harmonics to be used instead of all from 1 to `orders`
+    !> Numbers of the harmonics, if not all from 1 to `orders` are used
     integer, allocatable :: harmonics(:)
   contains
     procedure :: requested_harmonics
@@ -34,22 +34,23 @@ module gestell_task_campbell
 
   !> The modes of the machine at one speed.
   type, public :: campbell_point_type
-    !> Speed with its sign (1/min)
+    !> Speed, including its sign (1/min)
     real(dp) :: speed = 0
-    !> True if the speed was requested; false if it was inserted to follow the modes
+    !> True if the user requested this speed; false if it was inserted to follow the modes
     logical :: ordered = .true.
     !> True if a machine exists at this speed and at least one mode was identified
     logical :: solved = .false.
-    !> Modes in the order of their numbers; only the first `dofs` are used
+    !> Modes in the order of their numbers. Only the first `dofs` elements are used
     type(mode_type) :: modes(max_dofs)
-    !> Number of turns of the crank in the period
+    !> Number of turns that the crank makes in the period
     integer :: turns = 1
-    !> `dofs`: number of degrees of freedom, 0 without a machine. `free`: the degrees of freedom (1: xi, 2: eta, 3: psi, ...) of the
-    !> components of the mode shapes
+    !> `dofs`: number of degrees of freedom, 0 if there is no machine. `free`: degree of freedom (1: xi, 2: eta, 3: psi, ...) to
+    !> which each component of the mode shapes belongs
     integer :: dofs = 0, free(max_dofs) = 0
-    !> True if the modes certainly match those of the previous point. Also true for the first point and after a gap
+    !> True if it is certain which mode of the previous point each mode continues. Also true for the first point and for the first
+    !> point after a gap
     logical :: unambiguous = .true.
-    !> Mean mass matrix; only its first `dofs` rows and columns are used
+    !> Mean of the mass matrix. Only its first `dofs` rows and columns are used
     real(dp) :: mass(max_dofs, max_dofs) = 0
   end type campbell_point_type
 
@@ -57,17 +58,17 @@ module gestell_task_campbell
   type, public :: campbell_type
     !> Number of modes
     integer :: modes = 0
-    !> Degrees of freedom to which the components of the mode shapes belong
+    !> Degree of freedom to which each component of the mode shapes belongs
     integer, allocatable :: free(:)
     !> Points in the order of the speeds
     type(campbell_point_type), allocatable :: points(:)
-    !> Total number of solutions computed
+    !> Total number of solutions that were computed
     integer :: solutions = 0
   contains
     procedure :: ends
   end type campbell_type
 
-  !> Parallel work: each piece solves one speed.
+  !> Parallel work: each piece computes the modes at one speed.
   type, extends(work_type) :: speeds_type
     class(family_type), pointer :: family => null()
     type(campbell_options) :: options
@@ -78,21 +79,22 @@ module gestell_task_campbell
     procedure :: exchange
   end type speeds_type
 
-  !> Maximum number of times that an interval of speeds is halved to match the modes
+  !> Maximum number of times that an interval between two speeds is halved to match the modes at its ends
   integer, parameter :: max_halvings = 7
 
 contains
 
-  !> Computes the modes at all `speeds` and follows them from speed to speed. Where the matching is uncertain, points are inserted.
-  !> Modes are numbered by their frequencies at the lowest speed. A point at which no machine exists stays unsolved. Fails if speeds
-  !> or orders are invalid, if the family rejects a speed, or if its members are not frames.
+  !> Computes the modes at all `speeds` and follows them from speed to speed. Where it is uncertain which modes belong together,
+  !> points are inserted. Modes are numbered by their frequencies at the lowest speed. A point at which no machine exists stays
+  !> unsolved. Fails if speeds or orders are invalid, if the family rejects a speed, or if its members are not frames.
   subroutine solve_campbell(family, speeds, options, campbell, error, executor)
-    !> Machines as a function of one parameter, the speed (1/min). With an `executor`, threads may request members at the same time.
+    !> Machines as a function of one parameter, the speed (1/min). With an `executor`, several threads may request members at the
+    !> same time
     class(family_type), intent(in), target :: family
     !> Speeds (1/min), all of one sign, ascending or descending
     real(dp), intent(in) :: speeds(:)
     type(campbell_options), intent(in) :: options
-    !> The modes at all speeds, including inserted ones
+    !> The modes at all speeds, including the inserted ones
     type(campbell_type), intent(out) :: campbell
     type(error_type), allocatable, intent(out) :: error
     class(executor_type), intent(inout), optional :: executor
@@ -109,7 +111,7 @@ contains
     work%options = options
     missing_speeds = speeds
     allocate(solved_points(0))
-    ! Each round solves all bisections that the previous round requested.
+    ! Each round computes all points that the previous round found to be missing.
     do while (size(missing_speeds) > 0)
       work%speeds = missing_speeds
       if (allocated(work%points)) deallocate(work%points)
@@ -117,8 +119,8 @@ contains
       call distribute_over(work, size(missing_speeds), error, executor)
       if (allocated(error)) return
       solved_points = [solved_points, work%points]
-      ! Follow the modes from speed to speed, using the solved points in between where needed, and collect the speeds of points that
-      ! are still missing.
+      ! Follow the modes from speed to speed with the points that have been solved, and collect the speeds of the points that are
+      ! still missing.
       campbell = campbell_type(points=[campbell_point_type ::], free=[integer ::])
       missing_speeds = [real(dp) ::]
       last = campbell_point_type()
@@ -141,7 +143,7 @@ contains
     call solve_point(self%family, self%speeds(k), self%options, self%points(k), error)
   end subroutine compute
 
-  !> Writes a point to a record, or reads it from there.
+  !> Writes point number `k` to a record, or reads it from a record.
   subroutine exchange(self, k, record)
     class(speeds_type), intent(inout) :: self
     integer, intent(in) :: k
@@ -153,7 +155,7 @@ contains
     self%points(k) = transfer(words, self%points(k))
   end subroutine exchange
 
-  !> Fails if an order or an accuracy is out of range.
+  !> Checks the options. Fails if an order or an accuracy is out of range.
   pure subroutine check_campbell_options(options, error)
     type(campbell_options), intent(in) :: options
     type(error_type), allocatable, intent(out) :: error
@@ -179,7 +181,7 @@ contains
     end if
   end function requested_harmonics
 
-  !> Counts the solution `point` in `campbell`, and records its degrees of freedom.
+  !> Adds `point` to the number of solutions in `campbell`, and records its degrees of freedom.
   pure subroutine record_solution(point, campbell)
     type(campbell_point_type), intent(in) :: point
     type(campbell_type), intent(inout) :: campbell
@@ -190,7 +192,7 @@ contains
     campbell%solutions = campbell%solutions + 1
   end subroutine record_solution
 
-  !> Updates the latest known modes `last`. A mode that is not identified at `point` keeps its previous data.
+  !> Updates `last`, the latest known data of each mode. If a mode is not identified at `point`, its previous data are kept.
   pure subroutine update_latest(point, last)
     type(campbell_point_type), intent(in) :: point
     type(campbell_point_type), intent(inout) :: last
@@ -204,8 +206,8 @@ contains
     end do
   end subroutine update_latest
 
-  !> Reorders the modes of `point` so that they match those of `last`. Where the matching is uncertain, points in between are used.
-  !> If such a point is not among the solved points `solved_points`, its speed is appended to `missing_speeds`.
+  !> Reorders the modes of `point` so that they match those of `last`. If the matching is uncertain, points between the two speeds
+  !> are used. If such a point is not contained in `solved_points`, its speed is appended to `missing_speeds`.
   pure recursive subroutine connect(solved_points, last, point, halvings, campbell, missing_speeds)
     type(campbell_point_type), intent(in) :: solved_points(:), last
     type(campbell_point_type), intent(inout) :: point
@@ -238,7 +240,7 @@ contains
   end subroutine connect
 
   !> Computes the modes at one speed, in ascending order of their frequencies. `point` stays unsolved if no machine exists at this
-  !> speed. Fails if the family rejects the speed or its members are not frames.
+  !> speed. Fails if the family rejects the speed, or if its members are not frames.
   subroutine solve_point(family, speed, options, point, error)
     !> Machines as a function of the speed (1/min)
     class(family_type), intent(in) :: family
@@ -273,7 +275,7 @@ contains
     point%solved = any(modes%identified)
   end subroutine solve_point
 
-  !> First and last speed (1/min).
+  !> First and last speed of the diagram (1/min).
   pure function ends(self) result(speeds)
     class(campbell_type), intent(in) :: self
     real(dp) :: speeds(2)
@@ -281,7 +283,7 @@ contains
     speeds = self%points([1, size(self%points)])%speed
   end function ends
 
-  !> Numbers the modes by their frequencies at the lowest speed at which all modes are identified.
+  !> Numbers the modes in the order of their frequencies, at the lowest speed at which all modes are identified.
   pure subroutine number_modes(campbell)
     type(campbell_type), intent(inout) :: campbell
     type(campbell_point_type) :: lowest
@@ -308,7 +310,7 @@ contains
     end do
   end subroutine number_modes
 
-  !> Frequency 2 pi / T of the period T (rad/s). It equals |Omega| if the crank makes one turn in the period.
+  !> Angular frequency 2 pi / T of the period T (rad/s). It equals |Omega| if the crank makes one turn in the period.
   elemental real(dp) function base_frequency(point)
     type(campbell_point_type), intent(in) :: point
 

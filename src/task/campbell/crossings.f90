@@ -1,4 +1,4 @@
-!> Finds the crossings of the Campbell diagram: speeds at which the frequency of a mode is a multiple (order) of the crank speed.
+!> Finds the crossings in the Campbell diagram: speeds at which the frequency of a mode is a multiple (order) of the crank speed.
 module gestell_task_campbell_crossings
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
@@ -22,15 +22,15 @@ module gestell_task_campbell_crossings
     integer :: mode = 0
     !> Ratio of the mode's frequency to the crank speed
     real(dp) :: order = 0
-    !> Number of the harmonic of the period at the crossing. 0: the order was not requested or is a half order; such a crossing is
-    !> listed only if locking removes at least half of the damping.
+    !> Number of the harmonic of the period that the crossing belongs to. 0: the order was not requested, or is a half order. Such a
+    !> crossing is listed only if locking removes at least half of the damping.
     integer :: harmonic = 0
-    !> `speed`: speed of the crossing, or middle of the interval in which the mode is locked. `ends`: ends of this interval.
-    !> `error`: error bound of these speeds. All in 1/min
+    !> `speed`: speed of the crossing, or the middle of the interval of speeds in which the mode is locked. `ends`: ends of this
+    !> interval. `error`: error bound of these speeds. All are in 1/min
     real(dp) :: speed = 0, ends(2) = 0, error = 0
-    !> True if the interval in which the mode is locked to the order is wider than its error
+    !> True if the interval in which the mode is locked to the order is wider than the error of the speed
     logical :: locked = .false.
-    !> The mode at the crossing
+    !> The mode at the speed of the crossing
     type(mode_type) :: at
   end type crossing_type
 
@@ -40,24 +40,24 @@ module gestell_task_campbell_crossings
     type(campbell_options) :: options
     !> Number of the mode
     integer :: mode = 0
-    !> Ratio, at the crossings, of the mode's frequency to the frequency of the period; a multiple of 1/2
+    !> Frequency of the mode at the crossings, divided by the frequency of the period; a multiple of 1/2
     real(dp) :: multiple = 0
-    !> Number of the harmonic, or 0 as in `crossing_type`
+    !> Number of the harmonic, or 0 (see `crossing_type`)
     integer :: harmonic = 0
-    !> Crossings found
+    !> Crossings that were found
     type(crossing_type), allocatable :: crossings(:)
-    !> Number of solutions computed
+    !> Number of solutions that were computed
     integer :: solutions = 0
     !> True if the frequency jumps between the points `point - 1` and `point`
     logical :: jump = .false.
     integer :: point = 0
-    !> Points on both sides of the zero or jump
+    !> The last points on both sides of the zero or jump
     type(campbell_point_type) :: sides(2)
   contains
     procedure :: point_at, is_identified, is_locked, value
   end type search_type
 
-  !> Parallel work: each piece is one search.
+  !> Parallel work: each piece is one search for crossings.
   type, extends(work_type) :: searches_type
     type(campbell_type) :: campbell
     type(search_type), allocatable :: searches(:)
@@ -66,28 +66,28 @@ module gestell_task_campbell_crossings
     procedure :: exchange
   end type searches_type
 
-  !> Relative accuracy of the speed of a crossing, if the errors of the frequencies permit it
+  !> Relative accuracy of the speed of a crossing, as far as the errors of the frequencies allow it
   real(dp), parameter :: speed_accuracy = 1.0e-11_dp
   integer, parameter :: max_steps = 100
-  !> Minimum change of a frequency that counts as a jump, relative to the frequency of the period
+  !> A change of a frequency counts as a jump if it is at least this large, relative to the frequency of the period
   real(dp), parameter :: least_jump = 1.0e-6_dp
-  !> Maximum number of jumps
+  !> Maximum number of jumps at which points are inserted
   integer, parameter :: most_jumps = 40
-  !> Functions whose zeros are sought. `detuning`: frequency of the mode minus `multiple` times the frequency of the period; zero in
-  !> the whole interval in which the mode is locked. `discriminant`: square of half the difference of the mode's two exponents,
-  !> positive where they are real.
+  !> Functions whose zeros are sought. `detuning`: frequency of the mode minus `multiple` times the frequency of the period. It is
+  !> zero in the whole interval in which the mode is locked. `discriminant`: square of half the difference of the mode's two
+  !> exponents. It is positive where they are real.
   integer, parameter :: detuning = 1, discriminant = 2
 
 contains
 
-  !> Finds all crossings of the modes with the harmonics requested in `options`, within the range of `campbell`. Also finds the
-  !> intervals in which a mode is locked to another order or half order, up to the highest one, and loses damping. Crossings are
-  !> sorted by mode, order and speed. Fails as `solve_campbell` does, or if `campbell` has not been solved.
+  !> Finds all crossings of the modes with the harmonics that `options` requests, within the range of `campbell`. Finds also the
+  !> intervals in which a mode is locked to another order or half order, up to the highest one, and thereby loses damping. Crossings
+  !> are sorted by mode, order and speed. Fails if `solve_campbell` fails, or if `campbell` has not been solved.
   subroutine find_crossings(family, options, campbell, crossings, error, executor)
     !> Machines as a function of the speed (1/min)
     class(family_type), intent(in), target :: family
     type(campbell_options), intent(in) :: options
-    !> The Campbell diagram, to which the points on both sides of a jump are added
+    !> The Campbell diagram. Points on both sides of each jump are added to it
     type(campbell_type), intent(inout) :: campbell
     type(crossing_type), allocatable, intent(out) :: crossings(:)
     type(error_type), allocatable, intent(out) :: error
@@ -127,7 +127,7 @@ contains
         associate (search => work%searches(i))
           crossings = [crossings, search%crossings]
           campbell%solutions = campbell%solutions + search%solutions
-          ! The points on both sides of the jump are inserted, and the search starts again.
+          ! The points on both sides of the jump are inserted in the diagram, and the search starts again.
           if (search%jump) then
             points = campbell%points
             new = abs(search%sides%speed - points(search%point - 1)%speed) > 0 &
@@ -160,8 +160,8 @@ contains
     end associate
   end subroutine compute
 
-  !> Writes the result of a search to a record, or reads it from there. A search without solutions is not recorded: repeating it is
-  !> faster than reading it.
+  !> Writes the result of a search to a record, or reads it from a record. A search that needed no solution is not recorded, because
+  !> repeating it is faster than reading it.
   subroutine exchange(self, k, record)
     class(searches_type), intent(inout) :: self
     integer, intent(in) :: k
@@ -183,8 +183,8 @@ contains
     end associate
   end subroutine exchange
 
-  !> Computes the modes at another `speed` and numbers them like the modes at the point `near`. `point` is not solved if no machine
-  !> exists at this speed. Fails as `solve_campbell` does.
+  !> Computes the modes at another `speed`, and numbers them like the modes at the point `near`. `point` stays unsolved if no
+  !> machine exists at this speed. Fails if `solve_campbell` would fail.
   subroutine point_at(self, speed, near, point, error)
     class(search_type), intent(inout) :: self
     real(dp), intent(in) :: speed
@@ -202,8 +202,8 @@ contains
     end associate
   end subroutine point_at
 
-  !> Finds the crossing between the points `first` and `first` + 1, if there is one, and moves `first` past it. If the frequency
-  !> jumps across the multiple, `search%jump` is set instead. Such jumps occur where modes mix and exchange their numbers.
+  !> Finds the crossing between point number `first` and the next point, if there is one, and moves `first` past it. If the
+  !> frequency jumps across the multiple, `search%jump` is set instead. Such jumps occur where modes mix and exchange their numbers.
   subroutine next_crossing(points, first, search, error)
     type(campbell_point_type), intent(in) :: points(:)
     integer, intent(inout) :: first
@@ -224,7 +224,7 @@ contains
     crossing%harmonic = search%harmonic
     f = [search%value(l, detuning), search%value(r, detuning)]
     if (search%is_locked(l)) then
-      ! The interval begins at the start of the range or after a gap; otherwise it was found before.
+      ! The interval of locking begins here at the start of the range or after a gap. Elsewhere it was found before.
       within = l
       if (last > 2) then
         if (search%is_identified(points(last - 2))) return
@@ -251,7 +251,7 @@ contains
       end if
     end if
 
-    ! Find the other end of the interval.
+    ! Find the first point after the interval of locking.
     do while (last < size(points) .and. search%is_locked(r))
       if (.not. search%is_identified(points(last + 1))) exit
       last = last + 1
@@ -265,8 +265,8 @@ contains
     search%crossings = [search%crossings, crossing]
   end subroutine next_crossing
 
-  !> Finds the ends of the interval of speeds in which a mode is locked, and the mode at its middle. `within` is a point in the
-  !> interval; `l` and `r` are points at its ends or outside.
+  !> Finds the ends of the interval of speeds in which a mode is locked, and the mode at its middle. `within`: a point in the
+  !> interval. `l`, `r`: points at its ends or outside it.
   subroutine find_interval(search, l, within, r, crossing, error)
     type(search_type), intent(inout) :: search
     type(campbell_point_type), intent(in) :: l, within, r
@@ -294,17 +294,17 @@ contains
     crossing%at = edge%modes(search%mode)
   end subroutine find_interval
 
-  !> Finds a zero of the function `kind` between two points at which its signs differ. The search for a zero of the detuning also
-  !> ends at a point where the mode is locked.
+  !> Finds a zero of the function `kind` between two points at which its values have different signs. The search for a zero of the
+  !> detuning also ends at a point where the mode is locked.
   subroutine find_root(own, kind, l, r, root, uncertainty, error)
-    !> The search for one mode and one multiple; on return its `sides` are the last points on both sides of the zero
+    !> The search for one mode and one multiple. On return `sides` holds the last points on both sides of the zero
     type(search_type), intent(inout) :: own
-    !> `detuning` or `discriminant`
+    !> The function whose zero is sought: `detuning` or `discriminant`
     integer, intent(in) :: kind
     type(campbell_point_type), intent(in) :: l, r
-    !> The point at the zero; not solved if the search met a speed at which no machine exists
+    !> The point at the zero; not solved if the search reached a speed at which no machine exists
     type(campbell_point_type), intent(out) :: root
-    !> Bound on the error of the zero (1/min)
+    !> Bound on the error of the speed at the zero (1/min)
     real(dp), intent(out) :: uncertainty
     type(error_type), allocatable, intent(out) :: error
     type(root_search_type) :: search
@@ -320,7 +320,7 @@ contains
       if ((ends(2)%speed - ends(1)%speed) * (r%speed - l%speed) < 0) own%sides = ends([2, 1])
       root = ends(minloc(abs(search%f), dim=1))
       tolerance = speed_accuracy * abs(root%speed)
-      ! Error of the function value, from the error of the frequency or of the difference of the exponents
+      ! Error of the function's value. It results from the error of the frequency or of the difference of the exponents
       noise = root%modes(own%mode)%error
       if (kind == discriminant) noise = 2 * noise * sqrt(abs(own%value(root, kind))) + noise**2
       associate (rise => abs(search%f(1) - search%f(2)))
@@ -370,7 +370,7 @@ contains
   end function is_identified
 
   !> True if two real multipliers lock the mode to the multiple of the period's frequency. They must differ by more than their
-  !> errors: at an ordinary crossing they are equal, and rounding alone can make them real.
+  !> errors. At an ordinary crossing they are equal, and rounding alone can make them real.
   pure logical function is_locked(self, point)
     class(search_type), intent(in) :: self
     type(campbell_point_type), intent(in) :: point

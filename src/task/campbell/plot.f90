@@ -1,4 +1,4 @@
-!> Pictures of the modes over the speed: Campbell diagram and crossings.
+!> Draws the pictures of the modes over the speed: the Campbell diagram and the crossings.
 module gestell_task_campbell_plot
   use gestell_base_kinds, only: dp, pi
   use gestell_base_text, only: concise, either, newline, text
@@ -13,22 +13,23 @@ module gestell_task_campbell_plot
 
   public :: count_or_no, marks_of, plot_campbell, plot_crossings
 
-  !> Maximum number of order lines that are labelled
+  !> Maximum number of order lines with a label
   integer, parameter :: most_named = 12
-  !> Width of a label relative to the axis
+  !> Width of a label, as a fraction of the axis
   real(dp), parameter :: label_width = 0.043_dp
-  !> Intervals of locked modes are marked if their width is at least this fraction of the half width of the resonance.
+  !> The interval of speeds in which a mode is locked is marked if its width is at least this fraction of the half width of the
+  !> resonance
   real(dp), parameter :: noticeable = 0.1_dp
 
 contains
 
-  !> Picture campbell.gp. Upper panel: frequencies over the speed, crossings, and lines of the orders 1 to `orders`. Lower panel:
-  !> damping.
+  !> The picture campbell.gp. Upper panel: frequencies over the speed, crossings, and lines of the orders 1 to `orders`. Lower
+  !> panel: damping ratios.
   function plot_campbell(campbell, crossings, orders, input) result(figure)
     type(campbell_type), intent(in) :: campbell
     type(crossing_type), intent(in) :: crossings(:)
     integer, intent(in) :: orders
-    !> Speed of the input (1/min); empty if the input has none
+    !> Speed that the input gives (1/min); empty if the input gives no speed
     real(dp), intent(in) :: input(:)
     type(figure_type) :: figure
     type(marks_type) :: marks
@@ -60,7 +61,7 @@ contains
     do k = 1, orders
       frequencies = frequencies // ", " // text(k) // " * abs(x) / 60 with lines lt 8 dt 1 lw 0.8 notitle"
     end do
-    ! Half orders are drawn only if a crossing lies on them.
+    ! The line of a half order is drawn only if it contains a crossing.
     allocate(shown(0))
     do i = 1, size(crossings)
       if (.not. abs(crossings(i)%order - anint(crossings(i)%order)) > 0 .or. any(.not. abs(shown - crossings(i)%order) > 0)) cycle
@@ -69,13 +70,13 @@ contains
     end do
     do k = 1, campbell%modes
       if (.not. identified(k)) cycle
-      ! the rows of a mode are `campbell%modes` apart
+      ! in campbell.csv successive rows of the same mode are `campbell%modes` rows apart
       curve = ", 'campbell.csv' every " // text(campbell%modes) // "::" // text(k - 1) // " using 1:("
       style = ") with lines lt " // text(k) // " lw 2.5 "
       frequencies = frequencies // curve // "column('frequency_Hz')" // style // "title 'mode " // text(k) // "'"
       dampings = dampings // curve // "100 * column('damping_ratio')" // style // "notitle"
     end do
-    ! True if the interval of locking is wide relative to the half width of the resonance
+    ! True if the interval in which the mode is locked is wide relative to the half width of the resonance
     wide = [(crossings(i)%locked .and. abs(crossings(i)%ends(2) - crossings(i)%ends(1)) > noticeable &
       & * abs(crossings(i)%at%growth) * 30 / (pi * crossings(i)%order), i = 1, size(crossings))]
     if (any(wide)) frequencies = frequencies &
@@ -115,7 +116,7 @@ contains
     range = "[" // concise(1.1_dp * low, 6) // ":" // concise(1.1_dp * high, 6) // "]"
   end function from_zero
 
-  !> Marks for the speed of the input and for ranges in which a free vibration grows.
+  !> Marks on the speed axis: the speed that the input gives, and ranges of speeds in which a free vibration grows.
   pure type(marks_type) function marks_of(campbell, range, input) result(marks)
     type(campbell_type), intent(in) :: campbell
     real(dp), intent(in) :: range(2), input(:)
@@ -127,8 +128,8 @@ contains
     end associate
   end function marks_of
 
-  !> Gnuplot labels with the numbers of the orders. Each label lies outside the diagram, where the line leaves it on the right or at
-  !> the top.
+  !> Gnuplot labels with the numbers of the orders. Each label lies outside the diagram, where the line of the order leaves it on
+  !> the right or at the top.
   pure function order_names(speeds, top, orders) result(lines)
     real(dp), intent(in) :: speeds(:), top, orders(:)
     character(len=:), allocatable :: lines
@@ -153,7 +154,7 @@ contains
 
   contains
 
-    !> Gnuplot label with the number of an order.
+    !> Gnuplot label with the number of an order, at the coordinates `at`.
     pure function name(order, at) result(line)
       real(dp), intent(in) :: order
       character(len=*), intent(in) :: at
@@ -164,7 +165,7 @@ contains
 
   end function order_names
 
-  !> Picture crossings.gp of the crossings. The Campbell diagram determines the range and the marks.
+  !> The picture crossings.gp. The range of speeds and the marks are those of the Campbell diagram.
   function plot_crossings(crossings, campbell, input) result(figure)
     type(crossing_type), intent(in) :: crossings(:)
     type(campbell_type), intent(in) :: campbell
@@ -206,7 +207,7 @@ contains
       & // marks%entries, width=800, height=460)
   end function plot_crossings
 
-  !> Number for a title, or "no" for 0.
+  !> A number as text for a title, or "no" if it is 0.
   pure function count_or_no(number) result(words)
     integer, intent(in) :: number
     character(len=:), allocatable :: words

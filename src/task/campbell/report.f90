@@ -1,4 +1,4 @@
-!> Report of the task `campbell`: modes over the speed.
+!> Writes the report of the task `campbell`: the modes over the speed.
 module gestell_task_campbell_report
   use gestell_base_kinds, only: dp, pi
   use gestell_base_text, only: concise, either, fixed, newline, text
@@ -17,12 +17,12 @@ module gestell_task_campbell_report
 
   !> Maximum number of rows in a table of the report.
   integer, parameter, public :: max_listed = 60
-  !> Minimum width of an interval, relative to the speed, to be reported by its ends; a narrower one is reported by its width
+  !> Minimum width, relative to the speed, of an interval that is reported by its ends. A narrower interval is reported by its width
   real(dp), parameter :: wide = 1.0e-4_dp
 
 contains
 
-  !> Section of the report: the modes at both ends of the range, and the crossings.
+  !> Section of the report: the modes at both ends of the range of speeds, and the crossings.
   pure function report_campbell(campbell, crossings) result(report)
     type(campbell_type), intent(in) :: campbell
     type(crossing_type), intent(in) :: crossings(:)
@@ -53,7 +53,7 @@ contains
     end associate
     if (.not. all(solved)) report = report // "  note: at " // counted(count(.not. solved), "speed") &
       & // " the mechanism cannot be assembled, or no mode can be identified" // newline
-    ! the first speeds at which modes cannot be distinguished
+    ! list the first speeds at which modes cannot be told apart
     list = ""
     named = 0
     do k = 1, size(campbell%points)
@@ -76,7 +76,7 @@ contains
     if (mode%identified) words = concise(mode%frequency() / (2 * pi), 6) // tab // ratio(mode)
   end function words
 
-  !> Damping ratio of a mode, or 0 if the growth does not exceed its error bound.
+  !> Damping ratio of a mode; 0 if the growth rate does not exceed its error bound.
   pure function ratio(mode)
     type(mode_type), intent(in) :: mode
     character(len=:), allocatable :: ratio
@@ -115,7 +115,7 @@ contains
     if (size(crossings) > max_listed) report = report // "  ... all crossings in crossings.csv" // newline
   end function crossing_lines
 
-  !> True if the interval in which the mode is locked is wide compared with the resonance, or if the vibration grows in it.
+  !> True if the interval in which the mode is locked is wide relative to the resonance, or if the vibration grows in it.
   pure logical function noticeably_locked(crossing)
     type(crossing_type), intent(in) :: crossing
     real(dp), parameter :: small_part = 0.1_dp
@@ -128,7 +128,7 @@ contains
     end associate
   end function noticeably_locked
 
-  !> Worst verdict at any speed of the diagram. It is printed at the head of the diagram and of its files.
+  !> The worst verdict at all speeds of the diagram. It is printed at the head of the report on the diagram and in its files.
   pure type(judgement_type) function campbell_verdict(campbell) result(judgement)
     type(campbell_type), intent(in) :: campbell
     type(verdict_type) :: verdicts(size(campbell%points))

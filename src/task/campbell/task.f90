@@ -1,4 +1,4 @@
-!> The task `campbell`: modes over the crank speed.
+!> The task `campbell`: computes the modes over the crank speed.
 module gestell_task_campbell_task
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp, pi
@@ -28,15 +28,15 @@ module gestell_task_campbell_task
     procedure :: run
   end type campbell_task
 
-  !> The Campbell diagram and its crossings, which several tasks use.
+  !> The Campbell diagram and its crossings. Several tasks use them.
   type, public :: diagram_type
     type(campbell_options) :: options
     type(campbell_type) :: campbell
     type(crossing_type), allocatable :: crossings(:)
   end type diagram_type
 
-  !> Modes and critical speeds are computed from equations linearised about rest. In a resonance, the exact vibration may differ
-  !> from them, or not be found.
+  !> Modes and critical speeds are computed from the equations linearised about rest. In a resonance, the vibration of the exact
+  !> frame may differ from their solution, or may not be found.
   character(len=*), parameter, public :: model_of_modes = "rest"
 
 contains
@@ -51,7 +51,7 @@ contains
     self%gives_verdict = .true.
   end subroutine describe
 
-  !> Computes the Campbell diagram and adds tables, pictures and report.
+  !> Computes the Campbell diagram, and adds tables, pictures and report to `result`.
   subroutine run(self, context, result, error)
     class(campbell_task), intent(inout) :: self
     type(context_type), intent(inout) :: context
@@ -95,7 +95,7 @@ contains
     call result%write_lines(report_campbell(diagram%campbell, diagram%crossings))
   end subroutine run
 
-  !> Computes modes and crossings over the speeds of the sweep. Stores the result in `context` for other tasks.
+  !> Computes the modes over the speeds of the sweep, and their crossings. Stores them in `context` for other tasks.
   subroutine follow_modes(context, diagram, error)
     type(context_type), intent(inout) :: context
     type(diagram_type), intent(out) :: diagram
@@ -118,8 +118,8 @@ contains
     if (.not. allocated(error)) allocate(context%stored_result, source=diagram)
   end subroutine follow_modes
 
-  !> Table campbell.csv: one row for each mode at each speed. Mode shapes are scaled so that their largest component is real and
-  !> positive.
+  !> The table campbell.csv, which has one row for each mode at each speed. Mode shapes are scaled so that their largest component
+  !> is real and positive.
   pure type(table_type) function campbell_table(campbell, verdict) result(table)
     type(campbell_type), intent(in) :: campbell
     character(len=*), intent(in) :: verdict
@@ -164,8 +164,8 @@ contains
     end associate
   end function campbell_table
 
-  !> One row of the table: the numbers from the frequency to the error bound, then the mode shape. Its largest component is made
-  !> real and positive.
+  !> One row of the table: the numbers from the frequency to the error bound, followed by the mode shape. The largest component of
+  !> the shape is made real and positive.
   pure function numbers(mode, free) result(row)
     type(mode_type), intent(in) :: mode
     integer, intent(in) :: free(:)

@@ -27,24 +27,24 @@ module gestell_task_common_configuration
   !> The machine of an input file, and the settings shared by all tasks.
   type, public :: configuration_type
     character(len=:), allocatable :: title
-    !> Says which results the tasks need for the machine of the input.
+    !> Results that the tasks need for the machine of the input.
     type(analysis_options) :: analysis
     type(accuracy_type) :: accuracy
     type(frame_type) :: frame
     type(probe_type), allocatable :: probes(:)
     !> Highest order of the crank that tasks over a range of speeds consider.
     integer :: orders = 6
-    !> The sweep; not allocated if nothing is varied.
+    !> The sweep; not allocated if the input varies no parameter.
     type(sweep_plan_type), allocatable :: plan
-    !> The input as typed.
+    !> The input as the user typed it.
     type(document_type) :: document
-    !> Groups and keys that the input may contain.
+    !> Groups and keys that are allowed in the input.
     type(schema_type) :: schema
     !> Units of the numbers in the input.
     type(units_type) :: units
-    !> Hash of the complete input, from `content_of`.
+    !> Hash of the complete input, computed by `content_of`.
     integer(int64) :: content = 0
-    !> Reason why the machine of the input cannot turn; only set if no task needs this machine.
+    !> The reason why the machine of the input cannot turn. Allocated only if no task needs this machine.
     type(error_type), allocatable :: impossible
   contains
     procedure :: model
@@ -56,9 +56,9 @@ module gestell_task_common_configuration
 
 contains
 
-  !> Reads the machine of a checked input document and runs its mechanism through one period. `own`: true if a task needs this
-  !> machine; otherwise a mechanism that cannot turn is no error. Fails if a value is out of range, if joints do not fit together
-  !> (code 2) or if a needed mechanism cannot turn (code 3).
+  !> Reads the machine of a checked input document, and evaluates its mechanism over one period. `own`: true if a task needs this
+  !> machine. Otherwise a mechanism that cannot turn is not an error. Fails if a value is out of range, if joints do not fit
+  !> together (code 2), or if a mechanism that is needed cannot turn (code 3).
   subroutine read_machine(configuration, own, error)
     type(configuration_type), intent(inout) :: configuration
     logical, intent(in) :: own
@@ -75,14 +75,14 @@ contains
       if (allocated(error)) then
         if (error%code /= impossible_mechanism .or. own) return
         call move_alloc(error, configuration%impossible)
-        ! The available quantities can be listed even for an impossible mechanism.
+        ! With this the quantities of a machine can be listed even if its mechanism is impossible.
         if (.not. allocated(frame%free)) frame%free = [1, 2, 3]
       end if
       call read_probes(doc, units, configuration%probes, error)
     end associate
   end subroutine read_machine
 
-  !> Reads the sweep. `over_speed`: true if the speed must be one of its parameters. Fails as `read_sweep` and `read_speeds` do.
+  !> Reads the sweep. `over_speed`: true if the sweep must vary the speed. Fails if `read_sweep` or `read_speeds` fails.
   subroutine read_plan(configuration, over_speed, error)
     type(configuration_type), intent(inout) :: configuration
     logical, intent(in) :: over_speed
@@ -106,7 +106,7 @@ contains
     if (self%analysis%averaged) name = "averaged"
   end function model
 
-  !> Speeds of the sweep (1/min): the values of its first axis.
+  !> Speeds of the sweep (1/min), which are the values of its first axis.
   pure function speeds(self)
     class(configuration_type), intent(in) :: self
     real(dp), allocatable :: speeds(:)
@@ -117,7 +117,7 @@ contains
     end associate
   end function speeds
 
-  !> Number of turns of the drive in a period.
+  !> Number of turns that the drive makes in a period.
   pure integer function turns(self)
     class(configuration_type), intent(in) :: self
 
@@ -125,7 +125,7 @@ contains
     if (allocated(self%frame%mechanism)) turns = self%frame%mechanism%turns
   end function turns
 
-  !> Numbers of the harmonics of the period that are considered, up to `highest` times the drive speed.
+  !> Numbers of the harmonics of the period up to `highest` times the drive speed that the tasks consider.
   pure function harmonics(self, highest)
     class(configuration_type), intent(in) :: self
     integer, intent(in) :: highest
@@ -139,7 +139,7 @@ contains
     end if
   end function harmonics
 
-  !> Reads the title, the model, the accuracy, and which results the machine of the input must have.
+  !> Reads the title, the model, the accuracy, and the results that are needed for the machine of the input.
   subroutine read_model(configuration, error)
     type(configuration_type), intent(inout) :: configuration
     type(error_type), allocatable, intent(out) :: error
@@ -182,7 +182,8 @@ contains
     end associate
   end subroutine read_model
 
-  !> Requests the motion data for all forces on the ground, including the forces of guides: the HTML page reports them.
+  !> Requests the rows of the motion for all forces on the ground, including the forces of guides, because the HTML page reports
+  !> them.
   pure subroutine request_forces(self)
     class(configuration_type), intent(inout) :: self
 

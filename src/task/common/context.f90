@@ -1,4 +1,4 @@
-!> Everything that a task needs during a run: the machine, the command-line options, the folders of the files and the executor.
+!> Everything that a task can use during a run: the machine, the command-line options, the folders of the files, and the executor.
 module gestell_task_common_context
   use gestell_output_head, only: head_type, setting_type
   use gestell_output_result, only: result_type
@@ -13,27 +13,27 @@ module gestell_task_common_context
 
   public :: keep_journal
 
-  !> Environment of a run.
+  !> Environment in which a task runs.
   type, public :: context_type
     type(configuration_type) :: configuration
     !> Header that is written into all tables.
     type(head_type) :: head
-    !> `folder`: final folder of the results. `staging`: folder in which the files are written until the run is complete.
+    !> `folder`: folder in which the results finally are. `staging`: folder in which files are written until the run is complete.
     character(len=:), allocatable :: folder, staging
     !> `reports`: true if a report is printed. `one_line`: true if a single line of results is requested.
     logical :: reports = .true., one_line = .false.
-    !> True if all rows of all tables must be kept in memory after they are written.
+    !> True if all rows of all tables must be kept in memory after they have been written.
     logical :: keep_all_rows = .false.
-    !> True if an unstable machine changes the exit code.
+    !> True if an unstable machine leads to a special exit code.
     logical :: fails_if_unstable = .false.
-    !> Number of the part of a sweep that this run computes, and number of parts.
+    !> `part`: number of that part of a sweep which this run computes. `parts`: number of parts.
     integer :: part = 1, parts = 1
-    !> `in_parts`: true if the sweep is divided into parts. `merge`: true if this run combines the finished parts.
+    !> `in_parts`: true if the sweep is divided into parts. `merge`: true if this run combines the results of all parts.
     logical :: in_parts = .false., merge = .false.
     class(executor_type), allocatable :: executor
-    !> Results of the machine of the input.
+    !> Results for the machine of the input.
     type(analysis_type) :: analysis
-    !> Result that a task stores here for a later task.
+    !> A result that one task stores here so that a later task can use it.
     class(*), allocatable :: stored_result
   contains
     procedure :: members
@@ -42,8 +42,8 @@ module gestell_task_common_context
 
 contains
 
-  !> Wraps `family` as `locked`, whose members several threads may request. Each member is linearised by the configured model, or by
-  !> `model` if present, unless the coefficients are averaged.
+  !> Wraps `family` as `locked`, from which several threads may request members at the same time. Each member is linearised by the
+  !> configured model, or by `model` if present. This is omitted if the coefficients are averaged.
   subroutine members(self, family, locked, model)
     class(context_type), intent(in) :: self
     class(family_type), intent(in) :: family
@@ -56,7 +56,7 @@ contains
     locked%accuracy = self%configuration%accuracy
   end subroutine members
 
-  !> Fills in the header of all tables from the name of the input and the settings of the command line.
+  !> Sets the header of all tables from the name of the input and the settings of the command line.
   subroutine fill_header(self, input, settings)
     class(context_type), intent(inout) :: self
     character(len=*), intent(in) :: input
@@ -69,8 +69,8 @@ contains
     self%head%settings = settings
   end subroutine fill_header
 
-  !> Opens the journal in the folder where the files are written. The executor stores finished pieces of work in it, and reads the
-  !> pieces of an interrupted run from it.
+  !> Opens the journal in the folder in which files are written. The executor stores finished pieces of work in the journal, and
+  !> reads from it those of an interrupted run.
   subroutine keep_journal(context, result)
     type(context_type), intent(inout) :: context
     type(result_type), intent(inout) :: result

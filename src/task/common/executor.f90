@@ -1,5 +1,5 @@
-!> Distributes work over the threads of this process. An extension of `executor_type` may also distribute it over several processes,
-!> which run the same tasks and exchange their results.
+!> Distributes work over the threads of this process. An extension of `executor_type` may also distribute it over several processes.
+!> All processes then run the same tasks and exchange their results.
 module gestell_task_common_executor
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -18,7 +18,7 @@ module gestell_task_common_executor
     procedure :: exchange => exchange_nothing
   end type work_type
 
-  !> Progress display.
+  !> A display of the progress of work.
   type, abstract, public :: progress_type
   contains
     procedure(start), deferred :: start
@@ -29,13 +29,13 @@ module gestell_task_common_executor
 
   !> Distributes pieces of work over threads, and stores finished pieces in a journal.
   type, public :: executor_type
-    !> Progress display; not allocated: progress is not displayed.
+    !> The progress display; if it is not allocated, progress is not displayed.
     class(progress_type), allocatable :: progress
-    !> Journal of finished pieces; not allocated: nothing is stored.
+    !> The journal of finished pieces; if it is not allocated, nothing is stored.
     type(journal_type), allocatable :: journal
     !> True if several processes cooperate; tasks whose work cannot be shared are then skipped.
     logical :: has_many_processes = .false.
-    !> Number of calls of `distribute` so far; together with the number of a piece it identifies a result in the journal.
+    !> Number of calls of `distribute` so far. Together with the number of a piece it identifies a result in the journal.
     integer, private :: rounds = 0
   contains
     procedure :: distribute
@@ -49,8 +49,9 @@ module gestell_task_common_executor
   end type executor_type
 
   abstract interface
-    !> Computes piece `k` and stores its result in `self`, apart from the results of other pieces. Steps that only one thread may
-    !> execute at a time, like reading documents or writing files, belong in a critical section named input_and_output.
+    !> Computes piece number `k` and stores its result in `self`, where it does not affect the results of other pieces. Steps that
+    !> only one thread may execute at a time, like reading documents or writing files, belong in a critical section named
+    !> input_and_output.
     recursive subroutine compute(self, k, error)
       import :: work_type, error_type
       implicit none (type, external)
@@ -59,7 +60,7 @@ module gestell_task_common_executor
       type(error_type), allocatable, intent(out) :: error
     end subroutine compute
 
-    !> Starts the progress display for `all` points.
+    !> Starts the progress display for work on `all` points.
     subroutine start(self, all)
       import :: progress_type, int64
       implicit none (type, external)
@@ -67,7 +68,7 @@ module gestell_task_common_executor
       integer(int64), intent(in) :: all
     end subroutine start
 
-    !> Adds `points` finished points to the progress display.
+    !> Increases the number of finished points in the progress display by `points`.
     subroutine add(self, points)
       import :: progress_type, int64
       implicit none (type, external)
@@ -75,14 +76,14 @@ module gestell_task_common_executor
       integer(int64), intent(in) :: points
     end subroutine add
 
-    !> Removes the progress display.
+    !> Removes the progress display from the screen.
     subroutine clear(self)
       import :: progress_type
       implicit none (type, external)
       class(progress_type), intent(inout) :: self
     end subroutine clear
 
-    !> Displays the current activity `activity` and the finished fraction `part` (0 to 1).
+    !> Displays the text `activity` and the finished fraction `part` (0 to 1).
     subroutine show_fraction(activity, part)
       import :: dp
       implicit none (type, external)
@@ -93,14 +94,14 @@ module gestell_task_common_executor
 
 contains
 
-  !> Computes these pieces of `work` in parallel. If a piece fails, pieces after it are skipped. Returns the error of the first
-  !> piece in `pieces` that failed.
+  !> Computes the given pieces of `work` in parallel. If a piece fails, the pieces after it are skipped. Returns the error of the
+  !> first piece in `pieces` that failed.
   subroutine distribute(self, work, pieces, error, points)
     class(executor_type), intent(inout) :: self
     class(work_type), intent(inout) :: work
     integer, intent(in) :: pieces(:)
     type(error_type), allocatable, intent(out) :: error
-    !> Weight of each piece in the progress display, 1 by default
+    !> Weight of each piece in the progress display; 1 if not present
     integer(int64), intent(in), optional :: points(:)
     type(error_type), allocatable :: own
     type(record_type) :: record
@@ -115,7 +116,7 @@ contains
     self%rounds = self%rounds + 1
     has_journal = allocated(self%journal)
     is_stored = .false.
-    ! Results of an interrupted run are read instead of computed.
+    ! Results of an interrupted run are read from the journal instead of being computed.
     do i = 1, merge(size(pieces), 0, has_journal)
       call self%journal%find(self%rounds, pieces(i), words)
       if (size(words) == 0) cycle
@@ -148,8 +149,8 @@ contains
     if (allocated(self%progress)) call self%progress%clear()
   end subroutine distribute
 
-  !> Default of `exchange`, which does nothing: the piece is computed again after an interruption. Overriding versions write the
-  !> result of piece `k` to the record or read it from there (gestell_task_common_record).
+  !> Default of `exchange`, which does nothing, so that the piece is computed again after an interruption. Overriding versions write
+  !> the result of piece number `k` to the record or read it from the record (gestell_task_common_record).
   subroutine exchange_nothing(self, k, record)
     class(work_type), intent(inout) :: self
     integer, intent(in) :: k
@@ -159,8 +160,8 @@ contains
     end associate
   end subroutine exchange_nothing
 
-  !> Computes pieces 1 to `count` of `work`: by the `executor` if present, otherwise one after the other. Returns the error of the
-  !> first piece that failed.
+  !> Computes pieces 1 to `count` of `work`. The `executor` distributes them, if present; otherwise they are computed one after the
+  !> other. Returns the error of the first piece that failed.
   subroutine distribute_over(work, count, error, executor)
     class(work_type), intent(inout) :: work
     integer, intent(in) :: count
@@ -178,12 +179,13 @@ contains
     end do
   end subroutine distribute_over
 
-  !> True if this process is the one that prints the report and writes the files.
+  !> True if this process prints the report and writes the files. Only one process does.
   logical function is_leader()
     is_leader = .true.
   end function is_leader
 
-  !> For each of the numbers 1 to `count`: true if this process must compute it. Each number is computed by one process only.
+  !> For each of the numbers 1 to `count`: true if this process must compute the piece with this number. Each piece is computed by
+  !> one process only.
   function share_of(count) result(is_own)
     integer, intent(in) :: count
     logical :: is_own(count)
@@ -191,7 +193,7 @@ contains
     is_own = .true.
   end function share_of
 
-  !> Passes an error of one process to all processes. Here there is only one process: does nothing.
+  !> Passes an error of one process to all processes. In this version there is only one process, so nothing is done.
   subroutine share_error(error)
     type(error_type), allocatable, intent(inout) :: error
 
@@ -199,7 +201,8 @@ contains
     end associate
   end subroutine share_error
 
-  !> Sets a mark in all processes if any process has set it. Here there is only one process: does nothing.
+  !> Sets an element of `marks` in all processes if any process has set it. In this version there is only one process, so nothing is
+  !> done.
   subroutine share_marks(marks)
     logical, contiguous, intent(inout) :: marks(:)
 
@@ -207,7 +210,8 @@ contains
     end associate
   end subroutine share_marks
 
-  !> Fails if the inputs of the processes differ, which their hash `content` shows. Here there is only one process: never fails.
+  !> Compares the inputs of all processes by their hash `content`. Fails if they differ. In this version there is only one process,
+  !> so it never fails.
   subroutine compare(content, name, error)
     integer(int64), intent(in) :: content
     character(len=*), intent(in) :: name
@@ -217,14 +221,14 @@ contains
     end associate
   end subroutine compare
 
-  !> Line of the report that lists the participating processes; empty if there is only this one.
+  !> Line of the report that lists the processes of this run; empty if there is only one.
   function workers_line() result(line)
     character(len=:), allocatable :: line
 
     line = ""
   end function workers_line
 
-  !> Displays the current activity `activity` and the finished fraction `part` (0 to 1). At 1 the display is removed.
+  !> Displays the text `activity` and the finished fraction `part` (0 to 1). If `part` is 1, the display is removed.
   subroutine show(self, activity, part)
     class(executor_type), intent(inout) :: self
     character(len=*), intent(in) :: activity

@@ -14,22 +14,22 @@ module gestell_task_common_journal
 
   public :: open_journal
 
-  !> Journal file. Each record has the number of a round (a call of `spread`), the number of a piece in this round, and the result
-  !> of the piece.
+  !> The journal file. Each record contains the number of a round (a call of `distribute`), the number of a piece in this round, and
+  !> the result of the piece.
   type, public :: journal_type
     !> True if the file contains a damaged record of an earlier run.
     logical :: damaged = .false.
     character(len=:), allocatable, private :: name
     integer(int64), private :: fingerprint = 0
-    !> The journal of an earlier run as 64-bit words.
+    !> Contents of the journal of an earlier run, as 64-bit words.
     integer(int64), allocatable, private :: words(:)
-    !> First and last word of each record, shape (records).
+    !> Positions of the first and the last word of each record, shape (records).
     integer, allocatable, private :: begins(:), ends(:)
-    !> Number of the record at which the next search begins: results are usually requested in the order of the file.
+    !> Number of the record at which the next search begins. Results are usually requested in the order of the file.
     integer, private :: next = 1
     !> File handle; -1 until the first record is written, and after a failure.
     integer(c_int), private :: handle = -1
-    !> True if the file could not be written; nothing more is stored then.
+    !> True if writing to the file has failed. Nothing more is stored then.
     logical, private :: failed = .false.
   contains
     procedure :: find
@@ -38,8 +38,8 @@ module gestell_task_common_journal
 
 contains
 
-  !> Opens the journal in `folder`, which no other process may use. `content` is the hash of the input. Records of another input or
-  !> of another version of the program are ignored.
+  !> Opens the journal in `folder`, which no other process may use at the same time. `content`: hash of the input. Records of
+  !> another input, or of another version of the program, are ignored.
   subroutine open_journal(journal, folder, content)
     type(journal_type), intent(out) :: journal
     character(len=*), intent(in) :: folder
@@ -58,7 +58,7 @@ contains
     do while (first <= size(journal%words))
       call unseal(journal%words, first, fingerprint, record, is_valid, truncated)
       if (is_valid .and. fingerprint /= journal%fingerprint) exit
-      ! A run that was killed may leave an incomplete last record.
+      ! If a run was killed, the last record may be incomplete; this does not count as damage.
       journal%damaged = .not. (is_valid .or. truncated)
       if (.not. is_valid .or. record(2) <= record(1)) exit
       journal%begins = [journal%begins, record(1)]
@@ -67,7 +67,7 @@ contains
     end do
   end subroutine open_journal
 
-  !> Returns the stored result of a piece as `words`; empty if there is none.
+  !> Returns the stored result of a piece as `words`. They are empty if no result is stored.
   subroutine find(self, round, piece, words)
     class(journal_type), intent(inout) :: self
     integer, intent(in) :: round, piece
@@ -103,7 +103,7 @@ contains
     self%handle = -1
   end subroutine store
 
-  !> Creates the file and copies the records of an earlier run to its beginning. `done`: false if this failed.
+  !> Creates the file and first copies the records of an earlier run into it. `done`: false if this failed.
   subroutine begin(journal, done)
     class(journal_type), intent(inout) :: journal
     logical, intent(out) :: done

@@ -48,7 +48,7 @@ module gestell_task_common_keys
 
 contains
 
-  !> Keys of the group &case. Its key `tasks` accepts these names of tasks.
+  !> Keys of the group &case. Its key `tasks` accepts the names in `tasks`.
   pure function case_keys_of(tasks) result(keys)
     character(len=*), intent(in) :: tasks(:)
     type(key_type) :: keys(size(case_keys))

@@ -1,5 +1,5 @@
-!> Family of machines from which several threads may request members. Members are made one at a time, because only one thread may
-!> read documents. Each thread then linearises its own member with the frame's model.
+!> A family of machines from which several threads may request members. Members are created one at a time, because only one thread
+!> at a time may read documents. Each thread then applies the model of the frame to its own member.
 module gestell_task_common_locked_family
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -16,14 +16,14 @@ module gestell_task_common_locked_family
 
 contains
 
-  !> Makes the member with these parameters; only one thread at a time does so.
+  !> Creates the member with these parameters; other threads wait meanwhile.
   subroutine inner_member(self, parameters, system, error)
     class(locked_family_type), intent(in) :: self
     real(dp), intent(in) :: parameters(:)
     class(periodic_system), allocatable, intent(out) :: system
     type(error_type), allocatable, intent(out) :: error
 
-    ! Use the lock for writing: reading and writing must not overlap.
+    ! The lock is the one for writing, because reading and writing must not overlap.
     !$omp critical (input_and_output)
     call self%settled_family_type%inner_member(parameters, system, error)
     !$omp end critical (input_and_output)

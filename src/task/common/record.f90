@@ -1,5 +1,5 @@
-!> Stores the result of a piece of work as 64-bit words. One procedure, `work_type%exchange`, both writes and reads the values, in
-!> the same order.
+!> Stores the result of a piece of work as 64-bit words. The same procedure, `work_type%exchange`, writes and reads the values, so
+!> both use the same order.
 module gestell_task_common_record
   use gestell_base_kinds, only: dp
   use gestell_base_verdict, only: verdict_of_ordinal, verdict_type
@@ -7,12 +7,12 @@ module gestell_task_common_record
   implicit none (type, external)
   private
 
-  !> A record that is being written or read.
+  !> A record that is being written or being read.
   type, public :: record_type
-    !> True if `pass` reads from the record; false if it writes to it.
+    !> True if `pass` reads values from the record; false if it writes values to it.
     logical :: reads = .false.
     integer(int64), allocatable :: words(:)
-    !> Number of words read so far.
+    !> Number of words that have been read.
     integer, private :: at = 0
     !> True if more words were requested than the record contains.
     logical, private :: short = .false.
@@ -26,7 +26,7 @@ module gestell_task_common_record
 
 contains
 
-  !> Starts writing an empty record or, if `words` is present, starts reading these words.
+  !> Starts an empty record for writing or, if `words` is present, starts reading these words.
   pure subroutine begin(self, words)
     class(record_type), intent(inout) :: self
     integer(int64), intent(in), optional :: words(:)
@@ -38,14 +38,14 @@ contains
     if (present(words)) self%words = words
   end subroutine begin
 
-  !> True if all words have been read and none was missing.
+  !> True if all words have been read and no word was missing.
   pure logical function is_complete(self)
     class(record_type), intent(in) :: self
 
     is_complete = .not. self%short .and. self%at == size(self%words)
   end function is_complete
 
-  !> Writes or reads an array of words, whose length is stored with it. Data of other types are converted to words by `transfer`.
+  !> Writes or reads an array of words. Its length is stored before it. Data of other types are converted to words by `transfer`.
   pure subroutine pass_words(self, words)
     class(record_type), intent(inout) :: self
     integer(int64), allocatable, intent(inout) :: words(:)
@@ -89,7 +89,7 @@ contains
     value = word == 1
   end subroutine pass_logical
 
-  !> Writes or reads a verdict, stored by its number.
+  !> Writes or reads a verdict, which is stored as a number.
   pure subroutine pass_verdict(self, verdict)
     class(record_type), intent(inout) :: self
     type(verdict_type), intent(inout) :: verdict
@@ -110,7 +110,7 @@ contains
     if (size(words) == 1) value = transfer(words, value)
   end subroutine pass_real
 
-  !> Writes or reads a real array. An array that is not allocated is written as an empty one.
+  !> Writes or reads a real array. An array that is not allocated is written as an empty array.
   pure subroutine pass_reals(self, values)
     class(record_type), intent(inout) :: self
     real(dp), allocatable, intent(inout) :: values(:)
@@ -121,7 +121,7 @@ contains
     if (self%reads) values = transfer(words, [0.0_dp])
   end subroutine pass_reals
 
-  !> Writes or reads a real array of rank 2, with its number of rows.
+  !> Writes or reads a real array of rank 2. Its number of rows is stored, too.
   pure subroutine pass_table(self, values)
     class(record_type), intent(inout) :: self
     real(dp), allocatable, intent(inout) :: values(:, :)

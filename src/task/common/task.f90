@@ -1,4 +1,4 @@
-!> Defines a task: a result that the user can request. A new task needs a folder of its own in src/task and an entry in the
+!> Defines a task: a kind of result that the user can request. For a new task, create a folder in src/task and an entry in the
 !> registry.
 module gestell_task_common_task
   use gestell_base_error, only: error_type
@@ -12,30 +12,31 @@ module gestell_task_common_task
 
   public :: longest_table
 
-  !> Machines that a task examines. `own_machine`: the machine of the input, with its vibration. `all_machines`: the machines of the
+  !> Machines that a task examines. `own_machine`: the machine of the input, with its vibration. `all_machines`: all machines of the
   !> sweep. `all_speeds`: the machine of the input at all speeds of the sweep. `unsolved_machine`: the machine of the input, without
   !> its vibration.
   integer, parameter, public :: own_machine = 1, all_machines = 2, all_speeds = 3, unsolved_machine = 4
 
-  !> Maximum length of the sentence that says what a task computes.
+  !> Maximum length of the sentence that explains what a task computes.
   integer, parameter, public :: longest_meaning = 112
 
-  !> A task of any kind.
+  !> A task: computes and reports one kind of result.
   type, abstract, public :: task_type
-    !> Name of the task in the input.
+    !> Name of the task in the input, for example 'sweep'.
     character(len=11) :: name = ""
-    !> Sentence that says what the task computes, for --help and manual; blank if the registry has an earlier task of this name
+    !> Sentence that explains what the task computes, for --help and the manual. Blank if an earlier task in the registry has the
+    !> same name
     character(len=longest_meaning) :: meaning = ""
-    !> Names of all tables that the task may write. Only tables named here are moved to the final folder of results.
+    !> Names of all tables that the task may write. Only files of these tables are moved to the final folder of results.
     character(len=longest_table), allocatable :: tables(:)
-    !> Machines that the task examines: one of the constants from `own_machine` to `unsolved_machine`
+    !> Machines that the task examines: `own_machine`, `all_machines`, `all_speeds` or `unsolved_machine`
     integer :: scope = own_machine
     !> `gives_verdict`: true if the task gives a verdict. `brief`: true if it contributes to the line of --one-line.
-    !> `drawn_with_plot`: true if
-    !> --plot and --report draw its picture even if it is not requested. `shareable`: true if several runs can share its work.
+    !> `drawn_with_plot`: true if its picture is drawn for --plot and --report even if the task is not requested. `shareable`: true
+    !> if several runs can share its work.
     logical :: gives_verdict = .false., brief = .false., drawn_with_plot = .false., shareable = .false.
-    !> `requested`: true if the input requests the task. `needed_for_picture`: true if --plot or --report needs its picture (see
-    !> `drawn_with_plot`).
+    !> `requested`: true if the input requests the task. `needed_for_picture`: true if its picture is needed for --plot or --report
+    !> (see `drawn_with_plot`).
     logical :: requested = .false., needed_for_picture = .false.
   contains
     procedure(describe), deferred :: describe
@@ -47,20 +48,20 @@ module gestell_task_common_task
     procedure :: conclude => conclude_nothing
   end type task_type
 
-  !> Container for a task of any type.
+  !> Container for a task of any type, for arrays of tasks.
   type, public :: any_task_type
     class(task_type), allocatable :: task
   end type any_task_type
 
   abstract interface
-    !> Sets the components that are the same for all tasks of this type: name, meaning, tables, kind of machines.
+    !> Sets the components that are constant for all tasks of this type: name, meaning, tables, and the machines that it examines.
     pure subroutine describe(self)
       import :: task_type
       implicit none (type, external)
       class(task_type), intent(inout) :: self
     end subroutine describe
 
-    !> Computes and reports the results of the task. After an error, the results already added to `result` remain valid.
+    !> Computes and reports the results of the task. If an error occurs, the results already added to `result` remain valid.
     subroutine run(self, context, result, error)
       import :: task_type, context_type, result_type, error_type
       implicit none (type, external)
@@ -81,8 +82,8 @@ contains
     end associate
   end subroutine extend_nothing
 
-  !> Default of `read`, which does nothing. Overriding versions read the keys of the task, even if it is not requested, and register
-  !> which results of the machine it needs. They fail if the input file is invalid.
+  !> Default of `read`, which does nothing. Overriding versions read the keys of the task, even if it is not requested, and record
+  !> which results for the machine it needs. They fail if the input file is invalid.
   subroutine read_nothing(self, configuration, error)
     class(task_type), intent(inout) :: self
     type(configuration_type), intent(inout) :: configuration
@@ -92,7 +93,7 @@ contains
     end associate
   end subroutine read_nothing
 
-  !> Default of `prepare`, which accepts everything. Overriding versions fail if the task does not support the options of the run.
+  !> Default of `prepare`, which does nothing. Overriding versions fail if the task does not support the options of the run.
   subroutine prepare_nothing(context, error)
     type(context_type), intent(in) :: context
     type(error_type), allocatable, intent(out) :: error
@@ -101,7 +102,7 @@ contains
     end associate
   end subroutine prepare_nothing
 
-  !> Default of `preview`: no lines. Overriding versions return the lines that --check prints on the task.
+  !> Default of `preview`, which returns no lines. Overriding versions return the lines on the task that --check prints.
   function no_preview(self, configuration) result(lines)
     class(task_type), intent(in) :: self
     type(configuration_type), intent(in) :: configuration
@@ -112,7 +113,8 @@ contains
     end associate
   end function no_preview
 
-  !> Default of `conclude`, which does nothing. Overriding versions do what remains after all files have been published.
+  !> Default of `conclude`, which does nothing. Overriding versions complete the task after all files have been moved to their final
+  !> folder.
   subroutine conclude_nothing(self)
     class(task_type), intent(inout) :: self
 

@@ -1,4 +1,4 @@
-!> Explains, for help and manual, the values of keys that several tasks share.
+!> Explains the values of those keys that several tasks share. Help and manual print these explanations.
 module gestell_task_common_words
   use gestell_base_text, only: text
   use gestell_floquet_solution_part, only: solution_methods
@@ -34,9 +34,9 @@ contains
     end do
   end function shared_words
 
-  !> Explains the values of the key `case.tasks`: the tasks that an input can request.
+  !> Explains the values of the key `case.tasks`, which are the tasks that an input can request.
   pure function task_words(tasks, meanings) result(words)
-    !> Names of the tasks, and a sentence on each that says what it computes
+    !> Names of the tasks, and for each task a sentence that explains what it computes
     character(len=*), intent(in) :: tasks(:), meanings(:)
     type(variant_type) :: words(size(tasks))
     integer :: i

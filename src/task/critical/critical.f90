@@ -1,4 +1,4 @@
-!> Finds critical speeds: maxima of the vibration over the speed near the crossings of the Campbell diagram.
+!> Finds critical speeds: speeds near the crossings of the Campbell diagram at which the vibration has a maximum.
 module gestell_task_critical
   use gestell_base_error, only: error_type, fatal_error, invalid_input, resonance
   use gestell_math_series_fourier, only: largest_value
@@ -31,42 +31,43 @@ module gestell_task_critical
 
   public :: find_critical
 
-  !> Outcomes at a crossing. `peak`: the vibration has a peak. `no_peak`: it has none, because the damping is high or the order
-  !> hardly excites the mode. `unbounded`: the vibration is unbounded. `self_excited`: the free vibration grows.
+  !> Outcomes at a crossing. `peak`: the vibration has a peak. `no_peak`: it has no peak, because the damping is high or the order
+  !> hardly excites the mode. `unbounded`: the vibration grows without bound. `self_excited`: the free vibration grows.
   integer, parameter, public :: peak = 1, no_peak = 2, unbounded = 3, self_excited = 4
   character(len=9), parameter, public :: outcomes(4) = [character(len=9) :: "peak", "no_peak", "unbounded", "unstable"]
 
-  !> Quantities whose peaks are sought. `force`: maximum of the total force on the ground (N). `amplitude`: amplitude (m) of the
-  !> harmonic of the crossing's order, in all coordinates. It is the norm weighted by the mean mass matrix, divided by the square
-  !> root of the mass.
+  !> Quantities whose peaks are sought. `force`: maximum of the total force on the ground (N). `amplitude`: amplitude (m) of that
+  !> harmonic which belongs to the crossing's order, in all coordinates together. It is the norm weighted by the mean mass matrix,
+  !> divided by the square root of the mass.
   integer, parameter, public :: amplitude = 1, force = 2
-  !> Row of a point's values that contains the share of the order. `amplitude`: share of the mean square of the vibration. `force`:
-  !> force amplitude of the order divided by the maximum force. Row 1 contains the quantity itself.
+  !> Row of a point's values that contains the share of the order. For `amplitude` it is the share in the mean square of the
+  !> vibration; for `force` it is the force amplitude of the order divided by the maximum force. Row 1 contains the quantity itself.
   integer, parameter :: part_of_order = 3
 
-  !> Result at a crossing: a critical speed, or the reason why there is none.
+  !> Result of the search at a crossing: a critical speed, or the reason why there is none.
   type, public :: critical_type
     type(crossing_type) :: crossing
-    !> `peak`, `no_peak`, `unbounded` or `self_excited`
+    !> Outcome of the search: `peak`, `no_peak`, `unbounded` or `self_excited`
     integer :: outcome = no_peak
-    !> Half width of the resonance, from the damping of the mode: half of the range of speeds (1/min) in which the vibration exceeds
-    !> 1/sqrt(2) of its peak
+    !> Half width of the resonance, computed from the damping of the mode (1/min). It is half of the range of speeds in which the
+    !> vibration exceeds 1/sqrt(2) of its peak
     real(dp) :: half_width = 0
-    !> True for each quantity that has a peak near the crossing
+    !> For each quantity: true if it has a peak near the crossing
     logical :: found(2) = .false.
-    !> Values for each quantity; 0 if it has no peak. `speed`: speed of the peak (1/min). `error`: its error bound (1/min).
-    !> `height`: height of the peak (m, N). `prominence`: ratio of the height to the higher of the two adjacent valleys.
+    !> Values for each quantity; 0 if it has no peak. `speed`: speed of the peak (1/min). `error`: error bound of this speed
+    !> (1/min). `height`: value of the quantity at the peak (m, N). `prominence`: height divided by the value at the higher of the
+    !> two adjacent valleys.
     real(dp), dimension(2) :: speed = 0, error = 0, height = 0, prominence = 0
     !> Share of the order in the mean square of the vibration, at the peak of the amplitude
     real(dp) :: share = 0
-    !> Worst verdict on the machine at the peaks of amplitude and force. For an unbounded or self-excited vibration, the verdict at
-    !> the crossing
+    !> Worst verdict on the machine at the peaks of amplitude and force. If the vibration is unbounded or self-excited, the verdict
+    !> at the crossing
     type(verdict_type) :: verdict
-    !> Largest motion of the frame at the peaks of amplitude and force
+    !> Largest displacement and rotation of the frame at the peaks of amplitude and force
     type(moved_type) :: moved
   end type critical_type
 
-  !> Parallel work: each piece searches near one crossing.
+  !> Parallel work: each piece searches for the peaks near one crossing.
   type, extends(work_type) :: searches_type
     class(family_type), pointer :: family => null()
     type(campbell_options) :: options
@@ -77,34 +78,34 @@ module gestell_task_critical
     procedure :: exchange
   end type searches_type
 
-  !> `reach`: half of the searched range, in half widths of the resonance. `most_reach`: its limit, relative to the speed. A peak
-  !> belongs to a crossing if they are less than about `near` half widths apart.
+  !> `reach`: half of the searched range of speeds, in half widths of the resonance. `most_reach`: limit of this half, relative to
+  !> the speed. A peak belongs to a crossing if their distance is less than about `near` half widths.
   real(dp), parameter :: reach = 6, most_reach = 0.3_dp, near = 1
-  !> Number of speeds at which the search starts
+  !> Number of speeds at which the search for a peak starts
   integer, parameter :: samples = 37
-  !> Minimum prominence of a peak: ratio of its height to the higher of the adjacent valleys
+  !> Minimum prominence of a peak: its height divided by the value at the higher of the two adjacent valleys
   real(dp), parameter :: least_prominence = 1.02_dp
-  !> Accuracy of the speed of a peak, in half widths
+  !> Accuracy of the speed of a peak, in half widths of the resonance
   real(dp), parameter :: exact = 1.0e-3_dp
   !> Maximum number of rounds that improve the speeds of peaks
   integer, parameter :: max_rounds = 40
-  !> Speeds count as equal if their relative distance is smaller than this
+  !> Two speeds count as equal if their relative difference is smaller than this
   real(dp), parameter :: same = 4 * epsilon(1.0_dp)
 
 contains
 
-  !> Finds the critical speeds near all `crossings` with harmonics of the period. Fails if crossings or orders are invalid, if the
-  !> family rejects a speed, or if its members are not frames.
+  !> Finds the critical speeds near all `crossings` that belong to a harmonic of the period. Fails if crossings or orders are
+  !> invalid, if the family rejects a speed, or if its members are not frames.
   subroutine find_critical(family, options, crossings, critical, error, executor)
     !> Machines as a function of the speed (1/min)
     class(family_type), intent(in), target :: family
     type(campbell_options), intent(in) :: options
-    !> Crossings of the Campbell diagram; those with `harmonic` = 0 are skipped
+    !> Crossings in the Campbell diagram; those with `harmonic` = 0 are skipped
     type(crossing_type), intent(in) :: crossings(:)
-    !> Results, one for each crossing that is not skipped
+    !> Results of the search, one for each crossing that is not skipped
     type(critical_type), allocatable, intent(out) :: critical(:)
     type(error_type), allocatable, intent(out) :: error
-    !> Distributes the crossings over threads or processes
+    !> Distributes the searches over threads or processes
     class(executor_type), intent(inout), optional :: executor
     type(searches_type) :: work
 
@@ -124,12 +125,12 @@ contains
     call remove_duplicates(critical)
   end subroutine find_critical
 
-  !> Finds the peaks near crossing `k`.
+  !> Finds the peaks near crossing number `k`.
   recursive subroutine compute(self, k, error)
     class(searches_type), intent(inout) :: self
     integer, intent(in) :: k
     type(error_type), allocatable, intent(out) :: error
-    !> At this relative distance from an undamped crossing, the vibration shows whether the order excites the mode
+    !> Relative distance from an undamped crossing at which the vibration shows whether the order excites the mode
     real(dp), parameter :: aside = 1.0e-3_dp
     type(curve_points_type) :: curve
     type(maximum_type) :: tops(2)
@@ -180,7 +181,7 @@ contains
             if (i == 0) cycle
             if (curve%points(i + 1)%speed - curve%points(i - 1)%speed <= 2 * enough) cycle
             call step_to_top(curve, tops(quantity), step(quantity), gain_of_step)
-            ! A parabola through points far apart is less accurate than its step.
+            ! If the points are far apart, the parabola through them is less accurate than its last step suggests.
             if (abs(step(quantity)) <= enough / 4) step(quantity) = 0
           end associate
         end do
@@ -194,7 +195,7 @@ contains
     end associate
   end subroutine compute
 
-  !> Writes a critical speed to a record, or reads it from there.
+  !> Writes the result at a crossing to a record, or reads it from a record.
   subroutine exchange(self, k, record)
     class(searches_type), intent(inout) :: self
     integer, intent(in) :: k
@@ -206,7 +207,7 @@ contains
     self%critical(k) = transfer(words, self%critical(k))
   end subroutine exchange
 
-  !> Removes each peak that was also found from another crossing, if that crossing is nearer to it in half widths.
+  !> Removes each peak that was also found from another crossing, if that crossing is closer to it in half widths of the resonance.
   pure subroutine remove_duplicates(critical)
     type(critical_type), intent(inout) :: critical(:)
     integer :: i, k, quantity
@@ -234,7 +235,7 @@ contains
 
   contains
 
-    !> Distance of a peak from its crossing in half widths.
+    !> Distance of a peak from its crossing, in half widths of the resonance.
     pure real(dp) function distance(one, quantity)
       type(critical_type), intent(in) :: one
       integer, intent(in) :: quantity
@@ -244,8 +245,8 @@ contains
 
   end subroutine remove_duplicates
 
-  !> Finds the maximum of a quantity that is nearest to the crossing, if it is near enough. `apart`: distance between the samples
-  !> (1/min). `top%point` is 0 if there is no such maximum.
+  !> Finds that maximum of a quantity which is nearest to the crossing, if it is near enough. `apart`: distance between the sampled
+  !> speeds (1/min). `top%point` is 0 if there is no such maximum.
   subroutine nearest_top(curve, quantity, critical, apart, top)
     type(curve_points_type), intent(in) :: curve
     integer, intent(in) :: quantity
@@ -270,8 +271,9 @@ contains
     end associate
   end subroutine nearest_top
 
-  !> Records a peak, and updates the worst verdict and the largest motion. Rejects an amplitude that the accuracy cannot distinguish
-  !> from zero. Also rejects a force that rises too much for the share of this order: it is the peak of another order.
+  !> Records a peak, and updates the worst verdict and the largest motion. An amplitude that the accuracy cannot distinguish from
+  !> zero is rejected. A force whose peak is too prominent for the share of this order is also rejected, because it is the peak of
+  !> another order.
   subroutine record_peak(point, top, options, critical)
     type(curve_point_type), intent(in) :: point
     type(maximum_type), intent(in) :: top
@@ -294,7 +296,8 @@ contains
     critical%moved%size = point%moved%size
   end subroutine record_peak
 
-  !> Computes amplitude, force and verdict at one speed. If the resonance is unbounded, the point gets the state `in_resonance`.
+  !> Computes amplitude, force and verdict at one speed. If the resonance makes the vibration unbounded, the point gets the state
+  !> `in_resonance`.
   subroutine solve_at_speed(family, options, speed, multiple, point, error)
     class(family_type), intent(in) :: family
     type(campbell_options), intent(in) :: options
@@ -324,7 +327,7 @@ contains
     end if
   end subroutine solve_at_speed
 
-  !> Computes amplitude and force from the periodic vibration of a frame or of its averaged model.
+  !> Computes amplitude and force from the periodic vibration of a frame, or of its averaged model.
   subroutine measure(system, floquet, multiple, point, error)
     class(second_order_system), intent(in), target :: system
     type(floquet_type), intent(in) :: floquet

@@ -1,4 +1,4 @@
-!> Picture of the critical speeds.
+!> Draws the picture of the critical speeds.
 module gestell_task_critical_plot
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, either, newline, text
@@ -15,15 +15,15 @@ module gestell_task_critical_plot
 
   !> Maximum number of peaks that are labelled
   integer, parameter :: most_peaks = 20
-  !> Width of an upright label relative to the axis
+  !> Width of a label that is written upwards, as a fraction of the axis
   real(dp), parameter :: upright = 0.024_dp
-  !> Forces below this fraction of the maximum are not drawn
+  !> Forces below this fraction of the largest force are not drawn
   real(dp), parameter :: least_force = 1.0e-3_dp
 
 contains
 
-  !> Picture critical.gp: the peaks near the crossings over the speed, one panel for the amplitude and one for the force. The
-  !> Campbell diagram determines the range and the marks.
+  !> The picture critical.gp: the peaks near the crossings over the speed, in one panel for the amplitude and one for the force. The
+  !> range of speeds and the marks are those of the Campbell diagram.
   function plot_critical(critical, campbell, input) result(figure)
     type(critical_type), intent(in) :: critical(:)
     type(campbell_type), intent(in) :: campbell
@@ -57,8 +57,8 @@ contains
       & lines // "unset multiplot" // newline, width=800, height=nint(height_of(2)))
   end function plot_critical
 
-  !> One panel: peaks as vertical lines over the speed, on a logarithmic scale. Peaks below `least` times the maximum are omitted.
-  !> `entries` are appended to the key.
+  !> One panel of the picture: peaks as vertical lines over the speed, on a logarithmic scale. Peaks below `least` times the maximum
+  !> are omitted. `entries` are added to the legend.
   pure function panel(critical, which, range, si, least, entries) result(lines)
     type(critical_type), intent(in) :: critical(:)
     integer, intent(in) :: which

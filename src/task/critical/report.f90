@@ -1,4 +1,4 @@
-!> Report of the task `critical`: critical speeds.
+!> Writes the report of the task `critical`: the critical speeds.
 module gestell_task_critical_report
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, fixed, newline, text
@@ -16,17 +16,18 @@ module gestell_task_critical_report
 
   public :: critical_verdict, report_critical
 
-  !> Peaks are listed if their order has at least this share of the mean square of the vibration
+  !> A peak is listed if its order contributes at least this share to the mean square of the vibration
   real(dp), parameter :: min_share = 0.01_dp
 
 contains
 
-  !> Section of the report about the critical speeds with a noticeable peak.
+  !> Section of the report on the critical speeds at which the peak is noticeable.
   pure function report_critical(critical, orders, turns, verdict, warning) result(report)
     type(critical_type), intent(in) :: critical(:)
-    !> `orders`: highest order of the crank. `turns`: number of turns of the crank in the period
+    !> `orders`: highest order of the crank. `turns`: number of turns that the crank makes in the period
     integer, intent(in) :: orders, turns
-    !> `verdict`: verdict on these vibrations. `warning`: warning that some motions are too large for the linearised equations
+    !> `verdict`: verdict on the vibrations at these speeds. `warning`: warning that some motions are too large for the linearised
+    !> equations
     character(len=*), intent(in) :: verdict, warning
     character(len=:), allocatable :: report, rows
     integer :: i, listed, quiet
@@ -73,7 +74,7 @@ contains
   end function report_critical
 
   !> Worst verdict on the vibrations at the crossings, and at the speeds of the Campbell diagram in which the crossings were found.
-  !> It is printed at the head of the critical speeds and of their files.
+  !> It is printed at the head of the report on the critical speeds and in its files.
   pure type(judgement_type) function critical_verdict(critical, campbell) result(judgement)
     type(critical_type), intent(in) :: critical(:)
     type(campbell_type), intent(in) :: campbell

@@ -1,4 +1,4 @@
-!> The task `critical`: speeds of maximum vibration.
+!> The task `critical`: finds the speeds near resonances at which the vibration has a maximum.
 module gestell_task_critical_task
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp, pi
@@ -39,7 +39,7 @@ contains
     self%gives_verdict = .true.
   end subroutine describe
 
-  !> Finds the critical speeds and adds table, picture and report.
+  !> Finds the critical speeds, and adds table, picture and report to `result`.
   subroutine run(self, context, result, error)
     class(critical_task), intent(inout) :: self
     type(context_type), intent(inout) :: context
@@ -80,7 +80,7 @@ contains
     call result%write_lines(report_critical(critical, context%configuration%orders, turns, judgement%words, warning))
   end subroutine run
 
-  !> Table critical.csv of the critical speeds. The period has `turns` turns of the crank.
+  !> The table critical.csv, which lists the critical speeds. `turns`: number of turns that the crank makes in the period.
   pure type(table_type) function table_of(critical, turns, verdict) result(table)
     type(critical_type), intent(in) :: critical(:)
     integer, intent(in) :: turns
@@ -116,7 +116,7 @@ contains
 
   contains
 
-    !> Adds the columns of the peaks of quantity `which`.
+    !> Adds the columns for the peaks of the quantity `which` to the table.
     pure subroutine add_peaks(which, prefix, name, unit)
       integer, intent(in) :: which
       character(len=*), intent(in) :: prefix, name
@@ -132,7 +132,7 @@ contains
         & [(critical(i)%prominence(which), i = 1, n)]))
     end subroutine add_peaks
 
-    !> The values for quantity `which`, or NaN where it has no peak.
+    !> The values for the quantity `which`; NaN where it has no peak.
     pure function shown(which, values)
       integer, intent(in) :: which
       real(dp), intent(in) :: values(:)

@@ -1,5 +1,5 @@
 !> Reads the operating conditions of a design: all combinations of the speeds of the sweep with the tolerances of &robust. Defines
-!> lines along which worse conditions between these combinations are sought.
+!> the lines along which worse conditions between these combinations are sought.
 module gestell_task_design_conditions
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp, pi
@@ -23,9 +23,9 @@ contains
   !> design parameters.
   subroutine read_conditions(configuration, paths, conditions, lines, robust, error)
     type(configuration_type), intent(inout) :: configuration
-    !> Paths of all numbers that the design changes, such as "frame.mass"
+    !> Paths of all numbers that the design changes, for example "frame.mass"
     character(len=*), intent(in) :: paths(:)
-    !> All combinations of the given speeds with the factors of speed, stiffness and damping
+    !> All combinations of the given speeds with the factors on speed, stiffness and damping
     type(condition_type), allocatable, intent(out) :: conditions(:)
     !> Lines through the range of conditions, along which the worst conditions are sought
     type(range_line_type), allocatable, intent(out) :: lines(:)
@@ -65,8 +65,8 @@ contains
     call build_lines(conditions, of_stiffness, of_damping, lines)
   end subroutine read_conditions
 
-  !> Factors at which a number with this relative tolerance is evaluated: nominal value and both limits, or 1 alone without a
-  !> tolerance.
+  !> Factors at which a number with this relative tolerance is evaluated: nominal value, lower and upper limit. If the tolerance is
+  !> zero: the factor 1 alone.
   pure function factors_within(scatter) result(factors)
     real(dp), intent(in) :: scatter
     real(dp), allocatable :: factors(:)
@@ -75,8 +75,8 @@ contains
     if (scatter > 0) factors = [1 - scatter, 1.0_dp, 1 + scatter]
   end function factors_within
 
-  !> Defines the lines on which designs are examined: a line in speed for each combination of stiffness and damping factors, and
-  !> lines in stiffness at the lowest and the highest speed for each damping factor.
+  !> Defines the lines on which designs are examined. There is a line over the speed for each combination of stiffness and damping
+  !> factors. There are lines over the stiffness at the lowest and at the highest speed, one for each damping factor.
   subroutine build_lines(conditions, of_stiffness, of_damping, lines)
     type(condition_type), intent(in) :: conditions(:)
     !> Factors by which the stiffness and the damping of the mounts are multiplied
@@ -113,7 +113,7 @@ contains
     end do
   end subroutine build_lines
 
-  !> The values of an ascending list without repetitions.
+  !> The values of an ascending list, each only once.
   pure function without_repeats(list) result(distinct)
     real(dp), intent(in) :: list(:)
     real(dp), allocatable :: distinct(:)

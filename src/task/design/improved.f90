@@ -1,4 +1,4 @@
-!> Writes the input file of the improved machine: the original text with the numbers that the design changed.
+!> Writes the input file of the improved machine: the original text, in which the numbers changed by the design are replaced.
 module gestell_task_design_improved
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -14,20 +14,20 @@ module gestell_task_design_improved
 
   public :: improved_text
 
-  !> Significant digits of the parameters that a design reports.
+  !> Number of significant digits of the parameters that a design reports.
   integer, parameter, public :: digits = 9
 
   character, parameter :: newline = new_line("a")
 
 contains
 
-  !> Returns the text of the input with all changes made by --set and by the design, each marked with a comment. Returns an empty
-  !> text if the input has no text of its own. Fails if the number at a path cannot be set.
+  !> Returns the text of the input with all changes made by --set and by the design. A comment marks each change. The text is empty
+  !> if the input has no text of its own. Fails if the number at a path cannot be set.
   subroutine improved_text(doc, schema, paths, values, text, error)
     type(document_type), intent(in) :: doc
-    !> Groups and keys that the input may contain
+    !> Groups and keys that are allowed in the input
     type(schema_type), intent(in) :: schema
-    !> Paths of the changed numbers, such as "frame.mass"
+    !> Paths of the changed numbers, for example "frame.mass"
     character(len=*), intent(in) :: paths(:)
     !> New values of these numbers, in the units of the input
     real(dp), intent(in) :: values(:)

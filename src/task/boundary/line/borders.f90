@@ -42,7 +42,7 @@ module gestell_task_boundary_line_borders
     character(len=verdict_length) :: state = ""
   end type border_type
 
-  !> Open place: a border cannot be excluded there. `value`: parameter at its middle. `width`: width of this part of the range.
+  !> Part of the range in which a border cannot be excluded. `value`: parameter at the middle of this part. `width`: its width.
   type, public :: open_border_type
     real(dp) :: value = 0, width = 0
   end type open_border_type

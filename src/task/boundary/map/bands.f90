@@ -1,4 +1,4 @@
-!> Borders that cross a box side by side, as those of many tongues do.
+!> Connects borders that cross a rectangle side by side, as the borders of many tongues do.
 module gestell_task_boundary_map_bands
   use gestell_base_kinds, only: dp
   use gestell_math_sorting, only: ascending
@@ -8,15 +8,15 @@ module gestell_task_boundary_map_bands
 
   public :: link_through, opposite_sides, cross_straight
 
-  !> Rectangle low(1) <= u(1) <= high(1), low(2) <= u(2) <= high(2).
+  !> A rectangle in the plane of two parameters: low(1) <= u(1) <= high(1), low(2) <= u(2) <= high(2).
   type, public :: box_type
     real(dp) :: low(2) = 0, high(2) = 1
   end type box_type
 
 contains
 
-  !> Number of the coordinate that is constant on two opposite sides, if each of these sides contains half of the vertices `ids`;
-  !> otherwise 0.
+  !> Number of the coordinate that is constant on two opposite sides of the box, if each of these sides contains half of the
+  !> vertices `ids`. Otherwise 0.
   pure integer function opposite_sides(box, ids, vertices) result(k)
     type(box_type), intent(in) :: box
     integer, intent(in) :: ids(:)
@@ -28,7 +28,7 @@ contains
     end do
   end function opposite_sides
 
-  !> Numbers of those vertices among `ids` whose coordinate `k` equals `value`, in ascending order of the other coordinate.
+  !> Numbers of those vertices among `ids` whose coordinate number `k` equals `value`, in ascending order of the other coordinate.
   pure function along(value, k, ids, vertices) result(found)
     real(dp), intent(in) :: value
     integer, intent(in) :: k, ids(:)
@@ -39,8 +39,8 @@ contains
     found = found(ascending((vertices%list(found)%u(3 - k))))
   end function along
 
-  !> Numbers of corresponding vertices on the lower side, on the line half way and on the upper side, in ascending order; shape (n,
-  !> 3). If the vertices do not correspond, n is 0.
+  !> Numbers of corresponding vertices, shape (n, 3): on the lower side, on the line midway between the sides, and on the upper
+  !> side, each in ascending order. If the vertices do not correspond, n is 0.
   pure function rows(box, ids, half_way, k, vertices)
     type(box_type), intent(in) :: box
     integer, intent(in) :: ids(:), half_way(:), k
@@ -65,13 +65,13 @@ contains
     end do
   end function rows
 
-  !> True if all borders cross the box straight from one side to the other. On the line half way, each border must lie close to the
-  !> middle between its two end points, much closer than to its neighbours. Two borders close together (of a tongue or a gap) are
-  !> represented by their centre line.
+  !> True if all borders cross the box straight from one side to the other. For this, each border on the midway line must lie close
+  !> to the middle between its two end points, much closer than to its neighbours. Two borders close together (of a tongue or a gap)
+  !> are represented by their centre line.
   pure logical function cross_straight(box, ids, half_way, k, vertices)
     type(box_type), intent(in) :: box
-    !> `ids`, `half_way`: numbers of the vertices on the two sides and on the line half way. `k`: coordinate that is constant on
-    !> these lines
+    !> `ids`: numbers of the vertices on the two opposite sides. `half_way`: numbers of the vertices on the line midway between the
+    !> sides. `k`: number of the coordinate that is constant on these lines
     integer, intent(in) :: ids(:), half_way(:), k
     type(vertices_type), intent(in) :: vertices
     real(dp), parameter :: near = 0.25_dp
@@ -87,7 +87,8 @@ contains
     do i = 1, n
       position(i, :) = vertices%list(at(i, :))%u(3 - k)
     end do
-    ! Gaps before, between and behind the borders; beyond the box nothing is known, so the outer gaps are its width.
+    ! Gaps before the first border, between borders and behind the last one. Beyond the box nothing is known, so the outer gaps are
+    ! set to the width of the box.
     allocate(gap(0:n, 3), source=box%high(3 - k) - box%low(3 - k))
     gap(1:n - 1, :) = position(2:, :) - position(:n - 1, :)
     allocate(first(n, 3), last(n, 3))
@@ -112,11 +113,12 @@ contains
     end associate
   end function cross_straight
 
-  !> Links the two ends of each border that crosses the box through its vertex half way, so that the region lies on the left.
+  !> Links the two ends of each border that crosses the box through its vertex on the midway line. The region lies on the left of
+  !> the links.
   pure subroutine link_through(box, ids, half_way, k, vertices)
     type(box_type), intent(in) :: box
-    !> `ids`, `half_way`: numbers of the vertices on the two sides and on the line half way. `k`: coordinate that is constant on
-    !> these lines
+    !> `ids`: numbers of the vertices on the two opposite sides. `half_way`: numbers of the vertices on the line midway between the
+    !> sides. `k`: number of the coordinate that is constant on these lines
     integer, intent(in) :: ids(:), half_way(:), k
     type(vertices_type), intent(inout) :: vertices
     integer, allocatable :: at(:, :)
@@ -124,8 +126,8 @@ contains
 
     at = rows(box, ids, half_way, k, vertices)
     do i = 1, size(at, 1)
-      ! The region on the left of an upward border has smaller values of the first coordinate; left of a rightward border it has
-      ! larger values of the second.
+      ! On the left of a border that leads upward, the region has smaller values of the first coordinate. On the left of a border
+      ! that leads to the right, it has larger values of the second coordinate.
       if ((vertices%list(at(i, 2))%inward(3 - k) > 0) .eqv. k == 2) at(i, :) = at(i, 3:1:-1)
       vertices%list(at(i, 1))%next = at(i, 2)
       vertices%list(at(i, 2))%next = at(i, 3)

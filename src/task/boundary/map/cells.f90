@@ -1,4 +1,4 @@
-!> Connects the borders on the sides of each cell of the search grid through the interior of the cell.
+!> Connects the vertices on the sides of each cell of the search grid by borders through the interior of the cell.
 module gestell_task_boundary_map_cells
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -14,14 +14,15 @@ module gestell_task_boundary_map_cells
 
   public :: connect_cells
 
-  !> Cell of the search grid.
+  !> A cell of the search grid: a rectangle between neighbouring lines.
   type :: cell_type
     type(box_type) :: box
-    !> Numbers, in the list of all vertices, of the vertices on the sides of the cell.
+    !> Numbers of the vertices on the sides of the cell, as positions in the list of all vertices.
     integer, allocatable :: sides(:)
   end type cell_type
 
-  !> Parallel work: each piece connects one cell. It adds vertices to those on the sides, and links each vertex to the next.
+  !> Parallel work: each piece connects the vertices of one cell. It adds vertices inside the cell, and links each vertex to the
+  !> next.
   type, extends(traces_type) :: cells_type
     class(plane_type), pointer :: plane => null()
     type(cell_type), allocatable :: cells(:)
@@ -34,10 +35,10 @@ contains
   !> Links the vertices on the lines of the search grid across its cells. Fails if the parameters are invalid.
   subroutine connect_cells(plane, u1, u2, first1, first2, vertices, error)
     class(plane_type), intent(in), target :: plane
-    !> Coordinates of the lines of the search grid
+    !> Coordinates of the lines of the search grid, along the first and along the second parameter
     real(dp), intent(in) :: u1(:), u2(:)
-    !> `first1`, `first2`: number of the first vertex on each line of constant u1 or u2; the last element is one more than the last
-    !> number
+    !> `first1`: number of the first vertex on each line of constant u1. `first2`: the same for lines of constant u2. The last
+    !> element is one more than the number of the last vertex
     integer, intent(in) :: first1(:), first2(:)
     type(vertices_type), intent(inout) :: vertices
     type(error_type), allocatable, intent(out) :: error
@@ -78,7 +79,7 @@ contains
     call connect_cell(self%plane, self%cells(k)%box, [(i, i = 1, size(self%cells(k)%sides))], self%found(k), error)
   end subroutine compute
 
-  !> Merges the results of a cell into the list of all vertices. `sides`: numbers of the vertices on the sides of the cell.
+  !> Adds the results of one cell to the list of all vertices. `sides`: numbers of the vertices on the sides of the cell.
   pure subroutine merge_cell(sides, found, vertices)
     integer, intent(in) :: sides(:)
     type(vertices_type), intent(in) :: found
@@ -100,20 +101,20 @@ contains
     vertices%left_out = vertices%left_out + found%left_out
   end subroutine merge_cell
 
-  !> Links the vertices of `pool` that lie on the sides of `box`. Between them, the sides of the box lie alternately inside and
-  !> outside the region.
+  !> Links the vertices of `pool` that lie on the sides of `box`. These vertices divide the sides into parts that are alternately
+  !> inside and outside the region.
   !>
-  !> Two vertices are linked directly. For four vertices, the system at their mean decides whether the two parts of the sides inside
-  !> the region are connected. For four or more vertices on two opposite sides, a search along the line midway between these sides
-  !> decides. The box is halved if the decision is uncertain, systems are missing, or a narrow tongue ends in the box, down to the
-  !> allowed deviation. Fails if the parameters are invalid.
+  !> Two vertices are linked directly. For four vertices, the system at their mean decides whether the two parts inside the region
+  !> are connected. For four or more vertices on two opposite sides, a search along the line midway between these sides decides. The
+  !> box is halved if the decision is uncertain, if systems are missing, or if a narrow tongue ends in the box, down to the allowed
+  !> deviation. Fails if the parameters are invalid.
   recursive subroutine connect_cell(plane, box, pool, vertices, error)
     class(plane_type), intent(in) :: plane
     type(box_type), intent(in) :: box
     integer, intent(in) :: pool(:)
     type(vertices_type), intent(inout) :: vertices
     type(error_type), allocatable, intent(out) :: error
-    !> If the ratio of the sides of a box is smaller than this, the box is halved across its longer side.
+    !> A box is halved across its longer side if the ratio of its shorter to its longer side is smaller than this.
     real(dp), parameter :: flat = 0.125_dp
     integer, allocatable :: ids(:)
     logical, allocatable :: enter(:)
@@ -146,8 +147,8 @@ contains
         if (allocated(error) .or. .not. certain) return
       end if
     end associate
-    ! If the sections inside the region are connected, neighbours are linked across the sections outside it; otherwise across the
-    ! sections inside.
+    ! If the parts inside the region are connected, vertices are linked across the parts outside it. Otherwise they are linked
+    ! across the parts inside.
     do i = 1, n
       k = modulo(i, n) + 1
       if (enter(i) .eqv. enter(k)) cycle
@@ -156,7 +157,7 @@ contains
     end do
   end subroutine connect_cell
 
-  !> True if both vertices lie close together on one side of the box. Then a tongue ends at an unknown position inside the box.
+  !> True if both vertices lie close together on one side of the box. A tongue then ends at an unknown position inside the box.
   pure logical function has_tip(box, u, v)
     type(box_type), intent(in) :: box
     real(dp), intent(in) :: u(2), v(2)
@@ -167,8 +168,8 @@ contains
     has_tip = any(same([2, 1]) .and. abs(u - v) < close * (box%high - box%low))
   end function has_tip
 
-  !> Selects the vertices of `pool` on the sides of the box, counter-clockwise from the corner `box%low`. `enter`: true if this path
-  !> around the box enters the region at the vertex.
+  !> Selects the vertices of `pool` on the sides of the box, counter-clockwise from the corner `box%low`. `enter`: true if the path
+  !> around the box enters the region at this vertex.
   pure subroutine vertices_around(box, pool, vertices, ids, enter)
     type(box_type), intent(in) :: box
     integer, intent(in) :: pool(:)
@@ -192,8 +193,8 @@ contains
     enter = entering(places)
   end subroutine vertices_around
 
-  !> Computes the position of `u` on the counter-clockwise path around the box, and the direction of the path there. The position is
-  !> 0 to 4, or -1 if `u` is not on a side.
+  !> Computes the position of the point `u` on the counter-clockwise path around the box, from 0 to 4, and the direction of the path
+  !> there. The position is -1 if `u` does not lie on a side.
   pure subroutine position_around(box, u, position, tangent)
     type(box_type), intent(in) :: box
     real(dp), intent(in) :: u(2)
@@ -250,12 +251,12 @@ contains
     certain = .not. missing .and. (inside .eqv. joined)
     if (allocated(error) .or. certain .or. opposite) return
 
-    ! The first chord between near vertices starts at vertex 1 or 2.
+    ! The first chord between vertices that are close together starts at vertex 1 or 2.
     i = merge(1, 2, enter(1) .eqv. joined)
     k = modulo(i, size(ids)) + 1
     across = vertices%list(ids(k))%u - vertices%list(ids(i))%u
     across = across / norm2(across) * maxval(box%high - box%low) / 2
-    ! Keep the line within the ranges.
+    ! Shorten the line so that it stays within the ranges.
     across = across * min(1.0_dp, minval(min(mean, 1 - mean) / max(abs(across), tiny(1.0_dp))))
     if (norm2(across) < plane%precision()) return
     call plane%line(mean - across, 2 * across, line)
@@ -266,9 +267,10 @@ contains
     end associate
   end subroutine decide_by_mean
 
-  !> Divides a box by the line through its middle on which coordinate `k` is constant. If the borders are `parallel`, and those on
-  !> this line show that all cross the box, they are linked. Otherwise both halves are connected, unless the box is too `small`:
-  !> then `is_final` is true and the box is not divided. Fails if the parameters are invalid.
+  !> Divides a box by the line through its middle on which coordinate number `k` is constant. If the borders are `parallel`, and if
+  !> those on the dividing line show that all of them cross the box, they are linked. Otherwise the vertices of both halves are
+  !> connected separately. If the box is too `small` for that, it is not divided, and `is_final` is true. Fails if the parameters
+  !> are invalid.
   recursive subroutine divide(plane, box, ids, k, parallel, small, vertices, is_final, error)
     class(plane_type), intent(in) :: plane
     type(box_type), intent(in) :: box

@@ -1,4 +1,4 @@
-!> Stability borders in the plane of two parameters, as curves.
+!> Computes stability borders in the plane of two parameters as curves.
 module gestell_task_boundary_map
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
@@ -18,17 +18,18 @@ module gestell_task_boundary_map
 
   public :: trace_borders, trace_curves
 
-  !> Vertex of a curve.
+  !> A vertex of a border curve.
   type, public :: border_vertex_type
     integer :: curve = 0
     real(dp) :: parameters(2) = 0
-    !> Error bound along the line on which the vertex was found: the border lies within this distance on either side.
+    !> Error bound in both parameters: the border lies within this distance on either side, on the line on which the vertex was
+    !> found.
     real(dp) :: error(2) = 0
-    !> Argument of the multiplier, as in `border_type`.
+    !> Argument of the multiplier with modulus 1 (see `border_type`).
     real(dp) :: arg_rad = 0
-    !> Kind of the border, as in `border_type`.
+    !> Kind of the border (see `border_type`).
     character(len=15) :: kind = ""
-    !> State of the machine at the crossing of a level, as in gestell_study_speed_point.
+    !> State of the machine where its measured quantity crosses a level (gestell_study_speed_point).
     character(len=15) :: state = ""
   end type border_vertex_type
 
@@ -38,22 +39,22 @@ module gestell_task_boundary_map
     real(dp) :: parameters(2) = 0, width(2) = 0
   end type open_place_type
 
-  !> Border curves in the plane of two parameters.
+  !> Curves of borders in the plane of two parameters.
   type, public :: border_map_type
-    !> Vertices in their order along the curves. The region lies to the left of a curve if the first parameter is plotted to the
-    !> right and the second upward. A closed curve ends with its first vertex.
+    !> Vertices in the order in which the curves connect them. The region lies to the left of a curve if the first parameter is
+    !> plotted to the right and the second one upward. A closed curve ends with its first vertex.
     type(border_vertex_type), allocatable :: vertices(:)
-    !> Number of curves.
+    !> Number of curves on the map.
     integer :: curves = 0
-    !> Number of connections between vertices that could not be refined.
+    !> Number of connections between two vertices that could not be refined.
     integer :: rough = 0
-    !> Places where a border cannot be excluded, on the lines of the search grid and on the lines that divide its cells.
+    !> Parts in which a border cannot be excluded, both on the lines of the search grid and on the lines that divide its cells.
     type(open_place_type), allocatable :: places(:)
-    !> Numbers of meetings of multipliers on all searched lines, as in `border_rest_type`.
+    !> Numbers of meetings of multipliers on all searched lines (see `border_rest_type`).
     integer :: thin = 0, left_out = 0
   end type border_map_type
 
-  !> Parallel work: each piece searches one line of the grid.
+  !> Parallel work: each piece searches one line of the search grid for borders.
   type, extends(searches_type) :: lines_type
     class(plane_type), pointer :: plane => null()
     type(line_type), allocatable :: lines(:)
@@ -63,23 +64,23 @@ module gestell_task_boundary_map
 
 contains
 
-  !> Computes the stability borders in the plane of two parameters. Borders on the lines of the grid are found as in
-  !> gestell_task_boundary_line_search, connected cell by cell, and refined. Fails as `check_search` does, if the grid does not have
-  !> two axes, or if the parameters are invalid.
+  !> Computes the stability borders in the plane of two parameters. The borders on the lines of the search grid are found by the
+  !> method of gestell_task_boundary_line_search. They are connected within each cell, and the curves are refined. Fails if
+  !> `check_search` fails, if the grid does not have two axes, or if the parameters are invalid.
   subroutine trace_borders(family, grid, accuracy, deviation, map, error, executor)
     !> Systems as a function of two parameters
     class(family_type), intent(in), target :: family
     !> Ranges of the two parameters, and numbers of search lines
     type(grid_type), intent(in) :: grid
-    !> Tolerances of the monodromy matrix
+    !> Allowed errors of the monodromy matrix
     type(accuracy_type), intent(in) :: accuracy
     !> Allowed deviation of the curves from the border, relative to the ranges or, on logarithmic axes, to the ranges of the
     !> logarithms
     real(dp), intent(in) :: deviation
-    !> The curves
+    !> The border curves
     type(border_map_type), intent(out) :: map
     type(error_type), allocatable, intent(out) :: error
-    !> Distributes the work over threads, which may request members of the family at the same time
+    !> Distributes the work over threads, which may request members of `family` at the same time
     class(executor_type), intent(inout), optional, target :: executor
     type(plane_type), target :: plane
 
@@ -91,8 +92,8 @@ contains
     call trace_curves(plane, grid, map, error)
   end subroutine trace_borders
 
-  !> Computes the curves that enclose the region of a plane. All components of the plane except its axes must be set. Fails as
-  !> `trace_borders` does.
+  !> Computes the curves that enclose the region of a plane. On entry all components of the plane except its axes must be set. Fails
+  !> if `trace_borders` would fail.
   subroutine trace_curves(plane, grid, map, error)
     class(plane_type), intent(inout), target :: plane
     type(grid_type), intent(in) :: grid
@@ -120,15 +121,15 @@ contains
       & abs(sensitivity(plane%axes, vertices%open(k)%u)) * vertices%open(k)%width), k = 1, size(vertices%open))]
   end subroutine trace_curves
 
-  !> Searches the lines of the grid, first those of constant second parameter, and connects the borders within the cells. Fails if
-  !> the parameters are invalid.
+  !> Searches the lines of the search grid for borders, first those of constant second parameter. Then connects the borders within
+  !> the cells. Fails if the parameters are invalid.
   subroutine search_grid(plane, vertices, error)
     class(plane_type), intent(in), target :: plane
     type(vertices_type), intent(out) :: vertices
     type(error_type), allocatable, intent(out) :: error
     type(lines_type) :: work
     real(dp), allocatable :: u1(:), u2(:)
-    !> Number of the first vertex on each line: line k has the vertices first(k) to first(k + 1) - 1.
+    !> Number of the first vertex on each line: the vertices of line k have the numbers first(k) to first(k + 1) - 1.
     integer, allocatable :: first(:)
     integer :: k
 
@@ -153,15 +154,15 @@ contains
     if (.not. allocated(error)) call list_isolated(first(size(first)) - 1, vertices)
   end subroutine search_grid
 
-  !> Adds to `vertices%open` those of the first `number` vertices (on the lines of the grid) that belong to no curve. Their border
-  !> could not be followed into the cells on either side.
+  !> Adds to `vertices%open` those of the first `number` vertices (the vertices on the lines of the grid) that belong to no curve.
+  !> Their border could not be followed into the cells on either side.
   pure subroutine list_isolated(number, vertices)
     integer, intent(in) :: number
     type(vertices_type), intent(inout) :: vertices
     logical :: passed(vertices%count)
     integer :: k
 
-    ! Without vertices the list is not allocated.
+    ! The list of vertices is not allocated if it is empty.
     if (vertices%count == 0) return
     passed = vertices%list(:vertices%count)%next > 0
     do k = 1, vertices%count
@@ -179,7 +180,7 @@ contains
     class(lines_type), intent(inout) :: self
     integer, intent(in) :: k
     type(error_type), allocatable, intent(out) :: error
-    !> Maximum number of initial nodes on a line; the search adds nodes where it needs them.
+    !> Maximum number of initial nodes on a line. The search adds nodes where it needs them.
     integer, parameter :: most_nodes = 20
     integer :: along
 
@@ -187,13 +188,14 @@ contains
     call self%plane%search(self%lines(k), range_nodes(min(self%plane%axes(along)%count, most_nodes)), self%found(k), error)
   end subroutine compute
 
-  !> Assembles the refined curves one after another: first the open curves, then the closed ones.
+  !> Puts the refined curves one after another in `map`: first the open curves, then the closed ones.
   subroutine assemble_curves(plane, vertices, map, error)
     class(plane_type), intent(in) :: plane
     type(vertices_type), intent(in) :: vertices
     type(border_map_type), intent(inout) :: map
     type(error_type), allocatable, intent(out) :: error
-    !> Curves shorter than this multiple of the tolerance are omitted: their regions are too narrow for the allowed deviation.
+    !> Curves shorter than this multiple of the tolerance are omitted, because they enclose regions too narrow for the allowed
+    !> deviation.
     real(dp), parameter :: least = 2
     type(vertices_type) :: curves
     type(vertices_type), allocatable :: between(:)
@@ -233,7 +235,8 @@ contains
           & abs(sensitivity(plane%axes, v%u)) * v%error, v%arg, plane%kinds(v%kind), plane%states(v%kind))
       end associate
     end do
-    ! If exactly one range descends, left and right are exchanged in the plane of the parameters, so the curves are reversed.
+    ! If exactly one of the two ranges descends, left and right are exchanged in the plane of the parameters, so the curves are
+    ! reversed.
     if ((plane%axes(1)%to < plane%axes(1)%from) .neqv. (plane%axes(2)%to < plane%axes(2)%from)) then
       do start = 1, map%curves
         own = pack([(i, i = 1, curves%count)], numbers == start)
@@ -242,7 +245,8 @@ contains
     end if
   end subroutine assemble_curves
 
-  !> Appends the curve that begins at vertex `start`, including the vertices `between` each of its vertices and the next.
+  !> Appends the curve that begins at vertex number `start`. Each vertex is followed by those that refinement has added `between` it
+  !> and the next vertex.
   pure subroutine append_curve(vertices, between, start, done, curves)
     type(vertices_type), intent(in) :: vertices, between(:)
     integer, intent(in) :: start

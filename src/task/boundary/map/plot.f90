@@ -1,4 +1,4 @@
-!> Plot of curves in the plane of two parameters.
+!> Plots border curves in the plane of two parameters.
 module gestell_task_boundary_map_plot
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, text
@@ -18,12 +18,12 @@ module gestell_task_boundary_map_plot
 
 contains
 
-  !> Plot boundary.gp: the curves, each kind with its own dashes, and the shaded region on their left.
+  !> The plot boundary.gp: the curves, with a different dash pattern for each kind of border, and the shaded region on their left.
   function plot_curves(plan, map, kinds, states, meanings, title, side) result(figure)
     type(sweep_plan_type), intent(in) :: plan
     type(border_map_type), intent(in) :: map
-    !> `kinds`, `states`: combinations with the legend entries `meanings`. `title`: start of the title. `side`: name of the shaded
-    !> region
+    !> `kinds`, `states`: kinds of borders, each with a state of the machine. `meanings`: their legend entries. `title`: start of
+    !> the title. `side`: name of the shaded region
     character(len=*), intent(in) :: kinds(:), states(:), meanings(:), title, side
     type(figure_type) :: figure
     character(len=:), allocatable :: lines, list, condition
@@ -60,7 +60,7 @@ contains
     figure = new_figure("boundary", title // ": " // count_words(map%curves), lines // list // newline, width=800, height=560)
   end function plot_curves
 
-  !> Plot commands that draw the curves over a chart of the same parameters.
+  !> Plot commands that draw the border curves on a chart over the same parameters.
   pure function over_chart(map) result(curves)
     type(border_map_type), intent(in) :: map
     character(len=:), allocatable :: curves
@@ -70,7 +70,7 @@ contains
       & // "NaN):(Y(column(3))) with lines lt 7 dt 1 lw 1.5"
   end function over_chart
 
-  !> Data block $side: boxes that fill the region on the left of the curves. Columns: x from, x to, y from, y to.
+  !> Gnuplot data block $side: boxes that fill the region on the left of the curves. Columns: lower and upper x, lower and upper y.
   pure function region_boxes(grid, map) result(lines)
     type(grid_type), intent(in) :: grid
     type(border_map_type), intent(in) :: map
@@ -92,7 +92,8 @@ contains
         wide(k) = maxval(ends) - low(k)
       end associate
       points(k, :) = (coordinate(grid%axes(k), map%vertices%parameters(k)) - low(k)) / wide(k)
-      ! The logarithm of the absolute value falls for negative parameters, so left and right are exchanged.
+      ! For negative parameters the logarithm of the absolute value decreases when the parameter increases, so left and right are
+      ! exchanged.
       mirrored = mirrored .neqv. (grid%axes(k)%logarithmic .and. grid%axes(k)%from < 0)
     end do
     order = [(i, i = 1, size(points, 2))]
@@ -107,7 +108,7 @@ contains
     lines = lines // "END" // newline
   end function region_boxes
 
-  !> Label "none found" for a plot without curves; empty if there are curves.
+  !> Gnuplot label "none found" if there are no curves; otherwise empty. `number`: number of curves.
   pure function empty_label(number) result(line)
     integer, intent(in) :: number
     character(len=:), allocatable :: line
@@ -116,7 +117,7 @@ contains
     if (number == 0) line = "set label 1 'none found' at graph 0.5,graph 0.5 center textcolor rgb '#444444'" // newline
   end function empty_label
 
-  !> Text that states the number of borders found.
+  !> Text with the number of borders that were found.
   pure function count_words(number) result(words)
     integer, intent(in) :: number
     character(len=:), allocatable :: words

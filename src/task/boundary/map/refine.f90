@@ -1,4 +1,4 @@
-!> Refinement of curves until they follow a border within a tolerance.
+!> Refines curves until they follow a border within a tolerance.
 module gestell_task_boundary_map_refine
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -22,7 +22,7 @@ module gestell_task_boundary_map_refine
 
 contains
 
-  !> Computes additional vertices between each vertex and the next one on its curve. Fails if the parameters are invalid.
+  !> Computes the vertices to be inserted between each vertex and the next one on its curve. Fails if the parameters are invalid.
   subroutine refine_stretches(plane, vertices, between, error)
     class(plane_type), intent(in), target :: plane
     type(vertices_type), intent(in) :: vertices
@@ -57,9 +57,9 @@ contains
   end subroutine compute
 
   !> Adds to `curve` the vertices needed between `p` and its successor `q`. At 1/2, 1/4 and 3/4 of the straight connection, the
-  !> distance of the border must not exceed the allowed deviation. Between different kinds of border, the connection is divided
-  !> until the corner is located to the precision of the search lines. A connection on which no border is found is counted as rough.
-  !> Fails if the parameters are invalid.
+  !> distance of the border from it must not exceed the allowed deviation. If `p` and `q` belong to different kinds of border, the
+  !> connection is divided until the corner between them is located with the precision of the search lines. A connection on which no
+  !> border is found is counted as rough. Fails if the parameters are invalid.
   recursive subroutine refine(plane, p, q, divisions, curve, error)
     class(plane_type), intent(in) :: plane
     type(vertex_type), intent(in) :: p, q
@@ -89,9 +89,10 @@ contains
     call refine(plane, middle, q, divisions - 1, curve, error)
   end subroutine refine
 
-  !> Finds the border on the line across the connection from `p` to `q`, at the fraction `part` of its length. Of several borders it
-  !> selects the nearest with the region on the left, because the border of a narrow tongue may lie on either side. `near`: true if
-  !> `near_suffices` and the border, or the edge of the ranges, is not farther away than the allowed deviation.
+  !> Finds the border on a line perpendicular to the connection from `p` to `q`, at the fraction `part` of its length. If there are
+  !> several borders, it selects the nearest one with the region on the left, because the border of a narrow tongue may lie on
+  !> either side. `near`: true if `near_suffices` is true and the border, or the edge of the ranges, is not farther away than the
+  !> allowed deviation.
   subroutine find_border_across(plane, p, q, part, near_suffices, vertex, found, near, error)
     class(plane_type), intent(in) :: plane
     type(vertex_type), intent(in) :: p, q
@@ -110,7 +111,7 @@ contains
     left = [p%u(2) - q%u(2), q%u(1) - p%u(1)] / norm2(q%u - p%u)
     call plane%probe(middle, inside, missing, error)
     if (allocated(error) .or. missing) return
-    ! If the region is wide, probing on one side is enough.
+    ! If the region is wide, it is sufficient to search on one side of the connection.
     outward = merge(-left, left, inside)
     edge = distance_to_edge(middle, outward)
     near = near_suffices .and. edge <= plane%tolerance
@@ -129,8 +130,8 @@ contains
     end do
   end subroutine find_border_across
 
-  !> Finds the border nearest to `middle` on the line along `left`, up to `distance` on both sides. The region must lie on the side
-  !> to which `left` points.
+  !> Finds the border nearest to `middle` on the line in the direction `left`, up to `distance` on both sides. The region must lie
+  !> on the side to which `left` points.
   subroutine nearest_crossing(plane, middle, left, distance, vertex, found, error)
     class(plane_type), intent(in) :: plane
     real(dp), intent(in) :: middle(2), left(2), distance
@@ -156,7 +157,7 @@ contains
     end associate
   end subroutine nearest_crossing
 
-  !> Distance from `u` to the edge of the ranges in direction `direction`.
+  !> Distance from the point `u` to the edge of the ranges in the direction `direction`.
   pure real(dp) function distance_to_edge(u, direction) result(distance)
     real(dp), intent(in) :: u(2), direction(2)
     integer :: k

@@ -1,4 +1,4 @@
-!> Text report on curves in the plane of two parameters.
+!> Writes the report on border curves in the plane of two parameters.
 module gestell_task_boundary_map_report
   use gestell_base_verdict, only: stable, state_word
   use gestell_base_kinds, only: dp
@@ -18,7 +18,7 @@ module gestell_task_boundary_map_report
 
 contains
 
-  !> Part of a heading that states the names of the parameters and the number of curves.
+  !> Part of a heading: the names of the parameters and the number of curves.
   pure function curves_over(map, paths) result(line)
     type(border_map_type), intent(in) :: map
     character(len=*), intent(in) :: paths(:)
@@ -27,7 +27,7 @@ contains
     line = " over " // trim(paths(1)) // " and " // trim(paths(2)) // ": " // counted(map%curves, "curve")
   end function curves_over
 
-  !> Lines of the report about the curves and the places where a border cannot be excluded.
+  !> Lines of the report on the curves, and on the parts of lines in which a border cannot be excluded.
   pure function curve_lines(map, paths) result(report)
     type(border_map_type), intent(in) :: map
     character(len=*), intent(in) :: paths(:)
@@ -60,8 +60,8 @@ contains
     if (size(map%places) > max_listed) report = report // more_listed
   end function curve_lines
 
-  !> Notes on meetings of multipliers. Tongues at the `thin` meetings are narrower than `width` (relative to the range); `left_out`
-  !> meetings were not searched.
+  !> Notes on meetings of multipliers. `thin`: number of meetings whose tongues are narrower than `width` (relative to the range).
+  !> `left_out`: number of meetings that were not searched.
   pure function unsearched_lines(thin, width, left_out) result(report)
     integer, intent(in) :: thin, left_out
     real(dp), intent(in) :: width
@@ -74,8 +74,8 @@ contains
       & " were not searched; these places lie in the ranges that are marked 'open' below. Search these ranges separately" // newline
   end function unsearched_lines
 
-  !> List such as ": divergence, flutter". It contains each kind once, in the order along the curve, with the state of the machine
-  !> unless that is stable.
+  !> List such as ": divergence, flutter". It contains each kind of border once, in the order along the curve, followed by the state
+  !> of the machine if it is not stable.
   pure function kinds_of(curve) result(list)
     type(border_vertex_type), intent(in) :: curve(:)
     character(len=:), allocatable :: list, kind
@@ -98,7 +98,7 @@ contains
     place = "(" // concise(parameters(1), 6) // ", " // concise(parameters(2), 6) // ")"
   end function place
 
-  !> Kind of border with blanks instead of underscores.
+  !> Name of the kind of border, with blanks instead of underscores.
   pure function words(kind)
     character(len=*), intent(in) :: kind
     character(len=:), allocatable :: words

@@ -1,6 +1,6 @@
-!> Points of borders in the plane of two parameters, in coordinates u (gestell_task_boundary_line), and the plane itself.
+!> Vertices of borders in the plane of two parameters, in coordinates u (gestell_task_boundary_line), and the plane itself.
 !>
-!> A border encloses a region: the unstable machines, or those with a measured quantity above its level.
+!> A border encloses a region: the unstable machines, or the machines with a measured quantity above its level.
 module gestell_task_boundary_map_vertex
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -17,37 +17,39 @@ module gestell_task_boundary_map_vertex
 
   public :: vertex_of
 
-  !> Upper limit of the tolerance of borders on lines, in u. It ensures that narrow tongues are found whatever the allowed deviation
-  !> of the curves is.
+  !> Upper limit of the tolerance of borders on lines, in u. With it narrow tongues are found even if the allowed deviation of the
+  !> curves is large.
   real(dp), parameter, public :: finest_lines = 1.0e-8_dp
 
-  !> Point of a border in the plane.
+  !> A vertex: a point of a border in the plane.
   type, public :: vertex_type
-    !> Coordinates u of the point.
+    !> Coordinates u of the vertex.
     real(dp) :: u(2) = 0
-    !> Unit vector along the line on which the vertex was found, pointing into the region.
+    !> Unit vector along the line on which the vertex was found. It points into the region.
     real(dp) :: inward(2) = 0
     integer :: kind = 0
-    !> `arg`: argument of the multiplier (0 to pi). `error`: the border lies within this distance, in u, on either side
+    !> `arg`: argument of the multiplier with modulus 1 (0 to pi). `error`: distance, in u, within which the border lies on either
+    !> side
     real(dp) :: arg = 0, error = 0
-    !> Number of the next vertex of the curve, or 0. The region lies on the left of the connection.
+    !> Number of the next vertex of the curve, or 0 at its end. Seen from this vertex towards the next, the region lies on the left.
     integer :: next = 0
   end type vertex_type
 
-  !> Place on a line where a border could not be excluded, and its width along the line, both in u.
+  !> Part of a line in which a border cannot be excluded: its middle, and its width along the line, both in u.
   type, public :: open_spot_type
     real(dp) :: u(2) = 0, width(2) = 0
   end type open_spot_type
 
-  !> List of vertices, and places where a border cannot be excluded.
+  !> List of vertices, and of parts of lines in which a border cannot be excluded.
   type, public :: vertices_type
     integer :: count = 0
-    !> Vertices, of which the first `count` are used.
+    !> The vertices. Only the first `count` elements are used.
     type(vertex_type), allocatable :: list(:)
-    !> Places on the searched lines where a border cannot be excluded.
+    !> Parts of the searched lines in which a border cannot be excluded.
     type(open_spot_type), allocatable :: open(:)
     !> `thin`: number of meetings of undamped multipliers whose tongues are narrower than the tolerance of the lines. `left_out`:
-    !> number of meetings that were not searched. `rough`: number of connections between vertices that could not be refined.
+    !> number of meetings of multipliers that were not searched. `rough`: number of connections between vertices that could not be
+    !> refined.
     integer :: thin = 0, left_out = 0, rough = 0
   contains
     procedure :: add
@@ -55,19 +57,19 @@ module gestell_task_boundary_map_vertex
     procedure :: exchange
   end type vertices_type
 
-  !> Parallel work in which each piece finds vertices.
+  !> Parallel work in which each piece finds vertices of borders.
   type, abstract, extends(work_type), public :: traces_type
     type(vertices_type), allocatable :: found(:)
   contains
     procedure :: exchange => exchange_vertices
   end type traces_type
 
-  !> Plane of two parameters with a region, here the unstable machines. An extension defines another region by its own `probe` and
-  !> `search`. `tolerance` is the allowed deviation, in u, of the curves from the border.
+  !> Plane of two parameters with a region in it. The region consists of the unstable machines, unless an extension overrides
+  !> `probe` and `search`. `tolerance` is the allowed deviation of the curves from the border, in u.
   type, extends(border_options), public :: plane_type
     class(family_type), pointer :: family => null()
     type(axis_type) :: axes(2)
-    !> `kinds`: kinds of borders. `states`: state of the machine on each kind of border.
+    !> `kinds`: kinds of borders. `states`: state of the machine for each element of `kinds`.
     character(len=15), allocatable :: kinds(:), states(:)
   contains
     procedure :: line
@@ -78,7 +80,7 @@ module gestell_task_boundary_map_vertex
 
 contains
 
-  !> Appends a vertex.
+  !> Appends a vertex to the list.
   pure subroutine add(self, vertex)
     class(vertices_type), intent(inout) :: self
     type(vertex_type), intent(in) :: vertex
@@ -94,7 +96,8 @@ contains
     self%list(self%count) = vertex
   end subroutine add
 
-  !> Adds the borders found along a line, in the order of the line, and the places on it where a border cannot be excluded.
+  !> Adds to the list the borders found along a line, in the order of the line, and the parts of the line in which a border cannot
+  !> be excluded.
   pure subroutine add_search(self, line, search)
     class(vertices_type), intent(inout) :: self
     type(line_type), intent(in) :: line
@@ -139,7 +142,7 @@ contains
     call self%found(k)%exchange(record)
   end subroutine exchange_vertices
 
-  !> Vertex at a crossing of a line with a border.
+  !> Creates the vertex at the crossing of a line with a border.
   pure type(vertex_type) function vertex_of(line, crossing) result(vertex)
     type(line_type), intent(in) :: line
     type(crossing_type), intent(in) :: crossing
@@ -160,8 +163,8 @@ contains
     precision = share * self%tolerance
   end function precision_of_lines
 
-  !> Determines whether the system at `u` is in the region (`inside`), and whether no system exists there or it could not be solved
-  !> (`missing`). Fails if the parameters are invalid.
+  !> Determines whether the system at the coordinates `u` belongs to the region (`inside`), and whether it does not exist or could
+  !> not be solved (`missing`). Fails if the parameters are invalid.
   subroutine probe(self, u, inside, missing, error)
     class(plane_type), intent(in) :: self
     real(dp), intent(in) :: u(2)
@@ -176,7 +179,7 @@ contains
     missing = system%missing()
   end subroutine probe
 
-  !> Finds all borders along a line from t = 0 to 1. `nodes`: initial nodes, ascending from 0 to 1. Fails if the parameters are
+  !> Finds all borders along a line from t = 0 to t = 1. `nodes`: initial nodes, ascending from 0 to 1. Fails if the parameters are
   !> invalid.
   subroutine search(self, along, nodes, found, error)
     class(plane_type), intent(in) :: self
@@ -186,14 +189,14 @@ contains
     type(error_type), allocatable, intent(out) :: error
 
     call search_line(along, nodes, found, error)
-    ! A map does not use the systems along its lines, so their memory is freed.
+    ! A map does not need the systems along its lines, so their memory is freed.
     found%marks = [probe_type ::]
     found%mark_count = 0
     associate (unused_plane => self)
     end associate
   end subroutine search
 
-  !> Sets up the line u(t) = `start` + t `direction`.
+  !> Sets up the line with the coordinates u(t) = `start` + t `direction`.
   subroutine line(self, start, direction, along)
     class(plane_type), intent(in) :: self
     real(dp), intent(in) :: start(2), direction(2)
