@@ -1,5 +1,5 @@
-!> Wraps a user's system to check its coefficients while it is solved. Faulty coefficients are reported by name, before many calls
-!> are wasted on them.
+!> Checks the coefficients of a user's system while the system is solved. A fault is reported early, with the name of the
+!> coefficient, instead of after a long computation.
 module gestell_api_guarded
   use gestell_base_error, only: error_type, failed_computation, fatal_error, resonance
   use gestell_base_kinds, only: dp
@@ -16,13 +16,13 @@ module gestell_api_guarded
 
   public :: explain_failure, guard
 
-  !> What the wrapper knows about a user's system: how often it was called, and why it is faulty.
+  !> Records how often a user's system was evaluated and, if it is faulty, why.
   type, public :: watch_type
-    !> Number of evaluations so far; the coefficients and the load at one time are two evaluations
+    !> Number of evaluations so far; evaluating the matrices and the load at one time counts as two evaluations
     integer :: calls = 0
     !> True if `examine` has already checked the coefficients
     logical :: examined = .false.
-    !> Message about the fault; unallocated if none has been found
+    !> Message that describes the fault; unallocated if no fault has been found
     character(len=:), allocatable :: reason
   end type watch_type
 
@@ -46,20 +46,21 @@ module gestell_api_guarded
     procedure :: coupled => coupled_first_order
   end type guarded_first_order_type
 
-  !> The coefficients are examined after this many evaluations. By then a smooth system is solved, unless it changes rapidly within
-  !> the period.
+  !> After this many evaluations the coefficients are examined for faults. Fewer evaluations suffice to solve a smooth system,
+  !> unless it changes rapidly within the period.
   integer, parameter :: many_calls = 60000
-  !> Phase advance of a free motion within the period (rad) above which the period is probably given in another unit.
+  !> If the phase of a free motion advances by more than this (rad) within the period, the period is probably given in a wrong unit.
   real(dp), parameter :: absurd_advance = 1.0e5_dp
-  !> Number of intervals of the period in the search for a singular mass matrix.
+  !> Number of intervals into which the period is divided to search for a singular mass matrix.
   integer, parameter :: mass_points = 512
-  !> A determinant below the fraction `no_mass` of the largest one is treated as zero. `precision_of_phase`: accuracy of the phase
-  !> at which it vanishes.
+  !> `no_mass`: a determinant counts as zero if it is below this fraction of the largest determinant. `precision_of_phase`: accuracy
+  !> with which the phase of a zero is computed.
   real(dp), parameter :: no_mass = 1.0e-12_dp, precision_of_phase = 5.0e-10_dp
 
 contains
 
-  !> Wraps `system` in `guarded`, which records faults in `watch`. `system` and `watch` must exist as long as `guarded`.
+  !> Makes `guarded` a system that passes all calls to `system` and records faults in `watch`. `system` and `watch` must exist as
+  !> long as `guarded` is used.
   subroutine guard(system, watch, guarded)
     class(periodic_system), intent(in), target :: system
     type(watch_type), intent(inout), target :: watch
@@ -83,8 +84,8 @@ contains
     call guarded%inherit(system)
   end subroutine guard
 
-  !> Replaces the error of a failed computation by the fault of the system, if one is found. A fault recorded in `watch` becomes the
-  !> error even if the computation succeeded.
+  !> If the user's system is faulty, replaces `error` by a message about the fault. A fault recorded in `watch` becomes the error
+  !> even if the computation succeeded.
   subroutine explain_failure(system, watch, error)
     class(periodic_system), intent(in) :: system
     type(watch_type), intent(inout) :: watch
@@ -100,7 +101,8 @@ contains
     call fatal_error(error, watch%reason, failed_computation)
   end subroutine explain_failure
 
-  !> Checks the coefficients for roughness, a singular mass matrix and a wrong unit of the period.
+  !> Examines the coefficients for three faults: jumps or kinks, a singular mass matrix, and a period in a wrong unit. Records the
+  !> first fault in `watch`.
   subroutine examine(system, watch)
     class(periodic_system), intent(in) :: system
     type(watch_type), intent(inout) :: watch
@@ -111,7 +113,7 @@ contains
     if (.not. allocated(watch%reason)) call find_absurd_period(system, watch)
   end subroutine examine
 
-  !> Records a fault if the phase of the fastest free motion advances too far within the period.
+  !> Records a fault if the phase of the fastest free motion advances by more than `absurd_advance` within the period.
   subroutine find_absurd_period(system, watch)
     class(periodic_system), intent(in) :: system
     type(watch_type), intent(inout) :: watch
@@ -125,7 +127,7 @@ contains
       & // "advances by " // concise(survey%fastest, 2) // " rad in it (do period and coefficients use the same unit of time?)"
   end subroutine find_absurd_period
 
-  !> Searches for a time at which det M vanishes or changes its sign, and records it as a fault.
+  !> Searches the period for a time at which det M is zero or changes its sign, and records it as a fault.
   subroutine find_singular_mass(system, watch)
     class(periodic_system), intent(in) :: system
     type(watch_type), intent(inout) :: watch
@@ -170,7 +172,7 @@ contains
     end select
   end subroutine find_singular_mass
 
-  !> Determinant of M with its rows divided by `maximum`, computed from the LU factors.
+  !> Determinant of M at a phase, computed from LU factors after each row of M was divided by its element of `maximum`.
   real(dp) function mass_determinant(system, phase, maximum) result(determinant)
     class(second_order_system), intent(in) :: system
     real(dp), intent(in) :: phase, maximum(:)
@@ -187,8 +189,8 @@ contains
     end do
   end function mass_determinant
 
-  !> Records a fault if values are not finite, and examines the coefficients after many calls. `given_up`: true if the system is
-  !> faulty, so that continuing is useless.
+  !> Receives evaluated `values` of the coefficients. Records a fault if they are not finite, and examines the coefficients after
+  !> many evaluations. `given_up`: true if the system is faulty, so that continuing is useless.
   subroutine take(system, watch, phases, values, names, given_up)
     class(periodic_system), intent(in) :: system
     type(watch_type), intent(inout) :: watch

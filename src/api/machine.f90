@@ -1,4 +1,4 @@
-!> A machine for use in programs: read from an input file or a text, or built in code.
+!> Defines the machine that a program reads from an input file or a text, or builds in code.
 module gestell_api_machine
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
@@ -15,23 +15,23 @@ module gestell_api_machine
   implicit none (type, external)
   private
 
-  !> A machine as an input file describes it (doc/input.md). Paths, keys and units are those of the input and of --set:
-  !> `drive.speed_rpm` is in 1/min, whatever the units of the results. Simultaneous calls from several threads are executed one
-  !> after the other, because gfortran 12 keeps the lengths of texts returned by functions in static memory.
+  !> A machine as described by an input file (doc/input.md). Paths, keys and units are those of the input and of --set. For example,
+  !> `drive.speed_rpm` is in 1/min, whatever the units of the results. Calls from several threads are executed one after the other,
+  !> because gfortran 12 keeps the lengths of texts returned by functions in static memory.
   type, public :: machine_type
     private
-    !> The input; without groups if no machine has been read yet
+    !> The machine's input; it contains no groups if no machine has been read yet
     type(document_type) :: document
     type(schema_type), allocatable :: schema
-    !> Added groups that are not yet in the document: the first `waiting` elements. Thus the time to add n groups one by one is
-    !> proportional to n
+    !> Groups that were added but are not yet part of `document`: the first `waiting` elements. Collecting them here keeps the time
+    !> for adding n groups one by one proportional to n
     type(group_type), allocatable :: added(:)
     integer :: waiting = 0
-    !> Number of groups, in the document and added, for each name of the schema; unallocated until groups are added
+    !> For each group name of the schema: number of its groups in `document` and `added`. Unallocated until groups are added
     integer, allocatable :: counts(:)
-    !> True if the document has been checked since its last change
+    !> True if `document` has been checked since it was last changed
     logical :: checked = .false.
-    !> Values set after reading, as PATH=VALUE
+    !> Assignments PATH=VALUE that were made after the input was read
     type(setting_type), allocatable :: settings(:)
   contains
     procedure :: read => read_file
@@ -44,9 +44,9 @@ module gestell_api_machine
     procedure :: solve
   end type machine_type
 
-  !> Name used in messages if the input is a text rather than a file.
+  !> Messages use this name in place of a file name if the input is a text.
   character(len=*), parameter :: text_name = "text"
-  !> Whole numbers below this limit are written without decimal point and exponent, because integer keys require this form.
+  !> Whole numbers below this limit are written without decimal point and exponent, because keys with integer values require it.
   real(dp), parameter :: longest_whole = 1.0e15_dp
 
 contains

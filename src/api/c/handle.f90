@@ -1,4 +1,4 @@
-!> Helpers of the C interface for handles, texts and errors.
+!> Procedures that the C interface uses for its handles, texts and errors.
 module gestell_api_c_handle
   use gestell_base_error, only: error_type, fatal_error, wrong_usage
   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_pointer, c_int, c_null_char, c_ptr
@@ -7,14 +7,14 @@ module gestell_api_c_handle
 
   public :: code_of, return_count, return_text, report_null_pointer, report_wrong_size
 
-  !> Object behind an error handle of C; it holds the last error reported to this handle.
+  !> Fortran object to which an error handle of C points; it holds the last error returned through this handle.
   type, public :: c_error_type
     type(error_type), allocatable :: error
   end type c_error_type
 
 contains
 
-  !> Returns the code of `error` (0 for success) and moves the error to the object behind `handle`, which may be null.
+  !> Returns the code of `error`, 0 for success. Moves the error to the object to which `handle` points, unless `handle` is null.
   integer(c_int) function code_of(error, handle) result(code)
     type(error_type), allocatable, intent(inout) :: error
     type(c_ptr), intent(in) :: handle
@@ -27,7 +27,7 @@ contains
     call move_alloc(error, holder%error)
   end function code_of
 
-  !> Reports that a pointer is null; `what` is its name in the message.
+  !> Sets `error`: a C pointer is null. The message calls this pointer `what`.
   pure subroutine report_null_pointer(what, error)
     character(len=*), intent(in) :: what
     type(error_type), allocatable, intent(out) :: error
@@ -35,7 +35,7 @@ contains
     call fatal_error(error, what // " is a null pointer", wrong_usage)
   end subroutine report_null_pointer
 
-  !> Copies `found` to the C variable `count`, or 0 if `error` is allocated. Fails if C passed a null pointer for `count`.
+  !> Copies `found`, or 0 if `error` is already allocated, to the C variable to which `count` points. Fails if `count` is null.
   pure subroutine return_count(found, error, count)
     integer, intent(in) :: found
     type(error_type), allocatable, intent(inout) :: error
@@ -49,7 +49,7 @@ contains
     if (.not. allocated(error)) count = int(found, c_int)
   end subroutine return_count
 
-  !> Reports that the array `what` has only `has_elements` elements but needs `needed`.
+  !> Sets `error`: the array called `what` has only `has_elements` elements, but `needed` elements are required.
   pure subroutine report_wrong_size(what, has_elements, needed, error)
     character(len=*), intent(in) :: what
     integer, intent(in) :: has_elements, needed
@@ -60,8 +60,8 @@ contains
     call fatal_error(error, what // trim(numbers), wrong_usage)
   end subroutine report_wrong_size
 
-  !> Copies `text` and a terminating zero to the `size` characters at `pointer`. Fails if `size` is too small or the pointer is
-  !> null.
+  !> Copies `text` and a terminating zero to the address `pointer`, where C has reserved `size` characters. Fails if `size` is too
+  !> small or `pointer` is null.
   subroutine return_text(text, size, pointer, error)
     character(len=*), intent(in) :: text
     integer(c_int), intent(in) :: size

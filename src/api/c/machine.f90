@@ -1,5 +1,4 @@
-!> C interface of machines (include/gestell.h). Every function returns the code of its error, 0 for success. A null handle is
-!> reported as an error.
+!> C interface for machines (include/gestell.h). Every function returns an error code, 0 for success. A null handle is an error.
 module gestell_api_c_machine
   use gestell_base_error, only: error_type
   use gestell_base_files, only: copy_text
@@ -17,7 +16,7 @@ module gestell_api_c_machine
 
 contains
 
-  !> Copies the version of the library, such as "1.0.0".
+  !> Copies the version number of the library, such as "1.0.0", to `text`, for which C provides `size` characters.
   integer(c_int) function get_version(size, text) result(code) bind(c, name="gestell_get_version")
     integer(c_int), value :: size
     type(c_ptr), value :: text
@@ -27,7 +26,7 @@ contains
     code = code_of(error, c_null_ptr)
   end function get_version
 
-  !> Creates an error handle.
+  !> Creates an error handle, through which later calls return the message of an error.
   type(c_ptr) function new_error() result(handle) bind(c, name="gestell_new_error")
     type(c_error_type), pointer :: holder
 
@@ -35,7 +34,7 @@ contains
     handle = c_loc(holder)
   end function new_error
 
-  !> Deletes an error and sets its handle to null.
+  !> Deletes the error object to which `handle` points, and sets the handle to null.
   subroutine delete_error(handle) bind(c, name="gestell_delete_error")
     type(c_ptr), intent(inout), optional :: handle
     type(c_error_type), pointer :: holder
@@ -47,7 +46,7 @@ contains
     handle = c_null_ptr
   end subroutine delete_error
 
-  !> Returns the code of the last error and copies its message, shortened to the given size.
+  !> Returns the code of the last error of this handle, and copies its message to `text`, truncated to `size` characters.
   integer(c_int) function error_text(handle, size, text) result(code) bind(c, name="gestell_get_error")
     type(c_ptr), value :: handle, text
     integer(c_int), value :: size
@@ -65,7 +64,7 @@ contains
       & none)
   end function error_text
 
-  !> Creates an empty machine.
+  !> Creates an empty machine and returns its handle.
   type(c_ptr) function new_machine() result(handle) bind(c, name="gestell_new_machine")
     type(machine_type), pointer :: machine
 
@@ -73,7 +72,7 @@ contains
     handle = c_loc(machine)
   end function new_machine
 
-  !> Deletes a machine and sets its handle to null.
+  !> Deletes the machine to which `handle` points, and sets the handle to null.
   subroutine delete_machine(handle) bind(c, name="gestell_delete_machine")
     type(c_ptr), intent(inout), optional :: handle
     type(machine_type), pointer :: machine
@@ -85,7 +84,7 @@ contains
     handle = c_null_ptr
   end subroutine delete_machine
 
-  !> Reads the machine from an input file.
+  !> Reads an input file into the machine.
   integer(c_int) function read_file(handle, file, failure) result(code) bind(c, name="gestell_read")
     type(c_ptr), value :: handle, file, failure
     type(machine_type), pointer :: machine
@@ -97,7 +96,7 @@ contains
     code = code_of(error, failure)
   end function read_file
 
-  !> Reads the machine from a text.
+  !> Reads the machine from `text`, which has the format of an input file.
   integer(c_int) function parse_text(handle, text, failure) result(code) bind(c, name="gestell_parse")
     type(c_ptr), value :: handle, text, failure
     type(machine_type), pointer :: machine
@@ -109,7 +108,7 @@ contains
     code = code_of(error, failure)
   end function parse_text
 
-  !> Adds groups to the machine.
+  !> Adds the groups in `text`, such as "&joint ... /", to the machine.
   integer(c_int) function add_groups(handle, text, failure) result(code) bind(c, name="gestell_add")
     type(c_ptr), value :: handle, text, failure
     type(machine_type), pointer :: machine
@@ -121,7 +120,7 @@ contains
     code = code_of(error, failure)
   end function add_groups
 
-  !> Sets the value at a path such as "drive.speed_rpm" to a number.
+  !> Sets the value at `path`, such as "drive.speed_rpm", to `number`.
   integer(c_int) function set_number(handle, path, number, failure) result(code) bind(c, name="gestell_set")
     type(c_ptr), value :: handle, path, failure
     real(c_double), value :: number
@@ -134,7 +133,7 @@ contains
     code = code_of(error, failure)
   end function set_number
 
-  !> Sets the value at a path such as "drive.held_by" to a text.
+  !> Sets the value at `path`, such as "drive.held_by", to `text`.
   integer(c_int) function set_text(handle, path, text, failure) result(code) bind(c, name="gestell_set_text")
     type(c_ptr), value :: handle, path, text, failure
     type(machine_type), pointer :: machine
@@ -147,7 +146,7 @@ contains
     code = code_of(error, failure)
   end function set_text
 
-  !> Counts the numbers that the machine has at a path.
+  !> Returns in `count` how many numerical values are stored under `path`, such as 2 for "joint(B).lengths".
   integer(c_int) function count_values(handle, path, count, failure) result(code) bind(c, name="gestell_count_values")
     type(c_ptr), value :: handle, path, failure
     integer(c_int), intent(out), optional :: count
@@ -159,7 +158,7 @@ contains
     code = code_of(error, failure)
   end function count_values
 
-  !> Copies the numbers that the machine has at a path, in the units of the input. `count` must be their number.
+  !> Copies the numerical values stored under `path`, in the units of the input, to `numbers`. Fails unless `count` is their number.
   integer(c_int) function get_values(handle, path, count, numbers, failure) result(code) bind(c, name="gestell_get_values")
     type(c_ptr), value :: handle, path, numbers, failure
     integer(c_int), value :: count
@@ -179,7 +178,7 @@ contains
     code = code_of(error, failure)
   end function get_values
 
-  !> Returns the numbers that the machine has at a path. The array is empty after an error.
+  !> Returns the numerical values stored under the C text `path` of the machine. After an error `values` is empty.
   subroutine find_values(handle, path, values, error)
     type(c_ptr), intent(in) :: handle, path
     real(dp), allocatable, intent(out) :: values(:)
@@ -192,8 +191,8 @@ contains
     if (.not. allocated(values)) allocate(values(0))
   end subroutine find_values
 
-  !> Solves a machine. If `tasks` is null, the tasks of the input are executed. `found` receives the handle of a new solution, or
-  !> null after an error.
+  !> Computes the results of a machine. If `tasks` is null, the tasks named in the machine's input are run. `found` receives the
+  !> handle of the new solution, or null after an error.
   integer(c_int) function solve_machine(handle, tasks, found, failure) result(code) bind(c, name="gestell_solve")
     type(c_ptr), value :: handle, tasks, failure
     type(c_ptr), intent(out), optional :: found
@@ -226,8 +225,8 @@ contains
     code = code_of(error, failure)
   end function solve_machine
 
-  !> Returns the machine behind a handle and a copy of the C text at `pointer`. Messages call this text `what`. Fails if the handle
-  !> or the pointer is null.
+  !> Returns the machine to which `handle` points, and a Fortran copy of the C text at `pointer`. Error messages call this text
+  !> `what`. Fails if `handle` or `pointer` is null.
   subroutine find_machine_and_text(handle, machine, pointer, what, text, error)
     type(c_ptr), intent(in) :: handle, pointer
     type(machine_type), pointer, intent(out) :: machine
@@ -244,7 +243,7 @@ contains
     end if
   end subroutine find_machine_and_text
 
-  !> Returns the machine behind a handle. Fails if the handle is null.
+  !> Returns the machine to which `handle` points. Fails if `handle` is null.
   subroutine find_machine(handle, machine, error)
     type(c_ptr), intent(in) :: handle
     type(machine_type), pointer, intent(out) :: machine

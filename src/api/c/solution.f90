@@ -1,4 +1,4 @@
-!> C interface of solutions (include/gestell.h): texts, multipliers, vibrations of quantities.
+!> C interface for solutions (include/gestell.h): returns texts, multipliers and the vibrations of quantities.
 module gestell_api_c_solution
   use gestell_base_error, only: error_type, fatal_error, wrong_usage
   use gestell_base_files, only: copy_text
@@ -14,7 +14,7 @@ module gestell_api_c_solution
 
 contains
 
-  !> Deletes a solution and sets its handle to null.
+  !> Deletes the solution to which `handle` points, and sets the handle to null.
   subroutine delete_solution(handle) bind(c, name="gestell_delete_solution")
     type(c_ptr), intent(inout), optional :: handle
     type(solution_type), pointer :: solution
@@ -26,7 +26,7 @@ contains
     handle = c_null_ptr
   end subroutine delete_solution
 
-  !> Returns the size in bytes of the text `what` of a solution, including the terminating zero.
+  !> Returns in `size` the length in bytes, with the terminating zero, of the solution's text called `what` (see `find_text`).
   integer(c_int) function size_text(handle, what, size, failure) result(code) bind(c, name="gestell_size_text")
     type(c_ptr), value :: handle, what, failure
     integer(c_int), intent(out), optional :: size
@@ -38,7 +38,7 @@ contains
     code = code_of(error, failure)
   end function size_text
 
-  !> Copies the text `what` of a solution into the `size` bytes at `place`.
+  !> Copies the solution's text called `what` (see `find_text`) to `place`, for which C provides `size` bytes.
   integer(c_int) function get_text(handle, what, size, place, failure) result(code) bind(c, name="gestell_get_text")
     type(c_ptr), value :: handle, what, place, failure
     integer(c_int), value :: size
@@ -50,7 +50,7 @@ contains
     code = code_of(error, failure)
   end function get_text
 
-  !> Returns a text of a solution: "verdict", "report", or "failure" (a message on results that could not be computed).
+  !> Returns the text called `what` of a solution: "verdict", "report", or "failure" (why some results could not be computed).
   subroutine find_text(handle, what, text, error)
     type(c_ptr), intent(in) :: handle, what
     character(len=:), allocatable, intent(out) :: text
@@ -87,7 +87,7 @@ contains
     code = code_of(error, failure)
   end function count_multipliers
 
-  !> Copies the `count` multipliers: real parts, imaginary parts and bounds on their errors.
+  !> Copies the multipliers to three arrays of `count` elements each: real parts, imaginary parts, and bounds on the errors.
   integer(c_int) function get_multipliers(handle, count, re, im, bounds, failure) result(code) &
     & bind(c, name="gestell_get_multipliers")
     type(c_ptr), value :: handle, re, im, bounds, failure
@@ -115,7 +115,7 @@ contains
     code = code_of(error, failure)
   end function get_multipliers
 
-  !> Returns the multipliers and the bounds on their errors; `rho` is empty after an error.
+  !> Returns the multipliers `rho` and the bounds `errors` on their errors. After an error `rho` is empty.
   subroutine find_multipliers(handle, rho, errors, error)
     type(c_ptr), intent(in) :: handle
     complex(dp), allocatable, intent(out) :: rho(:)
@@ -131,7 +131,8 @@ contains
     if (.not. allocated(rho)) allocate(rho(0))
   end subroutine find_multipliers
 
-  !> Returns how many orders and points describe the vibration of `quantity`, and its unit, for which C provides `size` characters.
+  !> Returns the sizes of the arrays that `gestell_get_response` fills for `quantity`: number of `orders` and of `points`. Also
+  !> copies the unit of the quantity, for which C provides `size` characters.
   integer(c_int) function describe_response(handle, quantity, orders, points, size, unit, failure) result(code) &
     & bind(c, name="gestell_describe_response")
     type(c_ptr), value :: handle, quantity, unit, failure
@@ -148,8 +149,8 @@ contains
     code = code_of(error, failure)
   end function describe_response
 
-  !> Returns the vibration of a quantity. `numbers` receives 4 values: peak, rms, and bounds on their errors. `amplitudes` and
-  !> `history` may be null.
+  !> Copies the vibration of a quantity. `numbers` receives 4 values: peak, rms, bound on the error of the peak, bound on the error
+  !> of the rms. If `amplitudes` or `history` is null, it is not filled.
   integer(c_int) function get_response(handle, quantity, numbers, orders, amplitudes, points, history, failure) result(code) &
     & bind(c, name="gestell_get_response")
     type(c_ptr), value :: handle, quantity, numbers, amplitudes, history, failure
@@ -183,7 +184,7 @@ contains
     code = code_of(error, failure)
   end function get_response
 
-  !> Returns the vibration of a quantity.
+  !> Returns the vibration of the quantity that the C text `quantity` names.
   subroutine find_response(handle, quantity, response, error)
     type(c_ptr), intent(in) :: handle, quantity
     type(response_type), intent(out) :: response
@@ -195,7 +196,7 @@ contains
     if (.not. allocated(error)) call solution%response(name, response, error)
   end subroutine find_response
 
-  !> Writes the files that the program would write, including the pictures unless `pictures` is 0.
+  !> Writes the result files into `folder` as the program does. Pictures are drawn unless `pictures` is 0.
   integer(c_int) function write_files(handle, folder, pictures, failure) result(code) bind(c, name="gestell_write")
     type(c_ptr), value :: handle, folder, failure
     integer(c_int), value :: pictures
@@ -208,8 +209,8 @@ contains
     code = code_of(error, failure)
   end function write_files
 
-  !> Returns the solution behind a handle and a copy of the C text at `pointer`. Messages call this text `what`. Fails if the handle
-  !> or the pointer is null.
+  !> Returns the solution to which `handle` points, and a Fortran copy of the C text at `pointer`. Error messages call this text
+  !> `what`. Fails if `handle` or `pointer` is null.
   subroutine find_solution_and_name(handle, pointer, what, solution, name, error)
     type(c_ptr), intent(in) :: handle, pointer
     character(len=*), intent(in) :: what
@@ -226,7 +227,7 @@ contains
     end if
   end subroutine find_solution_and_name
 
-  !> Returns the solution behind a handle. Fails if the handle is null.
+  !> Returns the solution to which `handle` points. Fails if `handle` is null.
   subroutine find_solution(handle, solution, error)
     type(c_ptr), intent(in) :: handle
     type(solution_type), pointer, intent(out) :: solution

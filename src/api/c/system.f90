@@ -12,7 +12,8 @@ module gestell_api_c_system
   public :: solve_callback_system
 
   abstract interface
-    !> C function that computes M, B, C, each of shape (f, f) and stored row by row, and h, of shape (f), at time t.
+    !> Type of the user's C function, which computes at time `t` the matrices M, B, C and the load h. M, B and C have the shape (f,
+    !> f) and are stored row by row; h has the shape (f).
     subroutine coefficients(t, f, m, b, c, h, data) bind(c)
       import :: c_double, c_int, c_ptr
       implicit none (type, external)
@@ -22,7 +23,7 @@ module gestell_api_c_system
     end subroutine coefficients
   end interface
 
-  !> A second-order system whose coefficients a C function computes
+  !> A second-order system M q'' + B q' + C q = h whose coefficients a C function computes
   type, extends(second_order_system) :: callback_system
     procedure(coefficients), pointer, nopass :: callback => null()
     type(c_ptr) :: data
@@ -32,14 +33,14 @@ module gestell_api_c_system
     procedure :: sample_second_order
   end type callback_system
 
-  !> Maximum number of degrees of freedom; more would take too much memory and time.
+  !> Maximum number of degrees of freedom. Larger systems would need too much memory and time.
   integer, parameter :: most = 1000
 
 contains
 
-  !> Solves M q'' + B q' + C q = h with f degrees of freedom. `multipliers` receives 2 f real parts, 2 f imaginary parts and 2 f
-  !> error bounds. `motion`, unless null, receives (q, q') at points + 1 equidistant times of the period, 2 f numbers each, then 2 f
-  !> bounds on their errors.
+  !> Solves M q'' + B q' + C q = h for f degrees of freedom. `multipliers` receives 6 f numbers: 2 f real parts, 2 f imaginary parts
+  !> and 2 f error bounds. Unless `motion` is null, it receives the state (q, q'), which has 2 f numbers, at points + 1 equidistant
+  !> times of the period; then 2 f bounds on the errors of the states.
   integer(c_int) function solve_callback_system(f, period, callback, data, tolerance, size, verdict, multipliers, points, motion, &
     & failure) &
     & result(code) bind(c, name="gestell_solve_system")
@@ -105,7 +106,7 @@ contains
     h = load_values
   end subroutine load
 
-  !> Computes the matrices and the load at all phases, with one call of the C function for each phase.
+  !> Computes M, B, C and h at all `phases`; the C function is called once for each phase.
   subroutine sample_second_order(self, phases, m, b, c, h)
     class(callback_system), intent(in) :: self
     real(dp), contiguous, intent(in) :: phases(:)

@@ -12,7 +12,7 @@ module gestell_api_c_tables
 
   public :: count_tables, describe_column, get_integers, get_numbers, get_words, name_table, shape_table
 
-  !> Kinds of a column's values.
+  !> Codes by which C learns of which kind the values of a column are: real numbers, integers or words.
   integer, parameter :: numbers_kind = 0, integers_kind = 1, words_kind = 2
 
 contains
@@ -32,7 +32,7 @@ contains
     code = code_of(error, failure)
   end function count_tables
 
-  !> Returns the name of table `index`; the first table has the index 0.
+  !> Copies the name of the table with this index to `name`. Indices start at 0.
   integer(c_int) function name_table(handle, index, size, name, failure) result(code) bind(c, name="gestell_name_table")
     type(c_ptr), value :: handle, name, failure
     integer(c_int), value :: index, size
@@ -53,7 +53,7 @@ contains
     code = code_of(error, failure)
   end function name_table
 
-  !> Counts the rows and columns of a table.
+  !> Returns the numbers of rows and of columns of the table called `name`.
   integer(c_int) function shape_table(handle, name, rows, columns, failure) result(code) bind(c, name="gestell_shape_table")
     type(c_ptr), value :: handle, name, failure
     integer(c_int), intent(out), optional :: rows, columns
@@ -69,8 +69,9 @@ contains
     code = code_of(error, failure)
   end function shape_table
 
-  !> Describes column `index` of a table; the first column has the index 0. C provides `size` characters for each text: key, unit,
-  !> and key of the column with the error bounds. `kind`: kind of values; `width`: length of the longest word.
+  !> Describes the column with this index; indices start at 0. `key`, `unit`, and `error_key`, the key of the column with the error
+  !> bounds, are copied to texts for which C provides `size` characters each. `kind`: kind of the values; `width`: length of the
+  !> longest word.
   integer(c_int) function describe_column(handle, name, index, size, key, unit, error_key, kind, width, failure) result(code) &
     & bind(c, name="gestell_describe_column")
     type(c_ptr), value :: handle, name, key, unit, error_key, failure
@@ -98,7 +99,7 @@ contains
     code = code_of(error, failure)
   end function describe_column
 
-  !> Copies the `rows` real numbers of a column.
+  !> Copies the real numbers of a column to `values`, which must have `rows` elements.
   integer(c_int) function get_numbers(handle, name, index, rows, values, failure) result(code) bind(c, name="gestell_get_numbers")
     type(c_ptr), value :: handle, name, values, failure
     integer(c_int), value :: index, rows
@@ -114,7 +115,7 @@ contains
     code = code_of(error, failure)
   end function get_numbers
 
-  !> Copies the `rows` integers of a column; -huge marks a missing value.
+  !> Copies the integers of a column to `values`, which must have `rows` elements. The value -huge marks a missing integer.
   integer(c_int) function get_integers(handle, name, index, rows, values, failure) result(code) &
     & bind(c, name="gestell_get_integers")
     type(c_ptr), value :: handle, name, values, failure
@@ -131,7 +132,8 @@ contains
     code = code_of(error, failure)
   end function get_integers
 
-  !> Copies the `rows` words of a column into `width` characters each, padded with zeros. Fails if a word is longer.
+  !> Copies the words of a column to `values`, which must have room for `rows` words of `width` characters. Shorter words are padded
+  !> with zeros. Fails if a word is longer than `width`.
   integer(c_int) function get_words(handle, name, index, rows, width, values, failure) result(code) &
     & bind(c, name="gestell_get_words")
     type(c_ptr), value :: handle, name, values, failure
@@ -162,7 +164,7 @@ contains
     code = code_of(error, failure)
   end function get_words
 
-  !> Length of the longest word of a column, at least 1.
+  !> Number of characters of the longest word of a column with this number of rows; at least 1.
   integer function longest_word(column, rows) result(longest)
     type(column_type), intent(in) :: column
     integer, intent(in) :: rows
@@ -176,8 +178,8 @@ contains
     !$omp end critical (gestell_api)
   end function longest_word
 
-  !> Finds a column and checks that it holds values of this `kind`. Fails if it holds others or does not exist, if the pointer is
-  !> null, or if `rows` differs from the number of rows.
+  !> Finds the column with this index and checks that its values are of this `kind`. Fails if the column does not exist or holds
+  !> values of another kind. Also fails if the pointer `values` is null or the table does not have this number of rows.
   subroutine find_values(handle, name, index, rows, values, kind, column, error)
     type(c_ptr), intent(in) :: handle, name, values
     integer(c_int), intent(in) :: index, rows
@@ -200,7 +202,8 @@ contains
     end if
   end subroutine find_values
 
-  !> Returns the column of a table with this index, counted from 0, and its number of rows. Fails if the column does not exist.
+  !> Returns the column with this index, and the number of rows of its table. Indices start at 0. Fails if the column does not
+  !> exist.
   subroutine find_column(handle, name, index, column, rows, error)
     type(c_ptr), intent(in) :: handle, name
     integer(c_int), intent(in) :: index
@@ -223,7 +226,7 @@ contains
     rows = table%rows
   end subroutine find_column
 
-  !> Returns the table with this name. Fails if the table does not exist.
+  !> Returns the table whose name is the C text at `pointer`. Fails if the table does not exist.
   subroutine find_table(handle, pointer, table, error)
     type(c_ptr), intent(in) :: handle, pointer
     type(table_type), pointer, intent(out) :: table
