@@ -51,7 +51,7 @@ module gestell_api_machine
 
 contains
 
-  !> Reads the machine from an input file. Fails if the file cannot be read or is invalid; the message names the line.
+  !> Reads the machine from an input file. Fails if the file cannot be read or its content is invalid; the message names the line.
   subroutine read_file(self, file, error)
     class(machine_type), intent(out) :: self
     character(len=*), intent(in) :: file
@@ -64,7 +64,7 @@ contains
     !$omp end critical (gestell_api)
   end subroutine read_file
 
-  !> Reads the machine from a text in the language of input files, with lines separated by new_line('a'). Fails if the text is
+  !> Reads the machine from a text in the format of an input file, whose lines are separated by new_line('a'). Fails if the text is
   !> invalid.
   subroutine parse(self, text, error)
     class(machine_type), intent(out) :: self
@@ -78,7 +78,7 @@ contains
     !$omp end critical (gestell_api)
   end subroutine parse
 
-  !> Checks a document and stores it. Fails if it contains unknown groups or keys or lacks required ones.
+  !> Checks `document` and makes it the machine's input. Fails if it contains unknown groups or keys, or lacks required ones.
   subroutine store_document(self, document, error)
     class(machine_type), intent(inout) :: self
     type(document_type), intent(inout) :: document
@@ -92,8 +92,9 @@ contains
     allocate(self%settings(0))
   end subroutine store_document
 
-  !> Adds groups such as "&joint name='B', type='RRR', ... /" to a machine. The machine may be empty, so that programs can build it
-  !> entirely in code. Fails if the groups are invalid; the machine then stays unchanged. Only `solve` reports missing groups.
+  !> Adds groups such as "&joint name='B', type='RRR', ... /" to a machine, which may still be empty. In this way a program can
+  !> build a machine entirely in code. Fails if the groups are invalid; the machine then stays unchanged. Missing groups are
+  !> reported only by `solve`.
   subroutine add(self, groups, error)
     class(machine_type), intent(inout) :: self
     character(len=*), intent(in) :: groups
@@ -104,7 +105,7 @@ contains
     !$omp end critical (gestell_api)
   end subroutine add
 
-  !> Parses groups and appends them to `added`. Errors as in `add`.
+  !> Parses the text `groups` and appends the groups to `added`. Fails as `add` does.
   subroutine append(self, groups, error)
     class(machine_type), intent(inout) :: self
     character(len=*), intent(in) :: groups
@@ -140,7 +141,7 @@ contains
     self%checked = .false.
   end subroutine append
 
-  !> Adds groups to the numbers in `counts`. The schema must contain their names.
+  !> Updates `counts`, the number of groups of each name, by these groups. Their names must occur in the schema.
   subroutine count_names(self, groups)
     class(machine_type), intent(inout) :: self
     type(group_type), intent(in) :: groups(:)
@@ -152,7 +153,7 @@ contains
     end do
   end subroutine count_names
 
-  !> Returns the document including all added groups. Fails if there is no machine yet.
+  !> Returns the machine's document with all added groups. Fails if the machine is still empty.
   subroutine merge_groups(self, document, error)
     class(machine_type), intent(in) :: self
     type(document_type), intent(out) :: document
@@ -180,7 +181,8 @@ contains
     call normalise(document, self%schema, error)
   end subroutine merge_groups
 
-  !> Sets the value at a path to a number, with all its digits. Fails if the path does not exist or the number is not allowed there.
+  !> Sets the value at `path` to a number; no digit of it is lost. Fails if the path does not exist or the number is not allowed
+  !> there.
   subroutine set_number(self, path, value, error)
     class(machine_type), intent(inout) :: self
     character(len=*), intent(in) :: path
@@ -196,8 +198,8 @@ contains
     call self%set_text(path, trim(adjustl(digits)), error)
   end subroutine set_number
 
-  !> Sets the value at a path to a text, written as in PATH=VALUE of --set. Fails if the path does not exist or the value is not
-  !> allowed there.
+  !> Sets the value at `path` to the text `value`, written as after the = of --set PATH=VALUE. Fails if the path does not exist or
+  !> the value is not allowed there.
   subroutine set_text(self, path, value, error)
     class(machine_type), intent(inout) :: self
     character(len=*), intent(in) :: path, value
@@ -219,7 +221,8 @@ contains
     !$omp end critical (gestell_api)
   end subroutine set_text
 
-  !> Records the value set at a path, for the headings of the files; it replaces an earlier value of this path.
+  !> Records the assignment of `value` to `path`, which the heads of the result files quote. It replaces an earlier assignment to
+  !> this path.
   subroutine record_setting(self, path, value)
     class(machine_type), intent(inout) :: self
     character(len=*), intent(in) :: path, value
@@ -236,7 +239,8 @@ contains
     self%settings = [self%settings, setting]
   end subroutine record_setting
 
-  !> Returns the numbers at a path as given, in the units of the input. Fails if the path does not exist or holds no number.
+  !> Returns the numbers at `path` in the units of the input, as they were given. Fails if the path does not exist or holds no
+  !> number.
   subroutine get(self, path, values, error)
     class(machine_type), intent(in) :: self
     character(len=*), intent(in) :: path
@@ -250,15 +254,16 @@ contains
     !$omp end critical (gestell_api)
   end subroutine get
 
-  !> Solves the machine. Nothing is printed or written. Fails if the input is invalid, the mechanism cannot be assembled, or a
-  !> computation fails.
+  !> Runs the tasks and returns their results in `solution`. Prints nothing and writes no files. Fails if the input is invalid, the
+  !> mechanism cannot be assembled, or a computation fails.
   subroutine solve(self, solution, error, tasks, tolerance)
     class(machine_type), intent(in) :: self
     type(solution_type), intent(out) :: solution
     type(error_type), allocatable, intent(out) :: error
-    !> Tasks as in an input file, for example "stability, response"; absent: those of the machine's input
+    !> Names of the tasks, written as in an input file, for example "stability, response". If absent, the tasks of the machine's
+    !> input are run
     character(len=*), intent(in), optional :: tasks
-    !> Relative tolerance; absent: that of the machine's input
+    !> Relative tolerance of the results. If absent, the tolerance of the machine's input applies
     real(dp), intent(in), optional :: tolerance
     type(document_type) :: document
     !$ integer :: status

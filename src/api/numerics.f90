@@ -1,5 +1,5 @@
-!> Exports the numerical procedures of the library in one module, for programs that build machines in code or solve their own
-!> systems. They are described in doc/library.md.
+!> Re-exports the library's numerical procedures, so that one `use` suffices for programs that build machines in code or solve their
+!> own systems. doc/library.md describes the procedures.
 module gestell_api_numerics
   use gestell_base_verdict, only: verdict_failed => failed_number, verdict_impossible => impossible_number, &
     & verdict_stable => stable_number, verdict_type, verdict_undamped => undamped_number, &

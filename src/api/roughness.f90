@@ -1,4 +1,4 @@
-!> Tests whether coefficients are smooth functions of time, and finds the time of a jump or kink.
+!> Tests whether a system's coefficients are smooth functions of time, and locates a jump or kink.
 module gestell_api_roughness
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise
@@ -9,23 +9,25 @@ module gestell_api_roughness
 
   public :: describe_roughness, rows
 
-  !> Messages use these names for the coefficients of a second-order system.
+  !> Names of the matrices and the load of a second-order system in error messages.
   character(len=24), parameter, public :: coefficient_names(4) = &
     & [character(len=24) :: "the mass matrix M", "the damping matrix B", &
     & "the stiffness matrix C", "the load h"]
 
-  !> `points`: number of equidistant times that are sampled; `block`: how many of them are passed in one call.
+  !> `points`: number of equidistant times at which the coefficients are sampled; `block`: number of these times per call.
   integer, parameter :: points = 4096, block = 64
-  !> Thresholds for the ratio of fourth differences at twice the spacing to those at the spacing. The ratio is 16 for a smooth
-  !> function, 1 at a jump, 2 at a kink (above `bent`) and 4 at a jump of the curvature (above `curved`).
+  !> Thresholds for the ratio of two maximum fourth differences: those with twice the spacing, divided by those with the spacing
+  !> itself. The ratio is 16 for a smooth function, 1 at a jump, 2 at a kink and 4 at a jump of the curvature. A ratio above
+  !> `smooth` means a smooth function, above `curved` a jump of the curvature, above `bent` a kink, and below `bent` a jump.
   real(dp), parameter :: smooth = 8, curved = 2.9_dp, bent = 1.45_dp
-  !> A few jumps cause large differences at no more than this many times. If there are more, the function is rough everywhere.
+  !> If large differences occur at no more than this many times, they are caused by a few jumps. If they occur at more times, the
+  !> function is rough everywhere.
   integer, parameter :: few_places = 40
 
 contains
 
-  !> For each phase, a weighted sum of the elements of `a`, shape (phases, f, f). Every element has its own weight, so that changes
-  !> do not cancel.
+  !> For each phase: weighted sum of the elements of `a`, shape (phases, f, f). Every element has a different weight, so that
+  !> changes of two elements do not cancel.
   pure function rows(a) result(sums)
     real(dp), intent(in) :: a(:, :, :)
     real(dp) :: sums(size(a, 1))
@@ -40,8 +42,8 @@ contains
     end do
   end function rows
 
-  !> Returns a sentence that says which coefficient is not smooth, and where. It is unallocated if all are smooth. Adds the number
-  !> of evaluations to `calls`.
+  !> Returns a sentence that names a coefficient that is not smooth, and the time of its jump or kink. `sentence` stays unallocated
+  !> if all coefficients are smooth. `calls` is increased by the number of evaluations.
   subroutine describe_roughness(system, calls, sentence)
     class(periodic_system), intent(in) :: system
     integer, intent(inout) :: calls
@@ -58,7 +60,8 @@ contains
     end do
   end subroutine describe_roughness
 
-  !> Computes weighted sums of the elements of each coefficient, shape (phases, coefficients). Also returns the coefficients' names.
+  !> Computes for each coefficient the weighted sum of its elements at all phases, shape (phases, coefficients). `names` receives
+  !> the names of the coefficients.
   subroutine sample_sums(system, phases, values, names)
     class(periodic_system), intent(in) :: system
     real(dp), intent(in) :: phases(:)
@@ -101,8 +104,9 @@ contains
     end do
   end subroutine sample_sums
 
-  !> Finds where a coefficient is roughest, by fourth differences away from the declared breaks. Samples again around this time with
-  !> decreasing spacing, because a smooth function may have sharp peaks or oscillate faster than the first sampling resolves.
+  !> Finds the time at which coefficient `which` has the largest fourth differences, away from the breaks that the system declares.
+  !> Samples again around this time with decreasing spacing, because a smooth function may have peaks or oscillations that the first
+  !> sampling does not resolve.
   subroutine find_rough_place(system, which, name, values, calls, sentence)
     class(periodic_system), intent(in) :: system
     integer, intent(in) :: which
@@ -110,8 +114,8 @@ contains
     real(dp), intent(in) :: values(:)
     integer, intent(inout) :: calls
     character(len=:), allocatable, intent(out) :: sentence
-    !> `refinements`: number of refinements, each with a quarter of the previous spacing; `points_per_refinement`: number of times
-    !> sampled in each.
+    !> `refinements`: number of repeated samplings, each with a quarter of the previous spacing; `points_per_refinement`: number of
+    !> times in each of these samplings.
     integer, parameter :: refinements = 5, points_per_refinement = 65
     real(dp), allocatable :: near(:), around(:, :)
     real(dp) :: ratio, spacing, place
@@ -146,8 +150,8 @@ contains
 
   contains
 
-    !> Computes the magnitudes of the fourth differences, the ratio described at `smooth`, and the phase of the largest difference.
-    !> The first sample is at phase `from`. Differences of the size of rounding errors are treated as smooth.
+    !> Computes from the samples `y` the magnitudes of the fourth differences, the ratio described at `smooth`, and the phase of the
+    !> largest difference. The first sample belongs to phase `from`. Differences no larger than rounding errors count as smooth.
     subroutine compute_differences(y, from, sizes, ratio, place)
       real(dp), intent(in) :: y(:), from
       real(dp), allocatable, intent(out) :: sizes(:)

@@ -1,4 +1,4 @@
-!> Returns the results of a machine by name: verdict, multipliers, vibrations, tables, report and files.
+!> Returns the results computed for a machine: verdict, multipliers, vibrations, tables, report and files.
 module gestell_api_solution
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_verdict, only: verdict_length
@@ -26,12 +26,13 @@ module gestell_api_solution
 
   public :: solve_document
 
-  !> The results of the requested tasks. See `verdict`, `multipliers`, `response`, `table`, `report` and `write`.
+  !> Results of the tasks that were run. Its procedures `verdict`, `multipliers`, `response`, `table`, `report` and `write` return
+  !> them.
   type, public :: solution_type
     private
     type(context_type) :: context
     type(result_type), public :: result
-    !> The report; unallocated until it is first requested
+    !> Text of the report; unallocated until `report` is called for the first time
     character(len=:), allocatable :: report_text
   contains
     procedure :: verdict
@@ -42,25 +43,27 @@ module gestell_api_solution
     procedure :: write => write_files
   end type solution_type
 
-  !> Vibration of a quantity over one period T.
+  !> Vibration of one quantity over one period T.
   type, public :: response_type
     !> Name and SI unit of the quantity
     character(len=:), allocatable :: name, unit
-    !> `peak`: maximum of the magnitude; `rms`: root mean square; `peak_error`, `rms_error`: bounds on their errors
+    !> `peak`: maximum of the magnitude; `rms`: root mean square; `peak_error`, `rms_error`: bounds on the errors of `peak` and
+    !> `rms`
     real(dp) :: peak = 0, peak_error = 0, rms = 0, rms_error = 0
-    !> `amplitudes`: of the harmonics 1, 2, ... of the period; `history`: values at equidistant times from 0 to T, both included
+    !> `amplitudes`: amplitudes of the harmonics 1, 2, ... of the period; `history`: values at equidistant times from 0 to T, both
+    !> ends included
     real(dp), allocatable :: amplitudes(:), history(:)
   end type response_type
 
 contains
 
-  !> Runs the tasks of a checked document. If all tasks concern the machine of the input, the report is written only when it is
-  !> requested, because it costs more than the verdict. Fails if the machine is invalid or cannot turn, or if nothing could be
-  !> computed.
+  !> Runs the tasks of a checked document. If the tasks concern only the machine of the input, the report is composed only on
+  !> request, because this takes longer than computing the verdict. Fails if the machine is invalid, its crank cannot rotate fully,
+  !> or nothing could be computed.
   subroutine solve_document(document, schema, settings, solution, error)
     type(document_type), intent(in) :: document
     type(schema_type), intent(in) :: schema
-    !> Values set after reading, as PATH=VALUE, for the headings of the files
+    !> Assignments PATH=VALUE made after the input was read, which the heads of the files quote
     type(setting_type), intent(in) :: settings(:)
     type(solution_type), intent(out) :: solution
     type(error_type), allocatable, intent(out) :: error
@@ -69,11 +72,11 @@ contains
     if (.not. allocated(error)) call solution%context%fill_header(document%file, settings)
   end subroutine solve_document
 
-  !> Runs the tasks of a document. Fails as described at `solve_document`.
+  !> Runs the tasks of a document. Fails under the conditions stated at `solve_document`.
   subroutine solve_tasks(document, schema, reports, context, result, error)
     type(document_type), intent(in) :: document
     type(schema_type), intent(in) :: schema
-    !> True: also write the report
+    !> True if the report is to be composed as well
     logical, intent(in) :: reports
     type(context_type), intent(out) :: context
     type(result_type), intent(out) :: result
@@ -98,7 +101,7 @@ contains
     end if
   end subroutine solve_tasks
 
-  !> Returns the report that the program would print. If its computation was postponed, computes it now. Fails if this is
+  !> Returns the report, with the same lines as the program prints. Composes the report now if this was postponed; fails if this is
   !> impossible.
   subroutine report(self, lines, error)
     class(solution_type), intent(inout) :: self
@@ -126,14 +129,14 @@ contains
     !$omp end critical (gestell_api)
   end subroutine report
 
-  !> Writes the program's files into `folder`: tables and the scripts that draw their pictures. Fails if they cannot be written, or
-  !> if pictures are requested and gnuplot is missing; then all other files are still written.
+  !> Writes the files of the program into `folder`: tables, and the gnuplot scripts that draw their pictures. Fails if a file cannot
+  !> be written. If pictures are requested and gnuplot is missing, it fails after writing all other files.
   subroutine write_files(self, folder, error, pictures)
     class(solution_type), intent(in) :: self
-    !> Folder for the files; created if necessary
+    !> Folder for the files; it is created if it does not exist
     character(len=*), intent(in) :: folder
     type(error_type), allocatable, intent(out) :: error
-    !> True: draw the pictures with gnuplot; default false
+    !> True if gnuplot is to draw the pictures; false if absent
     logical, intent(in), optional :: pictures
 
     type(staging_type) :: staging
@@ -159,16 +162,16 @@ contains
     !$omp end critical (gestell_api)
   end subroutine write_files
 
-  !> The worst verdict of all tasks: stable, undamped, undecided, unstable, or the reason why no vibration exists. Blank if no task
-  !> examines stability.
+  !> Word of the worst verdict of all tasks: stable, undamped, undecided, unstable, or the reason why no vibration exists. Blank if
+  !> no task examines stability.
   pure character(len=verdict_length) function verdict(self)
     class(solution_type), intent(in) :: self
 
     verdict = self%result%worst%word()
   end function verdict
 
-  !> Returns the multipliers of the machine of the input in descending magnitude, and absolute bounds on their errors. Both are
-  !> unallocated if no task computed multipliers.
+  !> Returns the multipliers of the machine of the input in descending magnitude, and absolute bounds on their errors. If no task
+  !> computed multipliers, both arguments stay unallocated.
   pure subroutine multipliers(self, rho, errors)
     class(solution_type), intent(in) :: self
     complex(dp), allocatable, intent(out) :: rho(:)
@@ -179,10 +182,10 @@ contains
     errors = abs(rho) * self%context%analysis%multipliers%error
   end subroutine multipliers
 
-  !> Returns the vibration of a quantity. Fails if the name is unknown or no task has computed the vibration.
+  !> Returns the vibration of the quantity called `name`. Fails if no quantity has this name or no task has computed the vibration.
   subroutine response(self, name, found, error)
     class(solution_type), intent(inout), target :: self
-    !> Name of the quantity as in doc/input.md, for example f or probe(outlet).v
+    !> Name of the quantity as in doc/input.md, for example "f" or "probe(outlet).v"
     character(len=*), intent(in) :: name
     type(response_type), intent(out) :: found
     type(error_type), allocatable, intent(out) :: error
@@ -214,8 +217,8 @@ contains
     !$omp end critical (gestell_api)
   end subroutine response
 
-  !> Solves the vibration again if its stored motion has fewer than `rows` rows (see gestell_model_quantity_rows). Fails if the
-  !> vibration cannot be computed.
+  !> Repeats the computation of the vibration if its stored motion has fewer than `rows` rows (gestell_model_quantity_rows lists the
+  !> rows). Fails if the vibration cannot be computed.
   subroutine ensure_rows(solution, rows, error)
     type(solution_type), intent(inout), target :: solution
     integer, intent(in) :: rows
@@ -236,7 +239,7 @@ contains
     end associate
   end subroutine ensure_rows
 
-  !> Returns the table with this name. Fails if it does not exist.
+  !> Returns the table called `name`. Fails if there is no such table.
   subroutine table(self, name, found, error)
     class(solution_type), intent(in) :: self
     character(len=*), intent(in) :: name

@@ -1,4 +1,4 @@
-!> Solves a user's own linear system with periodic coefficients: multipliers, verdict and periodic motion.
+!> Solves a linear system with periodic coefficients that a user defines: multipliers, verdict and periodic motion.
 module gestell_api_system
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
@@ -14,17 +14,17 @@ module gestell_api_system
 
   public :: solve_system
 
-  !> Results of a linear periodic system.
+  !> Results for a linear system with periodic coefficients.
   type, public :: motion_type
-    !> stable, unstable or undecided. It is never undamped, because nothing is known about the damping of a user's system.
+    !> "stable", "unstable" or "undecided"; never "undamped", because nothing is known about the damping of a user's system
     character(len=9) :: verdict = ""
-    !> `multipliers`: in descending magnitude, shape (states); `exponents`: characteristic exponents ln(rho) / T (1/s), shape
-    !> (states)
+    !> `multipliers`: multipliers rho in descending magnitude; `exponents`: characteristic exponents ln(rho) / T (1/s). Both have
+    !> one element for each state
     complex(dp), allocatable :: multipliers(:), exponents(:)
     !> Absolute bounds on the errors of the multipliers, shape (states)
     real(dp), allocatable :: errors(:)
-    !> `x`: periodic motion at equidistant times from 0 to T, both included, shape (states, points + 1). `x_error`: bounds on its
-    !> errors at all these times, shape (states). Both are unallocated unless requested
+    !> `x`: periodic motion at equidistant times from 0 to T, both ends included, shape (states, points + 1). `x_error`: for each
+    !> state, a bound on its error that holds at all these times. Both are allocated only if a motion was requested
     real(dp), allocatable :: x(:, :), x_error(:)
   end type motion_type
 
@@ -32,18 +32,20 @@ module gestell_api_system
 
 contains
 
-  !> Solves a linear periodic system. Fails if the system is invalid or the tolerance is out of range or cannot be reached. Also
-  !> fails if coefficients are not finite or not smooth, the mass matrix is singular, or the period is far too long; such faults are
-  !> found within 100,000 calls. If a motion is requested at an undamped resonance, fails but returns the multipliers.
+  !> Solves a linear system with periodic coefficients. Fails if the tolerance is out of range or cannot be reached, or if the
+  !> system is faulty: coefficients that are not finite or not smooth, a singular mass matrix, or a period that is far too long.
+  !> Such faults are found within 100,000 calls. If a motion is requested at an undamped resonance, it fails, but still returns the
+  !> multipliers.
   subroutine solve_system(system, motion, error, tolerance, points)
     !> Extends `second_order_system` (M q'' + B q' + C q = h) or `periodic_system` (x' = P x + f)
     class(periodic_system), intent(in) :: system
-    !> Multipliers, verdict and, if requested, the periodic motion
+    !> Receives the multipliers, the verdict and, if requested, the periodic motion
     type(motion_type), intent(out) :: motion
     type(error_type), allocatable, intent(out) :: error
     !> Relative tolerance of the multipliers and the motion
     real(dp), intent(in), optional :: tolerance
-    !> Number of intervals of the periodic motion, 1 to 1,000,000; absent: no motion is computed
+    !> Number of intervals into which the period is divided for the periodic motion, 1 to 1,000,000. If absent, no motion is
+    !> computed
     integer, intent(in), optional :: points
     class(periodic_system), allocatable :: guarded
     type(watch_type), target :: watch

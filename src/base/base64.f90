@@ -1,4 +1,4 @@
-!> Encodes bytes as text of 64 letters (base64, RFC 4648, section 4).
+!> Encodes bytes as text with an alphabet of 64 characters (base64, RFC 4648, section 4).
 module gestell_base_base64
   implicit none (type, external)
   private
@@ -9,7 +9,7 @@ module gestell_base_base64
 
 contains
 
-  !> Encodes every three bytes as four letters; `=` fills the last group.
+  !> Encodes every three bytes as four characters. `=` fills the last four characters if fewer than three bytes remain.
   pure subroutine base64(bytes, encoded)
     character(len=*), intent(in) :: bytes
     character(len=:), allocatable, intent(out) :: encoded

@@ -1,5 +1,5 @@
-!> Converts real numbers to decimal digits several times as fast as Fortran formats do: a fast sweep spends most of its time on
-!> writing numbers.
+!> Converts real numbers to decimal digits several times as fast as Fortran formats do. A fast sweep spends most of its time writing
+!> numbers.
 module gestell_base_decimal
   use gestell_base_kinds, only: dp
   use, intrinsic :: iso_fortran_env, only: int64, qp => real128
@@ -8,14 +8,14 @@ module gestell_base_decimal
 
   public :: find_digits, round_to_digits, round_to_places
 
-  !> Kind of integers of 128 bits.
+  !> Kind of an integer with 128 bits.
   integer, parameter :: wide = selected_int_kind(38)
 
-  !> Number of significant decimal digits that identify a double-precision number.
+  !> Number of significant decimal digits that suffice to restore a double-precision number exactly.
   integer, parameter, public :: all_digits = 17
-  !> The tables of powers suffice for numbers whose binary exponent is smaller than this in magnitude.
+  !> The tables of powers cover numbers whose binary exponent has a magnitude below this limit.
   integer, parameter :: max_binary_exponent = 990
-  !> Index of the implied do loops in the constants below; not used elsewhere.
+  !> Index for the implied do loops in the constants below.
   integer :: i
   !> Powers of ten, truncated to 74 bits: 10^i = power(i) * 2^power_of_two(i).
   integer(wide), parameter :: power(-300:320) = [(int(scale(10.0_qp**i, 74 - exponent(10.0_qp**i)), wide), i = -300, 320)]
@@ -24,17 +24,17 @@ module gestell_base_decimal
 
 contains
 
-  !> Rounds abs(value) to `count` significant digits: abs(value) = whole * 10^(exponent - count + 1) after rounding.
+  !> Rounds the magnitude of `value` to `count` significant digits: abs(value) = whole * 10^(exponent - count + 1) after rounding.
   pure subroutine round_to_digits(value, count, whole, exponent, decided)
-    !> Number to round; its sign is ignored
+    !> Number to be rounded; its sign is ignored
     real(dp), intent(in) :: value
-    !> Number of significant digits, at least 1
+    !> Number of significant digits to keep, at least 1
     integer, intent(in) :: count
-    !> The significant digits as one integer; 0 if `value` is zero
+    !> The kept digits as an integer; 0 if `value` is zero
     integer(int64), intent(out) :: whole
-    !> Decimal exponent of the first digit
+    !> Decimal exponent of the first significant digit
     integer, intent(out) :: exponent
-    !> False if the result is not certain (see `find_digits`) or `count` exceeds 17: use a Fortran format instead
+    !> False if the rounding is not certain (see `find_digits`) or if `count` exceeds 17. The caller must then use a Fortran format
     logical, intent(out) :: decided
 
     call find_digits(value, whole, exponent, decided)
@@ -46,13 +46,14 @@ contains
     exponent = exponent + 1
   end subroutine round_to_digits
 
-  !> Rounds abs(value) to an integer multiple of 10^-places: abs(value) = whole * 10^-places after rounding.
+  !> Rounds the magnitude of `value` to an integer multiple of 10^-places: abs(value) = whole * 10^-places after rounding.
   pure subroutine round_to_places(value, places, whole, decided)
     real(dp), intent(in) :: value
-    !> Number of decimal places, 0 or more
+    !> Number of decimal places to keep, 0 or more
     integer, intent(in) :: places
     integer(int64), intent(out) :: whole
-    !> False if the result is not certain (see `find_digits`) or would have more than 17 digits: use a Fortran format instead
+    !> False if the rounding is not certain (see `find_digits`) or if `whole` would have more than 17 digits. The caller must then
+    !> use a Fortran format
     logical, intent(out) :: decided
     integer :: exponent, count
 
@@ -64,8 +65,8 @@ contains
     if (decided .and. count >= 0) call round_off(all_digits - count, whole, decided)
   end subroutine round_to_places
 
-  !> Rounds `whole` by dropping its last `dropped` digits (0 to 17). `decided` is false if these digits are exactly half a unit of
-  !> the last remaining digit: `whole` was rounded before, so that the correct direction is unknown.
+  !> Drops the last `dropped` digits (0 to 17) of `whole` and rounds. `decided` is false if these digits are exactly half a unit of
+  !> the last remaining digit. `whole` was rounded before, so that the correct direction of rounding is then unknown.
   pure subroutine round_off(dropped, whole, decided)
     integer, intent(in) :: dropped
     integer(int64), intent(inout) :: whole
@@ -81,11 +82,11 @@ contains
   !> Computes the 17 significant digits of abs(value): abs(value) = digits * 10^(exponent - 16) after rounding.
   pure subroutine find_digits(value, digits, exponent, decided)
     real(dp), intent(in) :: value
-    !> 17 digits as an integer; 0 if `value` is zero
+    !> The 17 significant digits as an integer; 0 if `value` is zero
     integer(int64), intent(out) :: digits
-    !> Decimal exponent of the first digit; 0 if `value` is zero
+    !> Decimal exponent of the first significant digit; 0 if `value` is zero
     integer, intent(out) :: exponent
-    !> False if the tables of powers are too short or too inaccurate to round `value` correctly, or if `value` is NaN or infinite
+    !> False if `value` is NaN or infinite, or if the tables of powers are too short or too inaccurate to round it correctly
     logical, intent(out) :: decided
     real(dp), parameter :: decades_of_two = 0.30102999566398120_dp
     integer(int64), parameter :: hidden_bit = 2_int64**52

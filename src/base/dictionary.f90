@@ -1,19 +1,20 @@
-!> A list of words with a hash table: the time to look up a word does not grow with the length of the list.
+!> Implements a list of words with a hash table: the time needed to find a word does not increase with the length of the list.
 module gestell_base_dictionary
   use gestell_base_hash, only: hash_start, mix_text
   use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
   private
 
-  !> A list of words; trailing blanks of a word are ignored.
+  !> A list of words with a hash table. Trailing blanks of a word are ignored.
   type, public :: dictionary_type
     private
     integer :: count = 0
-    !> `text` holds all words one after the other. Word k occupies text(ends(k) + 1:ends(k + 1)). Both arrays have spare room.
+    !> `text` holds all words one after the other; word k is text(ends(k) + 1:ends(k + 1)). Both arrays are allocated longer than
+    !> needed.
     character(len=:), allocatable :: text
     integer, allocatable :: ends(:)
-    !> The hash table: each slot holds the position of a word in the list, or 0. A word is in the slot of its hash or, if this was
-    !> occupied, in the next free slot. At least half of the slots are free.
+    !> Hash table: each slot holds the index of a word in the list, or 0. A word is in the slot that its hash indicates or, if this
+    !> slot was occupied, in the next free one. At least half of the slots are free.
     integer, allocatable :: slots(:)
   contains
     procedure :: add
@@ -22,7 +23,7 @@ module gestell_base_dictionary
 
 contains
 
-  !> Appends a word to the list, even if the list contains it already.
+  !> Appends a word to the list. Words may occur several times.
   pure subroutine add(self, word)
     class(dictionary_type), intent(inout) :: self
     character(len=*), intent(in) :: word
@@ -38,7 +39,7 @@ contains
     self%slots(i) = self%count
   end subroutine add
 
-  !> First position of a word in the list; 0 if the list does not contain it.
+  !> Index of the first occurrence of a word in the list; 0 if the list does not contain it.
   pure integer function position(self, word)
     class(dictionary_type), intent(in) :: self
     character(len=*), intent(in) :: word
@@ -55,8 +56,8 @@ contains
     position = 0
   end function position
 
-  !> Makes room for one more word of `length` characters, doubling the arrays if they are full. Words are hashed again in the order
-  !> of the list, so that `position` still returns the first of equal words.
+  !> Makes room for one more word of `length` characters by doubling arrays that are full. When the hash table is rebuilt, words are
+  !> entered in the order of the list, so that `position` still finds the first of several equal words.
   pure subroutine make_room(self, length)
     class(dictionary_type), intent(inout) :: self
     integer, intent(in) :: length
@@ -80,7 +81,7 @@ contains
     end do
   end subroutine make_room
 
-  !> First free slot for a new word.
+  !> Index of the free slot in which a new word is to be entered.
   pure integer function free_slot(slots, word) result(i)
     integer, intent(in) :: slots(:)
     character(len=*), intent(in) :: word
@@ -91,7 +92,7 @@ contains
     end do
   end function free_slot
 
-  !> Slot that the hash of a word points to.
+  !> Index of the slot that the hash of a word indicates.
   pure integer function first_slot(slots, word)
     integer, intent(in) :: slots(:)
     character(len=*), intent(in) :: word

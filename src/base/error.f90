@@ -1,4 +1,4 @@
-!> Defines the error that a procedure of the library returns in its last, allocatable argument.
+!> Defines the error type. The library's procedures return an error in their last, allocatable argument.
 module gestell_base_error
   use gestell_base_words, only: put_on_one_line
   implicit none (type, external)
@@ -6,17 +6,17 @@ module gestell_base_error
 
   public :: error_type, fatal_error
 
-  !> Describes a failure; an unallocated error means success.
+  !> Describes why a procedure failed. An unallocated error means success.
   type :: error_type
-    !> One line for the user, of bounded length and without a final full stop
+    !> Message for the user: one line of limited length, without a full stop at its end
     character(len=:), allocatable :: message
-    !> Kind of the failure (`wrong_usage`, `invalid_input`, ...); also the exit code of the program
+    !> Code of the failure (`wrong_usage`, `invalid_input`, ...); the program uses it as its exit code
     integer :: code = 0
-    !> Cause that a calling program may need to test: `resonance`, `no_convergence`, or 0 for any other cause
+    !> Cause of the failure, if a calling program may need to test it: `resonance` or `no_convergence`. 0 for any other cause
     integer :: cause = 0
-    !> Name of the machine's part that is at fault, such as "joint 'B'"; unallocated if it is no single part
+    !> Part of the machine that caused the failure, such as "joint 'B'"; unallocated if no single part caused it
     character(len=:), allocatable :: subject
-    !> True if a file could not be written
+    !> True if the failure is that a file could not be written
     logical :: write_failed = .false.
   end type error_type
 
@@ -26,8 +26,8 @@ module gestell_base_error
   integer, parameter, public :: impossible_mechanism = 3
   integer, parameter, public :: failed_computation = 4
 
-  !> Values of `cause`. `resonance`: an undamped natural frequency is excited, so that no periodic vibration exists.
-  !> `no_convergence`: an iteration does not converge.
+  !> Values of the component `cause`. `resonance`: a natural frequency without damping is excited, so that no periodic vibration
+  !> exists. `no_convergence`: an iteration does not converge.
   integer, parameter, public :: resonance = 1, no_convergence = 2
 
 contains
@@ -35,11 +35,11 @@ contains
   !> Allocates `error` and sets its message, code and subject.
   pure subroutine fatal_error(error, message, code, subject)
     type(error_type), allocatable, intent(out) :: error
-    !> Any text; it is shortened and put on one line
+    !> Message of any length; it is shortened and put on one line
     character(len=*), intent(in) :: message
     !> `wrong_usage`, `invalid_input`, `impossible_mechanism` or `failed_computation`
     integer, intent(in) :: code
-    !> Part of the machine that is at fault, such as "joint 'B'"
+    !> Part of the machine that caused the failure, such as "joint 'B'"
     character(len=*), intent(in), optional :: subject
 
     allocate(error)

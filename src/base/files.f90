@@ -1,5 +1,5 @@
-!> File operations of POSIX that Fortran lacks. The names of files must not end with blanks. After a failure `system_message`
-!> returns the system's explanation until the next call.
+!> Provides POSIX file operations that Fortran lacks. File names must not end with blanks. After an operation failed,
+!> `system_message` returns the operating system's explanation until the next operation.
 module gestell_base_files
   use, intrinsic :: iso_c_binding, only: c_char, c_f_pointer, c_int, c_int64_t, c_intptr_t, c_null_char, c_ptr, c_size_t
   use, intrinsic :: iso_fortran_env, only: int64
@@ -9,13 +9,13 @@ module gestell_base_files
   public :: close_file, copy_text, create_file, file_size, file_exists, system_message, link_file, lock_file, make_directory, &
     & open_to_read, open_to_write, read_at, read_chunk, remove_file, remove_folder, rename_file, try_lock, unlock_file, write_bytes
 
-  !> Flags of POSIX. flock: `together` is LOCK_SH, `exclusive` LOCK_EX, `without_waiting` LOCK_NB; open: `only_to_write` is
-  !> O_WRONLY.
+  !> Flags of the POSIX functions flock and open. For flock: `together` is LOCK_SH, `exclusive` is LOCK_EX, `without_waiting` is
+  !> LOCK_NB. For open: `only_to_write` is O_WRONLY.
   integer(c_int), parameter :: together = 1, exclusive = 2, without_waiting = 4, only_to_write = 1
-  !> Permissions of new files (`rights`) and of new folders, reduced by the user's umask.
+  !> Permissions of new files (`rights`) and of new folders (`folder_rights`). The system restricts them by the user's umask.
   integer(c_int), parameter :: rights = int(o"666", c_int), folder_rights = int(o"777", c_int)
-  !> Values of errno: `not_there` is ENOENT, `exists_already` EEXIST, `interrupted` EINTR, `would_block` EWOULDBLOCK on Linux and on
-  !> BSD (also macOS).
+  !> Values of errno: `not_there` is ENOENT, `exists_already` is EEXIST, `interrupted` is EINTR. `would_block` is EWOULDBLOCK, on
+  !> Linux and on BSD (which includes macOS).
   integer(c_int), parameter :: not_there = 2, exists_already = 17, interrupted = 4, would_block(2) = [11, 35]
 
   abstract interface
@@ -40,7 +40,7 @@ module gestell_base_files
   ! gfortran 12 ignores `value` in a procedure declared by an interface name and passes numbers by reference. Procedures with
   ! numbers therefore have explicit interfaces.
   interface
-    !> POSIX function mkdir. `mode` has the C type mode_t, which may be shorter than int, but C passes it as an int.
+    !> POSIX function mkdir. In C, `mode` has the type mode_t, which may be shorter than int; it is passed as an int all the same.
     integer(c_int) function c_mkdir(path, mode) bind(c, name="mkdir")
       import :: c_char, c_int
       implicit none (type, external)
@@ -55,7 +55,7 @@ module gestell_base_files
       integer(c_int), value :: mode
     end function c_creat
 
-    !> POSIX function open without its argument `mode`, which is needed only to create a file.
+    !> POSIX function open, declared without its third argument `mode`, which is needed only to create a file.
     integer(c_int) function c_open(path, flags) bind(c, name="open")
       import :: c_char, c_int
       implicit none (type, external)
@@ -131,7 +131,8 @@ module gestell_base_files
       type(c_ptr), value :: words
     end function c_strlen
 
-    !> Returns errno. In C errno is a macro; this is the procedure of gfortran's library behind the intrinsic function ierrno.
+    !> Returns the C variable errno. In C, errno is a macro that Fortran cannot use. The procedure called here belongs to gfortran's
+    !> library.
     integer(c_int) function errno() bind(c, name="_gfortran_ierrno_i4")
       import :: c_int
       implicit none (type, external)
@@ -140,14 +141,14 @@ module gestell_base_files
 
 contains
 
-  !> The system's explanation of why the last POSIX call failed.
+  !> Explanation, by the operating system, why the last POSIX call failed.
   function system_message() result(words)
     character(len=:), allocatable :: words
 
     call copy_text(c_strerror(errno()), words)
   end function system_message
 
-  !> Copies a zero-terminated C string. The address must not be null.
+  !> Copies the zero-terminated C string at `address`, which must not be null, to `text`.
   subroutine copy_text(address, text)
     type(c_ptr), intent(in) :: address
     character(len=:), allocatable, intent(out) :: text
@@ -161,22 +162,22 @@ contains
     end do
   end subroutine copy_text
 
-  !> Size of a file (bytes); -1 if the file does not exist.
+  !> Size of a file in bytes; -1 if the file does not exist.
   integer(int64) function file_size(name)
     character(len=*), intent(in) :: name
 
     inquire (file=name, size=file_size)
   end function file_size
 
-  !> True if a file or folder of this name exists.
+  !> True if a file or folder called `name` exists.
   logical function file_exists(name)
     character(len=*), intent(in) :: name
 
     file_exists = c_access(name // c_null_char, 0_c_int) == 0
   end function file_exists
 
-  !> Creates an empty file. A file or link with this name is removed first. The target of the link, or a file that has further
-  !> names, thus stays unchanged. `handle` is negative if the file cannot be created.
+  !> Creates an empty file and opens it. An existing file or link of this name is removed first, so that the target of a link, or a
+  !> file with further names, stays unchanged. `handle` is negative if the file cannot be created.
   subroutine create_file(name, handle)
     character(len=*), intent(in) :: name
     integer(c_int), intent(out) :: handle
@@ -218,14 +219,15 @@ contains
     end do
   end subroutine read_chunk
 
-  !> Writes all bytes at `position`, or else at the current position of the file. A gap between the old end of the file and
-  !> `position` is filled with zeros.
+  !> Writes all `bytes` at `position`, or at the current position of the file if `position` is absent. A gap between the old end of
+  !> the file and `position` is filled with zeros.
   subroutine write_bytes(handle, bytes, done, position)
     integer(c_int), intent(in) :: handle
     character(len=*), intent(in) :: bytes
-    !> False if not all bytes could be written
+    !> True if all bytes were written
     logical, intent(out) :: done
-    !> Position of the first byte to write; the file begins at 1. Absent: after the last byte written
+    !> Position in the file of the first byte to be written; positions start at 1. If absent, writing continues after the last byte
+    !> written
     integer(int64), intent(in), optional :: position
     integer(c_intptr_t) :: written
     integer(int64) :: n
@@ -250,14 +252,14 @@ contains
     done = .true.
   end subroutine write_bytes
 
-  !> Reads len(bytes) bytes from a position in the file.
+  !> Reads len(bytes) bytes, starting at `position` in the file.
   subroutine read_at(handle, position, bytes, done)
     integer(c_int), intent(in) :: handle
-    !> Position of the first byte; the file begins at 1
+    !> Position in the file of the first byte to be read; positions start at 1
     integer(int64), intent(in) :: position
     ! allow(C072)
     character(len=*), intent(out) :: bytes
-    !> False if reading fails or the file ends too early
+    !> True if all bytes were read; false if reading failed or the file is too short
     logical, intent(out) :: done
     integer(c_intptr_t) :: came
     integer(int64) :: n
@@ -276,7 +278,7 @@ contains
     done = .true.
   end subroutine read_at
 
-  !> Closes a file. `done` is false if this fails: some systems report a full disk only when a file is closed.
+  !> Closes a file. `done` is false if closing fails, as on systems that report a full disk only when a file is closed.
   subroutine close_file(handle, done)
     integer(c_int), intent(in) :: handle
     logical, intent(out) :: done
@@ -284,7 +286,8 @@ contains
     done = c_close(handle) == 0
   end subroutine close_file
 
-  !> Renames a file, replacing an existing file of the new name atomically: at any moment the old or the new file exists.
+  !> Renames the file `old` to `new` and replaces an existing file of this name. The replacement is atomic: other processes find
+  !> either the replaced file or the renamed one.
   subroutine rename_file(old, new, done)
     character(len=*), intent(in) :: old, new
     logical, intent(out) :: done
@@ -292,7 +295,7 @@ contains
     done = c_rename(old // c_null_char, new // c_null_char) == 0
   end subroutine rename_file
 
-  !> Gives a file a second name (hard link).
+  !> Gives the file `old` the second name `new` (hard link).
   subroutine link_file(old, new, done)
     character(len=*), intent(in) :: old, new
     logical, intent(out) :: done
@@ -300,7 +303,7 @@ contains
     done = c_link(old // c_null_char, new // c_null_char) == 0
   end subroutine link_file
 
-  !> Removes a file; a missing file is no failure.
+  !> Removes a file. Does nothing if the file does not exist.
   subroutine remove_file(name)
     character(len=*), intent(in) :: name
     integer(c_int) :: status
@@ -308,7 +311,8 @@ contains
     status = c_unlink(name // c_null_char)
   end subroutine remove_file
 
-  !> Creates a folder. `made`: true if the folder did not exist before; `there`: true if a folder or file with this name now exists.
+  !> Creates a folder. `made`: true if this call created the folder. `there`: true if a folder or file of this name exists
+  !> afterwards.
   subroutine make_directory(name, made, there)
     character(len=*), intent(in) :: name
     logical, intent(out) :: made, there
@@ -328,9 +332,9 @@ contains
     if (present(done)) done = status == 0
   end subroutine remove_folder
 
-  !> Locks the file `name`, creating it if necessary, and waits until other processes release their locks. A `shared` lock waits
-  !> only for exclusive locks. The system releases the lock when the process ends for any reason. If the file system has no locks,
-  !> nothing is locked.
+  !> Locks the file `name` and waits until other processes release their locks on it. Creates the file if necessary. A `shared` lock
+  !> waits only for exclusive locks. The operating system releases the lock when the process ends for any reason. On a file system
+  !> without locks, nothing is locked.
   subroutine lock_file(name, handle, shared)
     character(len=*), intent(in) :: name
     integer(c_int), intent(out) :: handle
@@ -342,12 +346,13 @@ contains
     if (handle >= 0) status = c_flock(handle, merge(together, exclusive, shared))
   end subroutine lock_file
 
-  !> Requests an exclusive lock on an open file.
+  !> Tries to get an exclusive lock on an open file.
   subroutine try_lock(handle, wait, held, busy)
     integer(c_int), intent(in) :: handle
     !> True: wait until no other process holds the lock
     logical, intent(in) :: wait
-    !> `held`: this process now has the lock; `busy`: another process has it. Both are false if the file system has no locks
+    !> `held`: true if this process now has the lock; `busy`: true if another process has it. Both are false if the file system does
+    !> not support locks
     logical, intent(out) :: held, busy
 
     held = c_flock(handle, merge(exclusive, exclusive + without_waiting, wait)) == 0

@@ -1,10 +1,10 @@
-!> A text that grows at its end. Its storage is doubled when it is full, so that the time to append many pieces is proportional to
-!> their total length.
+!> Defines a text that grows at its end. Its storage is doubled when it is full. The total time for appending is therefore
+!> proportional to the total length.
 module gestell_base_growing_text
   implicit none (type, external)
   private
 
-  !> A text of any length, built piece by piece.
+  !> A text that is built by appending pieces.
   type, public :: growing_text_type
     private
     character(len=:), allocatable :: room

@@ -1,5 +1,5 @@
-!> A hash based on FNV-1a (Fowler, Noll, Vo) that mixes words of 64 bits. It detects damaged data and data of another input; it is
-!> not cryptographic.
+!> Computes a hash of data, word by word with 64 bits each, on the principle of FNV-1a (Fowler, Noll, Vo). The hash reveals damaged
+!> data and data that belong to another input; it is not cryptographic.
 module gestell_base_hash
   use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
@@ -7,15 +7,15 @@ module gestell_base_hash
 
   public :: mix, mix_bytes, mix_text
 
-  !> Initial value of every hash.
+  !> Initial value of every hash, before any data are mixed in.
   integer(int64), parameter, public :: hash_start = int(z"4BF29CE484222325", int64)
 
-  !> The prime of FNV-1a is 2^40 + 435 (`shift`, `rest`); `low` masks the lower 32 bits.
+  !> Constants of FNV-1a: the prime is 2^40 + 435 (2^shift + rest). `low` masks the lower 32 bits of a word.
   integer(int64), parameter :: shift = 40_int64, rest = 435_int64, low = int(z"FFFFFFFF", int64)
 
 contains
 
-  !> The hash after mixing in one more word.
+  !> Hash that results when one more 64-bit word is mixed into `hash`.
   elemental integer(int64) function mixed(hash, word)
     integer(int64), intent(in) :: hash, word
     integer(int64) :: x, lower, upper
@@ -29,7 +29,7 @@ contains
     mixed = ieor(x, ishft(x, -29))
   end function mixed
 
-  !> Mixes words of 64 bits into the hash.
+  !> Updates a hash with 64-bit words.
   pure subroutine mix(hash, words)
     integer(int64), intent(inout) :: hash
     integer(int64), intent(in) :: words(:)
@@ -40,7 +40,7 @@ contains
     end do
   end subroutine mix
 
-  !> Mixes the characters of a text, one by one, and an end mark into the hash.
+  !> Updates a hash with the characters of a text, one by one, and with an end mark.
   pure subroutine mix_text(hash, text)
     integer(int64), intent(inout) :: hash
     character(len=*), intent(in) :: text
@@ -52,7 +52,7 @@ contains
     hash = mixed(hash, -1_int64)
   end subroutine mix_text
 
-  !> Mixes bytes into the hash, eight at a time. The last eight are padded with blanks.
+  !> Updates a hash with bytes, eight at a time. The last eight are padded with blanks if necessary.
   pure subroutine mix_bytes(hash, bytes)
     integer(int64), intent(inout) :: hash
     character(len=*), intent(in) :: bytes

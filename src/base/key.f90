@@ -1,4 +1,5 @@
-!> Defines the record of an input key. Reading, units, ranges for sweeps, help texts and the reference manual all use this record.
+!> Defines the record that describes an input key. Reading, unit conversion, ranges for sweeps, help texts and the reference manual
+!> all use this record.
 module gestell_base_key
   use gestell_base_kinds, only: dp
   implicit none (type, external)
@@ -7,16 +8,16 @@ module gestell_base_key
   !> Kinds of values.
   integer, parameter, public :: real_key = 1, integer_key = 2, text_key = 3
 
-  !> Quantities whose unit is set in the group &units; `quantities` is their number.
+  !> Codes of the quantities whose unit the group &units sets. `quantities` is the number of these quantities.
   integer, parameter, public :: of_length = 1, of_mass = 2, of_inertia = 3, of_stiffness = 4, of_force = 5, of_moment = 6, &
     & of_damping = 7, of_rotary_damping = 8, of_angle = 9, quantities = 9
-  !> Units of two matrices of the foundation, whose elements have different units.
+  !> Codes for two matrices of the foundation whose elements have different units.
   integer, parameter, public :: of_stiffness_matrix = 10, of_damping_diagonal = 11
 
-  !> Stands for a number that is not given.
+  !> Marks a number that is not given.
   real(dp), parameter, public :: unset = -huge(1.0_dp)
 
-  !> Conditions that a number must meet: lie between inclusive bounds, be positive, be nonzero, or be 1 or -1.
+  !> Conditions on a number: inclusive bounds, and whether it must be positive, be nonzero, or be 1 or -1.
   type, public :: range_type
     real(dp) :: least = -huge(1.0_dp), most = huge(1.0_dp)
     logical :: above_zero = .false., not_zero = .false., unit_size = .false.
@@ -32,28 +33,28 @@ module gestell_base_key
     character(len=16) :: group, name
     !> real_key, integer_key or text_key
     integer :: kind
-    !> Explains the key in one sentence of Markdown
+    !> Meaning of the key in one sentence of Markdown
     character(len=256) :: meaning = ""
     !> `rank`: number of subscripts (0 scalar, 1 vector or list, 2 matrix); `least`, `most`: minimum and maximum number of values
     integer :: rank = 0, least = 1, most = 1
-    !> Number of values in the shorter form, if the key permits one: the first elements of a vector, or the upper left square block
-    !> of a matrix. Otherwise 0
+    !> Number of values in the short form of a vector (its first elements) or of a matrix (its upper left square block). 0 if the
+    !> key has no short form
     integer :: shorter = 0
     !> True if every group of this name must contain the key
     logical :: required = .false.
-    !> Quantity that the unit measures (`of_length`, ...); 0 if the key has no unit or the fixed unit `symbol`
+    !> Code of the quantity that the key gives (`of_length`, ...). 0 if the key has no unit, or the fixed unit `symbol`
     integer :: unit = 0
     character(len=12) :: symbol = ""
-    !> Default as a number (SI units, angles in deg). Instead, `word` may hold comma-separated words, or `otherwise` a description
-    !> for the manual. If none of the three is set, the key has no default.
+    !> Default value as a number (in SI units, angles in deg). A default that is no number is stored in `word` (one or more words,
+    !> separated by commas) or described in `otherwise`, for the manual. If none of the three is set, the key has no default
     real(dp) :: default = unset
     character(len=64) :: word = "", otherwise = ""
     type(range_type) :: range = range_type()
-    !> Texts that the key accepts, separated by commas; empty: any text
+    !> Texts that the key accepts, separated by commas. If empty, the key accepts any text
     character(len=160) :: words = ""
-    !> Number of rows of a matrix
+    !> Number of rows, if the key is a matrix
     integer :: rows = 1
-    !> True if a single value given by --set applies to all components
+    !> True if --set with a single value sets all components of the key to it
     logical :: alike = .false.
   end type key_type
 
@@ -61,7 +62,7 @@ module gestell_base_key
 
 contains
 
-  !> Index of the key with this name; 0 if the table does not contain it.
+  !> Index in `keys` of the key called `name`; 0 if there is none.
   pure integer function find_key(keys, name) result(i)
     type(key_type), intent(in) :: keys(:)
     character(len=*), intent(in) :: name
@@ -72,7 +73,7 @@ contains
     i = 0
   end function find_key
 
-  !> Splits a comma-separated list into words.
+  !> Words of a list in which they are separated by commas.
   pure function all_words(list) result(words)
     character(len=*), intent(in) :: list
     character(len=16), allocatable :: words(:)
@@ -87,7 +88,7 @@ contains
     end do
   end function all_words
 
-  !> Joins words to a comma-separated list.
+  !> List of the words, separated by commas.
   pure function joined(words) result(list)
     character(len=*), intent(in) :: words(:)
     character(len=160) :: list

@@ -1,10 +1,10 @@
-!> Defines the kind of real numbers, and constants, for the whole library.
+!> Defines the kind of real numbers and the constant pi for the whole library.
 module gestell_base_kinds
   use, intrinsic :: iso_fortran_env, only: real64
   implicit none (type, external)
   private
 
-  !> Kind of all real numbers in the library.
+  !> Kind of the real numbers in the library: double precision.
   integer, parameter, public :: dp = real64
 
   real(dp), parameter, public :: pi = acos(-1.0_dp)

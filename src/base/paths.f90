@@ -7,8 +7,8 @@ module gestell_base_paths
 
   public :: full_path, is_link, is_same_file
 
-  !> `longest_path`: maximum length of a path (PATH_MAX); `stat_bytes`: size of a buffer for struct stat; `identity_bytes`: number
-  !> of its leading bytes that hold device and inode (on macOS also mode and number of links).
+  !> `longest_path`: maximum length of a path (PATH_MAX). `stat_bytes`: size of a buffer for the C structure stat. `identity_bytes`:
+  !> number of bytes at its beginning that identify a file by device and inode (on macOS they also hold mode and number of links).
   integer, parameter :: longest_path = 4096, stat_bytes = 1024, identity_bytes = 16
 
   interface
@@ -40,7 +40,7 @@ module gestell_base_paths
 
 contains
 
-  !> True if this name is a symbolic link, even a dangling one.
+  !> True if `name` is a symbolic link, even if the file to which it points does not exist.
   logical function is_link(name)
     character(len=*), intent(in) :: name
     character(kind=c_char) :: target(1)
@@ -48,7 +48,7 @@ contains
     is_link = c_readlink(name // c_null_char, target, 1_c_size_t) >= 0
   end function is_link
 
-  !> True if both names lead to the same existing file, after following links.
+  !> True if `one` and `another` denote the same existing file, after symbolic links have been followed.
   logical function is_same_file(one, another)
     character(len=*), intent(in) :: one, another
     character(kind=c_char) :: status(stat_bytes, 2)
@@ -59,8 +59,8 @@ contains
     is_same_file = all(status(:identity_bytes, 1) == status(:identity_bytes, 2))
   end function is_same_file
 
-  !> Absolute path of a file with all links resolved; it stays valid when the working directory changes. Returns `name` itself if
-  !> the file does not exist.
+  !> Absolute path of a file, with all symbolic links replaced by their targets. The path stays valid if the working directory
+  !> changes. Returns `name` itself if the file does not exist.
   function full_path(name) result(path)
     character(len=*), intent(in) :: name
     character(len=:), allocatable :: path
