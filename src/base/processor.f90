@@ -1,11 +1,11 @@
-!> Detects vector instructions of the processor that a portable program cannot assume.
+!> Detects vector instructions of the processor that a portable program cannot take for granted.
 !>
-!> Procedures with loops over eight lanes are compiled in one version for each vector length. To make GCC generate the versions, a
-!> procedure is declared with `declare simd simdlen(2)`, as if it handled two calls at once. The second call, with `once` = 2,
-!> returns immediately. If GCC splits the procedure at this return, only the part before it gets versions. A local array that is set
-!> before the return and used after it prevents the split; `.ci/versions` checks the result. The names of the versions encode the
-!> arguments: u for a uniform argument, l for `once`. C names begin with "lanes" because the C interface exports every name that
-!> begins with "gestell".
+!> Procedures with loops over eight lanes are compiled in one version for each length of the vector registers. To make GCC generate
+!> these versions, a procedure is declared with `declare simd simdlen(2)`, as if it handled two calls at once. The second call, with
+!> `once` = 2, returns immediately. If GCC splits the procedure at this return, only the part before the return gets versions. A
+!> local array that is set before the return and used after it prevents the split; `.ci/versions` checks the result. The names of
+!> the versions encode the arguments: u for a uniform argument, l for `once`. C names begin with "lanes" because the C interface
+!> exports every name that begins with "gestell".
 module gestell_base_processor
   use, intrinsic :: iso_c_binding, only: c_int
   use, intrinsic :: iso_fortran_env, only: compiler_options, compiler_version
@@ -14,15 +14,15 @@ module gestell_base_processor
 
   public :: has_long_vectors, vector_length
 
-  !> True if the compiler generates versions of `!$omp declare simd` procedures under callable names (Vector Function Application
-  !> Binary Interface, section 2.6: _ZGVdN..., _ZGVeN...). GCC does so for x86 with optimisation and OpenMP. With another -march the
-  !> whole program is compiled for one processor and needs no versions.
+  !> True if the compiler generates versions of `!$omp declare simd` procedures that can be called by name (Vector Function
+  !> Application Binary Interface, section 2.6: _ZGVdN..., _ZGVeN...). GCC does so for x86 with optimisation and OpenMP. With
+  !> another -march the whole program is compiled for one processor and needs no versions.
   logical, parameter, public :: has_versions = index(compiler_version(), "GCC") > 0 .and. &
     & index(compiler_options(), "-march=x86-64 ") > 0 .and. index(compiler_options(), "-fopenmp") > 0 .and. &
     & (index(compiler_options(), "-O3") > 0 .or. index(compiler_options(), "-O2") > 0)
 
-  !> The processor's properties as libgcc detects them before the program begins (GCC, libgcc/config/i386/cpuinfo.h). All elements
-  !> are zero if the linker finds no such variable in libgcc. Gestell never changes them.
+  !> Properties of the processor, which libgcc detects before the program begins (GCC, libgcc/config/i386/cpuinfo.h). If libgcc has
+  !> no such variable, all elements are zero. Gestell never changes them.
   integer(c_int), bind(C, name="__cpu_model") :: cpu_model(4)
 
   !> Bit numbers in cpu_model(4).
@@ -30,8 +30,8 @@ module gestell_base_processor
 
 contains
 
-  !> Number of double-precision numbers in a vector register of the best available version: 8 (AVX-512), 4 (AVX2), or 0 if there are
-  !> no versions.
+  !> Number of double-precision numbers in a vector register, for the best version that the processor can execute: 8 (AVX-512), 4
+  !> (AVX2), or 0 if there are no versions.
   pure integer function vector_length()
     vector_length = 0
     if (.not. has_versions) return
@@ -39,7 +39,7 @@ contains
     if (has_long_vectors()) vector_length = 8
   end function vector_length
 
-  !> True if the processor has AVX-512 and hence 32 vector registers.
+  !> True if the processor supports AVX-512 and therefore has 32 vector registers.
   pure logical function has_long_vectors()
     has_long_vectors = btest(cpu_model(4), avx512f)
   end function has_long_vectors

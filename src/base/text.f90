@@ -1,5 +1,5 @@
-!> Converts numbers to text. No function here has a result of deferred length: gfortran keeps such a length in static memory at the
-!> calling statement, where threads would share it.
+!> Converts numbers to text. No function of this module has a result of deferred length, because gfortran keeps such a length in
+!> static memory, which all threads share.
 module gestell_base_text
   use gestell_base_decimal, only: round_to_digits, round_to_places
   use gestell_base_kinds, only: dp
@@ -12,17 +12,18 @@ module gestell_base_text
 
   character, parameter, public :: newline = new_line("a")
 
-  !> Writes a number with 6 significant digits, concise(value), or with a given number of them, concise(value, digits).
+  !> Converts a number to text with 6 significant digits, concise(value), or with a given number of them, concise(value, digits).
   interface concise
     module procedure :: concise_6, concise_digits
   end interface
 
-  !> Length of a buffer that holds any number as text.
+  !> Length of a text in which any number fits.
   integer, parameter :: longest = 360
 
 contains
 
-  !> Returns `first` if the condition holds, else `second`. Unlike merge, it accepts texts of different lengths.
+  !> Returns `first` if the condition is true, otherwise `second`. The texts may have different lengths, which `merge` does not
+  !> allow.
   pure function either(first, second, condition) result(chosen)
     character(len=*), intent(in) :: first, second
     logical, intent(in) :: condition
@@ -35,7 +36,7 @@ contains
     end if
   end function either
 
-  !> Converts a text of digits to a positive integer; 0 if the text is anything else.
+  !> Positive integer that a text of digits represents; 0 if the text contains anything else.
   pure integer function whole_number(digits) result(number)
     character(len=*), intent(in) :: digits
     integer :: status
@@ -116,7 +117,7 @@ contains
     if (value < 0) line = "-" // line(:len(line) - 1)
   end function integer_line
 
-  !> Writes whole * 10^-decimals for whole >= 0, without a decimal point if `decimals` is 0.
+  !> Text of the number whole * 10^-decimals, where whole >= 0. Without a decimal point if `decimals` is 0.
   pure function decimal_digits(whole, decimals, length) result(line)
     integer(int64), intent(in) :: whole
     integer, intent(in) :: decimals, length
@@ -141,7 +142,7 @@ contains
     line = digits(first:)
   end function decimal_digits
 
-  !> Drops trailing zeros, and the decimal point if no digit follows it.
+  !> Removes trailing zeros after the decimal point, and the decimal point if no digit remains after it.
   pure subroutine drop_zeros(line)
     character(len=longest), intent(inout) :: line
     integer :: last
@@ -151,7 +152,7 @@ contains
     line(last + 1:) = ""
   end subroutine drop_zeros
 
-  !> A number with 17 significant digits as in the result files: reading it back yields the identical number.
+  !> Text of a number with 17 significant digits, as in the result files. Reading this text yields exactly the same number.
   pure function exact(value) result(string)
     real(dp), intent(in) :: value
     character(len=len_trim(exact_line(value))) :: string
@@ -159,7 +160,8 @@ contains
     string = exact_line(value)
   end function exact
 
-  !> A number with 6 significant digits without trailing zeros, in fixed or exponential notation depending on its size.
+  !> Text of a number with 6 significant digits and without trailing zeros. The notation is fixed or exponential, depending on the
+  !> magnitude.
   pure function concise_6(value) result(string)
     real(dp), intent(in) :: value
     character(len=len_trim(concise_line(value, 6))) :: string
@@ -167,8 +169,8 @@ contains
     string = concise_line(value, 6)
   end function concise_6
 
-  !> Writes a number with `digits` significant digits, without trailing zeros, in fixed or exponential notation depending on its
-  !> size.
+  !> Text of a number with `digits` significant digits and without trailing zeros. The notation is fixed or exponential, depending
+  !> on the magnitude.
   pure function concise_digits(value, digits) result(string)
     real(dp), intent(in) :: value
     integer, intent(in) :: digits
@@ -177,7 +179,7 @@ contains
     string = concise_line(value, digits)
   end function concise_digits
 
-  !> A number with `decimals` digits after the decimal point.
+  !> Text of a number with `decimals` digits after the decimal point.
   pure function fixed(value, decimals) result(string)
     real(dp), intent(in) :: value
     integer, intent(in) :: decimals
@@ -186,7 +188,7 @@ contains
     string = fixed_line(value, decimals)
   end function fixed
 
-  !> An integer as text.
+  !> Decimal digits of an integer.
   pure function text(value) result(string)
     integer, intent(in) :: value
     character(len=len_trim(integer_line(value))) :: string

@@ -1,5 +1,5 @@
-!> Verdicts on the stability of a vibration, ordered by severity, and the words and numbers that represent them. Some verdicts state
-!> why no vibration exists.
+!> Defines verdicts on the stability of a vibration, ordered by severity, and the words and numbers that stand for them. Some
+!> verdicts state why no vibration exists.
 module gestell_base_verdict
   implicit none (type, external)
   private
@@ -7,7 +7,7 @@ module gestell_base_verdict
   public :: has_vibration, operator(/=), operator(==), operator(>), state_word, verdict_named, verdict_numbered, &
     & verdict_of_ordinal, worst
 
-  !> A verdict. Compare two verdicts with ==, /= and >; the worse verdict is the greater one.
+  !> A verdict on stability. The operators ==, /= and > compare verdicts; the more severe of two verdicts is the greater one.
   type, public :: verdict_type
     integer, private :: severity = 0
   contains
@@ -19,12 +19,12 @@ module gestell_base_verdict
 
   !> Verdict on a vibration whose stability was not examined.
   type(verdict_type), parameter, public :: not_judged = verdict_type(0)
-  !> Disturbances of the vibration decay (`stable`), neither grow nor decay (`undamped`), or grow (`unstable`). `undecided`: within
-  !> the error bound, they may grow or decay.
+  !> `stable`: disturbances of the vibration decay. `undamped`: they neither grow nor decay. `unstable`: they grow. `undecided`: the
+  !> error bounds do not exclude growth or decay.
   type(verdict_type), parameter, public :: stable = verdict_type(1), undamped = verdict_type(2), undecided = verdict_type(3), &
     & unstable = verdict_type(4)
-  !> No vibration exists or is known: an undamped resonance (`in_resonance`), a mechanism that cannot be assembled (`impossible`), a
-  !> computation that failed (`failed`).
+  !> Verdicts if no vibration exists or none is known. `in_resonance`: undamped resonance. `impossible`: the mechanism cannot be
+  !> assembled. `failed`: the computation failed.
   type(verdict_type), parameter, public :: in_resonance = verdict_type(5), impossible = verdict_type(6), failed = verdict_type(7)
 
   integer, parameter, public :: verdict_length = 10
@@ -32,11 +32,11 @@ module gestell_base_verdict
     & "resonance", "impossible", "failed"]
   character(len=*), parameter :: alarms(0:7) = [character(len=verdict_length) :: "", "STABLE", "UNDAMPED", "UNDECIDED", &
     & "UNSTABLE", "RESONANCE", "IMPOSSIBLE", "FAILED"]
-  !> Words in tables of the response over speed, where a stable vibration has the state "ok".
+  !> Words for the verdicts in tables of the response over the speed. There the word for a stable vibration is "ok".
   character(len=*), parameter, public :: state_words(0:7) = [character(len=verdict_length) :: "", "ok", words(2:)]
 
-  !> Numbers that represent verdicts in binary files (sweep.npy) and in the values of sweeps. A resonance has no number, because a
-  !> sweep judges stability without the forced vibration.
+  !> Numbers that stand for verdicts in binary files (sweep.npy) and in sweeps. No number stands for a resonance, because a sweep
+  !> judges stability without the forced vibration.
   integer, parameter, public :: stable_number = 0, unstable_number = 1, undecided_number = 2, impossible_number = 3, &
     & failed_number = 4, undamped_number = 5, last_number = 5
   integer, parameter :: numbers(0:7) = [-1, stable_number, undamped_number, undecided_number, unstable_number, -1, &
@@ -56,63 +56,63 @@ module gestell_base_verdict
 
 contains
 
-  !> The verdict's word in result files; blank if no stability was judged.
+  !> Word for the verdict in result files; blank for `not_judged`.
   elemental character(len=verdict_length) function word(self)
     class(verdict_type), intent(in) :: self
 
     word = words(self%severity)
   end function word
 
-  !> The verdict's word in capitals, for warnings.
+  !> Word for the verdict in capital letters, for warnings.
   elemental character(len=verdict_length) function alarm(self)
     class(verdict_type), intent(in) :: self
 
     alarm = alarms(self%severity)
   end function alarm
 
-  !> The verdict's word in tables of the response over speed.
+  !> Word for the verdict in tables of the response over the speed.
   elemental character(len=verdict_length) function state_word(verdict)
     type(verdict_type), intent(in) :: verdict
 
     state_word = state_words(verdict%severity)
   end function state_word
 
-  !> Severity of the verdict: 0 not judged, 1 stable, ..., 7 failed.
+  !> Severity of the verdict, from 0 (not judged) and 1 (stable) to 7 (failed).
   elemental integer function ordinal(self)
     class(verdict_type), intent(in) :: self
 
     ordinal = self%severity
   end function ordinal
 
-  !> The verdict with this severity (see `ordinal`); `not_judged` for any other number.
+  !> Verdict with this severity, as defined by `ordinal`; `not_judged` for any other number.
   elemental type(verdict_type) function verdict_of_ordinal(ordinal) result(verdict)
     integer, intent(in) :: ordinal
 
     if (ordinal > 0 .and. ordinal <= ubound(words, 1)) verdict%severity = ordinal
   end function verdict_of_ordinal
 
-  !> The verdict's number in binary files; -1 if it has none.
+  !> Number that stands for the verdict in binary files; -1 if there is none.
   elemental integer function number(self)
     class(verdict_type), intent(in) :: self
 
     number = numbers(self%severity)
   end function number
 
-  !> The verdict with this word; `not_judged` for any other word.
+  !> Verdict for which this word stands; `not_judged` for any other word.
   elemental type(verdict_type) function verdict_named(word) result(verdict)
     character(len=*), intent(in) :: word
 
     verdict = verdict_type(findloc(words(1:) == word, .true., dim=1))
   end function verdict_named
 
-  !> The verdict with this number in binary files; `not_judged` for any other number.
+  !> Verdict for which this number stands in binary files; `not_judged` for any other number.
   elemental type(verdict_type) function verdict_numbered(number) result(verdict)
     integer, intent(in) :: number
 
     verdict = verdict_type(findloc(numbers(1:), number, dim=1))
   end function verdict_numbered
 
-  !> True if the verdict applies to an existing vibration: stable, undamped, undecided or unstable.
+  !> True if a vibration with this verdict exists: stable, undamped, undecided or unstable.
   elemental logical function has_vibration(verdict)
     type(verdict_type), intent(in) :: verdict
 
@@ -137,7 +137,7 @@ contains
     is_worse = one%severity > other%severity
   end function is_worse
 
-  !> The worse of two verdicts.
+  !> The more severe of two verdicts.
   elemental type(verdict_type) function worst(one, other)
     type(verdict_type), intent(in) :: one, other
 

@@ -1,5 +1,5 @@
-!> The only place in the code that holds the version. A test compares it with fpm.toml, CITATION.cff, CHANGELOG.md
-!> and the man page.
+!> Defines the version number of the library; no other part of the code contains it. A test compares it with fpm.toml, CITATION.cff,
+!> CHANGELOG.md and the man page.
 module gestell_base_version
   implicit none (type, external)
   private

@@ -1,23 +1,24 @@
-!> Handles text from the user: length limits, counting UTF-8 characters, and removing characters that are unsafe to print.
+!> Handles text that the user has written: limits its length, counts UTF-8 characters, and removes characters that are unsafe to
+!> print.
 module gestell_base_words
   implicit none (type, external)
   private
 
   public :: character_count, continues, has_control, length_of_character, on_one_line, printable, put_on_one_line
 
-  !> Maximum number of characters. `longest_name`: of a name; `longest_word`: of another word of a list, such as "probe(NAME).v" or
-  !> "link(NAME).center(2)".
+  !> Maximum numbers of characters. `longest_name`: for a name. `longest_word`: for any other word of a list, such as
+  !> "probe(NAME).v" or "link(NAME).center(2)".
   integer, parameter, public :: longest_name = 64, longest_word = 128
-  !> Number of bytes for a word of maximum length: a UTF-8 character has up to four bytes.
+  !> Number of bytes needed for a word of `longest_word` characters: a UTF-8 character has up to four bytes.
   integer, parameter, public :: word_length = 4 * longest_word
-  !> Limits in bytes. `longest_piece`: a word of a message; `longest_tail`: the end of a word that is kept if the word is shortened;
-  !> `longest_line`: a message.
+  !> Limits for messages, in bytes. `longest_piece`: for a word. `longest_tail`: for the end of a word, which remains if the word is
+  !> shortened. `longest_line`: for the whole message.
   integer, parameter :: longest_piece = 240, longest_tail = 60, longest_line = 960
   character, parameter :: newline = new_line("a")
 
 contains
 
-  !> Number of UTF-8 characters in a text, trailing blanks included.
+  !> Number of UTF-8 characters in a text; trailing blanks are counted.
   pure integer function character_count(text)
     character(len=*), intent(in) :: text
     integer :: i
@@ -28,16 +29,16 @@ contains
     end do
   end function character_count
 
-  !> True if a byte is not the first one of its UTF-8 character.
+  !> True if a byte is any but the first byte of a UTF-8 character.
   elemental logical function continues(byte)
     character, intent(in) :: byte
 
     continues = iand(ichar(byte), 192) == 128
   end function continues
 
-  !> Turns a message into one line that is safe to print: without control characters, and with a bounded length of each word and of
-  !> the line. It is not a function, because gfortran 12 keeps the length of a function's text in static memory, which threads
-  !> share.
+  !> Converts a message to one line that is safe to print: control characters are removed, and long words and long lines are
+  !> shortened. This is not a function, because gfortran 12 keeps the length of a function's text in static memory, which all
+  !> threads share.
   pure subroutine put_on_one_line(message, line)
     character(len=*), intent(in) :: message
     character(len=:), allocatable, intent(out) :: line
@@ -67,7 +68,7 @@ contains
     call make_one_line(line)
   end subroutine put_on_one_line
 
-  !> Copies `piece` after the first `n` bytes of a text, which must be long enough, and increases `n`.
+  !> Copies `piece` into a text, after the text's first `n` bytes, and increases `n` accordingly. The text must be long enough.
   pure subroutine put(text, n, piece)
     ! allow(C072)
     character(len=*), intent(inout) :: text
@@ -78,7 +79,8 @@ contains
     n = n + len(piece)
   end subroutine put
 
-  !> Makes a file name, title or setting safe to print on one line. "?" replaces line ends and everything that `printable` replaces.
+  !> Makes a file name, title or setting safe to print on one line: replaces line ends, and all bytes that `printable` replaces, by
+  !> "?".
   pure function on_one_line(words) result(line)
     character(len=*), intent(in) :: words
     character(len=:), allocatable :: line
@@ -88,8 +90,8 @@ contains
     call make_one_line(line)
   end function on_one_line
 
-  !> Replaces control characters, which a terminal would obey, and bytes that are not valid UTF-8 by "?", one for each byte. Line
-  !> ends stay.
+  !> Replaces control characters, which could change the state of a terminal, and bytes that are not valid UTF-8: "?" replaces each
+  !> byte. Line ends remain.
   pure function printable(words) result(safe)
     character(len=*), intent(in) :: words
     character(len=:), allocatable :: safe
@@ -98,7 +100,7 @@ contains
     call make_printable(safe)
   end function printable
 
-  !> Replaces unsafe bytes by "?" as `printable` describes.
+  !> Replaces unsafe bytes of a text by "?", under the same rules as `printable`.
   pure subroutine make_printable(text)
     ! allow(C072)
     character(len=*), intent(inout) :: text
@@ -126,7 +128,8 @@ contains
     end do
   end subroutine make_one_line
 
-  !> Position of the last byte of the last complete UTF-8 character within the first `n` bytes; `n` itself if the text is not UTF-8.
+  !> Position of the last byte of the last complete UTF-8 character within the first `n` bytes of a text. If the text is not UTF-8,
+  !> this is `n`.
   pure integer function end_of_last_character(text, n) result(last)
     character(len=*), intent(in) :: text
     integer, intent(in) :: n
@@ -137,7 +140,7 @@ contains
     last = n
   end function end_of_last_character
 
-  !> True if a text contains control characters (of one or two bytes) or line ends.
+  !> True if a text contains a control character (of one or two bytes) or a line end.
   pure logical function has_control(text)
     character(len=*), intent(in) :: text
     integer :: i
@@ -145,7 +148,7 @@ contains
     has_control = index(text, newline) > 0 .or. any([(is_control(text(i:min(i + 1, len(text)))), i = 1, len(text))])
   end function has_control
 
-  !> True if a UTF-8 character is a control character (of one or two bytes) other than a line end.
+  !> True if a UTF-8 character is a control character, of one or two bytes, but not a line end.
   pure logical function is_control(character)
     character(len=*), intent(in) :: character
     integer :: first
@@ -155,7 +158,7 @@ contains
     if (first == 194 .and. len(character) > 1) is_control = ichar(character(2:2)) < 160
   end function is_control
 
-  !> Number of bytes of the UTF-8 character at the beginning of a text; 0 if the character is invalid or not allowed in XML.
+  !> Number of bytes of the first UTF-8 character of a text. 0 if this character is invalid or XML does not allow it.
   pure integer function length_of_character(words) result(n)
     character(len=*), intent(in) :: words
     integer :: lead, point, i, byte

@@ -1,4 +1,4 @@
-!> Copies mechanisms (&repeat). The joints and links of a copy get their own names.
+!> Copies mechanisms as requested by the groups &repeat. The joints and links of each copy receive names of their own.
 module gestell_input_machine_copies
   use gestell_base_dictionary, only: dictionary_type
   use gestell_base_error, only: error_type
@@ -11,16 +11,16 @@ module gestell_input_machine_copies
 
   public :: add_copies, list_names
 
-  !> Joints or links, including copies
+  !> Joints or links of the input, including those of copied mechanisms
   type, public :: members_type
     type(group_type), allocatable :: groups(:)
-    !> For each joint or link: number of its mechanism or copy
+    !> For each joint or link: number of the mechanism, or copy of a mechanism, to which it belongs
     integer, allocatable :: mechanism(:)
   end type members_type
 
 contains
 
-  !> Lists the names of groups in their order.
+  !> Returns the names of groups, in the order of the groups.
   pure subroutine list_names(groups, names)
     type(group_type), intent(in) :: groups(:)
     type(dictionary_type), intent(out) :: names
@@ -31,16 +31,16 @@ contains
     end do
   end subroutine list_names
 
-  !> Adds the joints or links of each copy (&repeat). In a copy called PART, joint or link NAME is called PART.NAME, and its keys
-  !> refer to the copied joints. Fails if a name becomes too long.
+  !> Adds the joints or links of each copied mechanism (&repeat). In a copy called PART, the copy of joint or link NAME is called
+  !> PART.NAME, and its keys refer to joints of the copy. Fails if a name becomes too long.
   subroutine add_copies(members, parts, originals, joints, copies, error)
-    !> Joints or links to which copies are added
+    !> Joints or links, to which those of the copies are appended
     type(members_type), intent(inout) :: members
     !> Names of all mechanisms, followed by those of all copies
     character(len=*), intent(in) :: parts(:)
-    !> For each mechanism or copy: number of the mechanism from which it was copied, directly or through another copy
+    !> For each mechanism or copy: number of the mechanism that was copied, directly or through another copy
     integer, intent(in) :: originals(:)
-    !> Joints of the original mechanisms
+    !> Joints of the mechanisms that are copied
     type(members_type), intent(in) :: joints
     !> The groups &repeat
     type(group_type), intent(in) :: copies(:)
@@ -71,8 +71,8 @@ contains
     call move_alloc(mechanism, members%mechanism)
   end subroutine add_copies
 
-  !> Renames a copied joint or link of mechanism `original`, and the joints in its keys, for the copy called `part`. Fails if a name
-  !> becomes too long.
+  !> Returns the copy of a joint or link of mechanism `original` for the copy called `part`: renames the joint or link, and the
+  !> joints to which its keys refer. Fails if a name becomes too long.
   subroutine rename(member, part, original, joints, names, copy, error)
     type(group_type), intent(inout) :: member
     character(len=*), intent(in) :: part

@@ -1,4 +1,4 @@
-!> Families of machines for sweeps and sensitivities: some values of an input file become parameters.
+!> Defines families of machines for sweeps and sensitivities: in a family, some values of an input file are variable parameters.
 module gestell_input_machine_family
   use gestell_base_error, only: error_type, impossible_mechanism
   use gestell_base_kinds, only: dp
@@ -23,28 +23,30 @@ module gestell_input_machine_family
 
   public :: new_document_family
 
-  !> Where the document contains a number that depends on a parameter
+  !> Place in the document (group, key and element) of a number that depends on a parameter
   type :: location_type
     integer :: parameter = 0, group = 0, entry = 0, element = 0
   end type location_type
 
-  !> The frames that a document describes for different values of its parameters. Only one thread at a time may use it: reading
-  !> documents is not thread-safe.
+  !> All frames that result from a document for different values of its parameters. Only one thread at a time may use this object,
+  !> because reading documents is not thread-safe.
   type, extends(family_type), public :: document_family_type
     private
-    !> Groups that are read again for every member
+    !> Groups of the document that are read again for every member of the family
     type(document_type) :: doc
     type(units_type) :: units
-    !> Definitions of all types of joints
+    !> Definitions of all joint types
     type(form_type), allocatable :: forms(:)
     !> Path of each parameter
     character(len=word_length), allocatable :: paths(:)
-    !> Where the document contains the numbers that depend on parameters; only the first `located` elements are used
+    !> Places in the document of the numbers that depend on parameters; only the first `located` elements are used
     type(location_type), allocatable :: locations(:)
     integer :: located = 0
-    !> True if a parameter p multiplies the numbers at its locations by 1 + p; false if it replaces them
+    !> True if a parameter p is a relative change: the numbers at its places are multiplied by 1 + p. False if p replaces the
+    !> numbers
     logical :: relative = .false.
-    !> The mechanism, evaluated once, if no parameter changes it. `impossible`: reason why it cannot be assembled
+    !> If no parameter changes the mechanism: `mechanism` contains it, evaluated once. `impossible`: reason why it cannot be
+    !> assembled
     class(mechanism_type), allocatable :: mechanism
     type(error_type), allocatable :: impossible
   contains
@@ -55,8 +57,8 @@ module gestell_input_machine_family
 
 contains
 
-  !> Makes the values at some paths of a document the parameters of a family. Fails if a path denotes nothing, or if the mechanism
-  !> is invalid. With `start`, a path must denote exactly one number.
+  !> Creates a family whose parameters are the values at some paths of a document. Fails if a path denotes nothing, or if the
+  !> mechanism is invalid. If `start` is present, each path must denote exactly one number.
   subroutine new_document_family(family, doc, schema, units, paths, error, start)
     type(document_family_type), intent(out) :: family
     !> The checked input
@@ -64,11 +66,12 @@ contains
     type(schema_type), intent(in) :: schema
     !> Units of the input
     type(units_type), intent(in) :: units
-    !> Path of each parameter, as for --set
+    !> Path of the value or values that each parameter changes, written as for --set
     character(len=*), intent(in) :: paths(:)
     type(error_type), allocatable, intent(out) :: error
-    !> If present, a parameter is the number at its path, and `start` holds any valid value of each. If absent, a parameter is the
-    !> relative change of all numbers at its path: 0 gives the machine of the document, and missing numbers stay missing
+    !> If present, each parameter is the number at its path, and `start` contains a valid value of each parameter. If absent, each
+    !> parameter is the relative change of all numbers at its path. For 0 the machine is that of the document. Numbers that the
+    !> document does not contain stay missing
     real(dp), intent(in), optional :: start(:)
     integer :: k
     logical :: moves
@@ -101,7 +104,7 @@ contains
     end do
   end subroutine new_document_family
 
-  !> What a group describes: `option_group`, `frame_group` or `mechanism_group`.
+  !> Which part of the input a group describes: `option_group`, `frame_group` or `mechanism_group`.
   pure integer function subject(schema, group)
     type(schema_type), intent(in) :: schema
     character(len=*), intent(in) :: group
@@ -112,8 +115,8 @@ contains
     if (i > 0) subject = schema%groups(i)%subject
   end function subject
 
-  !> Selects the groups from which a member is read. They always include &mechanism and &repeat, because a frame in space depends on
-  !> the position of its mechanisms.
+  !> Selects the groups that are read for each member. &mechanism and &repeat are always selected, because a frame in space depends
+  !> on the positions of its mechanisms.
   pure subroutine select_groups(doc, schema, mechanism, selected)
     type(document_type), intent(in) :: doc
     type(schema_type), intent(in) :: schema
@@ -138,7 +141,7 @@ contains
     end do
   end subroutine select_groups
 
-  !> Adds the locations of the numbers at the path of parameter `k`.
+  !> Appends to the family the places of all numbers at the path of parameter `k`.
   pure subroutine add_locations(family, schema, k, error)
     type(document_family_type), intent(inout) :: family
     type(schema_type), intent(in) :: schema
@@ -161,7 +164,7 @@ contains
     end do
   end subroutine add_locations
 
-  !> Builds the frame for given parameters. If they are invalid, the error message quotes the parameters.
+  !> Builds the frame for given values of the parameters. If the values are invalid, the error message quotes the parameters.
   subroutine member(self, parameters, system, error)
     class(document_family_type), intent(in) :: self
     real(dp), intent(in) :: parameters(:)
@@ -192,15 +195,15 @@ contains
     end if
   end subroutine member
 
-  !> True if all members have the same mechanism, which is then evaluated only once.
+  !> True if no parameter changes the mechanism. It is then evaluated only once for all members.
   pure logical function shares_mechanism(self)
     class(document_family_type), intent(in) :: self
 
     shares_mechanism = allocated(self%mechanism)
   end function shares_mechanism
 
-  !> Checks the parameters without evaluating the mechanism. Fails if they are invalid; the message then quotes the parameters
-  !> rather than the values in the file.
+  !> Checks values of the parameters without evaluating the mechanism. Fails if they are invalid; the error message then quotes the
+  !> parameters instead of the values in the file.
   subroutine check(self, parameters, error)
     class(document_family_type), intent(in) :: self
     real(dp), intent(in) :: parameters(:)
@@ -214,7 +217,8 @@ contains
     if (.not. allocated(error)) call read_drive_and_frame(doc, self%units, data, error)
   end subroutine check
 
-  !> Returns the document with the parameters inserted. If `named`, messages about these numbers quote the path and the number.
+  !> Returns the document after the values of the parameters have been inserted. If `named`, error messages about these numbers
+  !> quote the path and the number.
   subroutine set_numbers(self, parameters, named, doc)
     class(document_family_type), intent(in) :: self
     real(dp), intent(in) :: parameters(:)

@@ -1,4 +1,4 @@
-!> Reads drive, frame and mounts from an input file.
+!> Reads the drive, the frame and its mounts from an input file.
 module gestell_input_machine_frame
   use gestell_base_error, only: error_type
   use gestell_base_key, only: key_type, nonnegative, nonzero, of_angle, of_damping, of_inertia, of_length, of_mass, of_stiffness, &
@@ -63,7 +63,7 @@ module gestell_input_machine_frame
     & key_type("support", "axes", text_key, "whether the support's axes keep their direction or rotate with the frame", &
     &   word="space", words="space, frame")]
 
-  !> Meaning of each word that the keys held_by, dof and axes accept.
+  !> Words that the keys `held_by`, `dof` and `axes` accept, and the meaning of each.
   type(variant_type), parameter, public :: frame_words(*) = [ &
     & variant_type("drive", "held_by", "motor", "a stiff motor on the frame: the crank's speed relative to the frame is " // &
     &   "constant; the frame feels the whole driving torque with its fluctuation"), &
@@ -81,16 +81,16 @@ module gestell_input_machine_frame
     &   "frame stands"), &
     & variant_type("support", "axes", "frame", "the axes rotate with the frame, as for guides or shear pads bolted to the frame")]
 
-  !> Drive, frame and mounts in SI units, without the mechanism.
+  !> Data of drive, frame and mounts in SI units. The mechanism is not included.
   type, public :: frame_data_type
-    !> `mass` (kg), `inertia` tensor (kg m^2) and `origin` (m) of the frame, drive `speed` (rad/s), `gravity` (m/s^2),
-    !> `flywheel_inertia` (kg m^2). `stiffness`, `damping`: matrices of the foundation without the supports (SI), in the order of
-    !> the frame's degrees of freedom
+    !> Frame: `mass` (kg), `inertia` tensor (kg m^2), and position `origin` of O relative to F (m). Drive: `speed` (rad/s) and
+    !> `flywheel_inertia` (kg m^2). `gravity`: acceleration (m/s^2). `stiffness`, `damping`: matrices of the foundation (SI), in the
+    !> order of the frame's degrees of freedom, without the supports
     real(dp) :: mass = 0, inertia(3, 3) = 0, origin(3) = 0, stiffness(6, 6) = 0, damping(6, 6) = 0, speed = 0, gravity(3) = 0, &
       & flywheel_inertia = 0
-    !> What keeps the drive speed constant: 'motor', 'flywheel' or 'outside' (key held_by)
+    !> What keeps the drive speed constant: 'motor', 'flywheel' or 'outside'. Value of the key `held_by`
     character(len=8) :: held_by = "motor"
-    !> Numbers of the free degrees of freedom, in ascending order
+    !> Indices of the free degrees of freedom, in ascending order
     integer, allocatable :: free(:)
     type(support_type), allocatable :: supports(:)
   end type frame_data_type
@@ -104,7 +104,7 @@ contains
     type(document_type), intent(in) :: doc
     !> Units of the input
     type(units_type), intent(in) :: units
-    !> The mechanism, which must have been read before
+    !> The mechanism, which the caller has already read
     class(mechanism_type), intent(in) :: mechanism
     type(frame_type), intent(out) :: frame
     type(error_type), allocatable, intent(out) :: error
@@ -130,8 +130,8 @@ contains
     end if
   end subroutine read_frame
 
-  !> Builds a frame that moves in space. Fails if mass functions describe the mechanism, or if the drive needs a mechanism with
-  !> ratio 1 and there is none.
+  !> Builds a frame that moves in space. Fails if the mechanism is given by mass functions. Also fails if the drive requires a
+  !> mechanism with ratio 1 and there is none.
   subroutine read_frame_in_space(doc, units, data, mechanism, frame, error)
     type(document_type), intent(in) :: doc
     type(units_type), intent(in) :: units
@@ -167,8 +167,8 @@ contains
     if (.not. allocated(error)) call frame%weigh(data%gravity, error)
   end subroutine read_frame_in_space
 
-  !> Reads drive, frame, foundation, supports and gravity. Fails if a value is invalid, or is allowed only in space although the
-  !> frame moves in its plane.
+  !> Reads drive, frame, foundation, supports and gravity. Fails if a value is invalid. Also fails if the frame moves in its plane
+  !> and a value is allowed only for a frame in space.
   subroutine read_drive_and_frame(doc, units, data, error)
     type(document_type), intent(in) :: doc
     type(units_type), intent(in) :: units
@@ -192,7 +192,7 @@ contains
     if (.not. allocated(error) .and. .not. in_space) call refuse_tilted(doc, error)
   end subroutine read_drive_and_frame
 
-  !> Reads the drive speed, the key held_by and the flywheel.
+  !> Reads the drive: its speed, the key `held_by` and the flywheel.
   subroutine read_drive(group, units, data, error)
     type(group_type), intent(in) :: group
     type(units_type), intent(in) :: units
@@ -213,8 +213,8 @@ contains
       & "is only allowed with held_by='flywheel'", error)
   end subroutine read_drive
 
-  !> Reads the inertia tensor. Fails if a moment is not positive. Also fails if only one value is given although the frame can
-  !> rotate about xi or eta (`can_tilt`).
+  !> Reads the inertia tensor of the frame. Fails if a moment of inertia is not positive. Also fails if only one value is given
+  !> although the frame can rotate about xi or eta (`can_tilt`).
   subroutine read_inertia(group, units, can_tilt, inertia, error)
     type(group_type), intent(in) :: group
     type(units_type), intent(in) :: units
@@ -249,7 +249,7 @@ contains
     end if
   end subroutine read_inertia
 
-  !> Fails if a support or mechanism of a frame in the plane is tilted out of this plane.
+  !> Fails if a support or mechanism is tilted out of the plane in which the frame moves.
   subroutine refuse_tilted(doc, error)
     type(document_type), intent(in) :: doc
     type(error_type), allocatable, intent(out) :: error
@@ -268,8 +268,8 @@ contains
     end do
   end subroutine refuse_tilted
 
-  !> Returns a note if a nonzero value along zeta has no effect: without the key `dof` of &frame, the frame moves in its plane.
-  !> Otherwise empty.
+  !> Returns a note if a nonzero value along zeta is ignored because &frame lacks the key `dof`, so that the frame moves in its
+  !> plane. Otherwise the note is empty.
   function note_on_ignored_values(doc) result(line)
     type(document_type), intent(in) :: doc
     character(len=:), allocatable :: line
@@ -292,7 +292,8 @@ contains
     end do
   end function note_on_ignored_values
 
-  !> Reads the supports. Their axes can be tilted out of the plane only if the frame moves `in_space`.
+  !> Reads the supports. Their axes can be tilted out of the plane only if the frame moves in space (`in_space`). Fails if a value
+  !> is invalid, or if a support is so far from F that its stiffness or damping about F overflows.
   subroutine read_supports(doc, units, in_space, supports, error)
     type(document_type), intent(in) :: doc
     type(units_type), intent(in) :: units
@@ -327,7 +328,7 @@ contains
     end do
   end subroutine read_supports
 
-  !> Reads the key `dof` and returns the numbers of the free degrees of freedom in ascending order. Does nothing if `error` is
+  !> Reads the key `dof` and returns the indices of the free degrees of freedom in ascending order. Does nothing if `error` is
   !> already allocated.
   subroutine read_dof(group, free, error)
     type(group_type), intent(in) :: group

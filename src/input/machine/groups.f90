@@ -34,7 +34,7 @@ module gestell_input_machine_groups
     & group_rule("gravity", "gives weight to the frame and to all moving masses", subject=frame_group), &
     & group_rule("probe", "a point of the frame whose vibration is reported", repeatable=.true.)]
 
-  !> Values to which each quantity's unit applies, for help and manual.
+  !> For each quantity: the values to which its unit applies, as help and manual describe them.
   character(len=*), parameter :: meanings(quantities) = [character(len=112) :: &
     & "unit of lengths and positions", &
     & "unit of masses", &
@@ -48,7 +48,7 @@ module gestell_input_machine_groups
 
 contains
 
-  !> The schema of all groups that describe the machine.
+  !> Schema of all groups that describe the machine: their keys, units and permitted values.
   function machine_schema() result(schema)
     type(schema_type) :: schema
 
@@ -58,7 +58,7 @@ contains
     schema%variants = [joint_variants(), frame_words]
   end function machine_schema
 
-  !> The keys of &units and the names of the units that each of them accepts.
+  !> Keys of the group &units. Each record lists the unit names that the key accepts.
   pure function unit_keys() result(keys)
     type(key_type) :: keys(quantities)
     character(len=12), allocatable :: names(:)
@@ -70,7 +70,7 @@ contains
     end do
   end function unit_keys
 
-  !> Reads the units of the input.
+  !> Reads the group &units, which sets the units of the input.
   subroutine read_units(doc, units, error)
     type(document_type), intent(in) :: doc
     type(units_type), intent(out) :: units

@@ -1,4 +1,4 @@
-!> Reads the joints of an input file according to their types.
+!> Reads the joints of an input file; the keys of a joint depend on its type.
 module gestell_input_machine_joints
   use gestell_base_dictionary, only: dictionary_type
   use gestell_base_error, only: error_type
@@ -29,7 +29,7 @@ module gestell_input_machine_joints
 
 contains
 
-  !> Records of the keys of all types of joints. Each key occurs once, and its permitted number of values covers all types.
+  !> Records of the keys of all joint types. Each key has one record; its permitted number of values covers all types.
   function joint_keys() result(keys)
     type(key_type), allocatable :: keys(:)
     type(form_type), allocatable :: forms(:)
@@ -55,7 +55,7 @@ contains
     end do
   end function joint_keys
 
-  !> Says in words which types of joints require a key.
+  !> Phrase for a message that lists the joint types that require `key`.
   pure function types_requiring(forms, key) result(words)
     type(form_type), intent(in) :: forms(:)
     type(key_type), intent(in) :: key
@@ -72,7 +72,7 @@ contains
     end do
   end function types_requiring
 
-  !> Describes each type of joint and its keys for the manual.
+  !> Descriptions of all joint types and their keys, for the manual.
   function joint_variants() result(variants)
     type(variant_type), allocatable :: variants(:)
     type(form_type), allocatable :: forms(:)
@@ -100,10 +100,10 @@ contains
     end do
   end function joint_variants
 
-  !> Finds the definition of a joint's type. Fails if the type is unknown.
+  !> Finds the definition of the type of a joint. Fails if the type is unknown.
   subroutine type_of_joint(group, forms, number, error)
     type(group_type), intent(in) :: group
-    !> Definitions of all types of joints
+    !> Definitions of all joint types
     type(form_type), intent(in) :: forms(:)
     !> Index of the type in `forms`
     integer, intent(out) :: number
@@ -116,8 +116,8 @@ contains
     if (number == 0) call input_error(group, "type", "unknown" // suggestion(type, (forms%name)), error)
   end subroutine type_of_joint
 
-  !> Reads joint `i`, places it at the position of its mechanism and adds it to the linkage. Fails if keys do not fit its type, a
-  !> joint to which it refers is unknown or listed later, or a value is out of range.
+  !> Reads joint `i`, moves it to the position of its mechanism and adds it to the linkage. Fails if a key does not suit its type,
+  !> if a key refers to a joint that is unknown or listed later, or if a value is out of range.
   subroutine read_joint(joints, names, i, forms, units, placement, linkage, error)
     !> All joints of the input
     type(group_type), intent(in) :: joints(:)
@@ -130,7 +130,7 @@ contains
     type(units_type), intent(in) :: units
     !> Position of the joint's mechanism
     type(placement_type), intent(in) :: placement
-    !> The linkage, which contains the joints listed before this one
+    !> The linkage; on entry it contains all joints listed before joint `i`
     type(linkage_type), intent(inout) :: linkage
     type(error_type), allocatable, intent(out) :: error
     class(joint_type), allocatable :: joint
@@ -155,8 +155,8 @@ contains
     end if
   end subroutine read_joint
 
-  !> Reads one key of joint `i`, or its default, and adds it to the joint's data. Joints named by the key must be different and
-  !> listed before joint `i`.
+  !> Reads one key of joint `i`, or the default of this key, and adds it to the joint's data. Fails if joints named by the key are
+  !> equal or are not listed before joint `i`.
   subroutine read_datum(joints, names, i, key, units, data, error)
     type(group_type), intent(in) :: joints(:)
     type(dictionary_type), intent(in) :: names
@@ -196,7 +196,7 @@ contains
     end if
   end subroutine read_datum
 
-  !> Fails if the group lacks a key that the joint's type requires, or contains a key that this type does not have.
+  !> Fails if the group of a joint lacks a key that its type requires, or contains a key that its type does not have.
   subroutine check_keys(group, form, error)
     type(group_type), intent(in) :: group
     type(form_type), intent(in) :: form
@@ -219,7 +219,7 @@ contains
     end do
   end subroutine check_keys
 
-  !> Fails if a group refers to a joint that is unknown or listed too late.
+  !> Fails if a key of a group refers to a joint that is unknown or listed too late.
   subroutine check_joint_references(group, key, references, joints, names, allowed_count, error)
     !> `group`: the group that refers to joints; `joints`: all joints of the input
     type(group_type), intent(in) :: group, joints(:)
@@ -227,7 +227,7 @@ contains
     character(len=*), intent(in) :: key, references(:)
     !> Names of all joints
     type(dictionary_type), intent(in) :: names
-    !> Only the first `allowed_count` joints may be referred to
+    !> The key may refer only to the first `allowed_count` joints
     integer, intent(in) :: allowed_count
     type(error_type), allocatable, intent(out) :: error
     integer :: i, number
@@ -252,7 +252,8 @@ contains
     end do
   end subroutine check_joint_references
 
-  !> True if joint `i` refers to joint `target`, directly or through other joints; false if one of them does not exist.
+  !> True if the position of joint `i` depends on joint `target`, directly or through other joints. False if one of them does not
+  !> exist.
   pure logical function builds_on(joints, i, target)
     type(group_type), intent(in) :: joints(:)
     integer, intent(in) :: i, target

@@ -1,4 +1,4 @@
-!> Reads foundation and gravity from an input file.
+!> Reads the foundation and gravity from an input file.
 module gestell_input_machine_loads
   use gestell_base_error, only: error_type
   use gestell_base_key, only: key_type, nonnegative, of_angle, of_damping_diagonal, of_stiffness_matrix, real_key
@@ -29,14 +29,14 @@ module gestell_input_machine_loads
 
 contains
 
-  !> Reads stiffness and damping of the foundation in SI units. Fails if the stiffness is not symmetric or not positive
-  !> semidefinite. Also fails if elements for zeta, rot_xi or rot_eta are given although the frame moves in its plane.
+  !> Reads the stiffness and damping matrices of the foundation in SI units. Fails if the stiffness matrix is not symmetric or not
+  !> positive semidefinite. Also fails if elements for zeta, rot_xi or rot_eta are given although the frame moves in its plane.
   subroutine read_foundation(group, units, in_space, stiffness, damping, error)
     type(group_type), intent(in) :: group
     type(units_type), intent(in) :: units
     !> True if the frame moves in space
     logical, intent(in) :: in_space
-    !> Matrices in the order of the frame's degrees of freedom
+    !> Matrices of the foundation, in the order of the frame's degrees of freedom
     real(dp), intent(out) :: stiffness(6, 6), damping(6, 6)
     type(error_type), allocatable, intent(out) :: error
     real(dp) :: b(6)
@@ -70,7 +70,8 @@ contains
     end do
   end subroutine read_foundation
 
-  !> Fails if the group contains an element for zeta, rot_xi or rot_eta, which only a frame in space has.
+  !> Fails if the group &foundation contains an element for zeta, rot_xi or rot_eta. Only a frame in space has these degrees of
+  !> freedom.
   subroutine refuse_space_elements(group, error)
     type(group_type), intent(in) :: group
     type(error_type), allocatable, intent(out) :: error
@@ -89,8 +90,8 @@ contains
     end do
   end subroutine refuse_space_elements
 
-  !> True if a symmetric matrix has a negative eigenvalue beyond rounding. Scales the matrix to a unit diagonal and eliminates with
-  !> the largest diagonal element as pivot: a negative pivot reveals a negative eigenvalue.
+  !> True if a symmetric matrix has an eigenvalue more negative than rounding errors explain. The matrix is scaled to a unit
+  !> diagonal and eliminated with the largest diagonal element as pivot: a negative pivot reveals a negative eigenvalue.
   pure logical function has_negative_eigenvalue(c)
     real(dp), intent(in) :: c(6, 6)
     real(dp), parameter :: rounding = 1.0e-12_dp
@@ -119,10 +120,10 @@ contains
     end do
   end function has_negative_eigenvalue
 
-  !> Reads gravity, which is zero if the group is missing. Fails if its direction is a vector although the frame moves in its plane,
-  !> or if this vector is zero or has only 2 values.
+  !> Reads the acceleration of gravity, which is zero if the group &gravity is missing. Fails if its direction is a vector although
+  !> the frame moves in its plane. Also fails if this vector is zero or has only 2 components.
   subroutine read_gravity(groups, units, in_space, gravity, error)
-    !> The groups &gravity of the input: none or one
+    !> The groups &gravity of the input: an empty array or one group
     type(group_type), intent(in) :: groups(:)
     type(units_type), intent(in) :: units
     !> True if the frame moves in space
@@ -130,7 +131,7 @@ contains
     !> Acceleration of gravity along xi, eta, zeta (m/s^2)
     real(dp), intent(out) :: gravity(3)
     type(error_type), allocatable, intent(out) :: error
-    !> Smaller components of the direction are set to zero: they are rounding errors if gravity acts along an axis.
+    !> Components of the direction smaller than this are set to zero: if gravity acts along an axis, they are rounding errors.
     real(dp), parameter :: rounding = 4 * epsilon(1.0_dp)
     real(dp) :: acceleration, angle(1)
     integer :: n

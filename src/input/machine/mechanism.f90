@@ -1,4 +1,4 @@
-!> Reads the mechanism of an input file: joints and links, or mass functions.
+!> Reads the mechanism from an input file: either joints and links, or mass functions.
 module gestell_input_machine_mechanism
   use gestell_base_dictionary, only: dictionary_type
   use gestell_base_error, only: error_type, fatal_error, invalid_input
@@ -39,7 +39,7 @@ module gestell_input_machine_mechanism
     &   "space only", unit=of_length, default=0.0_dp), &
     & membership_key(2)]
 
-  !> Maximum number of coefficients of a mass function: the mean, then cosine and sine coefficients up to order 500.
+  !> Maximum number of coefficients of a mass function: its mean, and cosine and sine coefficients up to order 500.
   integer, parameter :: max_harmonics = 1001
 
   type(key_type), parameter, public :: mass_function_keys(*) = [ &
@@ -61,15 +61,15 @@ module gestell_input_machine_mechanism
 
 contains
 
-  !> Reads the mechanism of a checked document: mass functions if the document contains them, otherwise a linkage. Errors as in
-  !> `read_harmonics` and `read_linkage`.
+  !> Reads the mechanism of a checked document: mass functions if the document contains them, otherwise a linkage. Fails under the
+  !> conditions stated at `read_harmonics` and `read_linkage`.
   subroutine read_mechanism(doc, units, mechanism, error, forms)
     type(document_type), intent(in) :: doc
     !> Units of the input
     type(units_type), intent(in) :: units
     class(mechanism_type), allocatable, intent(out) :: mechanism
     type(error_type), allocatable, intent(out) :: error
-    !> Definitions of all types of joints; pass them to save time when many mechanisms are read
+    !> Definitions of all joint types. Present: they need not be composed again, which saves time if many mechanisms are read
     type(form_type), intent(in), optional :: forms(:)
     type(form_type), allocatable :: own(:)
     type(linkage_type) :: linkage
@@ -89,7 +89,7 @@ contains
     end if
   end subroutine read_mechanism
 
-  !> Reads mass functions, given by the coefficients of their harmonics, in SI units. Fails if the input also contains joints or
+  !> Reads mass functions, given by the coefficients of their harmonics in SI units. Fails if the input also contains joints or
   !> links.
   subroutine read_harmonics(doc, harmonic, error)
     type(document_type), intent(in) :: doc
@@ -118,8 +118,8 @@ contains
     if (allocated(error)) call locate_in_group(group, error)
   end subroutine read_harmonics
 
-  !> Reads the coefficients of one mass function: the mean, then pairs of cosine and sine coefficients. Returns zero if the key is
-  !> missing or `error` is already allocated.
+  !> Reads the coefficients of one mass function: its mean, then a cosine and a sine coefficient for each order. Returns zero if the
+  !> key is missing or `error` is already allocated.
   subroutine read_harmonic_series(group, key, values, error)
     type(group_type), intent(in) :: group
     character(len=*), intent(in) :: key
@@ -133,8 +133,9 @@ contains
       & "must have an odd number of values: the mean, then pairs of cosine and sine", error)
   end subroutine read_harmonic_series
 
-  !> Reads all mechanisms of a checked document as one linkage. Fails if keys do not fit a joint's type or a value is out of range.
-  !> Also fails if a joint is unknown or listed too late, or a name is used twice. Further errors as in `read_members`.
+  !> Reads all mechanisms of a checked document as one linkage. Fails if a key does not suit a joint's type, a value is out of
+  !> range, a joint is unknown or listed too late, or a name is used twice. Also fails under the conditions stated at
+  !> `read_members`.
   subroutine read_linkage(doc, units, forms, linkage, error)
     type(document_type), intent(in) :: doc
     type(units_type), intent(in) :: units
@@ -191,7 +192,7 @@ contains
     end do
   end subroutine read_linkage
 
-  !> Returns the group whose key `ratio` sets the gear ratio of joint `i`: the joint's own group, or that of its mechanism or copy.
+  !> Returns the group whose key `ratio` sets the gear ratio of joint `i`: the group of the joint, or that of its mechanism or copy.
   pure function group_of_ratio(doc, joints, i) result(group)
     type(document_type), intent(in) :: doc
     type(members_type), intent(in) :: joints
@@ -208,7 +209,7 @@ contains
     end associate
   end function group_of_ratio
 
-  !> Fails if the mechanism with this number has no crank.
+  !> Fails if the mechanism with this number contains no crank.
   subroutine check_crank(joints, mechanism, forms, error)
     type(members_type), intent(in) :: joints
     integer, intent(in) :: mechanism
@@ -226,7 +227,7 @@ contains
       & // "of type 'crank'", invalid_input)
   end subroutine check_crank
 
-  !> Reads a link and adds it to the linkage.
+  !> Reads the link that a group describes and adds it to the linkage.
   subroutine read_link(group, joints, names, units, placement, linkage, error)
     type(group_type), intent(in) :: group, joints(:)
     type(dictionary_type), intent(in) :: names
@@ -266,7 +267,7 @@ contains
     end associate
   end subroutine read_link
 
-  !> Puts the file and line of the faulty joint or link in front of the message of `error`.
+  !> Puts file and line of the faulty joint or link in front of the message of `error`.
   subroutine prepend_location(doc, error)
     type(document_type), intent(in) :: doc
     type(error_type), allocatable, intent(inout) :: error

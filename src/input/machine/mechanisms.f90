@@ -1,4 +1,4 @@
-!> Reads the position of each mechanism on the frame, its gear ratio to the drive, and copies of mechanisms.
+!> Reads the position of each mechanism on the frame, its gear ratio to the drive, and the copies of mechanisms.
 module gestell_input_machine_mechanisms
   use gestell_base_dictionary, only: dictionary_type
   use gestell_base_error, only: error_type
@@ -58,32 +58,32 @@ module gestell_input_machine_mechanisms
 
   type(key_type), parameter :: from_key = key_type("link", "from", text_key, "")
 
-  !> A mechanism or a copy of one
+  !> A mechanism, or a copy of a mechanism
   type :: placed_mechanism_type
     !> Its name
     character(len=word_length) :: name = ""
-    !> Number of the mechanism from which it was copied; its own number if it is no copy
+    !> For a copy: number of the mechanism that was copied. Otherwise the mechanism's own number
     integer :: original = 0
-    !> Position and gear ratio of the mechanism
+    !> Position of the mechanism, and its gear ratio to the drive
     type(placement_type) :: placement
-    !> `origin` (m), normal (`axis`) and x axis of the mechanism's plane, along the axes of the frame. If `x_axis` is 0,
-    !> `plane_axes` chooses the x axis
+    !> Plane of the mechanism, with components along the axes of the frame: `origin` relative to O (m), normal `axis`, and direction
+    !> `x_axis` of x. If `x_axis` is 0, `plane_axes` chooses this direction
     real(dp) :: origin(3) = 0, axis(3) = [0.0_dp, 0.0_dp, 1.0_dp], x_axis(3) = 0
-    !> True if the mechanism has its own plane, tilted relative to that of the frame
+    !> True if the mechanism has a plane of its own, which is tilted relative to the plane of the frame
     logical :: tilted = .false.
   end type placed_mechanism_type
 
 contains
 
-  !> Reads joints and links of a checked document, including those of copies. Fails if a mechanism is unknown or has no joints, a
-  !> name is used twice, or a link is assigned to another mechanism than its joint `from`.
+  !> Reads the joints and links of a checked document, including those of copies. Fails if a mechanism is unknown or has no joints,
+  !> or a name is used twice. Also fails if a link is assigned to another mechanism than its joint `from`.
   subroutine read_members(doc, units, joints, links, placements, error)
     type(document_type), intent(in) :: doc
     !> Units of the input
     type(units_type), intent(in) :: units
-    !> Joints and links in the order of the document, followed by those of the copies
+    !> Joints and links in the order of the document; those of the copies follow
     type(members_type), intent(out) :: joints, links
-    !> Position of each mechanism. If the input has no &mechanism, the only mechanism is at O
+    !> Position of each mechanism. If the input contains no &mechanism, its only mechanism is at O
     type(placement_type), allocatable, intent(out) :: placements(:)
     type(error_type), allocatable, intent(out) :: error
     type(group_type), allocatable :: mechanisms(:), copies(:)
@@ -112,7 +112,8 @@ contains
     placements = parts%placement
   end subroutine read_members
 
-  !> Reads the tilted planes of mechanisms. Errors as in `read_members`.
+  !> Reads the planes of those mechanisms whose plane is tilted relative to the frame's plane. Fails under the conditions stated at
+  !> `read_placed_mechanisms`.
   subroutine read_planes(doc, units, origins, axes, shaft, error)
     type(document_type), intent(in) :: doc
     !> Units of the input
@@ -120,7 +121,7 @@ contains
     !> `origins`: origin of each plane relative to O (m), shape (3, planes). `axes`: x axis, y axis and normal of each plane, along
     !> the axes of the frame, shape (3, 3, planes)
     real(dp), allocatable, intent(out) :: origins(:, :), axes(:, :, :)
-    !> Axis of the drive: normal of the first mechanism with the ratio 1; 0 if no mechanism has this ratio
+    !> Axis of the drive: the normal of the first mechanism with ratio 1; zero if no mechanism has this ratio
     real(dp), intent(out) :: shaft(3)
     type(error_type), allocatable, intent(out) :: error
     type(group_type), allocatable :: mechanisms(:), copies(:)
@@ -139,8 +140,8 @@ contains
     end do
   end subroutine read_planes
 
-  !> Reads all mechanisms and copies. Fails if a name is missing or used twice, the original of a copy does not exist, or an axis is
-  !> the zero vector.
+  !> Reads the positions of all mechanisms and copies. Fails if a name is missing or used twice, the original of a copy does not
+  !> exist, or an axis is the zero vector.
   subroutine read_placed_mechanisms(doc, units, mechanisms, copies, parts, error)
     type(document_type), intent(in) :: doc
     type(units_type), intent(in) :: units
@@ -184,8 +185,8 @@ contains
     end do
   end subroutine read_placed_mechanisms
 
-  !> Unit vectors along x, y and the normal of a plane. x is the projection of `x_axis` on the plane. If `x_axis` is zero, the
-  !> shortest rotation that turns zeta into the normal turns xi into x.
+  !> Unit vectors along x, y and the normal of a plane. The direction of x is the projection of `x_axis` on the plane. If `x_axis`
+  !> is zero, consider the shortest rotation from zeta to the normal: it rotates xi into x.
   pure function plane_axes(axis, x_axis) result(axes)
     real(dp), intent(in) :: axis(3), x_axis(3)
     real(dp) :: axes(3, 3), n(3), x(3)
@@ -204,7 +205,7 @@ contains
     axes(:, 3) = n
   end function plane_axes
 
-  !> Adds a group's name to `names`. Fails if it is empty or already used.
+  !> Appends the name of a group to `names`. Fails if the name is empty or already in use.
   subroutine claim_name(group, names, error)
     type(group_type), intent(in) :: group
     type(dictionary_type), intent(inout) :: names
@@ -219,8 +220,8 @@ contains
     end if
   end subroutine claim_name
 
-  !> Reads the keys for position and gear ratio. Without its key, a component of `part` keeps its value. Fails if an axis is the
-  !> zero vector or x_axis is normal to the plane.
+  !> Reads the keys for the position and the gear ratio of `part`. A component whose key is missing keeps its value. Fails if an
+  !> axis is the zero vector or x_axis is normal to the plane.
   subroutine read_placement(group, keys, units, part, error)
     type(group_type), intent(in) :: group
     type(key_type), intent(in) :: keys(:)
@@ -252,7 +253,8 @@ contains
     if (has(group, "ratio")) call read_ratio(group, keys, part%placement, error)
   end subroutine read_placement
 
-  !> Reads a gear ratio. Does nothing if `error` is already allocated. Fails if the ratio is not an admissible fraction.
+  !> Reads the gear ratio of a mechanism. Does nothing if `error` is already allocated. Fails if the ratio is not a permitted
+  !> fraction.
   subroutine read_ratio(group, keys, placement, error)
     type(group_type), intent(in) :: group
     type(key_type), intent(in) :: keys(:)
@@ -269,7 +271,8 @@ contains
     if (.not. known) call input_error(group, "ratio", no_ratio, error)
   end subroutine read_ratio
 
-  !> Reads a group &repeat, which copies one of the mechanisms and copies in `before`. Fails if the original is not among them.
+  !> Reads a group &repeat, which copies one of the mechanisms or copies in `before`. Fails if `before` does not contain the
+  !> original.
   subroutine read_copy(group, units, before, copy, error)
     type(group_type), intent(in) :: group
     type(units_type), intent(in) :: units
@@ -294,7 +297,7 @@ contains
     call read_placement(group, repeat_keys, units, copy, error)
   end subroutine read_copy
 
-  !> Assigns the joints of the document to their mechanisms.
+  !> Determines for each joint of the document the mechanism to which it belongs.
   subroutine assign_joints(groups, mechanisms, joints, error)
     type(group_type), intent(in) :: groups(:), mechanisms(:)
     type(members_type), intent(out) :: joints
@@ -327,7 +330,7 @@ contains
     end do
   end subroutine assign_joints
 
-  !> Assigns each link to the mechanism of its joint `from`. A link without a known joint gets the number 0.
+  !> Assigns each link to the mechanism of its joint `from`. If this joint is unknown, the link gets the mechanism number 0.
   subroutine assign_links(joints, links)
     type(members_type), intent(in) :: joints
     type(members_type), intent(inout) :: links
@@ -346,8 +349,8 @@ contains
     end do
   end subroutine assign_links
 
-  !> Fails if the key `mechanism` of a link differs from the mechanism of its joint `from`. Unknown joints are reported later, by
-  !> `read_link`.
+  !> Fails if the key `mechanism` of a link names another mechanism than that of its joint `from`. Unknown joints are not reported
+  !> here, but by `read_link`.
   subroutine check_links(links, names, error)
     type(members_type), intent(inout) :: links
     character(len=*), intent(in) :: names(:)

@@ -1,4 +1,4 @@
-!> Reads probes, and the quantities and measures that a task requests by name.
+!> Reads the probes, and the quantities and measures that a task requests by their names.
 module gestell_input_machine_quantities
   use gestell_base_dictionary, only: dictionary_type
   use gestell_base_error, only: error_type
