@@ -1,4 +1,4 @@
-!> Chooses, for a given system, the integration method with the least predicted work.
+!> Chooses for a given system the integration method that should need the least work.
 module gestell_floquet_choice_cheapest
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -21,8 +21,8 @@ module gestell_floquet_choice_cheapest
 
 contains
 
-  !> Chooses the integration method that reaches `tolerance` with the least predicted work. The prediction uses the survey of the
-  !> system and the order, error constant and work per step of each method.
+  !> Chooses the integration method that reaches `tolerance` with the least predicted work. The work is predicted from three
+  !> properties of each method (order, error constant, work per step) and from the estimates in `survey`.
   subroutine cheapest_method(system, survey, tolerance, method)
     class(periodic_system), intent(in) :: system
     !> Estimates of the phase advance and the variation of the coefficients, from `survey_system`
@@ -60,7 +60,8 @@ contains
 
   contains
 
-    !> Records candidate `i`, the method `one`, as the best so far if it needs less work than all candidates before.
+    !> Stores index `i` in `best` and the predicted work of method `one` in `min_work` if this work is less than that of all
+    !> candidates before it.
     subroutine consider(one)
       class(method_type), intent(in) :: one
       real(dp) :: work

@@ -21,7 +21,7 @@ module gestell_floquet_choice_methods
 
 contains
 
-  !> All names that `new_method` accepts.
+  !> Names of all integration methods that `new_method` accepts.
   pure function method_names() result(names)
     character(len=name_length), allocatable :: names(:)
 
@@ -29,8 +29,8 @@ contains
       & "gauss5", "gauss6", "gauss7", "gauss8", "gauss9", "gauss10"]
   end function method_names
 
-  !> Creates the method with the given name and prepares it. The name `auto` gives gauss6, which suits most cases. Fails if the name
-  !> is unknown.
+  !> Creates the integration method with the given name and computes its coefficients. The name `auto` gives gauss6, which suits
+  !> most systems. Fails if the name is unknown.
   subroutine new_method(name, method, error)
     character(len=*), intent(in) :: name
     class(method_type), allocatable, intent(out) :: method
@@ -40,7 +40,7 @@ contains
     if (allocated(method)) call method%prepare()
   end subroutine new_method
 
-  !> Creates the method with the given name without preparing it. Fails if the name is unknown.
+  !> Creates the integration method with the given name, without computing its coefficients. Fails if the name is unknown.
   subroutine find_method(name, method, error)
     character(len=*), intent(in) :: name
     class(method_type), allocatable, intent(out) :: method
@@ -62,7 +62,7 @@ contains
     end select
   end subroutine find_method
 
-  !> Number of stages of a Gauss method, from its name.
+  !> Number of stages of the Gauss method with the given name.
   pure integer function stages_of(name)
     character(len=*), intent(in) :: name
 

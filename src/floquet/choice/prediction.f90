@@ -1,5 +1,5 @@
-!> Predicts how many steps a method needs ("Integration" in doc/theory.md), before any step is computed. Numbers of steps are real
-!> here, because they may exceed the range of integers.
+!> Predicts the number of steps that a method needs, before any step is computed ("Integration" in doc/theory.md). Numbers of steps
+!> are real here, because they may exceed the range of integers.
 module gestell_floquet_choice_prediction
   use gestell_base_kinds, only: dp, pi
   use gestell_floquet_choice_survey, only: survey_type
@@ -32,9 +32,9 @@ contains
   pure real(dp) function first_steps(method, system, survey, tolerance) result(steps)
     class(method_type), intent(in) :: method
     class(periodic_system), intent(in) :: system
-    !> Survey of the system
+    !> Estimates of the phase advance and the variation of the coefficients, from `survey_system`
     type(survey_type), intent(in) :: survey
-    !> Relative tolerance of the map over the period
+    !> Allowed error of the map over the period, relative to its norm
     real(dp), intent(in) :: tolerance
     real(dp), parameter :: error_share = 4, change = 240, of_changes = 0.15_dp
     real(dp) :: allowed, rounding, lower, width(2), gain(2)
@@ -144,7 +144,7 @@ contains
       & + rounded_steps(method, system, max(2.5_dp * coarse, last))
   end function steps_in_all
 
-  !> `steps` rounded up to a multiple of the number of steps that are computed at once.
+  !> Smallest multiple of the number of steps that are computed together that is not below `steps`.
   pure real(dp) function rounded_steps(method, system, steps)
     class(method_type), intent(in) :: method
     class(periodic_system), intent(in) :: system

@@ -13,9 +13,9 @@ module gestell_floquet_choice_survey
 
   public :: survey_system
 
-  !> Exponents in the assumed decay k^growth exp(-k width) of the k-th harmonic: (1) of coefficients, (2) of loads. Positions have
-  !> square-root branch points at complex crank angles at which a dyad is stretched, hence k^(-3/2). Loads contain second
-  !> derivatives of positions, hence k^(1/2) for high k; the low harmonics used here grow nearly like k.
+  !> Exponents in the assumed decay k^growth exp(-k width) of the k-th harmonic: `growth(1)` for coefficients, `growth(2)` for
+  !> loads. Positions have square-root branch points at complex crank angles at which a dyad is stretched, hence k^(-3/2). Loads
+  !> contain second derivatives of positions, hence k^(1/2) for high k; the low harmonics used here grow nearly like k.
   real(dp), parameter, public :: growth(2) = [-1.5_dp, 1.0_dp]
 
   !> Properties of a system with n states, estimated from samples of its coefficients before it is solved.
@@ -26,12 +26,12 @@ module gestell_floquet_choice_survey
     !> Better estimate of the phase advance w_max T of the fastest motion within the period (rad): (|P^16| / sqrt 2)^(1/16) T at the
     !> phase where P is largest. The 16th power suppresses all motions but the fastest.
     real(dp) :: fastest = 0
-    !> `width`: distance from the real axis up to which the coefficients (1) and the loads (2) are analytic (rad, 2 pi per period);
-    !> zero if unknown. `height`: the k-th harmonic is at most `height` k^`growth` exp(-k `width`).
+    !> `width`: distance from the real axis up to which the coefficients (element 1) and the loads (element 2) are analytic (rad,
+    !> with 2 pi per period); zero if unknown. `height`: the k-th harmonic is at most `height` k^`growth` exp(-k `width`).
     real(dp) :: width(2) = 0, height(2) = 1
-    !> Share of the fastest motion in the norm of Phi(T), after its decay over the period.
+    !> Share of the fastest motion in the norm of the monodromy matrix Phi(T). It is below 1 if this motion decays over the period.
     real(dp) :: fade = 1
-    !> Varying part of the coefficients, relative to their size.
+    !> Variation of the coefficients over the period, relative to their size.
     real(dp) :: changing = 1
     !> Units that balance the states, from the largest elements of P over the period; shape (n).
     real(dp), allocatable :: scale(:)
@@ -47,13 +47,14 @@ module gestell_floquet_choice_survey
     & place = 1, points), order = 1, points / 2)], [points, points / 2])
   !> Index of the array constructor below: 1 for coefficients, 2 for loads.
   integer :: which
-  !> Factors k^growth of the harmonics k = 1, 2, ... of coefficients (column 1) and loads (column 2).
+  !> Factors k^growth for the harmonics k = 1, 2, ...; column 1 for coefficients, column 2 for loads.
   real(dp), parameter :: falling(points / 2, 2) = reshape([((real(order, dp)**growth(which), order = 1, points / 2), &
     & which = 1, 2)], [points / 2, 2])
 
 contains
 
-  !> Estimates the properties of `system` from samples. Fails if the coefficients are not finite or the mass matrix is singular.
+  !> Estimates the phase advance and the variation of the coefficients of `system` from samples. Fails if the coefficients are not
+  !> finite or the mass matrix is singular.
   subroutine survey_system(system, survey, error, forced)
     class(periodic_system), intent(in) :: system
     type(survey_type), intent(out) :: survey

@@ -14,27 +14,27 @@ module gestell_floquet_constant_harmonics
 
   public :: solve_harmonics
 
-  !> Complex amplitudes of the periodic motion. n is the number of states.
+  !> Complex amplitudes of the periodic motion of a system with n states.
   type, public :: spectrum_type
     !> Amplitudes x_m = (q_m, i m w q_m) for m = 0, 1, ..., shape (n, 0:harmonics), in the units of the states.
     complex(dp), allocatable :: x(:, :)
     !> Bound on the error of x(t) at any t, shape (n).
     real(dp), allocatable :: error(:)
-    !> Maximum factor by which solving for a harmonic amplifies a relative error of M, B or C.
+    !> Largest factor by which a relative error of M, B or C grows when the equations of a harmonic are solved.
     real(dp) :: condition = 0
-    !> Number of evaluations of the load.
+    !> Number of times that the load was evaluated.
     integer :: evaluations = 0
   contains
     procedure :: motion
   end type spectrum_type
 
-  !> M, B, C and bounds on their errors, dM, dB, dC, all in balanced units; fundamental frequency (rad/s).
+  !> M, B, C, bounds dM, dB, dC on their errors, and the fundamental frequency (rad/s). Matrices are in balanced units.
   type :: coefficients_type
     real(dp), allocatable, dimension(:, :) :: m, b, c, dm, db, dc
     real(dp) :: frequency = 0
   end type coefficients_type
 
-  !> Safety factor by which an estimated error is multiplied to give its bound.
+  !> Safety factor: an error bound is this factor times the error estimate.
   real(dp), parameter :: safety = 4
   !> Maximum number of samples of the load.
   integer, parameter :: max_points = 2**14
@@ -189,7 +189,8 @@ contains
     end do
   end subroutine solve_all
 
-  !> Computes Z_k^-1 and bounds `dz` on the errors of the elements of Z_k. Fails if Z_k may be singular within these errors.
+  !> Computes the inverse of Z_k = C + i k w B - (k w)^2 M and bounds `dz` on the errors of the elements of Z_k. Fails if Z_k may be
+  !> singular within these errors.
   subroutine invert(coefficients, k, inverted, dz, error)
     type(coefficients_type), intent(in) :: coefficients
     real(dp), intent(in) :: k
@@ -215,14 +216,14 @@ contains
     error%cause = resonance
   end subroutine invert
 
-  !> Maximum row sum of a matrix without negative elements.
+  !> Maximum row sum, which is the norm used here, of a matrix without negative elements.
   pure real(dp) function norm(a)
     real(dp), intent(in) :: a(:, :)
 
     norm = maxval(sum(a, dim=2))
   end function norm
 
-  !> Computes x(t) at the phases t / T; shape (n, points).
+  !> Computes the periodic motion x(t) at the phases t / T; shape (n, points).
   pure subroutine motion(self, phases, x)
     class(spectrum_type), intent(in) :: self
     real(dp), intent(in) :: phases(:)

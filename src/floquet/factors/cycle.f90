@@ -18,8 +18,8 @@ module gestell_floquet_factors_cycle
     complex(dp), allocatable :: q(:, :, :), r(:, :, :), z(:)
     !> Eigenvectors at the start of each factor.
     type(eigenvectors_type) :: vectors
-    !> All of shape (n). `bound`: bounds on the errors of the multipliers, relative to |rho|. `most`: upper bounds on ln |rho|.
-    !> `condition`: condition numbers of the multipliers.
+    !> Three arrays of shape (n). `bound`: bounds on the errors of the multipliers, relative to |rho|. `most`: upper bounds on ln
+    !> |rho|. `condition`: condition numbers of the multipliers.
     real(dp), allocatable :: bound(:), most(:), condition(:)
     !> Lower bounds on |1 - rho| / max(1, |rho|), shape (n). Allocated only if the periodic motion is requested.
     real(dp), allocatable :: distance(:)
@@ -112,12 +112,12 @@ contains
     call accumulate_uncoupled(factors, spectrum, relative_error, at_starts)
   end subroutine accumulate
 
-  !> Replaces each bound by the bound from the eigenvectors if this is smaller. With e = X z the errors e_{k+1} = (A_k + E_k) e_k +
-  !> d_k satisfy
+  !> Replaces each bound by the bound from the eigenvectors if the latter is smaller. With e = X z the errors e_{k+1} = (A_k + E_k)
+  !> e_k + d_k satisfy
   !>
   !>     z_{k+1} = Lambda_k z_k + Y_{k+1} d_k + Y_{k+1} (E_k X_k + S_k) z_k,   S_k = A_k X_k - X_{k+1} Lambda_k.
   !>
-  !> First z is computed without the last term. If this term changes z by at most a fraction q < 1/2, fixed-point iteration
+  !> First z is computed without the last term. If the last term changes z by at most a fraction q < 1/2, fixed-point iteration
   !> converges and multiplies the bound by at most 1 / (1 - q).
   pure subroutine accumulate_uncoupled(factors, spectrum, relative_error, at_starts)
     type(factors_type), intent(in) :: factors
@@ -159,7 +159,7 @@ contains
 
   !> Computes the periodic solution of z_{k+1} = R_k z_k + b_k, shape (n, K), for triangular R_k with prod R_k(i, i) =
   !> exp(logarithm(i)). If `distances` is present, R and b must contain magnitudes. The result is then an upper bound on |z|,
-  !> computed with these lower bounds in place of 1 - rho.
+  !> computed with the lower bounds `distances` in place of 1 - rho.
   pure subroutine solve_triangular_cycle(logarithm, r, b, z, distances)
     complex(dp), intent(in) :: logarithm(:), r(:, :, :), b(:, :)
     complex(dp), intent(out) :: z(:, :)

@@ -2,8 +2,8 @@
 !>
 !>     Phi(T) = A_K ... A_1,
 !>
-!> without multiplying them. The segments are so short that rounding does not destroy the small modes of a factor. See "Factors" in
-!> doc/theory.md.
+!> without multiplying them. The segments are so short that rounding errors do not destroy the slow or strongly damped modes of a
+!> factor. See "Factors" in doc/theory.md.
 module gestell_floquet_factors
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -38,7 +38,8 @@ module gestell_floquet_factors
     real(dp) :: relative_error = 0
     !> Phase advance of the fastest motion within the period (rad).
     real(dp) :: phase_advance = 0
-    !> `steps`: steps of the final solution. `evaluations`: evaluations of the coefficients in all solutions together.
+    !> `steps`: number of steps of the final solution. `evaluations`: number of evaluations of the coefficients in all solutions
+    !> together.
     integer :: steps = 0, evaluations = 0
     !> Ends of the steps as phases t / T, shape (steps + 1).
     real(dp), allocatable :: nodes(:)
@@ -50,7 +51,7 @@ module gestell_floquet_factors
   real(dp), parameter :: max_spread = 30
   !> A segment also ends when the absolute value of ln |A| reaches this limit, so that squares neither underflow nor overflow.
   real(dp), parameter :: max_growth = 100
-  !> Maximum number of steps tried for the division into segments.
+  !> Maximum number of steps that the division into segments tries.
   integer, parameter :: max_segments = 2**14
 
   !> Factors from one solution with a given number of steps. `size_a`: |A|. `size_b`: maximum of |b| within each segment.
@@ -70,7 +71,7 @@ contains
     logical, intent(in) :: forced
     type(factors_type), intent(out) :: factors
     type(error_type), allocatable, intent(out) :: error
-    !> Survey of the system, if the caller already has it
+    !> Estimates from `survey_system`, if the caller already has them
     type(survey_type), intent(in), optional :: surveyed
     type(level_type) :: coarse, middle, fine
     real(dp), allocatable :: d12(:, :), d23(:, :), left(:, :), floor(:)
@@ -219,7 +220,8 @@ contains
     factors%evaluations = factors%evaluations + level%steps * factors%method%stages
   end subroutine solve_level
 
-  !> Norms of the differences between two solutions, relative to `other`; shape (K, 2). Column 1: matrices A; column 2: vectors b.
+  !> Norms of the differences between solutions `one` and `other`, relative to `other`; shape (K, 2). Column 1 is for the matrices
+  !> A, column 2 for the vectors b.
   pure function distances(one, other, forced) result(d)
     type(level_type), intent(in) :: one, other
     logical, intent(in) :: forced

@@ -49,8 +49,8 @@ contains
     real(dp), intent(in) :: log_abs(:), arg(:), errors(:)
     !> Eigenvectors of the factors
     type(eigenvectors_type), intent(in) :: vectors
-    !> All of shape (n). `bound`: bounds on |mu - rho_i| / |rho_i|, at most about 1e300. `most`: bounds on ln |mu|, valid even if
-    !> rho has no correct digit. `condition`: condition numbers, maxima of |y_i| |x_i| over the period, at least 1.
+    !> Three arrays of shape (n). `bound`: bounds on |mu - rho_i| / |rho_i|, at most about 1e300. `most`: bounds on ln |mu|, valid
+    !> even if rho has no correct digit. `condition`: condition numbers, maxima of |y_i| |x_i| over the period, at least 1.
     real(dp), intent(out) :: bound(:), most(:), condition(:)
     type(discs_type) :: discs
     type(error_type), allocatable :: failure
@@ -76,7 +76,7 @@ contains
     end if
   end subroutine periodic_bounds
 
-  !> Perturbs the factors by about the size of their errors, in pseudo-random directions.
+  !> Adds to each factor a pseudo-random matrix about as large as the error bound of the factor; `moved` is the result.
   pure subroutine move(factors, errors, moved)
     complex(dp), intent(in) :: factors(:, :, :)
     real(dp), intent(in) :: errors(:)
@@ -100,7 +100,7 @@ contains
     end do
   end subroutine move
 
-  !> Bound on the rounding error of a product of the matrix with a unit vector.
+  !> Bound on the rounding error of the product of matrix `a` with a unit vector.
   pure real(dp) function rounding(a)
     complex(dp), intent(in) :: a(:, :)
 
@@ -191,7 +191,7 @@ contains
     end if
   end function relative_radius
 
-  !> Ratio of two multipliers. Its modulus is limited to exp(far).
+  !> Ratio of two multipliers, given by their logarithms. The modulus of the result is limited to exp(far).
   pure complex(dp) function quotient(log_abs, arg, other_log_abs, other_arg)
     real(dp), intent(in) :: log_abs, arg, other_log_abs, other_arg
 

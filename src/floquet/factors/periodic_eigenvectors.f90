@@ -12,7 +12,7 @@ module gestell_floquet_factors_periodic_eigenvectors
   !>
   !>     A_k X_k = X_{k+1} diag(lambda_k),   X_{K+1} = X_1,   prod_k lambda_k(i) = rho_i.
   type, public :: eigenvectors_type
-    !> `x`, `y`: X and Y of K factors, shapes (n, n, K). `lambda`: lambda, shape (n, K).
+    !> `x`, `y`: matrices X_k and Y_k of the K factors, shapes (n, n, K). `lambda`: diagonal elements lambda_k, shape (n, K).
     complex(dp), allocatable :: x(:, :, :), y(:, :, :), lambda(:, :)
   end type eigenvectors_type
 
@@ -53,7 +53,8 @@ contains
     end do
   end subroutine periodic_eigenvectors
 
-  !> Computes the Schur form with the multiplier at position `from` moved to position `to`. The other multipliers keep their order.
+  !> Computes the periodic Schur form in which the multiplier at position `from` has moved to position `to`. The other multipliers
+  !> keep their order.
   pure subroutine move_multiplier(from, to, q, r, q_moved, r_moved)
     integer, intent(in) :: from, to
     complex(dp), intent(in) :: q(:, :, :), r(:, :, :)

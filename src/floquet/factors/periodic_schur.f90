@@ -1,5 +1,5 @@
-!> Computes the periodic Schur form of a sequence of matrices. This form gives the eigenvalues of the product without multiplying
-!> the matrices.
+!> Computes the periodic Schur form of a sequence of matrices. It gives the eigenvalues of the product of the matrices without
+!> multiplying them.
 module gestell_floquet_factors_periodic_schur
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
@@ -70,7 +70,8 @@ contains
     end do
   end subroutine periodic_multipliers
 
-  !> Reduces the factors `r` in place: R_1, ..., R_{K-1} to triangular form and R_K to upper Hessenberg form. Computes `q`.
+  !> Reduces the factors `r` in place: R_1, ..., R_{K-1} to triangular form and R_K to upper Hessenberg form. `q` contains the
+  !> unitary matrices of the reduction.
   pure subroutine reduce(r, q)
     complex(dp), intent(inout) :: r(:, :, :)
     complex(dp), intent(out) :: q(:, :, :)
@@ -105,7 +106,7 @@ contains
     end do
   end subroutine reduce
 
-  !> Applies QR sweeps until R_K is triangular.
+  !> Applies QR sweeps to the periodic sequence until R_K is triangular.
   pure subroutine iterate(r, q, error)
     complex(dp), intent(inout) :: r(:, :, :), q(:, :, :)
     type(error_type), allocatable, intent(out) :: error
@@ -185,8 +186,8 @@ contains
     v = unit(v)
   end function first_direction
 
-  !> Wilkinson's shift: the eigenvalue of t, shape (2, 2), that is nearer to t(2, 2). If the other eigenvalue is much smaller, it is
-  !> used instead: for products of graded factors, sweeps towards the larger eigenvalue may cycle.
+  !> Wilkinson's shift: the eigenvalue of t, shape (2, 2), that is nearer to t(2, 2). An exception is made if the other eigenvalue
+  !> is much smaller: then that one is used, because for products of graded factors sweeps towards the larger eigenvalue may cycle.
   pure function shift_of(t) result(shift)
     complex(dp), intent(in) :: t(2, 2)
     complex(dp) :: shift, mean, root
@@ -219,7 +220,7 @@ contains
     end do
   end subroutine sweep
 
-  !> Sorts the multipliers by descending modulus. Neighbours that are too close to be swapped accurately are not exchanged.
+  !> Sorts the multipliers by descending modulus. Two neighbours are not exchanged if they are too close to be swapped accurately.
   pure subroutine order(r, q)
     complex(dp), intent(inout) :: r(:, :, :), q(:, :, :)
     real(dp), parameter :: close = sqrt(epsilon(1.0_dp)), exact = 1.0e3_dp * epsilon(1.0_dp)

@@ -82,15 +82,15 @@ contains
     w = unit([r(i + 1, i + 1, k) * v(1) - r(i, i + 1, k) * v(2), r(i, i, k) * v(2)])
   end function backward
 
-  !> Replaces R_k by G_{k+1}^H R_k G_k and Q_k by Q_k G_k for all k, with G_{K+1} = G_1. Sets the elements (i + 1, i) of R_1, ...,
-  !> R_{K-1} to zero.
+  !> Replaces R_k by G_{k+1}^H R_k G_k and Q_k by Q_k G_k for all k, where G_k is the rotation with the first column v_k and G_{K+1}
+  !> = G_1. Sets the elements (i + 1, i) of R_1, ..., R_{K-1} to zero.
   pure subroutine rotate(r, q, i, v, left, bottom)
     !> Triangular factors and unitary matrices, shapes (n, n, K)
     complex(dp), intent(inout) :: r(:, :, :), q(:, :, :)
     !> `i`: first index of the plane. R_K may have elements below its diagonal: in columns i and i + 1 down to row `bottom`, and in
     !> rows i and i + 1 from column `left` on.
     integer, intent(in) :: i, left, bottom
-    !> First columns of the rotations, shape (2, K)
+    !> First columns of the rotation matrices G_k, shape (2, K)
     complex(dp), intent(in) :: v(:, :)
     integer :: k, last
 
@@ -138,13 +138,13 @@ contains
   !>
   !> Consider the 2 x 2 blocks of the factors in rows and columns i, i + 1. v_k are the eigenvectors of these blocks for the second
   !> multiplier. With the product [A B; 0 D] of the blocks, v_1 is parallel to (B, D - A). The other vectors are computed forward if
-  !> |D| >= |A|, else backward, so that errors decay. `gap` measures how far the sequence fails to close after a period, relative to
-  !> the block of R_K. It is about roundoff unless A and D agree to roundoff.
+  !> |D| >= |A| and backward if |D| < |A|, so that errors decay. `gap` measures how far the sequence fails to close after a period,
+  !> relative to the block of R_K. It is about roundoff unless A and D agree to roundoff.
   pure subroutine find_swap(r, i, v, gap)
     !> Triangular factors, shape (n, n, K)
     complex(dp), intent(in) :: r(:, :, :)
     integer, intent(in) :: i
-    !> First columns of the rotations, shape (2, K)
+    !> First columns of the rotation matrices G_k, shape (2, K)
     complex(dp), intent(out) :: v(:, :)
     real(dp), intent(out) :: gap
     integer, parameter :: turns = 3

@@ -26,7 +26,7 @@ contains
     class(tableau_type), intent(in) :: tableau
     !> Coefficients at the nodes of all steps
     type(coefficients_type), intent(in) :: at
-    !> Number of the step
+    !> Number of the step whose map is computed
     integer, intent(in) :: k
     !> Maps of the method and, if requested, of its two embedded methods
     real(dp), intent(inout) :: maps(:, :, :)
@@ -95,8 +95,8 @@ contains
     end do
   end subroutine map_with_exchanges
 
-  !> Map of a step, shape (states, columns), from the unknowns `u` of the step, shape (unknowns, columns). The unit of time is the
-  !> length of the step.
+  !> Map of a step, shape (states, columns), computed from the unknowns `u` of the step, shape (unknowns, columns). The length of
+  !> the step is the unit of time.
   pure function map_of(tableau, states, u) result(map)
     class(tableau_type), intent(in) :: tableau
     integer, intent(in) :: states

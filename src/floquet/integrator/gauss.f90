@@ -1,5 +1,5 @@
-!> Gauss-Legendre collocation with s stages: order 2 s, stable for every step length, symmetric, and symplectic for undamped
-!> systems. Methods with six stages or more are fitted to the fastest motion (gestell_floquet_integrator_pace).
+!> Gauss-Legendre collocation with s stages. It has order 2 s, is stable for every step length and symmetric, and is symplectic for
+!> undamped systems. Methods with six stages or more are fitted to the fastest motion (gestell_floquet_integrator_pace).
 module gestell_floquet_integrator_gauss
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -24,7 +24,7 @@ module gestell_floquet_integrator_gauss
 
   type, extends(method_type), public :: gauss_method
     private
-    !> True: fit the method to the fastest motion if it has enough stages
+    !> True: fit the method to the fastest motion, provided that it has six stages or more
     logical, public :: fitted = .true.
     !> Coefficients of the method without embedded methods; allocated by `prepare`
     type(tableau_type), allocatable :: tableau
@@ -41,7 +41,7 @@ module gestell_floquet_integrator_gauss
 
 contains
 
-  !> Returns the method with 2 to 10 stages, named gauss2 to gauss10.
+  !> Returns the method with the given number of stages, 2 to 10; its name is gauss2 to gauss10.
   pure function gauss(stages) result(method)
     integer, intent(in) :: stages
     type(gauss_method) :: method
@@ -58,7 +58,8 @@ contains
 
   contains
 
-    !> Error constant (s!)^2 / ((2 s)! (2 s + 1)!): leading term of the difference between exp and its Pade approximation.
+    !> Error constant (s!)^2 / ((2 s)! (2 s + 1)!) of the method with s stages. It is the leading coefficient of the difference
+    !> between exp and its Pade approximation.
     pure real(dp) function constant(s)
       integer, intent(in) :: s
       integer :: k
@@ -120,7 +121,7 @@ contains
     end if
   end function work
 
-  !> Number of steps that are computed side by side: `lanes` if the equations of a step fit in lanes, otherwise 1.
+  !> Number of steps that are computed together: `lanes` if the equations of a step fit in lanes, and 1 if they do not.
   pure integer function steps_at_once(self, states, second_order)
     class(gauss_method), intent(in) :: self
     integer, intent(in) :: states
@@ -129,7 +130,7 @@ contains
     steps_at_once = merge(lanes, 1, fits_lanes(self%stages, states, second_order))
   end function steps_at_once
 
-  !> Computes the maps of the steps, see `step_maps` in gestell_floquet_integrator_method.
+  !> Computes the maps of the steps. For the arguments see `step_maps` in gestell_floquet_integrator_method.
   subroutine maps(self, system, from, to, map, error)
     class(gauss_method), intent(in) :: self
     class(periodic_system), intent(in) :: system
@@ -143,7 +144,8 @@ contains
     call gauss_steps(tableau, self%fitted, system, self%phases(from, to), (to - from) * system%period, map, error)
   end subroutine maps
 
-  !> Computes the maps of the steps by the method and by its two embedded methods. See `pair` in gestell_floquet_integrator_method.
+  !> Computes the maps of the steps by the method and by its two embedded methods. For the arguments see `pair` in
+  !> gestell_floquet_integrator_method.
   subroutine pair(self, system, from, to, map, error, lower, unresolved)
     class(gauss_method), intent(in) :: self
     class(periodic_system), intent(in) :: system

@@ -65,7 +65,7 @@ contains
   !> Computes the maps of steps, eight steps at a time. Steps are computed one by one with row exchanges if fewer than eight remain,
   !> if their equations are too large for lanes, or if elimination without exchanges is unsafe.
   subroutine gauss_steps(tableau, fitted, system, phases, lengths, map, error, lower, unresolved)
-    !> Coefficients of the method; this routine fits them to the fastest motion if `fitted`
+    !> Coefficients of the method. If `fitted`, this procedure fits them to the fastest motion
     class(tableau_type), intent(inout) :: tableau
     !> True: fit the tableau to the fastest motion of the steps in this call
     logical, intent(in) :: fitted
@@ -76,7 +76,7 @@ contains
     !> Maps of the steps, [A b], shape (steps or more, n, n + 1), or A alone, shape (steps or more, n, n)
     real(dp), contiguous, intent(out) :: map(:, :, :)
     type(error_type), allocatable, intent(out) :: error
-    !> Maps by the two embedded methods, shape (steps or more, n, n + 1 or n, 2); only with a nested tableau
+    !> Maps by the two embedded methods, shape (steps or more, n, n + 1 or n, 2); only allowed if `tableau` is a nested tableau
     real(dp), contiguous, intent(out), optional :: lower(:, :, :, :)
     !> Sums over steps of the variations of coefficients and loads between the nodes; this call adds the variations of its own steps
     type(unresolved_type), intent(inout), optional :: unresolved

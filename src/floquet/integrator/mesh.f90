@@ -90,7 +90,7 @@ contains
     refined = refined(:length)
   end function refined
 
-  !> Merges the ascending sequences `a` and `b`. A number that both contain appears once in the result.
+  !> Merges the ascending sequences `a` and `b` to one ascending sequence. A number that occurs in both appears once in the result.
   pure function merged(a, b) result(c)
     real(dp), intent(in) :: a(:), b(:)
     real(dp), allocatable :: c(:)

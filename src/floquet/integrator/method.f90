@@ -1,4 +1,4 @@
-!> Base type of the integration methods. A method provides the affine maps of single steps,
+!> Base type of the integration methods. A method computes the affine map of each step,
 !>
 !>     x(end of step) = A x(start of step) + b,
 !>
@@ -37,7 +37,7 @@ module gestell_floquet_integrator_method
     character(len=name_length) :: name = ""
     !> Order of the method: the error of Phi(T) falls like steps**(-order)
     integer :: order = 0
-    !> Number of evaluations of the coefficients per step; an end shared by two steps counts once
+    !> Number of evaluations of the coefficients per step. If two steps share an end, the evaluation at this end counts once
     integer :: stages = 0
     !> Error constant: if the phase of the fastest motion advances by theta radians in a period of N steps, the relative error of
     !> Phi(T) is about
@@ -104,8 +104,8 @@ contains
     end associate
   end subroutine default_prepare
 
-  !> Default of `pair`, for methods without embedded methods. It computes the maps like `maps` and returns them also as the maps of
-  !> both embedded methods.
+  !> Default of `pair`, for methods without embedded methods. It computes the maps as `maps` does, and returns copies of them as the
+  !> maps of both embedded methods.
   subroutine default_pair(self, system, from, to, map, error, lower, unresolved)
     class(method_type), intent(in) :: self
     class(periodic_system), intent(in) :: system

@@ -1,9 +1,9 @@
-!> Gauss-Legendre collocation with two embedded methods, arranged so that a single elimination gives the maps of all three.
+!> Gauss-Legendre collocation with two embedded methods, arranged so that a single elimination gives the maps of all three methods.
 !>
 !> Collocation at the Gauss nodes is a Galerkin method for accelerations v of degree s - 1 whose integrals are computed by Gauss
-!> quadrature. The embedded methods are Galerkin methods for v of degree s - 2 and s - 3, of orders 2 s - 2 and 2 s - 4. Their v has
-!> no part along the Legendre polynomial P_s-1 (and P_s-2), and their residual has only parts along these polynomials. Two middle
-!> nodes, p and q, are put last. The unknowns of these nodes are
+!> quadrature. The embedded methods are Galerkin methods for v of degree s - 2 and s - 3, of orders 2 s - 2 and 2 s - 4. In the
+!> first one v has no part along the Legendre polynomial P_s-1, and the residual has a part along P_s-1 only. In the second one this
+!> holds for P_s-1 and P_s-2. Two middle nodes, p and q, are put last. The unknowns of these nodes are
 !>
 !>     u_q = v_q - sum over j of e_j v_j,    u_p = v_p - sum over j of e'_j v_j:
 !>
@@ -12,9 +12,10 @@
 !> second one.
 !>
 !> With v = X u the matrix K of the equations becomes (B^-1 X^T B) K X, B = diag(b). Its first rows contain no residuals along P_s-1
-!> (and P_s-2), because the sums of these with weights b_j against polynomials of lower degree vanish. Its leading blocks are
-!> therefore the matrices of the embedded methods. In gestell_floquet_integrator_gauss_steps, S holds the map of the first embedded
-!> method before the unknowns of q are eliminated, and the map of the second one before the unknowns of p and q are eliminated.
+!> (and P_s-2), because the sums of these polynomials with weights b_j against polynomials of lower degree vanish. The leading
+!> blocks of the transformed matrix are therefore the matrices of the embedded methods. In gestell_floquet_integrator_gauss_steps, S
+!> holds the map of the first embedded method before the unknowns of q are eliminated, and the map of the second one before the
+!> unknowns of p and q are eliminated.
 module gestell_floquet_integrator_nested
   use gestell_base_kinds, only: dp
   use gestell_floquet_integrator_tableau, only: add_tail, find_legendre, product_of, tableau_type

@@ -49,8 +49,8 @@ contains
     pace = sqrt(maximum * sum(weight * square) / sum(weight))
   end function pace_of
 
-  !> Computes w^2 of the fastest motion in every step. It is zero where M is singular, or where circulatory forces merge two motions
-  !> into a growing one.
+  !> Computes w^2, the square of the angular frequency of the fastest motion, in every step. It is zero where M is singular, or
+  !> where circulatory forces merge two motions into one that grows.
   pure subroutine square_with_positions(at, square)
     type(coefficients_type), intent(in) :: at
     real(dp), intent(out) :: square(:)
@@ -119,8 +119,8 @@ contains
   elemental subroutine find_pair(t_0, t_1, t_2, t_3, p, q)
     real(dp), intent(in) :: t_0, t_1, t_2, t_3
     real(dp), intent(out) :: p, q
-    !> Minimum of the determinant relative to its terms: its value for a decaying motion whose phase advances by a ten-thousandth of
-    !> a radian
+    !> Smallest accepted determinant relative to its terms: the value for a decaying motion whose phase advances by a ten-thousandth
+    !> of a radian
     real(dp), parameter :: least = 1.0e-8_dp
     real(dp) :: det
 
@@ -132,8 +132,8 @@ contains
     q = (t_1 * t_3 - t_2**2) / det
   end subroutine find_pair
 
-  !> Computes w^2 of the fastest motion in every step from B = -P, for systems without positions. It is zero where a single motion
-  !> that does not oscillate dominates u.
+  !> Computes w^2, the square of the angular frequency of the fastest motion, in every step from B = -P, for systems without
+  !> positions. It is zero where a single motion that does not oscillate dominates u.
   pure subroutine square_of(b, square)
     real(dp), intent(in) :: b(:, :, :)
     real(dp), intent(out) :: square(:)

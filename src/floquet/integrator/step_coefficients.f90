@@ -39,7 +39,7 @@ module gestell_floquet_integrator_step_coefficients
     !> `node`: node to which each column of unknowns belongs. `component`: index of the unknown at this node. Both are 0 in padding;
     !> shape (n).
     integer(c_int) :: node(max_rows) = 0, component(max_rows) = 0
-    !> True for a nested tableau
+    !> True if the method has embedded methods (a nested tableau)
     logical(c_bool) :: nested = .false.
     !> Only for a nested tableau. `values`: factors by which the unknowns give the accelerations at the last two nodes. `sums`:
     !> multiples of the last two equations that are added to each equation.
@@ -53,7 +53,7 @@ contains
     class(periodic_system), intent(in) :: system
     !> Nodes of all steps, as phases
     real(dp), contiguous, intent(in) :: phases(:)
-    !> True: sample the loads too
+    !> True: sample the loads in addition to M, B and C
     logical, intent(in) :: forced
     type(coefficients_type), intent(out) :: at
     !> Units of the states in which `at` holds the coefficients, shape (states)
@@ -95,7 +95,7 @@ contains
   pure subroutine estimate_unresolved(nested, at, units, unresolved)
     type(nested_type), intent(in) :: nested
     type(coefficients_type), intent(in) :: at
-    !> Units of the last states, shape (f)
+    !> Units of the last f states (the velocities, if there are positions), shape (f)
     real(dp), intent(in) :: units(:)
     !> Sums over steps of the variations of coefficients and loads between the nodes; this call adds the variations of its own steps
     type(unresolved_type), intent(inout) :: unresolved
@@ -170,8 +170,8 @@ contains
       & * interpolation_errors(:, 3), 0.0_dp)
   end function interpolation_errors
 
-  !> Determines the rows of unknowns and states for steps with this tableau. In a nested tableau, the unknowns of each of the last
-  !> two nodes begin in a new block of `block` rows.
+  !> Arranges the unknowns and states in rows for steps with this tableau. In a nested tableau, the unknowns of each of the last two
+  !> nodes begin in a new block of `block` rows.
   pure subroutine layout_of(tableau, at, layout)
     class(tableau_type), intent(in) :: tableau
     type(coefficients_type), intent(in) :: at

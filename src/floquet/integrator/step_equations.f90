@@ -107,10 +107,11 @@ contains
     class(tableau_type), intent(in) :: tableau
     !> Coefficients at the nodes of all steps
     type(coefficients_type), intent(in) :: at
-    !> `step`: number of the first of the eight steps. `column`: first column. `columns`: number of columns.
+    !> `step`: number of the first of the eight steps. `column`: index of the first column to be filled. `columns`: number of
+    !> columns to be filled.
     integer, intent(in) :: step, column, columns
     type(layout_type), intent(in) :: layout
-    !> The panel, shape (lanes, width, rows)
+    !> The panel to be filled, shape (lanes, width, rows)
     real(dp), intent(inout) :: panel(lanes, width, layout%rows)
     !> M, h B and h^2 C at the nodes, from `scale_coefficients`
     real(dp), dimension(lanes, layout%n, layout%f), intent(in) :: mass, damping, stiffness
@@ -159,8 +160,8 @@ contains
     end do
   end subroutine fill_panel
 
-  !> Fills column `c` of a panel: the column of a state, of the loads (which follow the states), or padding. For systems without
-  !> positions C is zero.
+  !> Fills column `c` of a panel with the column of a state, with that of the loads (which follow the states), or with padding. For
+  !> systems without positions C is zero.
   pure subroutine fill_state(nodes, at, step, layout, state, c, panel, damping, stiffness)
     real(dp), intent(in) :: nodes(:)
     type(coefficients_type), intent(in) :: at

@@ -74,8 +74,8 @@ contains
   !> Changes xi_s-1 in A so that the continued fraction includes its tail g, which lies between 1/2 and 1. No method with s stages
   !> follows a motion whose phase advances by more than 2 s radians in a step; for such a motion the g of 2 s radians is used.
   pure subroutine add_tail(high, next, b, turn, a)
-    !> `high`, `next`: Legendre polynomials P_s-1 and P_s-2 at the nodes, shape (s). `b`: weights, shape (s). `turn`: angle
-    !> (radians) per step.
+    !> `high`, `next`: Legendre polynomials P_s-1 and P_s-2 at the nodes, shape (s). `b`: weights of the nodes, shape (s). `turn`:
+    !> phase advance (radians) of the motion in a step.
     real(dp), intent(in) :: high(:), next(:), b(:), turn
     !> A, shape (s, s)
     real(dp), intent(inout) :: a(:, :)
@@ -95,7 +95,7 @@ contains
     end do
   end subroutine add_tail
 
-  !> Product of two small matrices.
+  !> Matrix product of `a` and `b`, for small matrices.
   pure function product_of(a, b) result(product)
     real(dp), intent(in) :: a(:, :), b(:, :)
     real(dp) :: product(size(a, 1), size(b, 2))
@@ -147,7 +147,7 @@ contains
     end if
   end subroutine find_nodes
 
-  !> Computes the Legendre polynomials of degree 0 to s at points z by their recurrence: `p`, shape (points, 0:s).
+  !> Computes the Legendre polynomials of degree 0 to s at points z by their recurrence; the result `p` has the shape (points, 0:s).
   pure subroutine find_legendre(s, z, p)
     integer, intent(in) :: s
     real(dp), contiguous, intent(in) :: z(:)

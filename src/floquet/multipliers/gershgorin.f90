@@ -1,5 +1,5 @@
-!> Computes Gershgorin discs around the eigenvalues of eight small matrices at once. Where no disc touches another, the discs are
-!> those of gestell_floquet_multipliers, equation (64) of doc/theory.md.
+!> Computes Gershgorin discs around the eigenvalues of eight small matrices at once. If no discs touch, they are the discs of
+!> gestell_floquet_multipliers, equation (64) of doc/theory.md.
 module gestell_floquet_multipliers_gershgorin
   use gestell_math_batch_hessenberg, only: hessenberg_type, max_states
   use gestell_floquet_multipliers_hyman, only: try_eigenvalue
@@ -21,7 +21,8 @@ module gestell_floquet_multipliers_gershgorin
     !> 1 if Newton's step was applied. 0 if the approximations are too inaccurate for Newton's step; the caller must first improve
     !> them.
     real(dp) :: sharp(lanes)
-    !> `step_re`, `step_im`: Newton's steps, to be subtracted. `right`, `left`: residuals of the right and left unit eigenvectors.
+    !> `step_re`, `step_im`: real and imaginary parts of Newton's steps, to be subtracted. `right`, `left`: residuals of the right
+    !> and left unit eigenvectors.
     real(dp), dimension(lanes, max_states) :: step_re, step_im, right, left
   end type discs_type
 

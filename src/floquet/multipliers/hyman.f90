@@ -93,8 +93,8 @@ contains
     integer, intent(in) :: length
     type(hessenberg_type), intent(in) :: h
     real(dp), intent(in) :: z_re(lanes), z_im(lanes)
-    !> `step_re`, `step_im`: Newton's step, to be subtracted from z. `condition`: condition number. `right`, `left`: residuals of
-    !> the unit eigenvectors.
+    !> `step_re`, `step_im`: real and imaginary parts of Newton's step, to be subtracted from z. `condition`: condition number.
+    !> `right`, `left`: residuals of the right and left unit eigenvectors.
     real(dp), intent(out) :: step_re(lanes), step_im(lanes), condition(lanes), right(lanes), left(lanes)
     procedure(try_here), bind(C, name="_ZGVeN2uuuuuuuul_lanes_gestell_hyman") :: try_512
     procedure(try_here), bind(C, name="_ZGVdN2uuuuuuuul_lanes_gestell_hyman") :: try_256

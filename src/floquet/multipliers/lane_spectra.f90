@@ -14,10 +14,11 @@ module gestell_floquet_multipliers_lane_spectra
 
   !> Results for eight matrices: the largest multiplier of each, its error bound, and whether the matrix is stable.
   type, public :: lane_spectra_type
-    !> `sound`: 1 if the result is reliable, else 0. `radius`: max |rho|. `log_radius`: logarithm of `radius`. `bound`: bound on the
-    !> error of the largest multiplier, relative to |rho|.
+    !> `sound`: 1 if the result is reliable, 0 if not. `radius`: max |rho|. `log_radius`: logarithm of `radius`. `bound`: bound on
+    !> the error of the largest multiplier, relative to |rho|.
     real(dp), dimension(lanes) :: sound, radius, log_radius, bound
-    !> `stable`: true if all multipliers are proved to be below 1 in modulus. `unstable`: true if one is proved to be above 1.
+    !> `stable`: true if all multipliers are proved to be below 1 in modulus. `unstable`: true if at least one of them is proved to
+    !> be above 1 in modulus.
     logical, dimension(lanes) :: stable, unstable
   end type lane_spectra_type
 
@@ -25,13 +26,13 @@ contains
 
   !> Computes the largest multipliers of eight matrices at once, and on request their error bounds.
   pure subroutine solve_lanes(a, n, perturbation, bounds, results)
-    !> The matrices, in the first `n` rows and columns; overwritten
+    !> The matrices, stored in the first `n` rows and columns; the procedure overwrites them
     real(dp), intent(inout) :: a(lanes, max_states, max_states)
     !> Number of rows of each matrix
     integer, intent(in) :: n
     !> Bound on the norm of the error of each matrix
     real(dp), intent(in) :: perturbation
-    !> True: compute error bounds that include `perturbation`
+    !> True: also compute error bounds, which include `perturbation`
     logical, intent(in) :: bounds
     type(lane_spectra_type), intent(out) :: results
     type(hessenberg_type) :: h

@@ -15,8 +15,8 @@ module gestell_floquet_multipliers
   public :: append, arrange, disc_bounds, lie_on_circle, multiplier, empty_multipliers, pair_conjugates, prove_undamped, &
     & set_multipliers, solve_multipliers
 
-  !> All multipliers of a system, sorted by descending modulus. Conjugate pairs are adjacent, positive imaginary part first. n is
-  !> the number of multipliers.
+  !> All n multipliers of a system, sorted by descending modulus. The two multipliers of a conjugate pair are adjacent; the one with
+  !> the positive imaginary part comes first.
   type, public :: multipliers_type
     !> Multipliers, shape (n); may overflow or underflow.
     complex(dp), allocatable :: rho(:)
@@ -54,7 +54,7 @@ contains
   !> LAPACK finds no eigenvalues.
   subroutine solve_multipliers(monodromy, vectors, multipliers, error)
     type(monodromy_type), intent(in) :: monodromy
-    !> True: compute the eigenvectors too
+    !> True: also compute the eigenvectors
     logical, intent(in) :: vectors
     type(multipliers_type), intent(out) :: multipliers
     type(error_type), allocatable, intent(out) :: error
@@ -101,7 +101,8 @@ contains
   !> eigenvalues may lie in any of them, so the bound extends over all connected discs; this includes close and defective
   !> eigenvalues. An isolated disc is made smaller by `separated_radius`.
   pure subroutine set_multipliers(rho, right, left, perturbation, multipliers, changes)
-    !> `rho`: eigenvalues of Phi, shape (n). `right`, `left`: its right and left eigenvectors as unit columns, shape (n, n).
+    !> `rho`: eigenvalues of the matrix Phi, shape (n). `right`, `left`: right and left eigenvectors of Phi as unit columns, shape
+    !> (n, n).
     complex(dp), intent(in) :: rho(:), right(:, :), left(:, :)
     !> Bound on the norm of the part of E of which no more is known than this norm
     real(dp), intent(in) :: perturbation
@@ -275,7 +276,7 @@ contains
   pure function disc_bounds(z, radius) result(bound)
     !> ln rho, shape (n)
     complex(dp), intent(in) :: z(:)
-    !> Radii of the discs relative to |rho|, shape (n)
+    !> Radius of each disc relative to |rho| of its centre, shape (n)
     real(dp), intent(in) :: radius(:)
     real(dp) :: bound(size(z))
     integer :: cluster(size(z)), i, k
@@ -299,7 +300,7 @@ contains
     bound = min(bound, exp(most))
   end function disc_bounds
 
-  !> |rho_1 - rho_2| / |rho_2| from the logarithms z1 and z2, at most 1e300.
+  !> Distance |rho_1 - rho_2| / |rho_2| of two multipliers, computed from their logarithms z1 and z2; at most 1e300.
   pure real(dp) function distance(z1, z2)
     complex(dp), intent(in) :: z1, z2
 
@@ -308,7 +309,7 @@ contains
     if (real(z1 - z2) < most) distance = hypot(distance - 1, 2 * sqrt(distance) * sin(aimag(z1 - z2) / 2))
   end function distance
 
-  !> exp(z), or infinity if it overflows.
+  !> Multiplier exp(z) with the logarithm z; infinity if it overflows.
   elemental complex(dp) function multiplier(z)
     complex(dp), intent(in) :: z
 
@@ -319,8 +320,8 @@ contains
     end if
   end function multiplier
 
-  !> Indices that sort the values by descending modulus. Conjugate pairs are adjacent, with the value above the real axis first,
-  !> even if several pairs are equal.
+  !> Indices that sort the values by descending modulus. The two values of a conjugate pair are adjacent, the one above the real
+  !> axis first, even if several pairs are equal.
   pure function by_modulus(log_abs, arg) result(order)
     real(dp), intent(in) :: log_abs(:), arg(:)
     integer :: order(size(log_abs))
@@ -398,7 +399,7 @@ contains
     end associate
   end function judge
 
-  !> The verdict as a word.
+  !> The verdict as a word: 'stable', 'unstable', 'undamped' or 'undecided'.
   pure character(len=9) function verdict(self)
     class(multipliers_type), intent(in) :: self
     type(verdict_type) :: judged
@@ -424,7 +425,7 @@ contains
   !> itself. Such a multiplier is simple: the free vibration neither grows nor decays. In the plane of ln rho a disc lies within the
   !> radius -ln(1 - error) of its centre, and the mirror is the imaginary axis.
   pure function lie_on_circle(log_abs, arg, error) result(on_circle)
-    !> `log_abs`: ln |rho|. `arg`: argument of rho. `error`: bound on the error of rho relative to |rho|. All shapes (n).
+    !> Three arrays of shape (n). `log_abs`: ln |rho|. `arg`: argument of rho. `error`: bound on the error of rho relative to |rho|.
     real(dp), intent(in) :: log_abs(:), arg(:), error(:)
     logical :: on_circle(size(log_abs))
     real(dp), dimension(size(log_abs)) :: radius, turn

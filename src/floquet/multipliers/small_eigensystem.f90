@@ -33,7 +33,7 @@ contains
     complex(dp), allocatable, intent(out) :: values(:), right(:, :), left(:, :)
     !> Limits on the size of a matrix. LAPACK solves matrices outside these limits.
     real(dp), parameter :: least = 1.0e-100_dp, most = 1.0e100_dp
-    !> Maximum number of states for which this method is faster than dgeev.
+    !> Maximum number of states for which this method is used, because it is faster than LAPACK's dgeev.
     integer, parameter :: max_small = 8
     !> The eigenvalues are accepted if their discs do not touch even when the matrix has an error of this many times the roundoff.
     real(dp), parameter :: many = 100
@@ -160,7 +160,7 @@ contains
     s = z * y(n) - sum(h(:n, n) * y)
   end subroutine find_vectors
 
-  !> Multiplies `v` by the product Q of the reflections.
+  !> Replaces vector `v` by Q `v`, where Q is the product of the reflections.
   pure subroutine reflect(n, reflections, v)
     integer, intent(in) :: n
     type(reflections_type), intent(in) :: reflections

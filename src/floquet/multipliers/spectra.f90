@@ -1,4 +1,4 @@
-!> Computes the largest multipliers of very many small matrices, for stability charts.
+!> Computes the largest multipliers of a very large number of small matrices, for stability charts.
 module gestell_floquet_multipliers_spectra
   use gestell_base_error, only: error_type
   use gestell_math_batch_hessenberg, only: max_states
@@ -74,7 +74,7 @@ contains
     results%unstable(lane) = multipliers%judge() == unstable
   end subroutine solve_alone
 
-  !> True if the verdict on a matrix of a conservative system (gestell_system_periodic) is 'undamped'.
+  !> True if the verdict on a matrix is 'undamped'. The matrix must belong to a conservative system (gestell_system_periodic).
   logical function is_undamped(phi, perturbation)
     real(dp), intent(in) :: phi(:, :), perturbation
     type(multipliers_type), allocatable :: multipliers

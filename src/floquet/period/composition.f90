@@ -1,6 +1,6 @@
 !> Composes the affine maps of many steps, x <- A_k x + b_k for k = 1 ... m.
 !>
-!> Every step is applied to all columns of Phi and to x_p at once. The columns are stored side by side in lanes
+!> The map of each step is applied to all columns of Phi and to x_p together. The columns are stored side by side in lanes
 !> (gestell_math_lanes).
 module gestell_floquet_period_composition
   use gestell_base_kinds, only: dp
@@ -26,17 +26,18 @@ module gestell_floquet_period_composition
 
 contains
 
-  !> Applies the maps of `steps` steps to Phi, and to x_p if present.
+  !> Applies the maps of `steps` steps to the matrix Phi, and to the forced motion x_p if it is present.
   pure subroutine multiply_maps(steps, maps, scale, phi, fits, xp, xp_peak, transient)
     !> Number of steps
     integer, intent(in) :: steps
     !> `maps`: maps of the steps, [A b] or A alone, shape (steps or more, n, n + 1 or n). `scale`: units of the states, shape (n).
     real(dp), contiguous, intent(in) :: maps(:, :, :), scale(:)
-    !> Phi, shape (n, n), before and after these steps
+    !> Matrix Phi, shape (n, n): on entry before these steps, on return after them
     real(dp), intent(inout) :: phi(:, :)
     !> False if a number exceeds `maximum`; Phi and x_p are then unchanged.
     logical, intent(out) :: fits
-    !> `xp`: x_p, shape (n), before and after these steps. `xp_peak`: largest norm of x_p / scale so far.
+    !> `xp`: forced motion x_p, shape (n), on entry before these steps, on return after them. `xp_peak`: largest norm of x_p / scale
+    !> so far.
     real(dp), intent(inout), optional :: xp(:), xp_peak
     !> Transient growth so far, updated by these steps
     type(transient_type), intent(inout), optional :: transient
@@ -99,7 +100,7 @@ contains
     fits = done == steps
   end subroutine follow_maps
 
-  !> Stores the columns in lanes. Lanes without a column are set to zero.
+  !> Stores the columns of a matrix in lanes. Lanes without a column are set to zero.
   pure subroutine copy_to_lanes(columns, motion)
     real(dp), intent(in) :: columns(:, :)
     real(dp), contiguous, intent(out) :: motion(:, :, :)
@@ -111,7 +112,7 @@ contains
     end do
   end subroutine copy_to_lanes
 
-  !> Copies the columns back from the lanes.
+  !> Copies the columns from the lanes to a matrix.
   pure subroutine copy_from_lanes(motion, columns)
     real(dp), contiguous, intent(in) :: motion(:, :, :)
     real(dp), intent(inout) :: columns(:, :)

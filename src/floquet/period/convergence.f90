@@ -16,7 +16,7 @@ module gestell_floquet_period_convergence
   type, public :: begin_type
     !> Number of steps of the first solution that has converged; 0 if no solution has converged yet
     integer :: steps = 0
-    !> Change of x_p(T) at the first solution that has converged, relative to the largest x_p(t)
+    !> Change of x_p(T) in the first solution that has converged, relative to the largest x_p(t)
     real(dp) :: change = 0
   end type begin_type
 
@@ -27,7 +27,7 @@ module gestell_floquet_period_convergence
 
 contains
 
-  !> Creates the error message that more than `max_steps` steps would be required.
+  !> Creates the error message for a solution that would require more than `max_steps` steps.
   pure subroutine too_many_steps(error)
     type(error_type), allocatable, intent(out) :: error
 
@@ -39,9 +39,9 @@ contains
   !> Number of steps to try after solutions with `n1` and `n2` steps. It is doubled until the method converges. After that it is the
   !> number for which the method's order predicts the allowed error, increased by a margin.
   pure integer function next_steps(n1, n2, d12, order, allowed) result(steps)
-    !> `n1`, `n2`: last two numbers of steps. `order`: order of the method.
+    !> `n1`, `n2`: numbers of steps of the last two solutions. `order`: order of the method.
     integer, intent(in) :: n1, n2, order
-    !> `d12`: relative difference between the two solutions. `allowed`: allowed relative error.
+    !> `d12`: relative difference between the last two solutions. `allowed`: allowed relative error.
     real(dp), intent(in) :: d12, allowed
     real(dp) :: error, factor
 
@@ -56,7 +56,7 @@ contains
 
   !> Number of steps, not yet rounded, to try after `n` steps with a method that has an embedded method.
   pure real(dp) function more_steps(n, change, order, allowed) result(steps)
-    !> `n`: last number of steps. `order`: order of the embedded method.
+    !> `n`: number of steps of the last solution. `order`: order of the embedded method.
     integer, intent(in) :: n, order
     !> `change`: relative difference between the solutions of the method and its embedded method. `allowed`: allowed relative error.
     real(dp), intent(in) :: change, allowed
@@ -79,9 +79,9 @@ contains
   !> x_p(T) may have a small change or rest by chance. Therefore its c and its part are at least as large as those of Phi(T), and
   !> its change counts as at least c next.
   pure function pair_errors(change, next, rest, missed) result(estimated_error)
-    !> Relative differences (see gestell_floquet_period_embedded_error). `change`: between the method and the first embedded one.
-    !> `next`: between the first and the second embedded one. `rest`: part of `change` that the leading error term does not explain.
-    !> `missed`: error in motions to which the method is not fitted, as a fraction of `change`.
+    !> Relative differences (see gestell_floquet_period_embedded_error). `change`: difference between the method and the first
+    !> embedded method. `next`: difference between the first and the second embedded method. `rest`: part of `change` that the
+    !> leading error term does not explain. `missed`: error in motions to which the method is not fitted, as a fraction of `change`.
     real(dp), intent(in) :: change(2), next(2), rest(2), missed
     real(dp) :: estimated_error(2), contraction(2), whole(2), part
 
@@ -129,9 +129,9 @@ contains
     estimated_error(2) = estimated_error(1) + min(loads, 1.0_dp)
   end function unresolved_errors
 
-  !> Detects whether rounding limits the accuracy of x_p(T), as happens where forces cancel. Three conditions must hold: there are
-  !> at least 4096 steps; Phi(T) had converged with a 64th of them; and since then the change of x_p(T) has fallen by a smaller
-  !> factor than the number of steps has grown.
+  !> Detects whether rounding errors limit the accuracy of x_p(T), as happens where forces cancel. Three conditions must hold. There
+  !> are at least 4096 steps. Phi(T) had already converged with a 64th of these steps. Since then the change of x_p(T) has fallen by
+  !> a smaller factor than the number of steps has grown.
   pure subroutine detect_rounding(change, steps, allowed, begin, rounding)
     !> `change`: relative changes of Phi(T) and x_p(T) at the last increase of the number of steps. `allowed`: relative tolerance.
     real(dp), intent(in) :: change(2), allowed
@@ -152,8 +152,8 @@ contains
   !> Estimated error of the finest of three solutions with n1 < n2 < n3 steps, in the units of `d12` and `d23`.
   !>
   !> The observed order p follows from (n1^-p - n2^-p) / (n2^-p - n3^-p) = d12 / d23; it is limited to the method's order. The error
-  !> is d23 c / (1 - c) with c = (n2 / n3)^p, times `convergence_margin`. Errors occasionally change sign, so a difference can be
-  !> small by chance. Therefore the estimate is at least the error that `d12` and the method's order predict.
+  !> is d23 c / (1 - c) with c = (n2 / n3)^p, times `convergence_margin`. Errors occasionally change sign, so that a difference may
+  !> be small by chance. Therefore the estimate is not allowed to fall below the error that `d12` and the method's order predict.
   elemental real(dp) function extrapolated_error(d12, d23, n1, n2, n3, order) result(estimated_error)
     !> `d12`: difference between solutions 1 and 2. `d23`: difference between solutions 2 and 3.
     real(dp), intent(in) :: d12, d23
@@ -166,7 +166,7 @@ contains
       & order))
   end function extrapolated_error
 
-  !> Ratio of the error with `finer` steps to the error with `steps` steps, as the method's order predicts, times
+  !> Ratio of the error with `finer` steps to the error with `steps` steps: the ratio that the method's order predicts, times
   !> `convergence_margin`.
   elemental real(dp) function predicted_reduction(steps, finer, order)
     integer, intent(in) :: steps, finer, order

@@ -34,8 +34,8 @@ module gestell_floquet_period_embedded_error
 
   !> Relative differences between the maps of the method and of its embedded methods: of Phi(T), index 1, and of x_p(T), index 2
   type, public :: pair_type
-    !> `change`, `next`, `rest`: norms of D_1, of D_2 and of D_1 - q D_2. `q`: q of Phi(T), see (a). `missed`: error in motions to
-    !> which the method is not fitted, as a fraction of D_1, see (b).
+    !> `change`, `next`, `rest`: norms of D_1, of D_2 and of D_1 - q D_2. `q`: factor q of Phi(T), see equation (a) in the module's
+    !> header. `missed`: error in motions to which the method is not fitted, as a fraction of D_1, see equation (b) there.
     real(dp) :: change(2) = 0, next(2) = 0, rest(2) = 0, q = 0, missed = 0
   end type pair_type
 
@@ -55,7 +55,7 @@ contains
     real(dp), intent(in) :: scale(:), angle, fitted(2)
     !> True if the states are positions and velocities
     logical, intent(in) :: positions
-    !> Norms of the differences, q, and the fraction `missed`
+    !> The results of the comparison
     type(pair_type), intent(out) :: pair
     real(dp), parameter :: margin = 1.15_dp
     ! Inner products D_1 D_1, D_1 D_2, D_2 D_2

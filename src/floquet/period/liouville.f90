@@ -26,7 +26,7 @@ contains
     integer, intent(in) :: steps
     !> Factors whose product is Phi(T), shape (n, n, factors)
     real(dp), intent(in) :: factors(:, :, :)
-    !> Defect (dimensionless); zero if the factors are exact
+    !> Liouville defect (dimensionless); zero if the factors are exact
     real(dp), intent(out) :: defect
     type(error_type), allocatable, intent(out) :: error
     type(error_type), allocatable :: singular
@@ -79,7 +79,7 @@ contains
     call fatal_error(error, "the system's coefficients contain NaN or infinity", failed_computation)
   end subroutine trace_integral
 
-  !> Values of tr P at the phases, shape (phases)
+  !> Values of tr P, the trace of the matrix P of x' = P x + f, at the phases; shape (phases)
   function traces(system, phases)
     class(periodic_system), intent(in) :: system
     real(dp), contiguous, intent(in) :: phases(:)

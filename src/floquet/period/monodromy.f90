@@ -25,11 +25,12 @@ module gestell_floquet_period_monodromy
 
   !> Requested accuracy
   type, public :: accuracy_type
-    !> Relative error allowed in Phi(T) and x_p(T)
+    !> Allowed relative error of Phi(T) and x_p(T)
     real(dp) :: tolerance = 1.0e-9_dp
-    !> Name of the integration method, one of `method_names()`; unallocated means auto. `solve_floquet` also accepts 'reduced'.
+    !> Name of the integration method, one of `method_names()`. An unallocated name means `auto`. `solve_floquet` also accepts
+    !> 'reduced'.
     character(len=:), allocatable :: method
-    !> Number of steps per period; 0: as many as the tolerance requires
+    !> Number of steps per period. The value 0 means as many steps as the tolerance requires
     integer :: steps = 0
   end type accuracy_type
 
@@ -52,17 +53,17 @@ module gestell_floquet_period_monodromy
     !> Two estimates, multiplied by the safety factor, of the integration error of each element of Phi(T) and x_p(T); shapes (n, n,
     !> 2) and (n, 2). Unallocated if only norms of the errors are known.
     real(dp), allocatable :: phi_change(:, :, :), xp_change(:, :)
-    !> False if comparing numbers of steps gives no information on the error of Phi(T) (`known`) or x_p(T) (`xp_known`). Then
-    !> `error` or `xp_error` is not a bound.
+    !> False if comparing solutions with different numbers of steps gives no information on the error of Phi(T) (`known`) or x_p(T)
+    !> (`xp_known`). In this case `error` or `xp_error` is not a bound.
     logical :: known = .true., xp_known = .true.
-    !> Factor by which a rounding error can grow within the period, relative to Phi(T); far above 1 where Phi(t) grows and falls
-    !> again
+    !> Factor by which a rounding error can grow within the period, relative to Phi(T). It is far above 1 if Phi(t) first grows and
+    !> then falls
     real(dp) :: transient_growth = 1
     !> Phase advance (radians) of the fastest motion within the period
     real(dp) :: phase_advance = 0
-    !> `steps`: steps of the result. `evaluations`: evaluations of the coefficients in all solutions together.
+    !> `steps`: number of steps of the result. `evaluations`: number of evaluations of the coefficients in all solutions together.
     integer :: steps = 0, evaluations = 0
-    !> True if there is no result because a step or the product of the steps failed, for instance by overflow
+    !> True if there is no result because the computation of a step or the product of the steps failed, for instance by overflow
     logical :: broken = .false.
     !> Ends of the steps, as phases t / T
     real(dp), allocatable :: nodes(:)
@@ -123,7 +124,7 @@ contains
     end if
   end subroutine solve_monodromy
 
-  !> Fails if the tolerance or the number of steps is out of range.
+  !> Checks the requested accuracy. Fails if the tolerance or the number of steps is out of range.
   pure subroutine check_accuracy(accuracy, error)
     type(accuracy_type), intent(in) :: accuracy
     type(error_type), allocatable, intent(out) :: error
@@ -191,8 +192,8 @@ contains
     call store_result(system, level, safety * change, phase_advance, monodromy)
   end subroutine with_given_steps
 
-  !> Computes a solution by a method with embedded methods. Increases the number of steps until the error reaches the tolerance or
-  !> the rounding error.
+  !> Computes a solution by a method with embedded methods. The number of steps increases until the error is at most the tolerance
+  !> or the rounding error.
   subroutine by_pair(system, accuracy, forced, survey, monodromy, error)
     class(periodic_system), intent(in) :: system
     type(accuracy_type), intent(in) :: accuracy
@@ -237,8 +238,8 @@ contains
     call store_result(system, level, safety * left, survey%phase_advance, monodromy, safety * unresolved)
   end subroutine by_pair
 
-  !> Computes a solution by a method without embedded methods. Compares three numbers of steps, and increases them until the error
-  !> reaches the tolerance or the rounding error.
+  !> Computes a solution by a method without embedded methods. Solutions with three numbers of steps are compared. The numbers
+  !> increase until the error is at most the tolerance or the rounding error.
   subroutine with_tolerance(system, tolerance, forced, phase_advance, monodromy, error)
     class(periodic_system), intent(in) :: system
     real(dp), intent(in) :: tolerance, phase_advance

@@ -1,4 +1,4 @@
-!> Composes the affine maps of the steps to the map of a whole period, and computes motions from these maps.
+!> Composes the affine maps of the steps to the map over a whole period, and computes motions from the maps of the steps.
 module gestell_floquet_period_period_map
   use gestell_base_error, only: error_type, failed_computation, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
@@ -16,7 +16,7 @@ module gestell_floquet_period_period_map
 
   public :: check_phases, end_of_block, motions, period_map, trajectory
 
-  !> Map of the period: Phi(T), shape (n, n), and x_p(T), shape (n), allocated only with loads
+  !> Map over the period. Phi(T) has the shape (n, n). x_p(T) has the shape (n) and is allocated only if loads were requested
   type, public :: period_map_type
     real(dp), allocatable :: phi(:, :), xp(:)
   end type period_map_type
@@ -27,8 +27,8 @@ module gestell_floquet_period_period_map
 
 contains
 
-  !> Number of the last step of a block that begins with step `first`; `steps` is the number of all steps. The last block has at
-  !> least as many steps as are computed side by side (`lanes`), because shorter blocks are expensive.
+  !> Number of the last step of the block that begins with step `first`. `steps`: total number of steps. The last block contains at
+  !> least `lanes` steps, the number that is computed together, because shorter blocks are expensive.
   pure integer function end_of_block(first, steps) result(last)
     integer, intent(in) :: first, steps
 
@@ -73,9 +73,9 @@ contains
     !> Phi(T), shape (n, n)
     real(dp), intent(out) :: phi(:, :)
     type(error_type), allocatable, intent(out) :: error
-    !> `xp`: x_p(T), shape (n), of the motion that starts from zero. `xp_peak`: largest norm of x_p / scale. `transient_growth`:
-    !> growth of a rounding error, |Phi(T, t)| |Phi(t)| / |Phi(T)|, at least 1; larger of its values at the largest Phi(t) and at
-    !> half of the period.
+    !> `xp`: x_p(T) of the motion that starts from zero, shape (n). `xp_peak`: largest norm of x_p / scale. `transient_growth`:
+    !> growth of a rounding error, |Phi(T, t)| |Phi(t)| / |Phi(T)|, at least 1. It is computed where Phi(t) is largest and at half
+    !> of the period; the larger value is returned.
     real(dp), intent(out), optional :: xp(:), xp_peak, transient_growth
     !> Maps of the period by the two embedded methods, shape (2)
     type(period_map_type), intent(out), optional :: lower(:)
@@ -179,7 +179,7 @@ contains
   subroutine trajectory(system, method, nodes, x0, phases, x, error)
     class(periodic_system), intent(in) :: system
     class(method_type), intent(in) :: method
-    !> `nodes`: ends of the steps, as phases. `x0`: start, shape (n). `phases`: phases in [0, 1], ascending.
+    !> `nodes`: ends of the steps, as phases. `x0`: initial state, shape (n). `phases`: phases in [0, 1], ascending.
     real(dp), intent(in) :: nodes(:), x0(:), phases(:)
     !> Motion at the phases, shape (n, phases)
     real(dp), intent(out) :: x(:, :)
@@ -239,7 +239,7 @@ contains
     real(dp), contiguous, intent(in) :: nodes(:)
     !> Number of equal parts of the period
     integer, intent(in) :: parts
-    !> [Phi(t) x_p(t)], shape (n, n + 1, count), or Phi(t) alone, shape (n, n, count), at the phases k / count, k = 1 ... count
+    !> Maps [Phi(t) x_p(t)], shape (n, n + 1, count), or Phi(t) alone, shape (n, n, count), at the phases k / count, k = 1 ... count
     real(dp), intent(out) :: maps(:, :, :)
     type(error_type), allocatable, intent(out) :: error
     real(dp), allocatable :: of_steps(:, :, :)

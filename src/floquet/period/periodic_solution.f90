@@ -1,4 +1,5 @@
-!> Computes the periodic solution of x' = P x + f, if it is unique: its start x0 = (E - Phi)^-1 x_p(T), and the motion from there.
+!> Computes the periodic solution of x' = P x + f, if it is unique: its initial state x0 = (E - Phi)^-1 x_p(T), and the motion that
+!> starts from x0.
 module gestell_floquet_period_periodic_solution
   use gestell_base_error, only: error_type, failed_computation, fatal_error, invalid_input, resonance
   use gestell_base_kinds, only: dp
@@ -12,11 +13,12 @@ module gestell_floquet_period_periodic_solution
 
   public :: follow, raise_resonance, solve_periodic
 
-  !> Start of the periodic motion, with error bounds
+  !> Initial state of the periodic motion, with error bounds
   type, public :: periodic_solution_type
     !> `x0`: state at t = 0, shape (n). `error`: bound on the error of each of its components, shape (n).
     real(dp), allocatable :: x0(:), error(:)
-    !> |(E - Phi)^-1| (1 + |Phi|) in balanced units. The solution loses as many digits as the decimal logarithm of this number.
+    !> |(E - Phi)^-1| (1 + |Phi|) in balanced units. The decimal logarithm of this number is the number of digits that the solution
+    !> loses.
     real(dp) :: condition = 0
   end type periodic_solution_type
 

@@ -24,18 +24,18 @@ module gestell_floquet_period_quick_motion
 
   public :: solve_quickly
 
-  !> Amplification of errors that is assumed until it is known; typical if no multiplier is near 1
+  !> Amplification of errors that is assumed before it has been computed; typical if no multiplier is near 1
   real(dp), parameter :: usual_amplification = 7
 
   type, public :: quick_motion_type
     !> `x`: states at the phases (k - 1)/phases, shape (n, phases). `scale`: units that make the states comparable, shape (n).
     real(dp), allocatable :: x(:, :), scale(:)
-    !> Estimated errors relative to the motion: `rounding`, and `truncation` due to the steps
+    !> Estimated errors relative to the motion. `rounding`: due to rounding. `truncation`: due to the length of the steps
     real(dp) :: rounding = 0, truncation = 0
     !> `phase_advance`: phase advance (radians) of the fastest vibration within the period. `amplification`: factor by which the
     !> periodic motion amplifies errors of the steps.
     real(dp) :: phase_advance = 0, amplification = usual_amplification
-    !> Norms of the harmonics of order 0, 1, ..., relative to the whole motion, in units of `scale`
+    !> Norm of each harmonic (order 0, 1, ...) relative to the norm of the whole motion, in units of `scale`
     real(dp), allocatable :: spectrum(:)
     !> True: also store the maps [Phi(t) x_p(t)] at the phases k/phases, k = 1 ... phases, in `maps`, shape (n, n + 1, phases). Set
     !> by the caller
@@ -43,12 +43,12 @@ module gestell_floquet_period_quick_motion
     real(dp), allocatable :: maps(:, :, :)
   end type quick_motion_type
 
-  !> Largest phase advance (radians per period) of the fastest vibration for this method. Beyond it, reduction to slowly varying
-  !> modes is faster.
+  !> Largest phase advance (radians per period) of the fastest vibration for which this method is used. For larger phase advances,
+  !> reduction to slowly varying modes is faster.
   real(dp), parameter :: max_turns = 700
-  !> `usual_ratio`: ratio of successive harmonics that is assumed until they are known. `reserve`: factor by which the amplification
-  !> may grow without loss of accuracy. `slack`: factor by which the estimated error may exceed the allowed one before a motion is
-  !> solved again.
+  !> `usual_ratio`: ratio of successive harmonics that is assumed before they have been computed. `reserve`: factor by which the
+  !> amplification may grow without loss of accuracy. `slack`: factor by which the estimated error may exceed the allowed error
+  !> before a motion is solved again.
   real(dp), parameter :: usual_ratio = 0.5_dp, reserve = 1.5_dp, slack = 100
   !> `max_between`: maximum number of steps between two phases. `max_trials`: maximum number of solutions.
   integer, parameter :: max_between = 8, max_trials = 4
@@ -108,7 +108,7 @@ contains
     end do
   end subroutine solve_quickly
 
-  !> Computes the motion and its harmonics from its start, given in units of `scale`.
+  !> Computes the motion and its harmonics from the initial state `start`, given in units of `scale`.
   subroutine move(maps, start, motion)
     real(dp), intent(in) :: maps(:, :, :), start(:)
     type(quick_motion_type), intent(inout) :: motion

@@ -1,4 +1,4 @@
-!> Computes Phi(T) and x_p(T) with a given number of steps, and compares two such solutions.
+!> Computes Phi(T) and x_p(T) with a given number of steps, and compares solutions with different numbers of steps.
 module gestell_floquet_period_trial
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -69,9 +69,9 @@ contains
 
   !> Bound on the rounding error relative to Phi(T), the sum of three parts:
   !>
-  !> - the roundings in every step, which all have the same sign for nearly constant coefficients,
+  !> - the rounding errors of all steps, which have the same sign if the coefficients are nearly constant,
   !> - the phase error of the fastest motion due to rounded coefficients,
-  !> - the rounding of the model.
+  !> - the rounding errors of the model.
   !>
   !> The sum is multiplied by the transient growth of Phi(t).
   pure real(dp) function roundoff(system, level, phase_advance)

@@ -29,8 +29,8 @@ module gestell_floquet_period_turn_errors
 
   public :: solve_corrections, compare, relative_rounding, rounding_errors, compute_differences
 
-  !> Errors of n quantities over the period. At each phase the error is a factor between -1 and 1 times the differences at this
-  !> phase, plus rounding.
+  !> Errors of n quantities over the period. At each phase the error is the sum of two parts: the differences at this phase, times a
+  !> factor between -1 and 1, and the rounding error.
   type, public :: turn_errors_type
     !> `differences`: differences times the safety factor, shape (n, 2 * phases). The first half belongs to the motion that was
     !> compared, the second half to a motion with much shorter steps. `rounding`: bound on the rounding error at any time, shape
@@ -46,15 +46,16 @@ module gestell_floquet_period_turn_errors
     !> `local`: l(t), shape (n, phases). `transition`: Phi(t, t_k), shape (n, n, phases). `map`: A_k, shape (n, n, K). `defect`:
     !> d_k, shape (n, K). `size`: largest |x| in balanced units within each segment, shape (K).
     real(dp), allocatable :: local(:, :), transition(:, :, :), map(:, :, :), defect(:, :), size(:)
-    !> Number of the segment to which each phase belongs, shape (phases)
+    !> For each phase, the number of the segment to which it belongs, shape (phases)
     integer, allocatable :: segment(:)
-    !> Number of steps of the motion that is compared
+    !> Number of steps of the motion whose error is bounded
     integer :: steps = 0
   end type comparison_type
 
 contains
 
-  !> Bound, valid at all times, on the error of the weighted sum of the first size(weights) quantities.
+  !> Bound on the error of a weighted sum of quantities, valid at all times. The elements of `weights` belong to the first
+  !> quantities.
   pure real(dp) function along(self, weights)
     class(turn_errors_type), intent(in) :: self
     real(dp), intent(in) :: weights(:)
@@ -79,8 +80,8 @@ contains
     class(periodic_system), intent(in) :: system
     class(method_type), intent(in) :: method
     !> `nodes`: ends of the steps. `scale`: units of the states, shape (n). `ends`: ends of the segments, shape (0:K). `starts`:
-    !> states at the starts of the segments, shape (n, K). `phases`: ascending, the last one is 1. `x`: the motion at the phases,
-    !> shape (n, phases).
+    !> states at the starts of the segments, shape (n, K). `phases`: ascending phases, of which the last is 1. `x`: the motion at
+    !> the phases, shape (n, phases).
     real(dp), intent(in) :: nodes(:), scale(:), ends(0:), starts(:, :), phases(:), x(:, :)
     !> Comparison with the motion whose steps are half as long
     type(comparison_type), intent(out) :: comparison
@@ -197,8 +198,8 @@ contains
     end do
   end subroutine compute_differences
 
-  !> Rounding error over a period, relative to the motion. It has three parts: the roundings in every step, which all have the same
-  !> sign for nearly constant coefficients; the phase error of the fastest motion; and the rounding of the model.
+  !> Rounding error over a period, relative to the motion. It has three parts: the rounding errors of all steps, which have the same
+  !> sign if the coefficients are nearly constant; the phase error of the fastest motion; and the rounding errors of the model.
   pure real(dp) function relative_rounding(system, steps, phase_advance) result(rounding)
     class(periodic_system), intent(in) :: system
     integer, intent(in) :: steps
@@ -207,15 +208,15 @@ contains
     rounding = epsilon(1.0_dp) * (system%states * steps + 2 * phase_advance) + system%rounding
   end function relative_rounding
 
-  !> Errors at the starts of K segments, shape (n, K), caused by roundings within the segments, in balanced units. Each rounding
-  !> affects t_i through the Green's function of the periodic motion,
+  !> Errors at the starts of K segments, shape (n, K), caused by rounding errors within the segments, in balanced units. Each
+  !> rounding error affects t_i through the Green's function of the periodic motion,
   !>
   !>     G(t_i, t_j) = Phi(t_i, t_j) [t_i > t_j] + Phi(t_i, 0) (E - Phi(T))^-1 Phi(T, t_j).
   pure function rounding_errors(comparison, scale, inverted, own) result(at_starts)
     !> Comparison over the K segments
     type(comparison_type), intent(in) :: comparison
-    !> `scale`: units of the states, shape (n). `inverted`: (E - Phi)^-1 in balanced units. `own`: roundings within each segment,
-    !> shape (K).
+    !> `scale`: units of the states, shape (n). `inverted`: (E - Phi)^-1 in balanced units. `own`: rounding errors within each
+    !> segment, shape (K).
     real(dp), intent(in) :: scale(:), inverted(:, :), own(:)
     real(dp) :: at_starts(size(scale), size(own))
     real(dp), dimension(size(scale), size(scale), size(own)) :: a, to_start, to_end

@@ -10,7 +10,7 @@ module gestell_floquet_reduction_coefficients
 
   public :: change_coordinates, sample
 
-  !> Coefficients A = T P and loads T f at a number of phases, shapes (phases, n, n) and (phases, n).
+  !> Coefficients A = T P, shape (phases, n, n), and loads T f, shape (phases, n), at a number of phases.
   type, public :: coefficients_type
     real(dp), allocatable :: a(:, :, :), f(:, :)
   end type coefficients_type
@@ -22,7 +22,7 @@ contains
     class(periodic_system), intent(in) :: system
     !> `scale`: units that balance the states, shape (n). `phases`: phases t / T.
     real(dp), intent(in) :: scale(:), phases(:)
-    !> True: sample f too; false: set it to zero
+    !> True: sample f in addition to A. False: set f to zero
     logical, intent(in) :: forced
     type(coefficients_type), intent(out) :: coefficients
     type(error_type), allocatable, intent(out) :: error
@@ -45,7 +45,8 @@ contains
     call fatal_error(error, "the system's coefficients contain NaN or infinity", failed_computation)
   end subroutine sample
 
-  !> Transforms the coefficients to coordinates whose basis is the columns of `start`, shape (n, n). `own` is the result.
+  !> Transforms the coefficients to coordinates whose basis is the columns of `start`, shape (n, n). `own`: the transformed
+  !> coefficients.
   pure subroutine change_coordinates(coefficients, start, start_inverse, own)
     type(coefficients_type), intent(in) :: coefficients
     real(dp), contiguous, intent(in) :: start(:, :), start_inverse(:, :)

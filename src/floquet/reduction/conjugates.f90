@@ -53,7 +53,7 @@ contains
     end associate
   end subroutine add_entry
 
-  !> True for one of each pair of conjugate elements of D, so that loops treat each pair once.
+  !> True for exactly one element of each pair of conjugate elements of D, so that loops treat each pair once.
   pure logical function counts(conjugate, k, l)
     integer, intent(in) :: conjugate(:), k, l
 

@@ -1,5 +1,6 @@
-!> Finds groups of modes whose eigenvalues stay apart over the whole period, and bases of these groups. It uses the eigenvectors at
-!> phase 0 alone, or at every phase, which is slow but works even if the modes change greatly.
+!> Finds groups of modes such that eigenvalues of different groups differ over the whole period, and bases of these groups. The
+!> bases come from the eigenvectors at phase 0 alone or at every phase; the latter is slow, but works even if the modes change
+!> greatly.
 module gestell_floquet_reduction_continued_modes
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
@@ -27,7 +28,7 @@ contains
   !>
   !> Fails if the directions of a group change too much, or if all modes are slow, so that nothing can be decoupled.
   subroutine follow_modes(a, gap, modes, error)
-    !> `a`: matrices A. `gap`: minimum distance between eigenvalues of different groups.
+    !> `a`: matrices A whose eigenvalues are grouped. `gap`: minimum distance between eigenvalues of different groups.
     real(dp), intent(in) :: a(:, :, :), gap
     type(modes_type), intent(out) :: modes
     type(error_type), allocatable, intent(out) :: error
@@ -68,8 +69,8 @@ contains
     end do
   end subroutine follow_modes
 
-  !> Computes bases of the groups `modes%group` at all phases. If two groups come too close, their numbers are returned in `clash`;
-  !> otherwise `clash` is zero.
+  !> Computes bases of the groups `modes%group` at all phases. If the distance between two groups is less than `gap`, their numbers
+  !> are returned in `clash`; if all distances are large enough, `clash` is zero.
   subroutine continue_bases(values, vectors, gap, modes, bases, clash, error)
     complex(dp), intent(in) :: values(:, :), vectors(:, :, :)
     real(dp), intent(in) :: gap

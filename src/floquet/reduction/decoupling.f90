@@ -24,10 +24,10 @@ module gestell_floquet_reduction_decoupling
 
 contains
 
-  !> Computes D and S^-1 for a given S. S' is the derivative of the trigonometric interpolation of S. `left`, the remaining
+  !> Computes D and S^-1 for a given S. The derivative of S is that of its trigonometric interpolation. `left`, the remaining
   !> coupling, is the maximum row sum of the elements of D between groups. Fails if S is singular.
   subroutine examine(a, modes, s, motion, left, error)
-    !> A and S at the phases, shapes (phases, n, n)
+    !> Coefficients A and columns S of the modes at the phases, shapes (phases, n, n)
     real(dp), contiguous, intent(in) :: a(:, :, :), s(:, :, :)
     type(modes_type), intent(in) :: modes
     type(motion_type), intent(inout) :: motion
@@ -48,12 +48,12 @@ contains
   !> The equation neglects Z', which is small if the distances between groups are large compared with 2 pi per period. On entry `s`,
   !> `motion` and `left` hold the start, as `examine` returns it; on return, the best result. Fails if groups share an eigenvalue.
   subroutine decouple(a, modes, enough, s, motion, left, error)
-    !> A at the phases, shape (phases, n, n)
+    !> Coefficients A at the phases, shape (phases, n, n)
     real(dp), contiguous, intent(in) :: a(:, :, :)
     type(modes_type), intent(in) :: modes
     !> The iteration ends when the coupling between groups is at most this value
     real(dp), intent(in) :: enough
-    !> S at the phases, shape (phases, n, n)
+    !> Matrix S of the modes at the phases, shape (phases, n, n)
     real(dp), contiguous, intent(inout) :: s(:, :, :)
     type(motion_type), intent(inout) :: motion
     !> Remaining coupling: maximum row sum of the elements of D between groups
@@ -84,7 +84,7 @@ contains
     end do
   end subroutine decouple
 
-  !> Scales the columns of S so that rows and columns of D are of similar size within each group. Changes nothing if every group is
+  !> Scales the columns of S so that in each group the rows and columns of D are of similar size. Changes nothing if every group has
   !> a single mode.
   subroutine balance(modes, s, motion)
     type(modes_type), intent(in) :: modes
@@ -162,7 +162,8 @@ contains
     call multiply(within, inverted, s)
   end subroutine normalise
 
-  !> Divides column k of S and its conjugate by the element in their own row, so that this element becomes 1.
+  !> Divides column k of S by its element in row k, so that this element becomes 1, and divides the conjugate column by the
+  !> conjugate number.
   pure subroutine normalise_mode(conjugate, k, s, error)
     integer, intent(in) :: conjugate(:), k
     real(dp), contiguous, intent(inout) :: s(:, :, :)

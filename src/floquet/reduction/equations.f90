@@ -1,4 +1,4 @@
-!> Solves complex linear equations at all phases at once, in real arithmetic.
+!> Solves complex linear equations at many phases together, in real arithmetic.
 module gestell_floquet_reduction_equations
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -9,8 +9,8 @@ module gestell_floquet_reduction_equations
 
   public :: means
 
-  !> Complex linear equations for n unknowns. The caller sets `re` and `im` before `start`: every row is divided by re + i im. This
-  !> number should be close to the diagonal elements, so that elimination needs no pivoting.
+  !> Complex linear equations for n unknowns. The caller sets `re` and `im` before calling `start`: every row is divided by re + i
+  !> im. This number should be close to the diagonal elements, so that elimination needs no pivoting.
   type, public :: equations_type
     integer :: n = 0
     !> Real and imaginary part of the divisor, shape (phases).
@@ -27,7 +27,8 @@ module gestell_floquet_reduction_equations
 
 contains
 
-  !> Sets all elements to zero for `n` unknowns. If a divisor is nearly zero at some phase, all divisors are replaced by 1.
+  !> Prepares equations for `n` unknowns, with all elements zero. If a divisor is nearly zero at some phase, all divisors are
+  !> replaced by 1.
   pure subroutine start(self, n)
     class(equations_type), intent(inout) :: self
     integer, intent(in) :: n

@@ -1,4 +1,4 @@
-!> Computes the forced motion of the fast groups of gestell_floquet_reduction at all phases at once, in real form.
+!> Computes the forced motion of the fast groups of gestell_floquet_reduction at all phases together, in real form.
 module gestell_floquet_reduction_fast_response
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
@@ -22,12 +22,12 @@ contains
   !> is made small by repeatedly adding to z_g the solution of D_g z_g = -g_g. The iteration stops when the remainder, relative to
   !> the terms of g, is at most `enough` or no longer falls. Fails if a group has the eigenvalue zero or a number overflows.
   subroutine decouple_forcing(f, modes, enough, s, motion, p, g, error)
-    !> `f`: loads T f at the phases, shape (phases, n). `s`: S at the phases, shape (phases, n, n).
+    !> `f`: loads T f at the phases, shape (phases, n). `s`: matrix S of the modes at the phases, shape (phases, n, n).
     real(dp), contiguous, intent(in) :: f(:, :), s(:, :, :)
     type(modes_type), intent(in) :: modes
     !> The iteration ends when the remainder g, relative to its terms, is at most this value
     real(dp), intent(in) :: enough
-    !> D and S^-1 at the phases
+    !> D and S^-1 at the phases; D is the matrix of the decoupled equations
     type(motion_type), intent(in) :: motion
     !> `p`: response at the phases. `g`: remainder at the phases. Shapes (phases, n).
     real(dp), contiguous, intent(out) :: p(:, :), g(:, :)

@@ -1,4 +1,4 @@
-!> Defines groups of eigenvectors whose eigenvalues stay apart from those of other groups, and bases of these groups.
+!> Defines groups of eigenvectors, such that eigenvalues of different groups differ, and bases of these groups.
 module gestell_floquet_reduction_modes
   use gestell_base_kinds, only: dp
   implicit none (type, external)
@@ -28,8 +28,8 @@ contains
     allocate(columns, source=pack([(k, k = 1, size(group))], group == number))
   end function columns_of
 
-  !> Finds two groups with eigenvalues closer than `gap`, and returns their numbers in `clash`. Zero counts as an eigenvalue of
-  !> group 0. If no groups clash, both elements of `clash` are equal.
+  !> Finds two groups with eigenvalues closer than `gap`, and returns their numbers in `clash`. Group 0 is treated as if zero were
+  !> one of its eigenvalues. If no two groups are that close, both elements of `clash` are equal.
   pure subroutine find_clash(values, group, gap, clash)
     complex(dp), intent(in) :: values(:)
     integer, intent(in) :: group(:)
@@ -62,8 +62,8 @@ contains
     where (modes%group == maxval(mirrored)) modes%group = minval(mirrored)
   end subroutine merge_groups
 
-  !> Bases of the groups at phase 0. They consist of eigenvectors. Only a group that is its own conjugate gets an orthonormal basis
-  !> of the real and imaginary parts of its eigenvectors.
+  !> Bases of the groups at phase 0. They consist of eigenvectors. An exception is a group that is its own conjugate: its basis is
+  !> orthonormal and spans the real and imaginary parts of its eigenvectors.
   pure function first_basis(vectors, modes) result(basis)
     complex(dp), intent(in) :: vectors(:, :)
     type(modes_type), intent(in) :: modes
@@ -83,8 +83,8 @@ contains
     end do
   end function first_basis
 
-  !> Orthonormal basis of the space that independent columns span. Gram-Schmidt orthogonalisation is applied twice, to reduce
-  !> rounding errors.
+  !> Orthonormal basis of the space that the linearly independent `columns` span. Gram-Schmidt orthogonalisation is applied twice,
+  !> to reduce rounding errors.
   pure function orthonormal(columns) result(basis)
     complex(dp), intent(in) :: columns(:, :)
     complex(dp) :: basis(size(columns, 1), size(columns, 2))

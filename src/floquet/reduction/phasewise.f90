@@ -12,7 +12,7 @@ module gestell_floquet_reduction_phasewise
 
   public :: along_phases, inverses, lanes, multiply, solve, times
 
-  !> Number of phases treated at once: eight numbers of 64 bits fill the widest vector registers.
+  !> Number of phases that are treated together: eight numbers of 64 bits fill the widest vector registers.
   integer, parameter :: lanes = 8
 
   !> Computes c = a b at every phase. A factor that has no index for the phase is constant. Shapes: matrices (phases, n, n), vectors

@@ -15,7 +15,7 @@ module gestell_floquet_integrator_comparison_cooper_verner
 
   type, extends(method_type), public :: cooper_verner_method
     private
-    !> Coefficients A and weights b, set by `prepare`
+    !> Coefficients A and weights b of the method; `prepare` computes them
     real(dp) :: a(slopes, slopes) = 0, b(slopes) = 0
   contains
     procedure :: prepare
@@ -39,7 +39,7 @@ contains
     method%error_constant = 2.46e-5_dp
   end function cooper_verner
 
-  !> Computes the coefficients of the method.
+  !> Sets the coefficients of the method.
   pure subroutine prepare(self)
     class(cooper_verner_method), intent(inout) :: self
 

@@ -14,7 +14,7 @@ module gestell_floquet_integrator_comparison_magnus
 
   type, extends(method_type), public :: magnus_method
     private
-    !> Nodes on the unit step, allocated by `prepare`
+    !> Positions of the nodes in a step of length 1; `prepare` allocates them
     real(dp), allocatable :: c(:)
   contains
     procedure :: prepare
@@ -46,7 +46,7 @@ contains
     self%c = tableau%c
   end subroutine prepare
 
-  !> Work of a step, see `step_work` in gestell_floquet_integrator_method.
+  !> Computing time of a step, in the units of `step_work` in gestell_floquet_integrator_method.
   pure function work(self, states, second_order)
     class(magnus_method), intent(in) :: self
     integer, intent(in) :: states

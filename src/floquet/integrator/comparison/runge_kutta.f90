@@ -19,7 +19,7 @@ module gestell_floquet_integrator_comparison_runge_kutta
 
 contains
 
-  !> Returns the method, named rk4.
+  !> Returns the integration method with the name rk4.
   pure function runge_kutta() result(method)
     type(runge_kutta_method) :: method
 

@@ -7,8 +7,8 @@ module gestell_floquet_integrator_comparison_step_nodes
 
   public :: sample_steps
 
-  !> Distance, in phase, of the samples from the ends of their step. It ensures that, where the coefficients jump, samples belong to
-  !> the correct side despite rounding.
+  !> Distance, in phase, between the end of a step and the sample that belongs to it. If the coefficients jump there, this distance
+  !> ensures that the sample belongs to the correct side in spite of rounding errors.
   real(dp), parameter :: inside = 8 * epsilon(1.0_dp)
 
 contains
@@ -20,9 +20,10 @@ contains
     !> `from`, `to`: start and end of each step, as phases. `c`: relative positions in a step, ascending from 0 to 1.
     real(dp), intent(in) :: from(:), to(:), c(:)
     logical, intent(in) :: forced
-    !> Index of the sample at position i of step k: p(:, :, at(i, k)) and f(:, at(i, k))
+    !> Index of the sample at the relative position number i of step k: its coefficients are p(:, :, at(i, k)) and f(:, at(i, k))
     integer, intent(out) :: at(:, :)
-    !> `p`: P, shape (n, n, points). `f`: f, shape (n, points), unallocated unless `forced`.
+    !> `p`: samples of the matrix P, shape (n, n, points). `f`: samples of the forcing f, shape (n, points); unallocated unless
+    !> `forced`.
     real(dp), allocatable, intent(out) :: p(:, :, :), f(:, :)
     real(dp) :: phases(size(c) * size(from))
     integer :: last, i, k
