@@ -129,9 +129,9 @@ contains
     nodes = merged(range_nodes(count), pack(t, taken))
   end function nodes_of
 
-  !> Adds to `rest` the parts of the range in which a border cannot be excluded: parts that no branch covers, and parts beyond an end
-  !> at which the continuation failed. A part beyond a failed continuation extends to the nearest end of another failed continuation
-  !> or, if there is none, to the end of the range. It is omitted if another branch passes through the end.
+  !> Adds to `rest` the parts of the range in which a border cannot be excluded: parts that no branch covers, and parts beyond an
+  !> end at which the continuation failed. A part beyond a failed continuation extends to the nearest end of another failed
+  !> continuation or, if there is none, to the end of the range. It is omitted if another branch passes through the end.
   subroutine add_gaps(axis, branches, rest)
     type(axis_type), intent(in) :: axis
     type(branch_type), intent(in) :: branches(:)
