@@ -204,7 +204,7 @@ contains
     best%rise = huge(x)
     do k = 1, max_iterations
       x = slope_low / (slope_low - slope_high)
-      ! If a point cannot be solved, try a point next to it.
+      ! If the system at this point cannot be solved, try a point beside it.
       if (allocated(error)) x = 0.5_dp + 0.3_dp / k
       x = low + min(max(x, inside), 1 - inside) * (high - low)
       call advance(family, from, x, middle, easy, error)

@@ -36,7 +36,7 @@ module gestell_task_design_keys
     & key_type("constraint", "at_least", real_key, "lower limit", otherwise="none"), &
     & key_type("constraint", "equals", real_key, "required value", otherwise="none")]
 
-  !> Key of a limit for each `sense` of a goal: -1 lower limit, 0 equality, 1 upper limit (gestell_study_design_goal).
+  !> Key of the limit for each `sense` of a goal: -1 lower limit, 0 equality, 1 upper limit (gestell_study_design_goal).
   character(len=8), parameter, public :: limit_keys(-1:1) = [character(len=8) :: "at_least", "equals", "at_most"]
 
   type(key_type), parameter, public :: robust_keys(*) = [ &

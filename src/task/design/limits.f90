@@ -1,4 +1,4 @@
-!> Reads the limits of a design from the input, and rejects limits that no machine can meet or that contradict each other.
+!> Reads the limits of a design from the input. Rejects limits that no machine can meet, and limits that contradict each other.
 module gestell_task_design_limits
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -16,12 +16,13 @@ module gestell_task_design_limits
 
   public :: read_limit, check_contradictions, check_mass_limits
 
-  !> Rounding error allowed in a sum of masses, relative to the mass of the machine.
+  !> Rounding error that is allowed in a sum of masses, relative to the mass of the machine.
   real(dp), parameter :: rounding = 1.0e-9_dp
 
 contains
 
-  !> Reads the limit of a group &constraint. Fails if the group gives no limit or several, or one that no machine can meet.
+  !> Reads the limit of a group &constraint. Fails if the group gives no limit or more than one, or a limit that no machine can
+  !> meet.
   subroutine read_limit(group, goal, error)
     type(group_type), intent(in) :: group
     type(goal_type), intent(inout) :: goal
@@ -48,8 +49,8 @@ contains
     end if
   end subroutine read_limit
 
-  !> Fails if a lower limit exceeds an upper limit of the same quantity. A lower limit of the rms is also compared with an upper
-  !> limit of the peak, because the peak is at least the rms.
+  !> Compares the limits of the same quantity. Fails if a lower limit exceeds an upper limit. A lower limit of the rms is also
+  !> compared with an upper limit of the peak, because the peak is never smaller than the rms.
   subroutine check_contradictions(groups, goals, error)
     type(group_type), intent(in) :: groups(:)
     type(goal_type), intent(in) :: goals(:)
@@ -66,8 +67,8 @@ contains
     end do
   end subroutine check_contradictions
 
-  !> True if the two limits contradict each other: `low` demands a value above the limit of `high`, and its quantity cannot exceed
-  !> the quantity of `high`.
+  !> True if the two limits contradict each other: `low` requires a value above the limit of `high`, although its quantity cannot
+  !> exceed the quantity of `high`.
   pure logical function contradict(low, high)
     type(goal_type), intent(in) :: low, high
 
@@ -78,16 +79,18 @@ contains
       & .or. (low%measure%kind == rms_measure .and. high%measure%kind == peak_measure)
   end function contradict
 
-  !> Fails if no machine within the ranges meets a limit of the mass. Each parameter contributes to the mass independently of the
-  !> others, so varying one parameter at a time yields the extreme masses.
+  !> Compares the limits of the mass with the masses that are possible. Fails if no machine within the ranges meets a limit. Each
+  !> parameter contributes to the mass independently of the others, so the extreme masses are found by varying one parameter at a
+  !> time.
   subroutine check_mass_limits(groups, goals, family, start, ranges, error)
     !> Groups &constraint of the input
     type(group_type), intent(in) :: groups(:)
-    !> Goals with these limits, one for each group
+    !> Goals that belong to the groups, with their limits; one for each group
     type(goal_type), intent(in) :: goals(:)
     !> The machine as a function of the design parameters
     class(family_type), intent(in) :: family
-    !> Values of the parameters within their ranges, shape (parameters). `ranges`: lower and upper ends, shape (parameters, 2)
+    !> `start`: values of the parameters within their ranges, shape (parameters). `ranges`: lower and upper limits of the ranges,
+    !> shape (parameters, 2)
     real(dp), intent(in) :: start(:), ranges(:, :)
     type(error_type), allocatable, intent(out) :: error
     type(error_type), allocatable :: failure

@@ -31,10 +31,11 @@ module gestell_task_design_plan
 
   public :: read_design
 
-  !> Family of machines in which one design parameter may set several numbers of the input.
+  !> Family of machines in which each design parameter may set several numbers of the input.
   type, extends(family_type) :: linked_family_type
     type(document_family_type) :: inner
-    !> Index of the design parameter that sets each number; shape (numbers), in the order of the parameters of `inner`.
+    !> For each number, index of the design parameter that sets it; shape (numbers). The numbers are in the order of the parameters
+    !> of `inner`.
     integer, allocatable :: owner(:)
   contains
     procedure :: member
@@ -42,22 +43,24 @@ module gestell_task_design_plan
 
   !> Plan of a design: its parameters, goals and operating conditions.
   type, public :: design_plan_type
-    !> `paths`: path of each design parameter in the input, such as "frame.mass". `all_paths`: paths of all numbers that the
+    !> `paths`: path of each design parameter in the input, for example "frame.mass". `all_paths`: paths of all numbers that the
     !> parameters set (keys `parameter` and `with`).
     character(len=word_length), allocatable :: paths(:), all_paths(:)
-    !> Index of the design parameter that sets each number of `all_paths`.
+    !> For each number of `all_paths`, index of the design parameter that sets it.
     integer, allocatable :: owners(:)
-    !> Unit of each design parameter.
+    !> Unit of each design parameter in the input.
     character(len=16), allocatable :: units(:)
     type(linked_family_type) :: family
     type(design_options) :: options
-    !> `base`: values of the parameters in the input file. `start`: these values, moved into the ranges.
+    !> `base`: values of the parameters in the input file. `start`: the same values, moved to the nearest limit if they lie outside
+    !> the ranges.
     real(dp), allocatable :: base(:), start(:)
-    !> `starts`: number of local searches. `curve`: number of points of the trade-off curve between two objectives; 0: no curve.
+    !> `starts`: number of points at which a local search starts. `curve`: number of points of the trade-off curve between two
+    !> objectives; 0 for no curve.
     integer :: starts = 1, curve = 0
-    !> Turns of the drive in a period.
+    !> Number of turns that the drive makes in a period.
     integer :: turns = 1
-    !> `convex`: true if the problem is convex, so any local optimum is global. `robust`: true if &robust gives a tolerance.
+    !> `convex`: true if the problem is convex, so that every local optimum is global. `robust`: true if &robust gives a tolerance.
     logical :: convex = .false., robust = .false.
     !> Lines through the range of speeds and tolerances, along which the worst conditions are sought.
     type(range_line_type), allocatable :: lines(:)
@@ -69,7 +72,7 @@ module gestell_task_design_plan
 
 contains
 
-  !> Makes the machine with these values of the design parameters.
+  !> Creates the machine with these values of the design parameters.
   subroutine member(self, parameters, system, error)
     class(linked_family_type), intent(in) :: self
     real(dp), intent(in) :: parameters(:)
@@ -79,7 +82,7 @@ contains
     call self%inner%member(parameters(self%owner), system, error)
   end subroutine member
 
-  !> True if the worst value of a goal may occur between the given conditions, so that the range between them must be searched.
+  !> True if the worst value of a goal may lie between the given conditions, so that the range between them must be searched.
   pure logical function covers(self)
     class(design_plan_type), intent(in) :: self
 
@@ -88,7 +91,7 @@ contains
   end function covers
 
   !> Reads the plan of a design from a checked input document. Fails if &design or &objective is missing, a range is empty, or a
-  !> goal does not exist. Also fails if a path cannot be changed or occurs twice, if a value is invalid, or if the coefficients are
+  !> goal does not exist. Fails also if a path cannot be changed or occurs twice, if a value is invalid, or if the coefficients are
   !> averaged.
   subroutine read_design(configuration, plan, error)
     type(configuration_type), intent(inout) :: configuration
@@ -114,7 +117,7 @@ contains
     if (size(plan%lines) > 0) then
       associate (line => plan%lines(1))
         if (line%start%along == along_speed .and. abs(line%start%speed) > 0) then
-          ! Separations from resonance refer to the whole range of speeds.
+          ! The separation of natural frequencies from orders refers to the whole range of speeds.
           plan%options%constraints%speeds(1) = minval(abs(line%places))
           plan%options%constraints%speeds(2) = maxval(abs(line%places))
         end if
@@ -124,7 +127,8 @@ contains
     plan%options%model = configuration%model()
     plan%options%accuracy = configuration%accuracy
     plan%convex = is_convex(plan%options)
-    ! The position of a zero mass has no influence, so a single start might stay there: a positive lower limit is required.
+    ! If a mass is zero, its position has no effect, so a single start might not move from there. A positive lower limit of each
+    ! mass is therefore required.
     if (plan%convex .and. all(plan%options%lower > 0 .or. plan%options%part /= mass_part)) plan%starts = 1
   end subroutine read_design
 
@@ -179,7 +183,8 @@ contains
         options%part(i) = merge(other_part, link_property(plan%paths(i)), has(group, "with"))
         options%body(i) = findloc([(same_link(plan%paths(k), plan%paths(i)), k = 1, i)], .true., dim=1)
         options%link(i) = 0
-        ! With several mechanisms a group may describe several links, and their axes are rotated, so the link is not identified.
+        ! If there are several mechanisms, a group may describe several links with different directions of their axes. The link is
+        ! then not identified.
         if (options%part(i) /= other_part .and. size(target%groups) > 0 .and. count_groups(doc, "mechanism") == 0) then
           options%link(i) = count([(doc%groups(k)%name == "link", k = 1, target%groups(1))])
         end if
@@ -203,7 +208,7 @@ contains
       plan%start(i) = min(max(plan%base(i), plan%options%lower(i)), plan%options%upper(i))
     end subroutine read_parameter
 
-    !> Adds the path of a number that design parameter i sets.
+    !> Adds the path of a number that is set by design parameter number i.
     subroutine add_path(key, name)
       character(len=*), intent(in) :: key, name
       type(target_type) :: target, both(2)
@@ -225,7 +230,7 @@ contains
 
   end subroutine read_parameters
 
-  !> Property of a link that a path such as "link(rod).mass" names; `other_part` if the path names no such property.
+  !> Property of a link to which a path such as "link(rod).mass" refers; `other_part` if the path refers to no such property.
   pure integer function link_property(path) result(part)
     character(len=*), intent(in) :: path
     integer :: closing
@@ -235,14 +240,14 @@ contains
     if (index(lower(path), "link(") == 1 .and. closing > 0) part = findloc(part_names == lower(path(closing + 2:)), .true., dim=1)
   end function link_property
 
-  !> True if both paths name the same link.
+  !> True if both paths refer to the same link.
   pure logical function same_link(one, other)
     character(len=*), intent(in) :: one, other
 
     same_link = one(:index(one, ").")) == other(:index(other, ")."))
   end function same_link
 
-  !> Value of the number with this path, such as "frame.mass", in the input file; 0 if the file does not give it.
+  !> Value in the input file of the number with this path, for example "frame.mass"; 0 if the file does not give it.
   real(dp) function value_in_file(configuration, path) result(value)
     type(configuration_type), intent(in) :: configuration
     character(len=*), intent(in) :: path
@@ -257,7 +262,8 @@ contains
     if (size(values) > 0) value = values(1)
   end function value_in_file
 
-  !> Checks both ends of each range, with the other parameters at their start values. Fails if the input would be invalid there.
+  !> Checks both limits of each range, with the other parameters at their start values. Fails if the input would be invalid with one
+  !> of these values.
   subroutine check_range_ends(groups, plan, error)
     type(group_type), intent(in) :: groups(:)
     type(design_plan_type), intent(in) :: plan
@@ -277,8 +283,8 @@ contains
     end do
   end subroutine check_range_ends
 
-  !> Reads the goals of all groups with this name (`objective` or `constraint`). Fails if there is no objective, and as `new_goal`,
-  !> `read_limit` and `check_contradictions` do.
+  !> Reads the goals of all groups with this name (`objective` or `constraint`). Fails if there is no objective, or if `new_goal`,
+  !> `read_limit` or `check_contradictions` fails.
   subroutine read_goals(configuration, name, keys, goals, error)
     type(configuration_type), intent(in) :: configuration
     character(len=*), intent(in) :: name
@@ -320,7 +326,7 @@ contains
     if (name == "constraint") call check_contradictions(groups, goals, error)
   end subroutine read_goals
 
-  !> Reads the keys that may be given in any one of several groups, such as `starts` and `combine`.
+  !> Reads the keys that may be given in any one of several groups, for example `starts` and `combine`.
   subroutine read_shared_keys(doc, plan, error)
     type(document_type), intent(in) :: doc
     type(design_plan_type), intent(inout) :: plan
@@ -347,7 +353,7 @@ contains
     end if
   end subroutine read_shared_keys
 
-  !> Index of the first group in which this key is given; 1 if no group has it.
+  !> Index of the first group that contains this key; 1 if no group contains it.
   pure integer function first_with_key(groups, key)
     type(group_type), intent(in) :: groups(:)
     character(len=*), intent(in) :: key

@@ -1,4 +1,4 @@
-!> Plots of a design.
+!> Draws the plots of a design.
 module gestell_task_design_plot
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, text
@@ -16,7 +16,7 @@ module gestell_task_design_plot
 
 contains
 
-  !> Plot design.gp: each parameter as its position in its range, before and after the design.
+  !> The plot design.gp: position of each parameter in its range, before and after the design.
   function plot_parameters(plan) result(figure)
     type(design_plan_type), intent(in) :: plan
     type(figure_type) :: figure
@@ -43,7 +43,7 @@ contains
     figure = new_figure("design", "Design parameters within their ranges", lines, width=800, height=160 + 34 * n)
   end function plot_parameters
 
-  !> Plot design_starts.gp: objective of the local optimum reached from each start.
+  !> The plot design_starts.gp: objective at the local optimum that was reached from each start.
   function plot_starts(objectives) result(figure)
     real(dp), intent(in) :: objectives(:)
     type(figure_type) :: figure
@@ -58,7 +58,7 @@ contains
       & width=800, height=400)
   end function plot_starts
 
-  !> Plot design_goals.gp: value of each goal after the design, in per cent of its value before, with the limits.
+  !> The plot design_goals.gp: value of each goal after the design, in per cent of its value before, together with the limits.
   function plot_goals(design) result(figure)
     type(design_type), intent(in) :: design
     type(figure_type) :: figure
@@ -96,14 +96,14 @@ contains
       & height=480)
   end function plot_goals
 
-  !> Plot design_range.gp: first objective over the speed, before and after the design.
+  !> The plot design_range.gp: first objective over the speed, before and after the design.
   function plot_range(plan) result(figure)
     type(design_plan_type), intent(in) :: plan
     type(figure_type) :: figure
     character(len=:), allocatable :: lines, style
 
-    ! With scatter the values form no curve, so they are plotted as points. Maxima between the given speeds follow at the end of the
-    ! file, so the points are sorted by speed (`smooth unique`).
+    ! With tolerances the values do not form a curve, so they are plotted as points. Maxima between the given speeds are at the end
+    ! of the file, so the points are sorted by speed (`smooth unique`).
     style = trim(merge("with points                   ", "smooth unique with linespoints", plan%robust))
     lines = "set title heading noenhanced" // newline // "set xlabel 'crank speed (rpm)'; set ylabel " &
       & // quoted(plan%options%objectives(1)%name() // " (" // trim(plan%options%objectives(1)%measure%unit) // ")") &
@@ -114,7 +114,8 @@ contains
     figure = new_figure("design_range", "Objective over the speed, before and after the design", lines, width=800, height=480)
   end function plot_range
 
-  !> Plot design_trade_off.gp: trade-off curve between two objectives, with the machine of the input and the design as points.
+  !> The plot design_trade_off.gp: trade-off curve between two objectives. The machine of the input and the design are marked as
+  !> points.
   function plot_curve(design) result(figure)
     type(design_type), intent(in) :: design
     type(figure_type) :: figure

@@ -1,8 +1,9 @@
-!> Finds the worst values of the goals of a design over the whole range of speeds and tolerances, also between the given conditions.
+!> Finds the worst values of the goals of a design over the whole range of speeds and tolerances, including conditions between the
+!> given ones.
 !>
-!> The range is searched along lines: over the speed for each combination of the other factors, and over the stiffness of the mounts
-!> at the lowest and the highest speed. On a resonance the speed rises with the stiffness, so each resonance in the range meets one
-!> of these lines.
+!> The range is searched along lines. There is a line over the speed for each combination of the other factors. There are lines over
+!> the stiffness of the mounts at the lowest and the highest speed. The speed of a resonance rises with the stiffness, so each
+!> resonance in the range meets one of these lines.
 !>
 !> Points are added along a line as for resonance curves. The multipliers at neighbouring points show where a natural frequency, or
 !> an instability tongue, meets an order of the crank. An interval is halved if the straight lines extrapolated from both sides meet
@@ -27,58 +28,59 @@ module gestell_task_design_range
 
   public :: survey_machine, survey_range
 
-  !> A line through the range of speeds and tolerances. `start`: the condition at its start, which also says what varies along the
-  !> line. `places`: given positions on the line.
+  !> A line through the range of speeds and tolerances. `start`: the condition at the start of the line; it also contains the
+  !> quantity that varies along the line. `places`: positions on the line at which conditions are given.
   type, public :: range_line_type
     type(condition_type) :: start
     real(dp), allocatable :: places(:)
   end type range_line_type
 
-  !> A range that consists of lines, for the search for a design (see `range_type`).
+  !> A range that consists of lines, as the search for a design needs it (see `range_type`).
   type, extends(range_type), public :: range_of_lines_type
     type(range_line_type), allocatable :: lines(:)
   contains
     procedure :: find_tops
   end type range_of_lines_type
 
-  !> Worst values of the goals of one machine over the range.
+  !> Worst values of the goals of one machine over the whole range.
   type, public :: range_survey_type
     !> Largest excess of each goal over its limit, shape (goals).
     real(dp), allocatable :: excess(:)
     !> Number of the line on which each goal has its largest excess, shape (goals).
     integer, allocatable :: line(:)
-    !> Conditions at all maxima close to the worst one, followed by one condition without a stable vibration, if there is any.
+    !> Conditions at all maxima close to the worst value. If a condition without a stable vibration was found, it is the last
+    !> element.
     type(condition_type), allocatable :: conditions(:)
     !> True if the machine has a stable vibration at all computed points of all lines
     logical :: known = .true.
   end type range_survey_type
 
-  !> A line through the range with the points computed on it.
+  !> A line through the range, and the points that were computed on it.
   type, extends(curve_points_type) :: curve_type
     type(range_line_type) :: line
   end type curve_type
 
-  !> `near`: a maximum is ignored if it lies below the largest one by more than this fraction of the goal's magnitude. `min_rise`:
-  !> an interval is halved if its extrapolated maximum exceeds both ends by more than this fraction.
+  !> `near`: a maximum is ignored if it is lower than the largest one by more than this fraction of the goal's magnitude.
+  !> `min_rise`: an interval is halved if its extrapolated maximum exceeds the values at both ends by more than this fraction.
   real(dp), parameter :: near = 0.25_dp, min_rise = 0.01_dp
-  !> Two points of a line count as equal if their relative distance is smaller.
+  !> Two points of a line count as equal if the relative difference of their positions is smaller.
   real(dp), parameter :: same = 1.0e-9_dp
-  !> Maximum number of rounds in which points are added to a line, and maximum number of points on a line.
+  !> `max_rounds`: maximum number of rounds in which points are added to a line. `max_points`: maximum number of points on a line.
   integer, parameter :: max_rounds = 16, max_points = 3000
-  !> Two computed values of the same maximum agree if their relative difference is at most this.
+  !> Two computed values of the same maximum agree if their relative difference is not larger.
   real(dp), parameter :: agreement = 1.0e-6_dp
 
 contains
 
-  !> Finds the maxima of the goals on the lines, as far as they are close to the worst values.
+  !> Finds, along each line, those maxima of the goals that are close to the worst value.
   subroutine find_tops(self, members, goals, tops, known, error)
     class(range_of_lines_type), intent(in) :: self
-    !> The machine, and copies of it with one parameter changed
+    !> The machine, and its neighbours with one parameter changed each
     type(members_type), intent(in) :: members
     type(goal_type), intent(in) :: goals(:)
-    !> Maxima found, each with its goal, excess, condition and vibration
+    !> Maxima that were found, each with its goal, excess, condition and vibration
     type(top_type), allocatable, intent(out) :: tops(:)
-    !> False if some point has no stable vibration; `tops` is then not allocated
+    !> False if there is no stable vibration at some point; `tops` is then not allocated
     logical, intent(out) :: known
     type(error_type), allocatable, intent(out) :: error
     type(curve_type) :: curves(size(self%lines))
@@ -96,15 +98,15 @@ contains
   !> invalid.
   subroutine survey_range(family, options, lines, x, reported, survey, error)
     class(family_type), intent(in) :: family
-    !> Goals, accuracy and model
+    !> Goals, accuracy, and model of the frame
     type(design_options), intent(in) :: options
     type(range_line_type), intent(in) :: lines(:)
     !> Parameters of the design, shape (parameters)
     real(dp), intent(in) :: x(:)
-    !> True for a survey that is reported. Stability is then added as the last goal, and each maximum is checked with the vibration
-    !> that the model finds without starting from a neighbouring point.
+    !> True if the survey is for the report. Stability is then added as the last goal. Each maximum is then also checked: its
+    !> vibration is computed again without starting from a neighbouring point.
     logical, intent(in) :: reported
-    !> Worst values of the goals, with their conditions
+    !> Worst values of the goals, and the conditions at which they occur
     type(range_survey_type), intent(out) :: survey
     type(error_type), allocatable, intent(out) :: error
     type(members_type) :: members
@@ -122,7 +124,7 @@ contains
     end if
   end subroutine survey_range
 
-  !> Computes the worst values of the goals of `machine` along all lines; arguments as in `survey_range`.
+  !> Computes the worst values of the goals of `machine` along all lines. The other arguments are those of `survey_range`.
   subroutine survey_machine(machine, options, lines, reported, survey, error)
     type(frame_type), intent(in) :: machine
     type(design_options), intent(in) :: options
@@ -169,14 +171,14 @@ contains
     end do
   end subroutine survey_machine
 
-  !> Computes points on a line: the given ones, then further ones until no more are needed.
+  !> Computes points on a line: first the given ones, then further ones until no more are needed.
   subroutine sample_line(members, goals, line, curve, error, enough)
     type(members_type), intent(in) :: members
     type(goal_type), intent(in) :: goals(:)
     type(range_line_type), intent(in) :: line
     type(curve_type), intent(out) :: curve
     type(error_type), allocatable, intent(out) :: error
-    !> Points are no longer added once the excess of a goal is larger than this, shape (goals)
+    !> If the excess of a goal exceeds this value, no more points are added; shape (goals)
     real(dp), intent(in), optional :: enough(:)
     type(speed_point_type), allocatable :: points(:)
     real(dp), allocatable :: requested(:), new(:)
@@ -205,7 +207,8 @@ contains
     end do
   end subroutine sample_line
 
-  !> For each point: true if a goal reaches at least half of its worst value there. True everywhere if the multipliers are a goal.
+  !> For each point: true if the value of a goal is at least half of its worst value. True at all points if the multipliers are a
+  !> goal.
   pure function is_high(curve, goals) result(high)
     type(curve_type), intent(in) :: curve
     type(goal_type), intent(in) :: goals(:)
@@ -221,7 +224,7 @@ contains
     end do
   end function is_high
 
-  !> True if the excess of some goal is larger than `enough` at some point; false if `enough` is not present.
+  !> True if the excess of some goal exceeds `enough` at some point; false if `enough` is not present.
   pure logical function exceeds_enough(curve, enough)
     type(curve_type), intent(in) :: curve
     real(dp), intent(in), optional :: enough(:)
@@ -231,7 +234,7 @@ contains
     if (exceeds_enough) exceeds_enough = any([(maxval(excesses(curve, g)) > enough(g), g = 1, size(enough))])
   end function exceeds_enough
 
-  !> Excess of goal number `g` over its limit at all points of the curve.
+  !> Excess of goal number `g` over its limit, at all points of the curve.
   pure function excesses(curve, g)
     type(curve_type), intent(in) :: curve
     integer, intent(in) :: g
@@ -241,18 +244,18 @@ contains
     excesses = [(curve%points(i)%values(1, g), i = 1, size(excesses))]
   end function excesses
 
-  !> Magnitude of a goal whose excess over its limit is `excess`, as a scale for differences.
+  !> Magnitude of a goal, to which differences of its values are compared. `excess`: excess of the goal over its limit.
   pure real(dp) function magnitude_of(goal, excess)
     type(goal_type), intent(in) :: goal
     real(dp), intent(in) :: excess
 
     magnitude_of = max(abs(excess + goal%limit), abs(goal%limit))
-    ! For multipliers: their distance from 1, the growth or decay of free vibrations.
+    ! For the multipliers: distance of the largest modulus from 1, which measures the growth or decay of free vibrations.
     if (goal%about == multiplier_goal) magnitude_of = max(abs(excess), abs(goal%limit - 1), sqrt(epsilon(magnitude_of)))
   end function magnitude_of
 
-  !> Midpoints of the intervals to be halved. In these intervals the straight lines through the two points on either side meet above
-  !> the worst value.
+  !> Midpoints of the intervals that must be halved. In these intervals the straight lines through the two points on either side
+  !> meet above the worst value.
   function refinement_points(curve, goal, excess) result(places)
     type(curve_type), intent(in) :: curve
     type(goal_type), intent(in) :: goal
@@ -270,7 +273,7 @@ contains
         rise(1) = (excess(i) - excess(i - 1)) / abs(p(i)%speed - p(i - 1)%speed)
         rise(2) = (excess(i + 1) - excess(i + 2)) / abs(p(i + 2)%speed - p(i + 1)%speed)
         if (.not. sum(rise) > 0) cycle
-        ! excess(i) + rise(1) t = excess(i + 1) + rise(2) (h - t)
+        ! where the straight lines meet: excess(i) + rise(1) t = excess(i + 1) + rise(2) (h - t)
         top = (excess(i + 1) - excess(i) + rise(2) * h) / sum(rise)
         if (top <= 0 .or. top >= h) cycle
         top = excess(i) + rise(1) * top
@@ -280,16 +283,16 @@ contains
     end associate
   end function refinement_points
 
-  !> Refines, for each goal, all maxima that are close to its worst value. Refines none if a goal already exceeds `enough`.
+  !> Refines, for each goal, all maxima that are close to its worst value. Refines no maximum if a goal already exceeds `enough`.
   subroutine refine_maxima(members, goals, curves, reported, tops, error, enough)
     type(members_type), intent(in) :: members
     type(goal_type), intent(in) :: goals(:)
     type(curve_type), intent(in) :: curves(:)
-    !> True for a survey that is reported (see `survey_range`)
+    !> True if the survey is for the report (see `survey_range`)
     logical, intent(in) :: reported
     type(top_type), allocatable, intent(out) :: tops(:)
     type(error_type), allocatable, intent(out) :: error
-    !> Excess of each goal above which no maximum needs to be refined
+    !> If the excess of a goal exceeds this value, no maximum needs to be refined; shape (goals)
     real(dp), intent(in), optional :: enough(:)
     integer, allocatable :: place(:), found(:, :)
     real(dp) :: worst, least
@@ -300,7 +303,7 @@ contains
       worst = maxval([(maxval(excesses(curves(l), g)), l = 1, size(curves))])
       if (worst <= -huge(worst)) cycle
       least = worst - near * magnitude_of(goals(g), worst)
-      ! For stability without a limit: the worst point, and all unstable points.
+      ! For stability, which has no limit here: the worst point and all unstable points.
       if (reported .and. g == size(goals)) least = min(worst, 0.0_dp)
       do l = 1, size(curves)
         place = local_maxima(excesses(curves(l), g), least)
@@ -317,7 +320,7 @@ contains
     end do
   end subroutine refine_maxima
 
-  !> Indices of the local maxima among values along a line, without those smaller than `least`.
+  !> Indices of the local maxima among the values along a line; maxima smaller than `least` are omitted.
   pure function local_maxima(values, least) result(places)
     real(dp), intent(in) :: values(:), least
     integer, allocatable :: places(:)
@@ -329,7 +332,7 @@ contains
     end associate
   end function local_maxima
 
-  !> Refines the maximum near point `i` of a curve; neither neighbour of this point has a larger value.
+  !> Refines the maximum near point number `i` of a curve. The values at both neighbours of this point are not larger than its own.
   subroutine refine_maximum(members, goal, curve, i, reported, top, error, skipped)
     type(members_type), intent(in) :: members
     type(goal_type), intent(in) :: goal
@@ -338,7 +341,7 @@ contains
     logical, intent(in) :: reported
     type(top_type), intent(inout) :: top
     type(error_type), allocatable, intent(out) :: error
-    !> True if the maximum is taken at the point itself, without refinement
+    !> True if the maximum is to be taken at the point itself, without refinement
     logical, intent(in) :: skipped
     type(speed_point_type) :: point
     type(climb_type) :: climb
@@ -368,7 +371,7 @@ contains
       if (reported) then
         call evaluate_condition(members, [goal], start%moved_to(climb%top), .false., point, error)
         if (allocated(error)) return
-        ! A vibration found from its neighbour may belong to another branch.
+        ! A vibration that was found from a neighbouring point may belong to another branch.
         if (.not. climb%smooth .or. abs(point%values(1, 1) - goal%excess_at(climb%highest)) > agreement &
           & * magnitude_of(goal, point%values(1, 1))) call climb_from(members, goal, start, places, levels, climb, error)
         if (allocated(error)) return

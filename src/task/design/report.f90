@@ -18,18 +18,20 @@ module gestell_task_design_report
   public :: design_headline, limit_state, relaxation_gain, report_design, worst_of
 
   character, parameter :: newline = new_line("a")
-  !> If the proved relative gap is at most this, the report calls the design a global optimum.
+  !> The report calls the design a global optimum if the proved relative gap does not exceed this value.
   real(dp), parameter :: negligible_gap = 1.0e-6_dp
-  !> Relative error of the highest maximum found over a range: its refinement ends when a step gains less than 1e-12.
+  !> Relative error of the highest maximum over a range. The refinement of a maximum ends when a step gains less than 1e-12.
   real(dp), parameter :: maximum_tolerance = 1.0e-7_dp
-  !> Relative deviation from the limit that counts as meeting an equality.
+  !> A limit of the kind `equals` counts as met if the relative deviation from it does not exceed this value.
   real(dp), parameter :: equality = 1.0e-6_dp
-  !> Relative deviation from the limit that is allowed for a property of the machine: parameters are written with nine digits only.
+  !> Relative deviation from a limit that is allowed for a property of the machine, because parameters are written with only nine
+  !> digits.
   real(dp), parameter :: written = 1.0e-8_dp
 
 contains
 
-  !> Value of goal number g at its worst condition, its error, and the speed there (1/min; 0 if the machine runs at its own speed).
+  !> For goal number g: its value under its worst condition, the error of this value, and the speed of this condition (1/min; 0 for
+  !> the machine's own speed).
   pure function worst_of(reported, design, g) result(numbers)
     type(reported_goals_type), intent(in) :: reported
     type(design_type), intent(in) :: design
@@ -44,11 +46,11 @@ contains
     if (size(design%options%conditions) > 1 .and. design%goals(g)%about /= machine_goal) numbers(2) = numbers(2) &
       & + maximum_tolerance &
       & * abs(numbers(1))
-    ! The error is infinite if there is no vibration at one of the conditions.
+    ! The error is infinite if there is no vibration under one of the conditions.
     if (.not. all(ieee_is_finite(reported%values(g, :)))) numbers(2) = ieee_value(1.0_dp, ieee_positive_inf)
   end function worst_of
 
-  !> States whether a limit is met, violated or undecided.
+  !> Text that states whether a limit is met, violated or undecided.
   pure function limit_state(goal, value, error) result(state)
     type(goal_type), intent(in) :: goal
     real(dp), intent(in) :: value, error
@@ -60,7 +62,7 @@ contains
     unknown = error
     if (goal%sense == 0) allowed = equality * goal%scale()
     if (goal%about == machine_goal) then
-      ! Properties of the machine are exact to rounding, but the parameters are written with nine digits.
+      ! Properties of the machine are exact apart from rounding, but the parameters are written with only nine digits.
       allowed = max(allowed, error + written * goal%scale())
       unknown = 0
     end if
@@ -69,8 +71,8 @@ contains
     if (goal%excess(value) - unknown > allowed) state = "violated"
   end function limit_state
 
-  !> Sentence on what is known of the optimum: that it is global, that no machine meets the limits, or that it is the best of n
-  !> starts.
+  !> Sentence on what is known about the optimum: that it is global, that no machine meets the limits, or that it is the best result
+  !> from n starts.
   pure function proof_words(design) result(words)
     type(design_type), intent(in) :: design
     character(len=:), allocatable :: words
@@ -89,7 +91,7 @@ contains
     end associate
   end function proof_words
 
-  !> Writes the headline of a design. `state` is empty if all limits are met and the design is stable.
+  !> Writes the headline of a design. `state` becomes empty if all limits are met and the design is stable.
   subroutine design_headline(design, state, words)
     type(design_type), intent(in) :: design
     character(len=:), allocatable, intent(out) :: state, words
@@ -126,11 +128,11 @@ contains
     words = trim(merge(" ( ", " (+", words(1:1) == "-")) // words
   end function change_words
 
-  !> Section of the report on a design: optimality, goals, parameters and starts.
+  !> The section of the report on a design: optimality, goals, parameters and starts.
   function report_design(plan, design, after) result(report)
     type(design_plan_type), intent(in) :: plan
     type(design_type), intent(in) :: design
-    !> Verdict on the machine after the design
+    !> Verdict on the machine with the parameters of the design
     character(len=*), intent(in) :: after
     character(len=:), allocatable :: report
     type(verdict_type) :: before
@@ -138,7 +140,7 @@ contains
     before = design%before%verdict()
     associate (best => design%found(design%best))
       report = section("DESIGN", after) // "  " // proof_words(design) // newline // "  "
-      ! If the limits are not met, the search minimised the largest excess instead of the objective.
+      ! If the limits could not be met, the search minimised the largest excess over a limit instead of the objective.
       if (best%feasible) report = report // "residual of the optimality conditions " // concise(best%stationarity, 2) // "; "
       report = report // text(sum(design%found%evaluations)) // " machines solved" // newline // "  verdict: " &
         & // trim(before%word()) // " before, " // after // " after" // newline
@@ -183,13 +185,14 @@ contains
         lines = lines // newline
       end associate
     end do
-    ! A second line of headings only if it is not empty
+    ! The second line of headings is written only if it is not empty
     heads = ",before,after,error,,," // either("relaxation", "", any_worth) // either(",at rpm", "", over_range)
     if (any_worth) heads = ",,,,,,gain per 1 %" // either(",", "", over_range) // newline // heads
     lines = tabulated("lrrrllr" // either("r", "", over_range), heads, lines)
   end function goal_lines
 
-  !> Percentage by which the objective decreases if limit number `c` is relaxed by 1 %; 0 if the limits are not met.
+  !> Percentage by which the objective decreases if the limit of constraint number `c` is relaxed by 1 %; 0 if the limits are not
+  !> met.
   pure real(dp) function relaxation_gain(design, c)
     type(design_type), intent(in) :: design
     integer, intent(in) :: c

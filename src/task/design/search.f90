@@ -20,7 +20,7 @@ module gestell_task_design_search
   implicit none (type, external)
   private
 
-  !> A proved conflict of limits below this relative amount counts as rounding error.
+  !> A proved conflict of limits counts as rounding error if its relative amount is smaller.
   real(dp), parameter :: negligible = 1.0e-9_dp
 
   public :: find_curve, find_design, objective_at
@@ -32,47 +32,48 @@ module gestell_task_design_search
     logical :: converged = .false.
   end type trade_off_point_type
 
-  !> The best design and its evaluation.
+  !> The best design, its goals before and after, and what is known about its optimality.
   type, public :: design_type
-    !> Optima from all starts, shape (starts).
+    !> Optimum that was reached from each start, shape (starts).
     type(optimum_type), allocatable :: found(:)
-    !> Number of the best start; 0 if no start has a machine with a vibration.
+    !> Number of the start with the best optimum; 0 if no machine at a start has a vibration.
     integer :: best = 0
-    !> Goals, and the conditions at which they are reported: the given conditions, then the maxima between them.
+    !> Options with the conditions at which the goals are reported: first the given conditions, then the maxima between them.
     type(design_options) :: options
-    !> Goals, each evaluated as its worst value over the whole range.
+    !> Options with which each goal is evaluated as its worst value over the whole range.
     type(design_options) :: over_range
-    !> Parameters of the best design, rounded to the reported digits.
+    !> Parameters of the best design, rounded to the digits that are reported.
     real(dp), allocatable :: x(:)
-    !> Upper bound on the distance of the objective from its global minimum, relative to the objective of the machine of the input.
+    !> Upper bound on the difference between the objective and its global minimum, divided by the objective of the machine of the
+    !> input.
     real(dp) :: gap = huge(1.0_dp)
-    !> If positive: every machine within the ranges provably exceeds some limit by at least this relative amount.
+    !> If positive, it is proved that every machine within the ranges exceeds some limit by this relative amount or more.
     real(dp) :: conflict = 0
     !> The goals: first the objectives, then the limits.
     type(goal_type), allocatable :: goals(:)
-    !> Values of the goals for the machine of the input (`before`) and for the design (`after`).
+    !> Values of the goals: `before` for the machine of the input, `after` for the design.
     type(reported_goals_type) :: before, after
-    !> Relative increase of the objective if only this parameter is reset to its original value, shape (parameters).
+    !> Relative increase of the objective if this parameter alone is reset to its original value, shape (parameters).
     real(dp), allocatable :: reset_losses(:)
     type(trade_off_point_type), allocatable :: curve(:)
-    !> Turns of the drive in a period.
+    !> Number of turns that the drive makes in a period.
     integer :: turns = 1
   end type design_type
 
 contains
 
-  !> Finds the best design and evaluates it. Fails if no start has a machine with a vibration, or if the goals are invalid.
+  !> Finds the best design and evaluates it. Fails if no machine at a start has a vibration, or if the goals are invalid.
   subroutine find_design(family, plan, machine, design, error, executor)
     !> The machine as a function of the design parameters
     class(family_type), intent(in), target :: family
-    !> Parameters, goals, conditions and number of starts
+    !> Parameters, goals, conditions and number of starts of the design
     type(design_plan_type), intent(in) :: plan
     !> The machine of the input
     type(frame_type), intent(in) :: machine
-    !> The best design and its evaluation
+    !> The best design with its goals
     type(design_type), intent(out) :: design
     type(error_type), allocatable, intent(out) :: error
-    !> Distributes the starts over threads
+    !> Distributes the local searches over threads
     class(executor_type), intent(inout), optional :: executor
     type(members_type) :: found
     type(range_survey_type) :: before, after
@@ -94,10 +95,10 @@ contains
     end do
     if (design%best == 0) return
     if (size(plan%lines) > 0 .and. all(plan%base >= plan%options%lower .and. plan%base <= plan%options%upper)) then
-      ! The result must not be worse than the machine of the input.
+      ! The design must not be worse than the machine of the input.
       base = design%found(1)
-      ! Properties that a parameter sets together (`with`) may differ in the input, so the machine is surveyed as the design makes
-      ! it.
+      ! Numbers that one parameter sets together (key `with`) may differ in the input. The survey therefore uses the machine in
+      ! which the parameters have set these numbers.
       call survey_range(family, plan%options, plan%lines, plan%base, .false., after, error)
       if (allocated(error)) return
       call set_range_values(plan%options, after, base)
@@ -127,8 +128,8 @@ contains
     call find_reset_losses(family, plan, design, error)
   end subroutine find_design
 
-  !> Computes the proved gap of the best design. It follows from the duality gap of a convex problem, and from the fact that
-  !> objectives other than `added_mass` are never negative.
+  !> Computes the proved gap of the best design. It results from the duality gap of a convex problem, and from the fact that all
+  !> objectives except `added_mass` cannot be negative.
   subroutine find_gap(plan, design)
     type(design_plan_type), intent(in) :: plan
     type(design_type), intent(inout) :: design
@@ -148,7 +149,7 @@ contains
     end associate
   end subroutine find_gap
 
-  !> The number rounded to the reported digits: the reported parameters then reproduce the reported values.
+  !> The number x, rounded to the digits that are reported. With rounded parameters a user can reproduce the reported values.
   real(dp) function rounded(x)
     real(dp), intent(in) :: x
     character(len=:), allocatable :: digits_text
@@ -157,7 +158,8 @@ contains
     read (digits_text, *) rounded
   end function rounded
 
-  !> Computes the increase of the objective if each parameter alone is reset to its original value; NaN if there is no such machine.
+  !> Computes, for each parameter, the increase of the objective if this parameter alone is reset to its original value; NaN if no
+  !> such machine exists.
   subroutine find_reset_losses(family, plan, design, error)
     class(family_type), intent(in) :: family
     type(design_plan_type), intent(in) :: plan
@@ -176,8 +178,8 @@ contains
     end do
   end subroutine find_reset_losses
 
-  !> Objective of the machine with the parameters `x`; NaN if this machine or its vibration does not exist. Fails if the goals are
-  !> invalid.
+  !> Objective of the machine with the parameters `x`; NaN if this machine does not exist or has no vibration. Fails if the goals
+  !> are invalid.
   real(dp) function objective_at(family, options, x, error) result(value)
     class(family_type), intent(in) :: family
     type(design_options), intent(in) :: options
@@ -192,8 +194,8 @@ contains
     value = options%combined([(maxval(at%value, at%group == g), g = 1, size(options%objectives))])
   end function objective_at
 
-  !> Computes the trade-off curve: the minimum of the first objective for several upper limits of the second. The limits range from
-  !> the second objective's value at the minimum of the first one to its own minimum.
+  !> Computes the trade-off curve: the minimum of the first objective for several upper limits on the second one. The limits range
+  !> from the value of the second objective at the minimum of the first one down to its own minimum.
   subroutine find_curve(family, plan, design, error)
     class(family_type), intent(in) :: family
     type(design_plan_type), intent(in) :: plan

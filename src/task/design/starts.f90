@@ -1,5 +1,5 @@
-!> Searches for a design from several starts under the given conditions. The best optima are then improved over the whole range,
-!> where each machine is examined along lines (gestell_task_design_range).
+!> Searches for a design from several starts under the given conditions. Then improves the best optima over the whole range, in
+!> which each machine is examined along lines (gestell_task_design_range).
 module gestell_task_design_starts
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -16,7 +16,7 @@ module gestell_task_design_starts
 
   public :: better, has_machine, set_range_values, search_starts
 
-  !> Work for several threads: local searches, one piece for each start.
+  !> Parallel work: each piece is a local search from one start.
   type, extends(work_type) :: search_work_type
     class(family_type), pointer :: family => null()
     type(design_plan_type), pointer :: plan => null()
@@ -27,33 +27,33 @@ module gestell_task_design_starts
     procedure :: exchange
   end type search_work_type
 
-  !> Work for several threads: improving optima over the whole range, one piece for each optimum.
+  !> Parallel work: each piece improves one optimum over the whole range.
   type, extends(search_work_type) :: extension_work_type
   contains
     procedure :: compute => cover
   end type extension_work_type
 
-  !> Number of optima that are improved over the whole range: the best distinct ones.
+  !> Number of optima that are improved over the whole range. They are the best ones that differ from each other.
   integer, parameter :: max_extended = 3
-  !> Maximum number of rounds of `extend_to_range` for one optimum.
+  !> Maximum number of rounds in which `extend_to_range` improves an optimum.
   integer, parameter :: max_rounds = 4
-  !> Residual of the optimality conditions at which a search has converged. Near a sharp resonance, derivatives are only as accurate
-  !> as the position of the maximum, so the usual tolerance of a search cannot be reached.
+  !> A search has converged if the residual of the optimality conditions is below this value. Near a sharp resonance, derivatives
+  !> are only as accurate as the position of the maximum, so the usual tolerance of a search cannot be reached.
   real(dp), parameter :: converged_stationarity = 1.0e-5_dp
-  !> An excess below this fraction of the limit's scale counts as zero.
+  !> An excess over a limit counts as zero if it is below this fraction of the limit's scale.
   real(dp), parameter :: negligible_excess = 1.0e-9_dp
 
 contains
 
-  !> Finds an optimum from each start, over the whole range if the plan has lines through it. Fails if no start has a machine, or if
-  !> the goals are invalid.
+  !> Finds an optimum from each start. If the plan has lines through a range, the optima hold over the whole range. Fails if there
+  !> is no machine at any start, or if the goals are invalid.
   subroutine search_starts(family, plan, found, error, executor)
     class(family_type), intent(in), target :: family
     type(design_plan_type), intent(in), target :: plan
-    !> Optima, shape (starts)
+    !> Optimum that was reached from each start, shape (starts)
     type(optimum_type), allocatable, intent(out) :: found(:)
     type(error_type), allocatable, intent(out) :: error
-    !> Distributes the starts over threads
+    !> Distributes the searches over threads
     class(executor_type), intent(inout), optional :: executor
     type(search_work_type) :: work
     type(extension_work_type) :: covers
@@ -72,7 +72,7 @@ contains
     if (allocated(error)) return
     call move_alloc(work%found, found)
     if (.not. plan%covers()) return
-    ! Extend each distinct optimum only once.
+    ! Each distinct optimum is improved only once.
     first = [(first_of(k), k = 1, plan%starts)]
     distinct = pack([(k, k = 1, plan%starts)], [(first(k) == k .and. has_machine(found(k)), k = 1, plan%starts)])
     do k = 1, size(distinct)
@@ -100,7 +100,7 @@ contains
 
   contains
 
-    !> Number of the first start that led to the same optimum as start n.
+    !> Number of the first start that led to the same optimum as start number n.
     pure integer function first_of(n) result(f)
       integer, intent(in) :: n
       real(dp), parameter :: same = 1.0e-3_dp
@@ -114,10 +114,10 @@ contains
 
   end subroutine search_starts
 
-  !> Improves an optimum under the given conditions so that it holds over all lines; its objective and violation then refer to the
-  !> whole range. Each search considers only the lines on which a goal was at its worst. If other lines become worst at the new
-  !> optimum, they are added and the search is repeated (exchange method). Violated limits are first met by minimising the largest
-  !> excess. Fails as `survey_range` does.
+  !> Improves an optimum under the given conditions so that it holds over all lines. Its objective and its violation of limits then
+  !> refer to the whole range. Each search considers only those lines on which a goal had its worst value. If other lines become
+  !> worst at the new optimum, they are added and the search is repeated (exchange method). If limits are violated, the largest
+  !> excess is minimised first until they are met. Fails if `survey_range` fails.
   subroutine extend_to_range(family, options, lines, optimum, error)
     class(family_type), intent(in) :: family
     type(design_options), intent(in) :: options
@@ -151,7 +151,7 @@ contains
       end if
       if (feasible .and. .not. allocated(error)) call search_from(family, own, (next%x), next, error, converged_stationarity)
       if (allocated(error)) then
-        ! There is no vibration at some of the conditions.
+        ! There is no vibration under some of the conditions; the optimum is kept unchanged.
         deallocate(error)
         exit
       end if
@@ -167,7 +167,7 @@ contains
     optimum%evaluations = evaluations
   end subroutine extend_to_range
 
-  !> Sets the objective, the violation and the feasibility of an optimum to the values found over the range.
+  !> Replaces the objective, the violation of limits and the feasibility of an optimum by the values over the whole range.
   pure subroutine set_range_values(options, survey, optimum)
     type(design_options), intent(in) :: options
     type(range_survey_type), intent(in) :: survey
@@ -182,7 +182,7 @@ contains
     end associate
   end subroutine set_range_values
 
-  !> True if `one` is the better optimum: meeting the limits comes before a small objective.
+  !> True if `one` is better than `other`: first whether the limits are met is compared, then the objective.
   pure logical function better(one, other)
     type(optimum_type), intent(in) :: one, other
 
@@ -191,7 +191,7 @@ contains
       & one%feasible)
   end function better
 
-  !> True if the search found a machine with a vibration at its start.
+  !> True if the machine at the start of the search has a vibration.
   pure logical function has_machine(optimum)
     type(optimum_type), intent(in) :: optimum
 
@@ -199,14 +199,14 @@ contains
     if (has_machine) has_machine = size(optimum%x) > 0
   end function has_machine
 
-  !> Searches from start number `k`.
+  !> Searches for an optimum from start number `k`.
   recursive subroutine compute(self, k, error)
     class(search_work_type), intent(inout) :: self
     integer, intent(in) :: k
     type(error_type), allocatable, intent(out) :: error
 
     call search_from(self%family, self%plan%options, self%starts(:, k), self%found(k), error)
-    ! A start without a machine is no error if there are others.
+    ! It is not an error if there is no machine at this start, provided that there are other starts.
     if (allocated(error) .and. size(self%found) > 1) then
       if (allocated(self%found(k)%x)) deallocate(self%found(k)%x)
       deallocate(error)

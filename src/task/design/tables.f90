@@ -1,4 +1,4 @@
-!> Tables of a design.
+!> Creates the tables of a design.
 module gestell_task_design_tables
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: text
@@ -20,7 +20,7 @@ module gestell_task_design_tables
 
 contains
 
-  !> Table design.csv with a row for each parameter.
+  !> The table design.csv, which has one row for each parameter.
   type(table_type) function parameter_table(plan, design, verdict) result(table)
     type(design_plan_type), intent(in) :: plan
     type(design_type), intent(in) :: design
@@ -45,7 +45,7 @@ contains
     end associate
   end function parameter_table
 
-  !> Table design_goals.csv with a row for each objective and limit.
+  !> The table design_goals.csv, which has one row for each objective and limit.
   type(table_type) function goal_table(design, verdict) result(table)
     type(design_type), intent(in) :: design
     character(len=*), intent(in) :: verdict
@@ -91,7 +91,7 @@ contains
     call table%add("after_speed", rpm, "crank speed at the worst condition after", after(3, :))
   end function goal_table
 
-  !> Table design_range.csv with a row for each operating condition.
+  !> The table design_range.csv, which has one row for each operating condition.
   type(table_type) function range_table(plan, design, verdict) result(table)
     type(design_plan_type), intent(in) :: plan
     type(design_type), intent(in) :: design
@@ -126,7 +126,7 @@ contains
     end associate
   end function range_table
 
-  !> Table design_starts.csv with a row for each start of the search.
+  !> The table design_starts.csv, which has one row for each start of the search.
   type(table_type) function start_table(plan, design, verdict) result(table)
     type(design_plan_type), intent(in) :: plan
     type(design_type), intent(in) :: design
@@ -164,7 +164,7 @@ contains
     end do
   end function start_table
 
-  !> Table design_trade_off.csv with a row for each point of the trade-off curve.
+  !> The table design_trade_off.csv, which has one row for each point of the trade-off curve.
   type(table_type) function curve_table(plan, design) result(table)
     type(design_plan_type), intent(in) :: plan
     type(design_type), intent(in) :: design

@@ -19,7 +19,7 @@ module gestell_task_design_task
   implicit none (type, external)
   private
 
-  !> The task `design` and its plan.
+  !> The task `design` with its plan from the input.
   type, extends(task_type), public :: design_task
     private
     type(design_plan_type) :: plan
@@ -70,7 +70,7 @@ contains
     type(verdict_type) :: judged
     character(len=:), allocatable :: state, words, improved, verdict
 
-    ! The search itself determines the vibrations of its machines, so the family gives frames at rest.
+    ! The search itself computes the vibrations of its machines, so the family supplies frames at rest.
     call context%members(self%plan%family, family, "rest")
     call find_design(family, self%plan, context%configuration%frame, design, error, context%executor)
     if (.not. allocated(error) .and. design%best == 0) call fatal_error(error, "at every starting point of the design " &
@@ -96,7 +96,7 @@ contains
     end associate
   end subroutine run
 
-  !> Adds the verdict on the design to the result, with a final line if the design is not stable.
+  !> Adds the verdict on the design to the result, and a final line if the design is not stable.
   pure subroutine judge(verdict, result)
     type(verdict_type), intent(in) :: verdict
     type(result_type), intent(inout) :: result

@@ -18,7 +18,8 @@ module gestell_task_drawing_balance_table
 
 contains
 
-  !> Section of the report: amplitudes along the axes, then magnitudes of the vectors that rotate with the crank and against it.
+  !> The balance table, a section of the report: amplitudes along the axes, and magnitudes of the vectors that rotate with the crank
+  !> and against it.
   function balance_table(frame) result(lines)
     class(frame_type), intent(in) :: frame
     character(len=:), allocatable :: lines, rows, turning, shaft
@@ -35,7 +36,7 @@ contains
     rows = ""
     turning = ""
     do k = 1, min(highest * frame%mechanism%turns, size(forces%series(1)%amplitude))
-      ! fractional orders are listed only if they are not zero
+      ! fractional orders are listed only if their forces are not zero
       nothing = all([(forces%series(i)%amplitude(k) <= forces%noise(i), i = 1, 6)])
       if (nothing .and. modulo(k, frame%mechanism%turns) > 0) cycle
       rows = rows // order_of(k, frame%mechanism%turns) // cells([(forces%series(i)%amplitude(k), i = 1, 6)], forces%noise) &
@@ -47,7 +48,7 @@ contains
     rows = rows // "peak" // cells(forces%peak, forces%noise) // newline // "rms" // cells(forces%rms, forces%noise) // newline
     lines = lines // ", amplitudes" // newline // tabulated("rrrrrrr", "order,fx,fy,fz,mx,my,mz" // newline &
       & // ",N,N,N,N m,N m,N m", rows) // "  couples are about the origin O; orders are multiples of the crank speed" // newline
-    ! the axis of the shaft is mentioned only if it is not zeta
+    ! the axis of the shaft is mentioned only if it is not the zeta axis
     shaft = ""
     if (forces%shaft(3) < 1) shaft = " (" // concise(forces%shaft(1), 3) // ", " // concise(forces%shaft(2), 3) // ", " &
       & // concise(forces%shaft(3), 3) // ")"
@@ -57,7 +58,7 @@ contains
       & // ",N,N,N m,N m", turning)
   end function balance_table
 
-  !> The values as table cells; 0 for a value up to `noise`, the limit of its rounding error.
+  !> The values as table cells. A value that does not exceed `noise`, the limit of its rounding error, is written as 0.
   pure function cells(values, noise) result(words)
     real(dp), intent(in) :: values(:), noise(:)
     character(len=:), allocatable :: words

@@ -1,4 +1,4 @@
-!> The task `drawing`: positions of the mechanism over the period, as a table and a picture.
+!> The task `drawing`: computes the positions of the mechanism over the period, and writes them as a table and a picture.
 module gestell_task_drawing
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp, pi
@@ -28,7 +28,7 @@ module gestell_task_drawing
     procedure :: run
   end type drawing_task
 
-  !> Number of positions in the period; the table has one more row, which repeats the first position
+  !> Number of positions in the period. The table has one more row, which repeats the first position
   integer, parameter :: rows = 360
 
 contains
@@ -42,7 +42,7 @@ contains
     self%drawn_with_plot = .true.
   end subroutine describe
 
-  !> Fails if the task is requested and the mechanism has no joints and links to draw.
+  !> Checks that there is something to draw. Fails if the task is requested and the mechanism has no joints and links.
   subroutine read_drawing(self, configuration, error)
     class(drawing_task), intent(inout) :: self
     type(configuration_type), intent(inout) :: configuration
@@ -57,7 +57,7 @@ contains
     end select
   end subroutine read_drawing
 
-  !> Adds the table of positions and the picture to the result. Does nothing if the mechanism is not a linkage.
+  !> Adds the table of positions and the picture to `result`. Does nothing if the mechanism is not a linkage.
   subroutine run(self, context, result, error)
     class(drawing_task), intent(inout) :: self
     type(context_type), intent(inout) :: context
@@ -88,12 +88,12 @@ contains
     end associate
   end subroutine run
 
-  !> Table mechanism.csv: positions of all joints and centres of mass in the frame's axes, one row for each crank angle.
+  !> The table mechanism.csv: positions of all joints and centres of mass in the frame's axes, with one row for each crank angle.
   pure type(table_type) function table_of(frame, linkage, joints, centers) result(table)
     class(frame_type), intent(in) :: frame
     class(linkage_type), intent(in) :: linkage
-    !> Positions (m) of the joints, shape (axes, joints, rows), and of the centres of mass, shape (axes, links, rows); two or three
-    !> axes
+    !> `joints`: positions of the joints (m), shape (axes, joints, rows). `centers`: positions of the centres of mass (m), shape
+    !> (axes, links, rows). There are two or three axes
     real(dp), intent(in) :: joints(:, :, :), centers(:, :, :)
     integer :: i, k
 

@@ -1,4 +1,4 @@
-!> Writes parts of the picture of a mechanism in gnuplot's notation: lines from columns of its table, points and outlines.
+!> Writes parts of the picture of a mechanism as gnuplot commands: lines from columns of its table, points and outlines.
 module gestell_task_drawing_elements
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, newline, text
@@ -11,7 +11,8 @@ module gestell_task_drawing_elements
 
   character, parameter, public :: axes(3) = ["x", "y", "z"]
 
-  !> Numbers of table columns with positions: of joints, shape (axes, joints), and of centres of mass of links, shape (axes, links)
+  !> Numbers of the table columns that contain positions: of joints, shape (axes, joints), and of the centres of mass of links,
+  !> shape (axes, links)
   type, public :: columns_type
     integer, allocatable :: joints(:, :), links(:, :)
   contains
@@ -38,7 +39,7 @@ contains
     end do
   end function new_columns
 
-  !> Gnuplot columns with the position of joint `i` along the two axes `view_axes`, for example "4:5".
+  !> Gnuplot columns with the position of joint number `i` along the two axes `view_axes`, for example "4:5".
   pure function joint(self, i, view_axes) result(words)
     class(columns_type), intent(in) :: self
     integer, intent(in) :: i, view_axes(2)
@@ -47,7 +48,7 @@ contains
     words = text(self%joints(view_axes(1), i)) // ":" // text(self%joints(view_axes(2), i))
   end function joint
 
-  !> Gnuplot columns with the centre of mass of link `i` along the two axes `view_axes`, for example "4:5".
+  !> Gnuplot columns with the centre of mass of link number `i` along the two axes `view_axes`, for example "4:5".
   pure function link(self, i, view_axes) result(words)
     class(columns_type), intent(in) :: self
     integer, intent(in) :: i, view_axes(2)
@@ -56,7 +57,7 @@ contains
     words = text(self%links(view_axes(1), i)) // ":" // text(self%links(view_axes(2), i))
   end function link
 
-  !> Gnuplot columns with the position of the first of two `joints` and the vector from it to the second one.
+  !> Gnuplot columns with the position of the first of two `joints`, and with the vector from it to the second one.
   pure function between(self, joints, view_axes) result(words)
     class(columns_type), intent(in) :: self
     integer, intent(in) :: joints(2), view_axes(2)
@@ -70,7 +71,7 @@ contains
     end do
   end function between
 
-  !> Part of a plot command that draws one line or set of points from the rows `every` of mechanism.csv.
+  !> Part of a plot command that draws a line or a set of points from mechanism.csv. `every`: rows that are used.
   pure function element(every, columns, style) result(words)
     character(len=*), intent(in) :: every, columns, style
     character(len=:), allocatable :: words
@@ -94,7 +95,7 @@ contains
     word = concise(point(1), 7) // "," // concise(point(2), 7)
   end function pair
 
-  !> Gnuplot command that draws the frame's outline: a polygon with the corners `hull`, shape (2, corners).
+  !> Gnuplot command that draws the frame's outline, a polygon with the corners `hull`, shape (2, corners).
   pure function outline_lines(hull) result(lines)
     real(dp), intent(in) :: hull(:, :)
     character(len=:), allocatable :: lines

@@ -12,8 +12,8 @@ module gestell_task_drawing_guides
 
 contains
 
-  !> Gnuplot functions that give a vector in the axes of a body. The first axis points from the joint in the columns p, p + 1 to the
-  !> joint in the columns q, q + 1.
+  !> Gnuplot functions that return a vector in the axes of a body. The first axis points from the joint in columns p and p + 1 to
+  !> the joint in columns q and q + 1.
   pure function body_functions() result(lines)
     character(len=:), allocatable :: lines
 
@@ -24,11 +24,11 @@ contains
       & // "bodyy(p, q, a, b) = a * ey(p, q) + b * ex(p, q)" // newline
   end function body_functions
 
-  !> Parts of the plot command that draw the guides, slightly longer than the travel of their sliders.
+  !> Parts of the plot command that draw the guides. A guide is drawn slightly longer than the travel of its slider.
   pure function guides(diagram, columns, origin, extent) result(words)
     type(diagram_type), intent(in) :: diagram
     type(columns_type), intent(in) :: columns
-    !> Origin of the mechanism in the frame (m), and length of the picture to which symbols are scaled (m)
+    !> `origin`: origin of the mechanism in the frame's axes (m). `extent`: length of the picture (m), to which symbols are scaled
     real(dp), intent(in) :: origin(2), extent
     character(len=:), allocatable :: words
     real(dp) :: travel(2)
@@ -82,7 +82,7 @@ contains
     end if
   end function place_on
 
-  !> Gnuplot columns with a displacement of length `way` (m) along a guide.
+  !> Gnuplot columns with the components of a displacement of length `way` (m) along a guide.
   pure function step_along(guide, columns, way) result(words)
     type(guide_type), intent(in) :: guide
     type(columns_type), intent(in) :: columns

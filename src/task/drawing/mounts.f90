@@ -10,17 +10,18 @@ module gestell_task_drawing_mounts
 
   public :: append, draw_mount, outline
 
-  !> Number of corners of the polygon that approximates a circle around each point of the frame
+  !> Number of corners of the polygon that replaces a circle around each point of the frame
   integer, parameter :: corners = 16
-  !> A spring is drawn bold if its stiffness exceeds that of the support's other spring by this factor
+  !> A spring is drawn bold if its stiffness exceeds that of the other spring of the support by this factor
   real(dp), parameter :: much_stiffer = 1.5_dp
-  !> Part of the symbol of a damper: the piston with its rod. Coordinates along and across the mount, relative to its length
+  !> Part of the symbol of a damper: the piston with its rod. Coordinates along the mount and across it, as fractions of its length
   real(dp), parameter :: rod(2, 4) = reshape([0.15_dp, 0.0_dp, 0.5_dp, 0.0_dp, 0.5_dp, 0.06_dp, 0.5_dp, -0.06_dp], [2, 4])
-  !> Part of the symbol of a damper: the cylinder with its connection to the ground
+  !> Part of the symbol of a damper: the cylinder with its connection to the ground. Coordinates along the mount and across it, as
+  !> fractions of its length
   real(dp), parameter :: cup(2, 6) = reshape([0.35_dp, 0.09_dp, 0.65_dp, 0.09_dp, 0.65_dp, 0.0_dp, 1.0_dp, 0.0_dp, 0.65_dp, &
     & 0.0_dp, 0.65_dp, -0.09_dp], [2, 6])
 
-  !> A drawing of several lines. `points`: points of all lines one after the other, shape (2, points). `ends`: number of the last
+  !> A drawing that consists of lines. `points`: points of all lines, line after line, shape (2, points). `ends`: number of the last
   !> point of each line
   type, public :: drawing_type
     real(dp), allocatable :: points(:, :)
@@ -31,8 +32,8 @@ module gestell_task_drawing_mounts
 
 contains
 
-  !> Outline of a frame that keeps a `distance` from each of the `points`, shape (2, points): the convex hull of circles around
-  !> them, with corners in counter-clockwise order.
+  !> Outline of a frame, at a `distance` from each of the `points`, shape (2, points). It is the convex hull of circles around the
+  !> points, with its corners in counter-clockwise order.
   function outline(points, distance) result(hull)
     real(dp), intent(in) :: points(:, :), distance
     real(dp), allocatable :: hull(:, :)
@@ -45,10 +46,10 @@ contains
         all(:, corners * (i - 1) + k) = points(:, i) + distance * [cos(turn), sin(turn)]
       end do
     end do
-    ! sort by x, then by y
+    ! sort the points by x, and points with equal x by y
     order = ascending(all(2, :))
     order = order(ascending(all(1, order)))
-    ! Andrew's monotone chain algorithm: lower chain from left to right, then upper chain back
+    ! Andrew's monotone chain algorithm: lower part of the hull from left to right, then upper part from right to left
     n = 0
     do i = 1, size(order)
       call add(all(:, order(i)), 1)
@@ -59,7 +60,7 @@ contains
     end do
     hull = chain(:, :n - 1)
   contains
-    !> Appends a corner to the chain. Corners before it at which the chain is then no longer convex are removed.
+    !> Appends a corner to the hull. Removes the previous corners at which the hull is no longer convex.
     subroutine add(point, first)
       real(dp), intent(in) :: point(2)
       integer, intent(in) :: first
@@ -75,13 +76,13 @@ contains
     end subroutine add
   end function outline
 
-  !> Draws spring, damper and ground along both axes of a support, pointing away from the centre of the picture. A spring that is
-  !> much stiffer than the other one is added to `stiff`.
+  !> Draws spring, damper and ground along both axes of a support. The symbols point away from the centre of the picture. A spring
+  !> that is much stiffer than the other one is added to `stiff`.
   subroutine draw_mount(drawing, stiff, support, middle, length)
-    !> `drawing`: lines of ordinary springs, dampers and the ground. `stiff`: lines of stiff springs, drawn bold
+    !> `drawing`: lines of ordinary springs, of dampers and of the ground. `stiff`: lines of stiff springs, which are drawn bold
     type(drawing_type), intent(inout) :: drawing, stiff
     type(support_type), intent(in) :: support
-    !> Centre of the picture (m), and length of the symbol of a mount (m)
+    !> `middle`: centre of the picture (m). `length`: length of the symbol of a mount (m)
     real(dp), intent(in) :: middle(2), length
     real(dp) :: along(2), across(2), aside, offset, start
     logical :: spring, damper
@@ -114,7 +115,8 @@ contains
       call add_shape(drawing, hatch(), 0.0_dp)
     end do
   contains
-    !> Adds a line, given by coordinates along and across the mount relative to its length, and moved sideways by `moved`.
+    !> Adds a line to a drawing. Its coordinates along the mount and across it are fractions of the mount's length. `moved`:
+    !> sideways displacement of the line.
     subroutine add_shape(lines, shape, moved)
       type(drawing_type), intent(inout) :: lines
       real(dp), intent(in) :: shape(:, :), moved
@@ -128,7 +130,7 @@ contains
     end subroutine add_shape
   end subroutine draw_mount
 
-  !> Symbol of a spring as a zigzag line that begins at `start`, relative to the length of the mount.
+  !> Symbol of a spring: a zigzag line that begins at `start`. Coordinates are fractions of the mount's length.
   pure function zigzag(start) result(shape)
     real(dp), intent(in) :: start
     real(dp) :: shape(2, 10)
@@ -143,7 +145,7 @@ contains
     shape(:, 10) = [1.0_dp, 0.0_dp]
   end function zigzag
 
-  !> Symbol of the ground: a line with oblique strokes behind it, as one continuous line.
+  !> Symbol of the ground: one continuous line with oblique strokes on its far side.
   pure function hatch() result(shape)
     real(dp) :: shape(2, 17)
     integer :: i
@@ -173,7 +175,7 @@ contains
     drawing%ends = [drawing%ends, n + size(points, 2)]
   end subroutine append
 
-  !> The lines as inline data for gnuplot; a blank line follows each line of the drawing.
+  !> The lines of the drawing as inline data for gnuplot. A blank line follows each line of the drawing.
   pure function data_lines(self) result(lines)
     class(drawing_type), intent(in) :: self
     character(len=:), allocatable :: lines

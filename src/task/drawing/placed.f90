@@ -1,4 +1,4 @@
-!> Places the planar mechanisms of a machine in space, in order to draw them.
+!> Converts the positions in planar mechanisms to positions in space, in order to draw the machine.
 module gestell_task_drawing_placed
   use gestell_base_kinds, only: dp
   use gestell_model_frame, only: frame_type
@@ -10,27 +10,28 @@ module gestell_task_drawing_placed
   public :: place_in_space
 
   !> Positions in the frame's axes, measured from F (m). `joints`: shape (3, joints, angles). `centers`: centres of mass, shape (3,
-  !> links, angles). `guides`: both ends of each slider's travel, shape (3, 2, sliders); on a moving guide both equal the slider's
-  !> first position.
+  !> links, angles). `guides`: both ends of each slider's travel, shape (3, 2, sliders). If a slider's guide moves, both ends equal
+  !> the slider's first position.
   type, public :: placed_type
     real(dp), allocatable :: joints(:, :, :), centers(:, :, :), guides(:, :, :)
   end type placed_type
 
 contains
 
-  !> Places the joints of each mechanism at one offset normal to its plane: the mean offset of its links. If the mechanism has
-  !> rotating links that start at a moving joint, only these are averaged, because parts of a shaft may have any offset along it.
+  !> Computes positions in space. All joints of a mechanism get the same offset normal to its plane: the mean offset of its links.
+  !> If the mechanism has rotating links that start at a moving joint, only their offsets are averaged, because parts of a shaft may
+  !> lie anywhere along it.
   subroutine place_in_space(frame, linkage, diagram, placed)
     class(frame_type), intent(in) :: frame
     class(linkage_type), intent(in) :: linkage
-    !> Positions of joints and centres of mass within the planes of the linkages
+    !> Positions of joints and centres of mass in the planes of the mechanisms
     type(diagram_type), intent(in) :: diagram
     type(placed_type), intent(out) :: placed
     integer :: mechanism(size(linkage%joints)), plane(size(linkage%joints)), i, k, n
     real(dp) :: z(size(linkage%joints)), end_point(2)
     logical, dimension(size(linkage%links)) :: own, between
 
-    ! number the mechanisms: joints connected by bars have equal numbers
+    ! number the mechanisms: joints that are connected by bars get the same number
     mechanism = [(i, i = 1, size(mechanism))]
     do i = 1, size(diagram%bars)
       associate (ends => mechanism(diagram%bars(i)%joints))
@@ -71,7 +72,7 @@ contains
 
   contains
 
-    !> Position in the frame's axes (m) of a point given in the plane with this `number`.
+    !> Position in the frame's axes (m) of a point in the plane that has this `number`.
     pure function point_in_space(number, point)
       integer, intent(in) :: number
       real(dp), intent(in) :: point(3)

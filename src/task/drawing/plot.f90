@@ -1,4 +1,4 @@
-!> Draws a planar mechanism over the period, with its frame and mounts, to scale.
+!> Draws a planar mechanism over the period, together with its frame and mounts, to scale.
 module gestell_task_drawing_plot
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, either, newline, text
@@ -19,19 +19,19 @@ module gestell_task_drawing_plot
 
   character(len=6), parameter :: colours(0:6) = [character(len=6) :: "555555", "D55E00", "0072B2", "009E73", "CC79A7", "E69F00", &
     & "56B4E9"]
-  !> `bold`: row of mechanism.csv whose position is drawn bold. `usual_step`, `wide_step`: distances of the rows drawn faint, for
-  !> simple and for complicated mechanisms
+  !> Rows of mechanism.csv. `bold`: row whose position is drawn bold. `usual_step`, `wide_step`: number of rows between positions
+  !> that are drawn faint, for simple and for complicated mechanisms
   integer, parameter :: bold = 60, usual_step = 30, wide_step = 60
-  !> Coordinate axes that point to the right and upward in the picture
+  !> Numbers of the coordinate axes that point to the right and upward in the picture
   integer, parameter :: plane(2) = [1, 2]
-  !> Limits for a readable picture. More bars than `many_bars`: fewer positions. More joints than `many_joints`: smaller names. More
-  !> joints than `too_many_joints`: only joints on the frame are named. More links than `longest_key`: no key. More probes than
-  !> `most_marks`: no names of probes.
+  !> Limits for a readable picture. With more bars than `many_bars`, fewer positions are drawn. With more joints than `many_joints`,
+  !> names are smaller; with more than `too_many_joints`, only joints on the frame are named. With more links than `longest_key`,
+  !> there is no legend. With more probes than `most_marks`, probes are not named.
   integer, parameter :: many_bars = 14, many_joints = 16, too_many_joints = 40, longest_key = 12, most_marks = 12
 
 contains
 
-  !> Picture of the mechanism, drawn from the table mechanism.csv.
+  !> Draws the mechanism from the table mechanism.csv.
   function plot_mechanism(table, frame, linkage, diagram, probes) result(figure)
     type(table_type), intent(in) :: table
     class(frame_type), intent(in) :: frame
@@ -50,14 +50,14 @@ contains
     integer :: i
 
     columns = new_columns(table, linkage, 2)
-    ! bounding box of all moving points, F, the supports and the probes
+    ! bounding box of all moving points, of F, the supports and the probes
     do i = 1, 2
       low(i) = min(0.0_dp, minval(diagram%joints(i, :, :)), minval(diagram%centers(i, :, :)), &
         & minval(frame%supports%position(i)), minval(probes%position(i)))
       high(i) = max(0.0_dp, maxval(diagram%joints(i, :, :)), maxval(diagram%centers(i, :, :)), &
         & maxval(frame%supports%position(i)), maxval(probes%position(i)))
     end do
-    ! reference length of symbols; a long slender machine gets smaller ones
+    ! reference length for the size of symbols; it is smaller for a long slender machine
     extent = min(maxval(high - low), max(2 * minval(high - low), 0.3_dp * maxval(high - low)))
     if (.not. extent > 0) extent = 1
     do i = 1, size(at_origin)
@@ -105,7 +105,8 @@ contains
       & height=nint(min(max(pixels, 360.0_dp), 950.0_dp)))
   end function plot_mechanism
 
-  !> Points that the frame carries (m), shape (2, points): F, supports, probes, joints on the frame, and ends of the guides on it.
+  !> Points that belong to the frame (m), shape (2, points): F, supports, probes, joints on the frame, and ends of the guides on the
+  !> frame.
   pure function points_of_frame(frame, diagram, probes) result(points)
     class(frame_type), intent(in) :: frame
     type(diagram_type), intent(in) :: diagram
@@ -157,8 +158,8 @@ contains
       & // "at graph 0.01,graph 0.03 font ',11' noenhanced" // newline
   end function frame_lines
 
-  !> Gnuplot commands that draw two axes at a point as arrows, with the names of the point and of the axes. At F the name of the
-  !> second axis is moved aside, because O may lie above F.
+  !> Gnuplot commands that draw two axes at a point as arrows, together with the names of the point and of the axes. At F the name
+  !> of the second axis is moved aside, because O may lie above F.
   pure function axes(point, name, first, second, extent, number) result(lines)
     real(dp), intent(in) :: point(2), extent
     character(len=*), intent(in) :: name, first, second
@@ -179,8 +180,8 @@ contains
       & // " " // either("left offset 0.5,-0.2", "center offset 0,0.6", name == "F") // " font ',11' front" // newline
   end function axes
 
-  !> Parts of the plot command that draw the bars: in one position, bold and with the links that only translate, if `in_full`;
-  !> otherwise faint over the period.
+  !> Parts of the plot command that draw the bars. If `in_full`: bold in one position, with the links that only translate.
+  !> Otherwise: faint in several positions over the period.
   pure function bars(linkage, diagram, columns, in_full) result(words)
     class(linkage_type), intent(in) :: linkage
     type(diagram_type), intent(in) :: diagram
@@ -215,7 +216,7 @@ contains
     end do
   end function bars
 
-  !> Parts of the plot command that draw the paths of joints and centres of mass.
+  !> Parts of the plot command that draw the paths of joints and centres of mass over the period.
   pure function traces(diagram, columns) result(words)
     type(diagram_type), intent(in) :: diagram
     type(columns_type), intent(in) :: columns
@@ -233,7 +234,7 @@ contains
     end do
   end function traces
 
-  !> Parts of the plot command that mark the probes. Their names are placed on the side towards the `middle` of the picture.
+  !> Parts of the plot command that mark the probes. The name of a probe is placed on the side towards the `middle` of the picture.
   pure function probe_marks(probes, middle) result(words)
     type(probe_type), intent(in) :: probes(:)
     real(dp), intent(in) :: middle
@@ -252,8 +253,8 @@ contains
       & // "  keyentry with points lt 1 pt 12 ps 1.6 lw 2 lc rgb '#CC0000' title 'probe'"
   end function probe_marks
 
-  !> Parts of the plot command that mark the centres of mass and the joints; joints on the frame are filled. Names are placed on the
-  !> side away from the other joints.
+  !> Parts of the plot command that mark the centres of mass and the joints. Joints on the frame are filled circles. A name is
+  !> placed on the side away from the other joints.
   pure function marks_and_pins(linkage, diagram, columns, at_origin) result(words)
     class(linkage_type), intent(in) :: linkage
     type(diagram_type), intent(in) :: diagram
@@ -290,7 +291,7 @@ contains
     end do
   end function marks_and_pins
 
-  !> Colour of a link; grey for a bar that belongs to no link.
+  !> Colour of a link; grey for a bar that does not belong to a link.
   pure character(len=6) function colour(link)
     integer, intent(in) :: link
 

@@ -1,4 +1,4 @@
-!> Reports what follows from the mechanism without its vibration: mobility, motions, transmission angle, shaking forces.
+!> Reports properties of the mechanism that do not depend on the vibration: mobility, motions, transmission angle, shaking forces.
 module gestell_task_drawing_report
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp, pi
@@ -22,12 +22,12 @@ module gestell_task_drawing_report
 
   public :: report_mechanism, report_transmission
 
-  !> Transmission angles (deg) below this limit are reported as poor
+  !> Transmission angles (deg) below this value are reported as poor
   real(dp), parameter :: poor_angle = 40
 
 contains
 
-  !> Section of the report on the mechanism, with its shaking forces and the static loads.
+  !> The section of the report on the mechanism, with its shaking forces and the static loads.
   function report_mechanism(frame) result(lines)
     class(frame_type), intent(in) :: frame
     character(len=:), allocatable :: lines, rows, motion
@@ -79,7 +79,7 @@ contains
     if (frame%weights%act) lines = lines // static_lines(frame)
   end function report_mechanism
 
-  !> Table of the forces of the supports on the ground at rest, due to the weights.
+  !> Table of the forces that the supports exert on the ground when the machine is at rest, due to gravity.
   function static_lines(frame) result(lines)
     class(frame_type), intent(in) :: frame
     character(len=:), allocatable :: lines, rows
@@ -111,7 +111,7 @@ contains
       & // repeat(",N", size(force)), rows // newline)
   end function static_lines
 
-  !> Line on the transmission angle of a linkage for the report of a run; empty for other mechanisms.
+  !> Line on the transmission angle of a linkage, for the report of a run; empty for other mechanisms.
   function report_transmission(frame) result(line)
     class(frame_type), intent(in) :: frame
     character(len=:), allocatable :: line
@@ -125,8 +125,8 @@ contains
     end select
   end function report_transmission
 
-  !> Lines on the smallest transmission angle, and on the nearest dead point: by how much a length of which joint must change to
-  !> reach it.
+  !> Lines on the smallest transmission angle and on the nearest dead point. For the dead point they state which length of which
+  !> joint must change, and by how much, to reach it.
   function transmission_line(mechanism, diagnosis) result(line)
     class(linkage_type), intent(in) :: mechanism
     type(diagnosis_type), intent(in) :: diagnosis
@@ -148,8 +148,8 @@ contains
       & // mechanism%joints(nearest)%name // "' changes by " // concise(diagnosis%joints(nearest)%margin, 3) // " m" // newline
   end function transmission_line
 
-  !> Table of the sliders: stroke, maximum speed and acceleration, and the time ratio of forward to return motion. `speed` is the
-  !> rate of the linkage's crank angle (rad/s).
+  !> Table of the sliders: stroke, maximum speed and acceleration, and the time ratio of forward to return motion. `speed`: rate of
+  !> the linkage's crank angle (rad/s).
   function slider_lines(mechanism, diagnosis, speed) result(lines)
     class(linkage_type), intent(in) :: mechanism
     type(diagnosis_type), intent(in) :: diagnosis
@@ -167,7 +167,7 @@ contains
         rows = rows // mechanism%joints(i)%name // tab // concise(joint%travel(2) - joint%travel(1), 5) // tab &
           & // in_range(joint%rate * abs(speed)) // tab // in_range(joint%second_rate * speed**2)
         forward = joint%forward
-        ! if the crank turns the other way, the return motion becomes the forward motion
+        ! if the crank turns in the opposite direction, the return motion becomes the forward motion
         if (speed < 0 .and. forward > 0) forward = 2 * pi - forward
         if (forward > 0) rows = rows // tab // fixed(forward * mechanism%turns * 180 / pi, 2) // tab &
           & // concise(forward / (2 * pi - forward), 5)
@@ -206,13 +206,14 @@ contains
       lines = lines // ": they overflow double precision" // newline
       return
     end if
-    ! Amplitudes below this limit are rounding error: relative to the larger of the two forces, and to the terms whose sum they are.
+    ! Amplitudes below this limit are rounding errors. The limit is relative to the larger of the two forces, and to the terms that
+    ! the forces are the sums of.
     noise(:2) = 1.0e-11_dp * max(maxval(forces%series(1)%amplitude), maxval(forces%series(2)%amplitude))
     noise(3) = 1.0e-11_dp * maxval(forces%series(3)%amplitude)
     noise = max(noise, 1.0e-12_dp * frame%speed**2 * frame%mechanism%terms(:3))
     rows = ""
     do k = 1, min(8 * frame%mechanism%turns, size(forces%series(1)%amplitude))
-      ! fractional orders are listed only if they are not zero
+      ! fractional orders are listed only if their forces are not zero
       if (modulo(k, frame%mechanism%turns) > 0 .and. all([(forces%series(i)%amplitude(k) < noise(i), i = 1, 3)])) cycle
       rows = rows // order_of(k, frame%mechanism%turns)
       do i = 1, 3
@@ -236,7 +237,8 @@ contains
 
   contains
 
-    !> The three values as table cells, each followed by an empty cell in the column of the phase; 0 for rounding error.
+    !> The three values as table cells; 0 for a rounding error. An empty cell follows each, because the next column of the table is
+    !> the phase.
     pure function sizes(values) result(words)
       real(dp), intent(in) :: values(3)
       character(len=:), allocatable :: words
@@ -250,7 +252,7 @@ contains
       words = words // newline
     end function sizes
 
-    !> An unbalance in words: its amount in kg mm, and its direction at crank angle zero.
+    !> An unbalance as text: its magnitude in kg mm, and its direction when the crank angle is zero.
     pure function vector(unbalance) result(words)
       complex(dp), intent(in) :: unbalance
       character(len=:), allocatable :: words
@@ -262,7 +264,7 @@ contains
 
   end function shaking_lines
 
-  !> Lines on the counterweights that cancel the force completely: unbalance and direction in the axes of each link.
+  !> Lines on the counterweights with which the force vanishes: unbalance and direction in the axes of each link.
   function balance_lines(frame) result(lines)
     class(frame_type), intent(in) :: frame
     character(len=:), allocatable :: lines
@@ -295,7 +297,7 @@ contains
     end select
   end function balance_lines
 
-  !> An angle (rad) in degrees with one decimal, in the range -180 < angle <= 180.
+  !> An angle (rad) as text in degrees with one decimal, in the range -180 < angle <= 180.
   pure function degrees(angle) result(words)
     real(dp), intent(in) :: angle
     character(len=:), allocatable :: words
@@ -307,7 +309,8 @@ contains
     if (words == "-0.0") words = "0.0"
   end function degrees
 
-  !> Mean ratio of the amplitudes of successive orders, from the largest amplitude to the last one above rounding error.
+  !> Mean ratio of the amplitudes of successive orders. It is computed from the largest amplitude to the last one above rounding
+  !> error.
   pure real(dp) function amplitude_ratio(amplitude)
     real(dp), intent(in) :: amplitude(:)
     integer :: first, last
@@ -319,7 +322,7 @@ contains
     if (last > first) amplitude_ratio = (amplitude(last) / amplitude(first))**(1.0_dp / (last - first))
   end function amplitude_ratio
 
-  !> The lowest and highest value in words. Values below 1e-9 of the mechanism's size count as zero.
+  !> The lowest and the highest value as text. Values below 1e-9 of the mechanism's size count as zero.
   function extent(values, size_of_all) result(words)
     real(dp), intent(in) :: values(2), size_of_all
     character(len=:), allocatable :: words

@@ -1,5 +1,5 @@
-!> Draws a machine in space: three views at one scale in first-angle projection. In this projection the view from the left stands to
-!> the right of the front view, and the view from above stands below it.
+!> Draws a machine in space as three views at the same scale, in first-angle projection. In this projection the view from the left
+!> is drawn to the right of the front view, and the view from above is drawn below it.
 module gestell_task_drawing_views
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, either, newline, text
@@ -21,27 +21,27 @@ module gestell_task_drawing_views
 
   character(len=6), parameter :: colours(6) = [character(len=6) :: "D55E00", "0072B2", "009E73", "CC79A7", "E69F00", "56B4E9"]
   character(len=*), parameter :: unlinked_colour = "555555"
-  !> `bold`: row of mechanism.csv whose position is drawn bold. `step`: distance of the rows drawn faint. `last_row`: last of these
-  !> rows
+  !> Rows of mechanism.csv. `bold`: row whose position is drawn bold. `step`: number of rows between positions that are drawn faint.
+  !> `last_row`: last row that may be drawn faint
   integer, parameter :: bold = 60, step = 60, last_row = 359
-  !> Coordinate axes that point to the right and upward in each of the three views
+  !> Numbers of the coordinate axes that point to the right and upward in each of the three views
   integer, parameter :: right(3) = [1, 3, 1], upward(3) = [2, 2, 3]
   character(len=2), parameter :: axes(3) = ["ξ", "η", "ζ"]
   character(len=*), parameter :: headings(3) = [character(len=16) :: "from the front", "from the left", "from above"]
   !> Sizes in pixels. `wide`: width of the picture. `side`, `between`, `above`, `below`: margins around and between the views.
   !> `tallest`: maximum height
   real(dp), parameter :: wide = 960, side = 70, between = 75, above = 80, below = 60, tallest = 1100
-  !> Maximum number of links named in the key
+  !> Maximum number of links that the legend names
   integer, parameter :: longest_key = 12
 
 contains
 
-  !> Picture of the machine, drawn from the table mechanism.csv.
+  !> Draws the three views of the machine from the table mechanism.csv.
   function plot_views(table, frame, linkage, diagram, placed, probes) result(figure)
     type(table_type), intent(in) :: table
     class(frame_type), intent(in) :: frame
     class(linkage_type), intent(in) :: linkage
-    !> Bars, joints on the frame and sliders of the mechanism; positions within the planes of the linkages
+    !> Bars, joints on the frame and sliders of the mechanism, with positions in the planes of the mechanisms
     type(diagram_type), intent(in) :: diagram
     !> Positions of joints, centres of mass and guides in the frame's axes (m)
     type(placed_type), intent(in) :: placed
@@ -128,7 +128,7 @@ contains
       hull = outline(body%points, 0.025_dp * extent)
       lines = "unset label; unset arrow; unset object" // newline // "set label 1 '" // trim(headings(view)) &
         & // "' at graph 0,1.035 font ',13'" // newline // outline_lines(hull)
-      ! axes at F
+      ! draw the axes at F
       length = 0.09_dp * extent
       lines = lines // "set arrow 1 from 0,0 rto " // concise(length, 4) // ",0 size char 0.6,20 filled lt 7 dt 1 lw 1.2 front" &
         & // newline // "set arrow 2 from 0,0 rto 0," // concise(length, 4) // " size char 0.6,20 filled lt 7 dt 1 lw 1.2 front" &
@@ -184,7 +184,8 @@ contains
 
   end function plot_views
 
-  !> Distance between tics: the smallest of 1, 2 or 5 times a power of ten that is at least a sixth of the machine's size.
+  !> Distance between tic marks: the smallest number of the form 1, 2 or 5 times a power of ten that is not less than a sixth of the
+  !> machine's size.
   pure real(dp) function tics(extent)
     real(dp), intent(in) :: extent
     real(dp), parameter :: round(4) = [1.0_dp, 2.0_dp, 5.0_dp, 10.0_dp]
@@ -194,7 +195,7 @@ contains
     tics = power * round(findloc(round * power >= extent / 6, .true., dim=1))
   end function tics
 
-  !> Gnuplot range from the lower to the upper end, or from the upper to the lower one if `reversed`.
+  !> Gnuplot range from `low` to `high` or, if `reversed`, from `high` to `low`.
   pure function range_of(low, high, reversed) result(words)
     real(dp), intent(in) :: low, high
     logical, intent(in) :: reversed
@@ -211,14 +212,14 @@ contains
     place = [probe%position(1), probe%position(2), probe%z]
   end function place_of
 
-  !> Draws the springs of a support as they appear in the view with the axes `view_axes`. `length` (m) is that of a spring parallel
-  !> to the view.
+  !> Draws the springs of a support as they appear in the view with the axes `view_axes`. `length`: length (m) of a spring that is
+  !> parallel to the view.
   subroutine draw_springs(drawing, support, view_axes, length)
     type(drawing_type), intent(inout) :: drawing
     type(support_type), intent(in) :: support
     integer, intent(in) :: view_axes(2)
     real(dp), intent(in) :: length
-    !> Springs that appear shorter than this fraction of `length` are not drawn
+    !> Springs are not drawn if they appear shorter than this fraction of `length`
     real(dp), parameter :: shortest = 0.25_dp
     integer, parameter :: turns = 7
     real(dp) :: along(2), across(2), points(2, turns + 5)
@@ -227,7 +228,7 @@ contains
     do axis = 1, 3
       along = support%axes(view_axes, axis)
       if (.not. support%stiffness(axis) > 0 .or. norm2(along) < shortest) cycle
-      ! springs point away from F
+      ! a spring points away from F
       if (dot_product(along, support%position(view_axes)) < 0) along = -along
       across = [-along(2), along(1)] / norm2(along)
       points(:, 1) = 0
@@ -245,7 +246,8 @@ contains
     end do
   end subroutine draw_springs
 
-  !> Parts of the plot command that draw the bars: bold in one position if `in_full`, otherwise faint over the period.
+  !> Parts of the plot command that draw the bars. If `in_full`: bold in one position. Otherwise: faint in several positions over
+  !> the period.
   pure function bars(linkage, diagram, columns, view_axes, in_full) result(words)
     class(linkage_type), intent(in) :: linkage
     type(diagram_type), intent(in) :: diagram
@@ -271,7 +273,7 @@ contains
     end do
   end function bars
 
-  !> Colour of a link. A copy made by &repeat has the colour of its original.
+  !> Colour of a link. A copy that was made by &repeat has the same colour as its original.
   pure character(len=6) function colour(linkage, link)
     class(linkage_type), intent(in) :: linkage
     integer, intent(in) :: link
@@ -280,8 +282,8 @@ contains
     if (link > 0) colour = colours(1 + mod(original(linkage, link) - 1, size(colours)))
   end function colour
 
-  !> Number of the link that this one copies, or its own number if it is no copy. The name of a copy ends with a dot and the name of
-  !> the original.
+  !> Number of the link from which this link was copied, or its own number if it is not a copy. The name of a copy ends with a dot
+  !> and the name of the original.
   pure integer function original(linkage, link)
     class(linkage_type), intent(in) :: linkage
     integer, intent(in) :: link
@@ -293,7 +295,7 @@ contains
     end associate
   end function original
 
-  !> Gnuplot commands that draw a key with the names and colours of the links, in the corner without a view.
+  !> Gnuplot commands that draw a legend with the names and colours of the links. It is placed in the corner that no view occupies.
   pure function key(linkage, left, top) result(lines)
     class(linkage_type), intent(in) :: linkage
     real(dp), intent(in) :: left, top

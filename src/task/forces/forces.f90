@@ -1,4 +1,4 @@
-!> The task `forces`: forces of the supports, the foundation and the guides on the ground.
+!> The task `forces`: computes the forces that the supports, the foundation and the guides exert on the ground.
 module gestell_task_forces
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
@@ -43,7 +43,7 @@ contains
     self%brief = .true.
   end subroutine describe
 
-  !> Requests the motion data from which the forces are computed (velocities, forces of guides), if the task is requested.
+  !> Requests the rows of the motion from which the forces are computed (velocities, forces of guides), if the task is requested.
   subroutine read_forces(self, configuration, error)
     class(forces_task), intent(inout) :: self
     type(configuration_type), intent(inout) :: configuration
@@ -53,7 +53,7 @@ contains
       & size(configuration%frame%free) == configuration%frame%dofs()))
   end subroutine read_forces
 
-  !> Computes the reactions, and adds tables, pictures and report to the result.
+  !> Computes the forces on the ground, and adds tables, pictures and report to `result`.
   subroutine run(self, context, result, error)
     class(forces_task), intent(inout) :: self
     type(context_type), intent(inout) :: context
@@ -104,7 +104,7 @@ contains
       harmonics = new_table("supports_harmonics", "Forces by orders", &
         & "Amplitudes of the forces that the supports exert on the ground, for each order of the crank speed.")
       call add_orders(harmonics, frame, last)
-      ! Two columns: amplitude and phase.
+      ! Each component has two columns: amplitude and phase.
       call harmonics%expect(2 * sum([(count(components_of(reactions(i)) /= force_magnitude), i = 1, size(reactions))]))
       do i = 1, size(reactions)
         parts = components_of(reactions(i))
@@ -126,7 +126,7 @@ contains
     end associate
   end subroutine run
 
-  !> Table supports.csv, with a row for each support, for the foundation, for the guides and for the total.
+  !> The table supports.csv, which has one row for each support, for the foundation, for the guides and for the total.
   pure type(table_type) function summary(reactions, frame) result(table)
     type(reaction_type), intent(in) :: reactions(:)
     class(frame_type), intent(in) :: frame
@@ -143,7 +143,7 @@ contains
     do k = 1, size(reactions(1)%position)
       call table%add(axes(k), metre, "coordinate in the frame's axes", [(reactions(i)%position(k), i = 1, size(reactions))])
     end do
-    ! the total has all components
+    ! the total, which is the last element, has all components
     parts = components_of(reactions(size(reactions)))
     do n = 1, size(parts)
       k = parts(n)

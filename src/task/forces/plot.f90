@@ -1,4 +1,4 @@
-!> Plots the forces on the ground: of each support, the foundation and the guides, and their total.
+!> Plots the forces on the ground: those of each support, of the foundation and of the guides, and the total.
 module gestell_task_forces_plot
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, either, newline, text
@@ -16,12 +16,12 @@ module gestell_task_forces_plot
 
   public :: plot_histories, plot_orders, plot_summary
 
-  !> `longest`: maximum length of a name in the key. `longest_column`: maximum length of a column's name
+  !> `longest`: maximum length of a name in the legend. `longest_column`: maximum length of the name of a column
   integer, parameter :: longest = 24, longest_column = 40
 
 contains
 
-  !> Names of the reactions as the key shows them, for example "support 2".
+  !> Names of the reactions as written in the legend, for example "support 2".
   pure function titles_of(reactions) result(titles)
     type(reaction_type), intent(in) :: reactions(:)
     character(len=longest) :: titles(size(reactions))
@@ -32,7 +32,7 @@ contains
     end do
   end function titles_of
 
-  !> Picture of the table supports.csv: peak and rms of every reaction as bars.
+  !> The picture of the table supports.csv: peak and rms of every reaction as bars.
   function plot_summary(table, reactions) result(figure)
     type(table_type), intent(in) :: table
     type(reaction_type), intent(in) :: reactions(:)
@@ -63,7 +63,7 @@ contains
     figure = new_figure(table%name, "Forces on the ground, by support", lines, width=800, height=480)
   end function plot_summary
 
-  !> Picture of the table supports_history.csv: one panel for each component, with a curve for each reaction that has this
+  !> The picture of the table supports_history.csv. Each component has a panel, with a curve for each reaction that has this
   !> component.
   function plot_histories(table, reactions, frame) result(figure)
     type(table_type), intent(in) :: table
@@ -77,7 +77,7 @@ contains
     integer :: i, k
 
     titles = titles_of(reactions)
-    ! the total has all components
+    ! the total, which is the last element, has all components
     parts = components_of(reactions(size(reactions)))
     lines = layout_line(size(parts), 1)
     do k = 1, size(parts)
@@ -93,7 +93,7 @@ contains
 
   contains
 
-    !> Label of the y axis in the panel of this component.
+    !> Label of the y axis in the panel of the component `part`.
     pure function label_of(part) result(label)
       integer, intent(in) :: part
       character(len=:), allocatable :: label
@@ -108,11 +108,11 @@ contains
 
   end function plot_histories
 
-  !> Picture of the table supports_harmonics.csv: amplitudes of the forces along the axes, over the orders.
+  !> The picture of the table supports_harmonics.csv: amplitudes of the forces along the axes for each order.
   function plot_orders(table, reactions, harmonics, turns) result(figure)
     type(table_type), intent(in) :: table
     type(reaction_type), intent(in) :: reactions(:)
-    !> Highest harmonic of the period in the picture; turns of the crank in the period
+    !> `harmonics`: highest harmonic of the period in the picture. `turns`: number of turns that the crank makes in the period
     integer, intent(in) :: harmonics, turns
     type(figure_type) :: figure
     integer, parameter :: axes(3) = [along_x, along_y, along_z]

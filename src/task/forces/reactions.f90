@@ -1,4 +1,5 @@
-!> Computes the forces on the ground, called reactions: of every support, of the foundation and of the guides, and their total.
+!> Computes the forces on the ground, which are called reactions: those of every support, of the foundation and of the guides, and
+!> their total.
 module gestell_task_forces_reactions
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -15,39 +16,40 @@ module gestell_task_forces_reactions
 
   public :: find_reactions, has_component, components_of, static_force, support_positions
 
-  !> Components of a reaction: force on the ground along x and y, its magnitude (N), moment about F at rest (N m). In space also the
-  !> force along z and the moments about x and y; `moment` is then the moment about z. Supports have no moments.
+  !> Components of a reaction: force on the ground along x and y, its magnitude (N), and moment about the rest position of F (N m).
+  !> In space also the force along z and the moments about x and y; `moment` is then the moment about z. The reactions of supports
+  !> have no moments.
   integer, parameter, public :: along_x = 1, along_y = 2, force_magnitude = 3, moment = 4, along_z = 5, moment_x = 6, moment_y = &
     & 7, &
     & component_count = 7
   character(len=2), parameter, public :: component_names(component_count) = &
     & [character(len=2) :: "fx", "fy", "f", "m", "fz", "mx", "my"]
 
-  !> A reaction: the force on the ground from one support, the foundation, the guides, or all of them together.
+  !> A reaction: the force exerted on the ground by one support, by the foundation, by the guides, or by all of them together.
   type, public :: reaction_type
-    !> Number of the support, "foundation", "guide" or "total"
+    !> Name of the reaction: the number of the support, "foundation", "guide" or "total"
     character(len=12) :: name = ""
-    !> Position in the frame's axes (m): two coordinates, or three in space
+    !> Position at which the reaction acts, in the frame's axes (m): two coordinates, or three in space
     real(dp), allocatable :: position(:)
-    !> True if the reaction has a moment of its own; false for a support
+    !> True if the reaction has a moment; false for the reaction of a support
     logical :: turns = .true.
-    !> Peak, rms and harmonics over the period, shape (components)
+    !> Peak, rms and harmonics of each component over the period, shape (components)
     type(statistics_type), allocatable :: statistics(:)
     !> Values at the times of the vibration's history, shape (points + 1, components)
     real(dp), allocatable :: history(:, :)
-    !> `includes_weight`: true if the static forces of the weights were computed. `bears_load`: true if this is a support that bears
-    !> load at rest
+    !> `includes_weight`: true if the static forces due to gravity were computed. `bears_load`: true if the reaction is that of a
+    !> support that carries load when the machine is at rest
     logical :: includes_weight = .false., bears_load = .false.
-    !> Static force on the ground due to the weights (N), with two components, or three in space
+    !> Static force on the ground due to gravity (N): two components, or three in space
     real(dp), allocatable :: static(:)
-    !> Minimum over the period of the force along gravity, static force included, and its error bound (N). If it is negative, a
-    !> support that bears load lifts off.
+    !> Minimum over the period of the force in the direction of gravity, static force included, and its error bound (N). If the
+    !> minimum is negative, a support that carries load lifts off.
     real(dp) :: least_compression = 0, min_error = 0
   end type reaction_type
 
 contains
 
-  !> Components that a reaction has, in the order of the report.
+  !> Components that the reaction has, in the order in which the report lists them.
   pure function components_of(reaction) result(parts)
     type(reaction_type), intent(in) :: reaction
     integer, allocatable :: parts(:)
@@ -58,7 +60,7 @@ contains
     if (reaction%turns) parts = [parts, moment]
   end function components_of
 
-  !> True if `part` is one of the components of the reaction.
+  !> True if the reaction has the component `part`.
   pure logical function has_component(reaction, part)
     type(reaction_type), intent(in) :: reaction
     integer, intent(in) :: part
@@ -78,8 +80,9 @@ contains
     end do
   end function support_positions
 
-  !> Computes all reactions: the supports in the frame's order, then the foundation and the guides if there are any, then the total.
-  !> Fails as the frame's `check` does, or if `vibration` lacks motion data that the forces need.
+  !> Computes all reactions: first those of the supports in the frame's order, then those of the foundation and the guides if there
+  !> are any, then the total. Fails if the frame's `check` fails, or if `vibration` lacks rows of the motion from which the forces
+  !> are computed.
   subroutine find_reactions(frame, vibration, reactions, error, executor)
     class(frame_type), intent(in) :: frame
     !> The periodic vibration of the frame
@@ -87,9 +90,9 @@ contains
     !> All reactions; the last element is the total
     type(reaction_type), allocatable, intent(out) :: reactions(:)
     type(error_type), allocatable, intent(out) :: error
-    !> Displays the progress if there are thousands of supports
+    !> Displays the progress, which is useful if there are thousands of supports
     class(executor_type), intent(inout), optional :: executor
-    !> Number of supports after which the progress display is updated
+    !> Number of supports between two updates of the progress display
     integer, parameter :: many = 500
     type(quantity_type), allocatable :: parts(:), guide(:)
     real(dp), allocatable :: positions(:, :)
@@ -129,7 +132,8 @@ contains
     call compute_reaction(frame, vibration, "total", parts, reactions(size(reactions)), error)
   end subroutine find_reactions
 
-  !> Adds the static force and the minimum compression to `reaction`. `parts` are the quantities that give its components.
+  !> Adds the static force and the minimum compression to `reaction`. `parts`: the quantities from which its components are
+  !> computed.
   subroutine add_static_force(frame, vibration, parts, reaction, error)
     class(frame_type), intent(in) :: frame
     type(vibration_type), intent(in) :: vibration
@@ -157,13 +161,13 @@ contains
     reaction%static = static_force(frame, trim(reaction%name))
     bearing = dot_product(down(:n), reaction%static)
     reaction%least_compression = bearing + least
-    ! The error of the static force is the rounding error of the weights.
+    ! The error of the static force is the rounding error of the gravity forces.
     reaction%min_error = reaction%min_error + 16 * epsilon(bearing) * (norm2(reaction%static) + norm2(frame%weights%weight))
-    ! If a guide carries the frame, the supports bear no load and cannot lift off.
+    ! If a guide carries the frame, the supports carry no load and cannot lift off.
     reaction%bears_load = .not. reaction%turns .and. bearing > roundings * norm2(frame%weights%weight)
   end subroutine add_static_force
 
-  !> Static force (N) on the ground that the weights cause in the reaction `name`: two components, or three in space.
+  !> Static force (N) that gravity causes in the reaction with this `name`: two components, or three in space.
   pure function static_force(frame, name) result(force)
     class(frame_type), intent(in) :: frame
     character(len=*), intent(in) :: name
@@ -190,8 +194,8 @@ contains
     end associate
   end function static_force
 
-  !> Finds the quantities that give the components of a reaction. Its name must end with a dot. For a component that the reaction
-  !> does not have, `parts(i)%weights` stays unallocated.
+  !> Finds the quantities from which the components of a reaction are computed. The name of the reaction must end with a dot. If the
+  !> reaction does not have a component, `parts(i)%weights` stays unallocated.
   subroutine find_components(frame, reaction, parts)
     class(frame_type), intent(in) :: frame
     character(len=*), intent(in) :: reaction
@@ -206,7 +210,8 @@ contains
     end do
   end subroutine find_components
 
-  !> Computes statistics and history of the reaction `name`. `parts` are the quantities that give its components.
+  !> Computes statistics and history of the reaction with this `name`. `parts`: the quantities from which its components are
+  !> computed.
   subroutine compute_reaction(frame, vibration, name, parts, reaction, error)
     class(frame_type), intent(in) :: frame
     type(vibration_type), intent(in) :: vibration

@@ -1,4 +1,4 @@
-!> Writes the report of the task `forces`: forces on the ground.
+!> Writes the report of the task `forces`.
 module gestell_task_forces_report
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, either, fixed, newline, text
@@ -13,17 +13,17 @@ module gestell_task_forces_report
 
 contains
 
-  !> Table of all reactions and their total, followed by the support with the largest force.
+  !> Table of all reactions and their total, followed by a line on the support with the largest force.
   pure function force_lines(reactions, frame) result(lines)
     type(reaction_type), intent(in) :: reactions(:)
     class(frame_type), intent(in) :: frame
     character(len=:), allocatable :: lines
-    !> Largest distance of a reaction from F (m); 1 if all reactions act at F
+    !> Largest distance from F at which a reaction acts (m); 1 if all reactions act at F
     real(dp) :: arm
     integer :: i, most
 
     lines = ""
-    ! number of the support with the largest force; 0: there is none
+    ! number of the support with the largest force; 0 if there is no support
     most = 0
     do i = 1, size(reactions)
       lines = lines // reaction_line(reactions(i), frame%mechanism%turns) // newline
@@ -56,7 +56,7 @@ contains
 
   contains
 
-    !> Line on the peak of the total moment about an axis through F; empty if the moment is rounding error.
+    !> Line on the peak of the total moment about an axis through F; empty if the moment is only rounding error.
     pure function moment_line(part, axis) result(line)
       integer, intent(in) :: part
       character(len=*), intent(in) :: axis
@@ -72,7 +72,7 @@ contains
       end associate
     end function moment_line
 
-    !> Crank angle at which a component of a reaction has its peak, in words.
+    !> Crank angle at which a component of a reaction has its peak, as text.
     pure function crank_angle(reaction, part) result(words)
       type(reaction_type), intent(in) :: reaction
       integer, intent(in) :: part
@@ -84,8 +84,8 @@ contains
 
   end function force_lines
 
-  !> Table of the static force and the minimum compression of every reaction. Guides have no minimum compression, because they act
-  !> in both directions.
+  !> Table of the static force and the minimum compression of every reaction. Guides have no minimum compression, because they can
+  !> push and pull.
   pure function static_lines(reactions) result(lines)
     type(reaction_type), intent(in) :: reactions(:)
     character(len=:), allocatable :: lines
@@ -103,7 +103,7 @@ contains
         end do
         if (reaction%name /= "guide") lines = lines // concise(reaction%least_compression, 5) // tab &
           & // concise(reaction%min_error, 1) // tab
-        ! lift-off matters only for a support that carries load without being bolted
+        ! lifting off matters only for a support that carries load and is not bolted
         if (reaction%bears_load .and. reaction%least_compression < reaction%min_error) lines = lines &
           & // either("LIFTS OFF", "may lift off", reaction%least_compression < -reaction%min_error)
         lines = lines // newline
@@ -132,7 +132,7 @@ contains
 
   contains
 
-    !> Peak of a component as a table cell; 0 if it is rounding error relative to the whole force.
+    !> Peak of a component as a table cell; 0 if it is a rounding error relative to the whole force.
     pure function component(part) result(words)
       integer, intent(in) :: part
       character(len=:), allocatable :: words
@@ -144,7 +144,7 @@ contains
 
   end function reaction_line
 
-  !> Name of a reaction; for a support in the plane, its position follows.
+  !> Name of a reaction. For a support in the plane, its position is added.
   pure function reaction_label(reaction) result(line)
     type(reaction_type), intent(in) :: reaction
     character(len=:), allocatable :: line

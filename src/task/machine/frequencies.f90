@@ -1,4 +1,4 @@
-!> Reports the natural frequencies of the frame and the resonances near them.
+!> Reports the natural frequencies of the frame, and which of them are near resonance.
 module gestell_task_machine_frequencies
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp, pi
@@ -12,17 +12,17 @@ module gestell_task_machine_frequencies
 
   public :: frequency_lines, frequency_list, list_frequencies, report_frequencies, resonance_lines
 
-  !> Highest order that the table may mark as near a natural frequency; higher orders hardly excite the frame
+  !> Highest order that the table may mark as near a natural frequency. Higher orders hardly excite the frame
   integer, parameter :: highest_order = 50
-  !> Two frequencies with a smaller relative difference count as equal
+  !> Two frequencies count as equal if their relative difference is smaller
   real(dp), parameter :: equal = 1.0e-9_dp
-  !> Relative distance up to which a sum of two frequencies counts as near an order. It is small because regions of parametric
-  !> instability are narrower than resonances
+  !> The sum of two frequencies counts as near an order if their relative difference is smaller. The value is small because regions
+  !> of parametric instability are narrower than resonances
   real(dp), parameter :: near_sum = 0.03_dp
 
 contains
 
-  !> Table of natural frequencies, or the reason why they cannot be computed.
+  !> Table of the natural frequencies, or the reason why they cannot be computed.
   function report_frequencies(frame) result(lines)
     class(frame_type), intent(in) :: frame
     character(len=:), allocatable :: lines
@@ -59,7 +59,7 @@ contains
 
   contains
 
-    !> True if a matrix, given with shape (phases, dofs, dofs), changes from phase to phase by more than rounding error.
+    !> True if a matrix with values at several phases, shape (phases, dofs, dofs), varies by more than rounding error.
     pure logical function changes(a)
       real(dp), intent(in) :: a(:, :, :)
 
@@ -95,11 +95,11 @@ contains
     list = list // " Hz"
   end function frequency_list
 
-  !> Table of natural frequencies with the nearest order of the crank speed; orders are multiples of 1 / `turns`. If the
-  !> coefficients are `periodic`, sums of two frequencies near an order follow.
+  !> Table of the natural frequencies, each with the nearest order of the crank speed. Orders are multiples of 1 / `turns`. If the
+  !> coefficients are `periodic`, it is followed by those sums of two frequencies that are near an order.
   pure function frequency_lines(frequencies, speed, turns, periodic) result(lines)
-    !> Natural frequencies in ascending order and crank speed (rad/s). A negative frequency is minus the growth rate (1/s) of an
-    !> unstable motion
+    !> `frequencies`: natural frequencies in ascending order (rad/s); a negative value is minus the growth rate (1/s) of an unstable
+    !> motion. `speed`: crank speed (rad/s)
     real(dp), intent(in) :: frequencies(:), speed
     integer, intent(in) :: turns
     logical, intent(in) :: periodic
@@ -134,8 +134,8 @@ contains
     if (periodic) lines = lines // parametric_lines(frequencies, speed, turns)
   end function frequency_lines
 
-  !> Lines on sums of two natural frequencies near a low multiple of the crank speed. There the periodic coefficients can make free
-  !> vibrations grow (parametric resonance). Equal frequencies count once.
+  !> Lines on those sums of two natural frequencies that are near a low multiple of the crank speed. There the periodic coefficients
+  !> can make free vibrations grow (parametric resonance). Equal frequencies count only once.
   pure function parametric_lines(frequencies, speed, turns) result(lines)
     real(dp), intent(in) :: frequencies(:), speed
     integer, intent(in) :: turns
@@ -160,7 +160,7 @@ contains
 
   contains
 
-    !> True if frequency `k` equals the one before it.
+    !> True if frequency number `k` equals the previous one.
     pure logical function is_repeated(k)
       integer, intent(in) :: k
 
@@ -170,7 +170,7 @@ contains
 
   end function parametric_lines
 
-  !> Line that says near which resonance the vibration is; empty if it is near none.
+  !> Line on the resonance to which the vibration is near; empty if it is not near a resonance.
   pure function resonance_lines(resonance) result(lines)
     type(resonance_type), intent(in), allocatable :: resonance
     character(len=:), allocatable :: lines

@@ -1,4 +1,4 @@
-!> Solves the machine of the input, once for all tasks that use its vibration or its multipliers.
+!> Solves the machine of the input once for all tasks that use its vibration or its multipliers.
 module gestell_task_machine
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -27,20 +27,20 @@ module gestell_task_machine
 
   public :: add_machine_columns, solve_machine
 
-  !> Name of the only table that this module writes
+  !> Name of the only table that this module creates
   character(len=longest_table), parameter, public :: own_table = "vibrations"
 
 contains
 
-  !> Solves the machine for all tasks and reports what they have in common. Fails if the machine cannot be solved. If only its
-  !> vibration is missing, the reason is recorded in `result` instead.
+  !> Solves the machine for all tasks, and reports the results that do not belong to a single task. Fails if the machine cannot be
+  !> solved. If only the vibration cannot be computed, the reason is recorded in `result` instead.
   subroutine solve_machine(context, result, error)
     type(context_type), intent(inout) :: context
     type(result_type), intent(inout) :: result
     type(error_type), allocatable, intent(out) :: error
     type(error_type), allocatable :: failure
     character(len=:), allocatable :: activity
-    !> If a mechanism needs more steps than this, the progress display says why its solution takes seconds
+    !> If a mechanism needs more steps than this, its solution takes seconds, and the progress display says why
     integer, parameter :: slow_steps = 10000
     logical :: takes_seconds
 
@@ -65,13 +65,13 @@ contains
     end associate
   end subroutine solve_machine
 
-  !> Adds the columns that belong to no single task, such as the verdict, to the table of --one-line.
+  !> Adds those columns to the table of --one-line that belong to no single task, for example the verdict.
   subroutine add_machine_columns(context, result)
     type(context_type), intent(in) :: context
     type(result_type), intent(inout) :: result
     integer :: vibration_count
 
-    ! a sweep fills the short table itself
+    ! a sweep has already filled the table of --one-line
     if (result%brief%name /= "") return
     vibration_count = nothing
     if (allocated(context%analysis%several)) vibration_count = size(context%analysis%several)
@@ -84,7 +84,7 @@ contains
       & [result%verdict])
   end subroutine add_machine_columns
 
-  !> Reports the verdict, the accuracy of the solution, and the natural frequencies.
+  !> Adds the verdict, the accuracy of the solution, and the natural frequencies to the report.
   subroutine report(context, result)
     type(context_type), intent(inout) :: context
     type(result_type), intent(inout) :: result
@@ -116,7 +116,7 @@ contains
     end associate
   end subroutine report
 
-  !> Table vibrations.csv, with a row for each periodic vibration of the machine at its speed.
+  !> The table vibrations.csv, which has one row for each periodic vibration of the machine at its speed.
   pure type(table_type) function table_of(several) result(table)
     type(listed_vibration_type), intent(in) :: several(:)
     type(unit_type) :: units(size(several(1)%peak))

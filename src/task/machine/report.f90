@@ -1,4 +1,4 @@
-!> Writes the first part of the report: machine, verdict and accuracy.
+!> Writes the first part of the report: description of the machine, verdict and accuracy.
 module gestell_task_machine_report
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp, pi
@@ -29,7 +29,7 @@ module gestell_task_machine_report
 
 contains
 
-  !> Lines on the input: title, file, machine and drive. The file name stays on one line, however long it is.
+  !> Lines on the input: title, file, machine and drive. The file name is not wrapped, however long it is.
   function report_machine(configuration, input) result(report)
     type(configuration_type), intent(in) :: configuration
     character(len=*), intent(in) :: input
@@ -104,7 +104,7 @@ contains
     end associate
   end function machine_lines
 
-  !> Lists probable typing errors in the input, one per line.
+  !> Lists probable typing errors in the input, with one line for each.
   function input_warnings(configuration) result(lines)
     type(configuration_type), intent(in) :: configuration
     character(len=:), allocatable :: lines
@@ -116,7 +116,7 @@ contains
     lines = lines // implausible_values(configuration%frame) // note_on_ignored_values(configuration%document)
   end function input_warnings
 
-  !> Adds the warnings in `lines` to the result as headlines. They are not added to the report, which already contains them.
+  !> Adds the warnings in `lines` to the headlines of the result. They are not added to the report, which contains them already.
   pure subroutine add_input_warnings(result, lines)
     type(result_type), intent(inout) :: result
     character(len=*), intent(in) :: lines
@@ -130,7 +130,7 @@ contains
     end do
   end subroutine add_input_warnings
 
-  !> Lines on gravity, total weight and, in space, static deflection; empty without gravity.
+  !> Lines on gravity, total weight and, in space, static deflection; empty if there is no gravity.
   pure function gravity_line(frame) result(line)
     class(frame_type), intent(in) :: frame
     character(len=:), allocatable :: line
@@ -159,14 +159,14 @@ contains
     words = concise(values(1), 4) // "," // concise(values(2), 4) // "," // concise(values(3), 4)
   end function listed
 
-  !> Sentence with the verdict and how fast disturbances grow or decay.
+  !> Sentence with the verdict, and with the rate at which disturbances grow or decay.
   pure function verdict_sentence(multipliers, period, period_turns, other_vibrations) result(words)
     type(multipliers_type), intent(in) :: multipliers
     !> Period (s)
     real(dp), intent(in) :: period
-    !> Number of turns of the crank in the period
+    !> Number of turns that the crank makes in the period
     integer, intent(in) :: period_turns
-    !> Text on other vibrations of the machine, appended to the sentence
+    !> Text on other vibrations of the machine, which is appended to the sentence
     character(len=*), intent(in) :: other_vibrations
     character(len=:), allocatable :: words
     real(dp) :: turns
@@ -197,14 +197,14 @@ contains
     words = words // other_vibrations
   end function verdict_sentence
 
-  !> Lines below the verdict: the largest multiplier, the kind of instability, and the cause of an undecided verdict.
+  !> Lines below the verdict: the largest multiplier, the kind of instability, and the reason if the verdict is undecided.
   pure function verdict_lines(multipliers, turns, describe_free_directions, at_precision_limit) result(lines)
     type(multipliers_type), intent(in) :: multipliers
-    !> Number of turns of the crank in the period
+    !> Number of turns that the crank makes in the period
     integer, intent(in) :: turns
-    !> Text on directions in which nothing holds the frame; empty if there are none
+    !> Text on directions in which the mounting does not hold the frame; empty if it holds in all directions
     character(len=*), intent(in) :: describe_free_directions
-    !> True if rounding errors prevent Phi(T) from reaching the requested tolerance
+    !> True if Phi(T) cannot reach the requested tolerance because of rounding errors
     logical, intent(in) :: at_precision_limit
     character(len=:), allocatable :: lines, word
     integer :: worst
@@ -235,7 +235,7 @@ contains
     end if
   end function verdict_lines
 
-  !> Says how a disturbance whose multiplier has the argument `arg` (rad) changes from period to period.
+  !> Text on how a disturbance changes from period to period if its multiplier has the argument `arg` (rad).
   pure function growth_pattern(arg, turns) result(words)
     real(dp), intent(in) :: arg
     integer, intent(in) :: turns
@@ -253,8 +253,8 @@ contains
     end if
   end function growth_pattern
 
-  !> Modulus of multiplier `k` with the digits that its error bound supports, and this bound. If the modulus overflows or underflows
-  !> double precision, it is printed as a power of e.
+  !> Modulus of multiplier number `k` with as many digits as its error bound supports, followed by this bound. If the modulus
+  !> overflows or underflows double precision, it is printed as a power of e.
   pure function modulus(multipliers, k) result(words)
     type(multipliers_type), intent(in) :: multipliers
     integer, intent(in) :: k
@@ -278,7 +278,7 @@ contains
     words = words // " +- " // concise(bound, 1)
   end function modulus
 
-  !> Lines on the numerical solution: method, number of steps, error of Phi(T), defect of Liouville's formula, condition of the
+  !> Lines on the numerical solution: method, number of steps, error of Phi(T), defect of Liouville's formula, and condition of the
   !> multipliers.
   function evidence_lines(analysis, accuracy) result(lines)
     type(analysis_type), intent(in) :: analysis
@@ -308,7 +308,7 @@ contains
     lines = lines // newline
   end function evidence_lines
 
-  !> The defect of Liouville's formula as text, or why it cannot be computed.
+  !> The defect of Liouville's formula as text, or the reason why it cannot be computed.
   function defect_in_words(analysis) result(words)
     type(analysis_type), intent(in) :: analysis
     character(len=:), allocatable :: words
@@ -320,7 +320,7 @@ contains
     if (allocated(error)) words = "unknown: " // error%message
   end function defect_in_words
 
-  !> Note that the tolerance cannot be reached in double precision; empty if it was reached.
+  !> Note that double precision does not suffice for the tolerance; empty if the tolerance was reached.
   function tolerance_note(analysis, accuracy) result(line)
     type(analysis_type), intent(in) :: analysis
     type(accuracy_type), intent(in) :: accuracy
@@ -334,7 +334,8 @@ contains
       & // newline
   end function tolerance_note
 
-  !> Line that lists the relative steps of Newton's method for the exact vibration; empty if the model does not use this method.
+  !> Line that lists the relative steps of Newton's method for the vibration of the exact frame. Empty if the model does not use
+  !> this method.
   pure function newton_line(newton) result(line)
     type(newton_type), intent(in) :: newton
     character(len=:), allocatable :: line
@@ -350,7 +351,7 @@ contains
     line = line // newline
   end function newton_line
 
-  !> Line that warns of a wrong verdict: the exact model gives another one than the cheaper `model`. Empty if both agree.
+  !> Line that warns that the verdict is wrong: the exact model gives another verdict than the cheaper `model`. Empty if both agree.
   pure function model_warning(exact, model) result(line)
     type(multipliers_type), intent(in), allocatable :: exact
     character(len=*), intent(in) :: model

@@ -1,4 +1,4 @@
-!> Reports the periodic vibrations of a machine that has several of them.
+!> Reports the periodic vibrations of a machine that has several of them at its speed.
 module gestell_task_machine_vibrations
   use gestell_base_text, only: concise, either, newline, text
   use gestell_task_stability_report, only: modulus_of
@@ -13,7 +13,7 @@ module gestell_task_machine_vibrations
 
 contains
 
-  !> Text appended to the sentence on the verdict: the number of vibrations, and whether another one is stable too.
+  !> Text that is appended to the sentence on the verdict: the number of vibrations, and whether another one is stable too.
   pure function mention_others(several) result(words)
     type(listed_vibration_type), intent(in), allocatable :: several(:)
     character(len=:), allocatable :: words
@@ -28,7 +28,7 @@ contains
     if (others > 1) words = words // ", " // text(others) // " others are also STABLE"
   end function mention_others
 
-  !> Table of all vibrations. `searched_all` is true if the input requested a search for all vibrations.
+  !> Table of all known vibrations. `searched_all`: true if the input requested a search for all vibrations.
   pure function several_lines(several, searched_all) result(lines)
     type(listed_vibration_type), intent(in), allocatable :: several(:)
     logical, intent(in) :: searched_all

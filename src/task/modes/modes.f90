@@ -1,4 +1,4 @@
-!> The task `modes`: multipliers and mode shapes (eigenvectors).
+!> The task `modes`: computes multipliers and mode shapes (eigenvectors).
 module gestell_task_modes
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -32,7 +32,7 @@ contains
     self%tables = [character(len=longest_table) :: "multipliers", "modes"]
   end subroutine describe
 
-  !> Requests the eigenvectors if the task was requested.
+  !> Requests the eigenvectors if the task is requested.
   subroutine read_modes(self, configuration, error)
     class(modes_task), intent(inout) :: self
     type(configuration_type), intent(inout) :: configuration
@@ -41,7 +41,7 @@ contains
     configuration%analysis%modes = self%requested
   end subroutine read_modes
 
-  !> Adds the table modes.csv and its picture to the result: the eigenvectors of equation (19) at t = 0.
+  !> Adds the table modes.csv and its picture to `result`. They contain the eigenvectors of equation (19) at t = 0.
   subroutine run(self, context, result, error)
     class(modes_task), intent(inout) :: self
     type(context_type), intent(inout) :: context
@@ -58,7 +58,7 @@ contains
       dofs = frame%dofs()
       f = size(frame%free)
       names = names_of(dofs)
-      ! degrees of freedom that are not free get zeros
+      ! the elements of locked degrees of freedom are zero
       allocate(vectors(2 * dofs, size(multipliers%rho)), source=(0.0_dp, 0.0_dp))
       vectors(frame%free, :) = multipliers%vectors(:f, :)
       vectors(dofs + frame%free, :) = multipliers%vectors(f + 1:, :)

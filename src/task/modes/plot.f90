@@ -16,8 +16,8 @@ module gestell_task_modes_plot
 
 contains
 
-  !> Picture modes.gp: amplitudes of the displacements in each eigenvector as bars, one group for each conjugate pair. Rotations are
-  !> multiplied by the frame's radius of gyration.
+  !> The picture modes.gp: amplitudes of the displacements in each eigenvector as bars, with one group for each conjugate pair.
+  !> Rotations are multiplied by the frame's radius of gyration.
   function plot_modes(frame, multipliers) result(figure)
     class(frame_type), intent(in) :: frame
     type(multipliers_type), intent(in) :: multipliers

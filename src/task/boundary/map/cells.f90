@@ -221,9 +221,9 @@ contains
   end subroutine position_around
 
   !> Decides, for four vertices, whether the two parts of the box's sides inside the region are connected (`joined`). The shorter
-  !> chords are assumed to be the ends of a tongue, which lies inside or outside the region. The decision is `certain` if the system
-  !> at the mean of the vertices agrees. If it disagrees, the tongue may miss the mean, or end. Then both borders of the
-  !> tongue are sought on a line through the mean, across the tongue.
+  !> chords are assumed to be the ends of a tongue, which lies either inside or outside the region. The decision is `certain` if the
+  !> system at the mean of the vertices agrees with this assumption. If it disagrees, the tongue may pass beside the mean, or end in
+  !> the box. Both borders of the tongue are then sought on a line across the tongue through the mean.
   subroutine decide_by_mean(plane, box, ids, enter, opposite, vertices, joined, certain, error)
     class(plane_type), intent(in) :: plane
     type(box_type), intent(in) :: box

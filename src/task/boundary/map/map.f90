@@ -33,8 +33,7 @@ module gestell_task_boundary_map
     character(len=15) :: state = ""
   end type border_vertex_type
 
-  !> Place on a line where a border cannot be excluded. `width`: width of the open part of this line. Both are in the units of
-  !> the parameters.
+  !> Part of a line in which a border cannot be excluded, and its `width`, both in the units of the parameters.
   type, public :: open_place_type
     real(dp) :: parameters(2) = 0, width(2) = 0
   end type open_place_type

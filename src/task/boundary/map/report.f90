@@ -12,7 +12,7 @@ module gestell_task_boundary_map_report
   public :: curve_lines, curves_over, unsearched_lines, words
 
   character, parameter :: newline = new_line("a")
-  !> Maximum number of curves, of values and of open places in the report.
+  !> Maximum number of curves, of values, and of parts without a decision (open places) that the report lists.
   integer, parameter, public :: max_listed = 40
   character(len=*), parameter, public :: more_listed = "  ... all in boundary.csv" // newline
 

@@ -115,7 +115,7 @@ contains
     self%left_out = self%left_out + search%left_out
   end subroutine add_search
 
-  !> Writes all vertices and open places to a record, or reads them from it.
+  !> Writes all vertices, and all parts of lines without a decision, to a record, or reads them from a record.
   subroutine exchange(self, record)
     class(vertices_type), intent(inout) :: self
     type(record_type), intent(inout) :: record
