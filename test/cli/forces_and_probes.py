@@ -242,7 +242,7 @@ def test_refused():
         Run(folder, "-q", "-s", "mass_functions.energy=0.01", "input.nml").done("power with energy")
         Run(folder, "-s", TASKS, "-s", "model.coefficients=averaged", "sound.nml").refused(
             "power of the averaged model", 2, "--set model.coefficients=averaged: must be 'periodic' for the task 'power': "
-            "with averaged masses the power does not balance")
+            "with averaged masses, the powers of drive and dampers do not balance")
         Run(folder, "-q", "-s", "case.tasks='response','forces'", "-s", "model.coefficients=averaged", "sound.nml").done(
             "forces of the averaged model")
 

@@ -99,7 +99,7 @@ def test_between_points():
         Run(folder, "-q", "input.nml").done("a narrow resonance")
         as_bisected("a narrow resonance", folder / "input", lambda n: force(n, damping=0.2), 2e5, 580, 630, FIRST)
         run = Run(folder, "input.nml", "-s", "boundary.level=1e7", "-o", "high")
-        check("a level that is not reached", "not crossed in the range" in run.out and rows(folder / "high")[1] == [], "none", run.out)
+        check("a level that is not reached", "the quantity does not cross the level within the range" in run.out and rows(folder / "high")[1] == [], "none", run.out)
         run = Run(folder, "-q", "input.nml", "-s", "support.damping=0,0", "-o", "none")
         run.done("an undamped resonance")
         table = rows(folder / "none")[1]

@@ -146,7 +146,8 @@ contains
       links(i) = variants(i)%links(" ")
       if (allocated(variants(i)%mounted%reason)) valid(i) = ieee_value(1.0_dp, ieee_quiet_nan)
     end do
-    table = new_table("balance", "Counterweights", "Force and moment with counterweights, on rigid ground and on the mounts.", &
+    table = new_table("balance", "Counterweights", "Force and moment of the machine with counterweights, standing on rigid " &
+      & // "ground and on its mounts.", &
       & shown=.true.)
     call table%add("aim", "what the counterweights minimise. 'found': machine of the input, without counterweights; " &
       & // "'complete': force cancelled completely", [(aims(variants(i)%aim), &
@@ -216,7 +217,7 @@ contains
     call table%add("on", "link that carries it", on)
     call table%add("from", "joint at the origin of the counterweight's axes", from)
     call table%add("to", "joint to which the counterweight's first axis points", to)
-    call table%add("mass", kilogram, "mass of the counterweight, a point mass", mass)
+    call table%add("mass", kilogram, "mass of the counterweight (a point mass)", mass)
     call table%add("center_x", metre, "coordinate along the counterweight's first axis", x)
     call table%add("center_y", metre, "coordinate perpendicular to the counterweight's first axis, positive to the left", y)
     if (size(rigid%kinds()) > 3) call table%add("z", metre, "coordinate along the normal of the mechanism's plane", z)
@@ -255,22 +256,22 @@ contains
         if (allocated(variants(i)%mounted%reason)) rms(n, 3:) = ieee_value(1.0_dp, ieee_quiet_nan)
       end do
     end do
-    table = new_table("balance_harmonics", "Counterweights by orders", "Force and moment with counterweights, by orders of " &
-      & // "the crank.")
+    table = new_table("balance_harmonics", "Counterweights by orders", "Force and moment of the machine with counterweights, " &
+      & // "for each order of the crank.")
     call table%add("aim", "what the counterweights minimise, as in balance.csv", aim)
     call table%add("links", "links with counterweights, as in balance.csv", links)
     call add_order_column(table, "order", "multiple of the crank speed", number, frame%mechanism%turns)
-    call table%add("rigid_f_rms", newton, "rms of the force on rigid ground", rms(:, 1))
-    call table%add("rigid_m_rms", newton_metre, "rms of the moment on rigid ground", rms(:, 2))
-    call table%add("f_rms", newton, "rms of the force on the mounts", rms(:, 3))
-    call table%add("m_rms", newton_metre, "rms of the moment on the mounts", rms(:, 4))
+    call table%add("rigid_f_rms", newton, "rms value of this order of the force on rigid ground", rms(:, 1))
+    call table%add("rigid_m_rms", newton_metre, "rms value of this order of the moment on rigid ground", rms(:, 2))
+    call table%add("f_rms", newton, "rms value of this order of the force on the mounts", rms(:, 3))
+    call table%add("m_rms", newton_metre, "rms value of this order of the moment on the mounts", rms(:, 4))
     if (.not. allocated(frame%space)) return
     do i = 1, 6
       call table%add("rigid_" // parts(i), merge(newton, newton_metre, i <= 3), "amplitude on rigid ground", amplitudes(:, i))
     end do
     do i = 1, 4
-      call table%add("rigid_" // trim(turning(i)), merge(newton, newton_metre, i <= 2), "on rigid ground, magnitude of the " &
-        & // "vector across the shaft that rotates " // either("with the crank", "against the crank", modulo(i, 2) == 1), &
+      call table%add("rigid_" // trim(turning(i)), merge(newton, newton_metre, i <= 2), "on rigid ground, normal to the first " &
+        & // "shaft: magnitude of the vector that rotates " // either("with the crank", "against the crank", modulo(i, 2) == 1), &
         & rotating(:, i))
     end do
   end function harmonics_of

@@ -142,7 +142,7 @@ contains
     end do
     report = tabulated("lrrrrrl", "counterweight,mass,rigid,rigid,mounts,mounts" // newline // ",kg,force,moment,force,moment", &
       & rows)
-    if (size(variants) > 1) report = report // "  for force, moment, sum: counterweight that minimises this rms on rigid ground" &
+    if (size(variants) > 1) report = report // "  a counterweight for force, moment or sum minimises this rms on rigid ground" &
       & // newline
     select case (state)
     case (balanced)
@@ -150,9 +150,9 @@ contains
     case (balanced_already)
       report = report // "  the force is already balanced"
     case (no_pivots)
-      report = report // "  the force cannot be cancelled: none of these links turns about a pivot on the frame"
+      report = report // "  the force cannot be cancelled: none of the permitted links turns about a pivot on the frame"
     case default
-      report = report // "  counterweights on these links cannot cancel the force completely"
+      report = report // "  counterweights on the permitted links cannot cancel the force completely"
     end select
     report = report // newline
     do aim = for_force, for_moment
@@ -167,8 +167,8 @@ contains
     end do
     report = report // "  moments about " // either("F;", "O;", options%about_frame) // " sum: " // concise(1 - options%weight, 3) &
       & // " force^2 + " // concise(options%weight, 3) // " (moment / " // concise(length, 4) // " m)^2, of rms values" // newline &
-      & // "  radius of a counterweight: " // either("as given in &balance", "the link's length; set another with &balance " &
-      & // "radius", &
+      & // "  radius of a counterweight: " // either("as given in &balance", "length of the link, unless &balance radius is " &
+      & // "given", &
       & allocated(options%radii)) // newline // newline &
       & // "RMS FORCE on rigid ground and on the mounts, by orders of the crank" // newline &
       & // tabulated("lrrrrrr", "counterweight,rigid " // heads // ",mounts " // heads // newline // ",N,N,N,N,N,N", orders)

@@ -106,7 +106,7 @@ contains
 
     report = ""
     if (size(results%values) == 0) then
-      report = "  the level is not crossed in the range" // newline
+      report = "  the quantity does not cross the level within the range" // newline
       if (.not. of_level) report = "  no boundary " // empty_words(results%rest) // newline
       return
     end if

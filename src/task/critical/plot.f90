@@ -51,8 +51,7 @@ contains
       & // "set format x ''" // newline // panel(critical, amplitude, speeds, "m", 0.0_dp, marks%entries) // key_line(.false.) &
       & // "set format x; set xlabel 'crank speed (rpm)'" // newline // "unset label" // newline &
       & // panel(critical, force, speeds, "N", least_force, "")
-    figure = new_figure("critical", "Critical speeds: peaks near the crossings, labelled with mode and order; number of " &
-      & // "crossings: " &
+    figure = new_figure("critical", "Critical speeds: peaks near crossings, labelled 'mode: order'; crossings: " &
       & // text(size(critical)), &
       & lines // "unset multiplot" // newline, width=800, height=nint(height_of(2)))
   end function plot_critical

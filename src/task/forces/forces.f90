@@ -97,7 +97,7 @@ contains
       table = summary(reactions, frame)
       call result%add(table, plot_summary(table, reactions))
       turn = turns_in_words(frame%mechanism%turns)
-      histories = new_table("supports_history", "Forces over " // turn, "Forces that the supports exert on the ground over " &
+      histories = new_table("supports_history", "Forces over " // turn, "Forces that the supports exert on the ground during " &
         & // turn // ".")
       call add_turn(histories, frame, size(reactions(1)%history, 1) - 1)
       call histories%expect(sum([(size(components_of(reactions(i))), i = 1, size(reactions))]))

@@ -95,7 +95,7 @@ contains
       if (configuration%analysis%averaged) then
         report = report // "  model      averaged: M, B, C are replaced by their means, the load h(t) is not" // newline
       else if (configuration%analysis%model == "exact") then
-        report = report // "  model      exact: valid for any frame rotation; stability about its vibration" // newline
+        report = report // "  model      exact: valid for any frame rotation; stability about the vibration" // newline
       else if (configuration%analysis%model == "first_order") then
         report = report // "  model      first_order: linearised vibration; stability about this vibration" // newline
       else
@@ -343,7 +343,7 @@ contains
 
     line = ""
     if (.not. allocated(newton%steps)) return
-    line = "  vibration           solved by Newton's method; steps relative to the motion:"
+    line = "  vibration           solved by Newton's method; size of its steps relative to the motion:"
     do k = 1, size(newton%steps)
       line = line // either(",", "", k > 1) // " " // concise(newton%steps(k), 1)
     end do

@@ -63,7 +63,7 @@ contains
       & // ": the turning indices of all vibrations (-1 between turning points, otherwise 1) must add up to 1" // newline
     if (.not. searched_all) lines = lines // "  these vibrations were found by chance; &model vibrations='all' searches for " &
       & // "all" // newline
-    if (size(several) > 1) lines = lines // "  the run-up decides on which of these vibrations the machine settles" &
+    if (size(several) > 1) lines = lines // "  which of these vibrations the machine settles into depends on its run-up" &
       & // newline
   end function several_lines
 

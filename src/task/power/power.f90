@@ -59,7 +59,7 @@ contains
         & // "the harmonics of sum [m (x'^2 + y'^2) + J phi'^2]", error)
     else if (configuration%analysis%averaged) then
       call input_error(group_named(configuration%document, "model"), "coefficients", "must be 'periodic' for the task 'power': " &
-        & // "with averaged masses the power does not balance", error)
+        & // "with averaged masses, the powers of drive and dampers do not balance", error)
     end if
   end subroutine read_power
 
@@ -92,7 +92,7 @@ contains
       table = new_table("power", "Drive", "Driving torque over " // turns_in_words(frame%mechanism%turns) &
         & // ", and the power of drive and dampers.")
       call add_turn(table, frame, size(drive%history, 2) - 1)
-      call table%add("torque", newton_metre, "torque on the crank, counter-clockwise positive", drive%history(torque, :))
+      call table%add("torque", newton_metre, "torque on the crank; positive: counter-clockwise", drive%history(torque, :))
       call table%add("rigid_torque", newton_metre, "torque on the crank if the frame were at rest", drive%history(rigid_torque, :))
       call table%add("drive", watt, "power of the drive", drive%history(drive_watts, :))
       call table%add("dampers", watt, "power absorbed by dampers and foundation", drive%history(damper_watts, :))

@@ -88,7 +88,7 @@ contains
     case ("above")
       words = either(concise(100 * (ratio - 1), 3) // " % above ", concise(ratio, 3) // " times ", ratio - 1 < near) // limit
     case default
-      words = "UNDECIDED: equal to " // limit // " within the error"
+      words = "UNDECIDED: " // limit // " lies within the error bound"
     end select
   end function limit_comparison
 

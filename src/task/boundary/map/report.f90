@@ -68,8 +68,8 @@ contains
     character(len=:), allocatable :: report
 
     report = ""
-    if (thin > 0) report = "  note: without damping, multipliers meet at " // counted(thin, "more place") // "; a " &
-      & // "tongue there is narrower than " // concise(width, 2) // " of the range" // newline
+    if (thin > 0) report = "  note: without damping, pairs of multipliers would coincide at " // counted(thin, "more place") &
+      & // "; an unstable region (tongue) there is narrower than " // concise(width, 2) // " of the range" // newline
     if (left_out > 0) report = report // "  note: multipliers meet in so many places that " // counted(left_out, "place") // &
       & " were not searched; these places lie in the ranges that are marked 'open' below. Search these ranges separately" // newline
   end function unsearched_lines
