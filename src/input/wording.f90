@@ -1,4 +1,4 @@
-!> Helpers for the wording of messages.
+!> Provides helper functions for the wording of messages.
 module gestell_input_wording
   use gestell_base_text, only: text
   use gestell_base_words, only: continues
@@ -7,12 +7,12 @@ module gestell_input_wording
 
   public :: counted, lower, shown, without_quotes
 
-  !> Maximum length of the user's text that a message quotes.
+  !> Maximum length of a text of the user in a message; longer texts are shortened.
   integer, parameter, public :: longest_shown = 60
 
 contains
 
-  !> A text of the user, prepared for quoting in a one-line message: shortened between characters and without control characters.
+  !> Text of the user as messages quote it: shortened if it is too long (never within a character), and without control characters.
   pure function shown(text) result(short)
     character(len=*), intent(in) :: text
     character(len=:), allocatable :: short
@@ -33,7 +33,7 @@ contains
     end do
   end function shown
 
-  !> Converts the letters A to Z to lower case.
+  !> Copy of a text in which the letters A to Z are replaced by lower-case letters.
   elemental function lower(text) result(low)
     character(len=*), intent(in) :: text
     character(len=len(text)) :: low
@@ -55,7 +55,7 @@ contains
     if (number /= 1) words = words // "s"
   end function counted
 
-  !> A text without its enclosing quotes, if it has any.
+  !> Text without the quotes that enclose it. A text without quotes is returned unchanged.
   pure function without_quotes(text) result(inner)
     character(len=*), intent(in) :: text
     character(len=:), allocatable :: inner

@@ -30,7 +30,7 @@ module gestell_input_machine_quantities
 
 contains
 
-  !> Reads the groups &probe. Fails if a name is empty, used twice or contains a parenthesis, or if a frequency band is empty.
+  !> Reads the groups &probe. Fails if a name is empty, is used twice or contains a parenthesis, or if a frequency band is empty.
   subroutine read_probes(doc, units, probes, error)
     type(document_type), intent(in) :: doc
     !> Units of the input
@@ -73,17 +73,18 @@ contains
     end do
   end subroutine read_probes
 
-  !> Reads the key `quantities` of a group. If it is missing, the quantities are the force on the ground, and either the free
-  !> coordinates or the velocities of all probes with a limit. Fails if a quantity is unknown or named twice.
+  !> Reads the key `quantities` of a group. Without this key, the quantities are the force on the ground and, depending on
+  !> `coordinates`, either the free coordinates or the velocities of all probes with a limit. Fails if a quantity is unknown or
+  !> named twice.
   subroutine read_quantities(doc, keys, frame, probes, coordinates, quantities, error)
     type(document_type), intent(in) :: doc
-    !> Records of the group's keys
+    !> Records of the keys of the group
     type(key_type), intent(in) :: keys(:)
-    !> The frame whose quantities are requested
+    !> Frame that provides the quantities
     class(frame_type), intent(in) :: frame
     type(probe_type), intent(in) :: probes(:)
-    !> True: by default request the free coordinates and the force. False: by default request the force and the velocities of probes
-    !> with a limit
+    !> Selects the default: true for the free coordinates and the force, false for the force and the velocities of probes with a
+    !> limit
     logical, intent(in) :: coordinates
     type(quantity_type), allocatable, intent(out) :: quantities(:)
     type(error_type), allocatable, intent(out) :: error
@@ -122,9 +123,9 @@ contains
     end do
   end subroutine read_quantities
 
-  !> Reads the key `measures` of a group, or its default, and returns these measures of each quantity. Quantities without a band
-  !> skip the measure 'band'. Fails if measures are given without quantities, if 'band' is given but no quantity has a band, or if
-  !> `new_measure` fails.
+  !> Reads the key `measures` of a group, or its default, and returns these measures for each quantity. The measure 'band' is
+  !> omitted for quantities without a frequency band. Fails if `measures` is given without `quantities`, or if 'band' is given but
+  !> no quantity has a frequency band. Also fails if `new_measure` fails.
   subroutine read_measures(group, keys, frame, probes, names, measures, error)
     type(group_type), intent(in) :: group
     !> Records of the group's keys
@@ -157,12 +158,12 @@ contains
       & input_error(group, "measures", band_only, error)
   end subroutine read_measures
 
-  !> Reads the key `name`, whose value names a measure. Fails if this measure does not exist.
+  !> Reads the key called `name`, whose value must be the name of a measure. Fails if there is no such measure.
   subroutine read_measure(group, keys, name, kind, error)
     type(group_type), intent(in) :: group
     !> Records of the group's keys
     type(key_type), intent(in) :: keys(:)
-    !> Name of the key to read
+    !> Name of the key that is read
     character(len=*), intent(in) :: name
     !> Index of the measure in `measure_names`
     integer, intent(out) :: kind

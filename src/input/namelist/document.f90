@@ -1,4 +1,4 @@
-!> Content of an input file: groups with their keys and values. Each value records where it came from.
+!> Defines the content of an input file: groups, their keys, and the values of the keys. Each value records where it came from.
 module gestell_input_namelist_document
   use gestell_base_kinds, only: dp
   use gestell_base_words, only: word_length
@@ -10,29 +10,29 @@ module gestell_input_namelist_document
 
   !> A value as typed
   type :: value_type
-    !> The value as text; unallocated if this element of a vector or matrix is not given
+    !> The value as text. Unallocated if the value is an element of a vector or matrix and the input does not give this element
     character(len=:), allocatable :: text
-    !> True if the value was typed in quotes. `text` does not contain the quotes
+    !> True if the input gives the value in quotes, which `text` does not contain
     logical :: quoted = .false.
-    !> The number that `text` represents; set when the document is normalised
+    !> The number that `text` represents; it is set when the document is normalised
     real(dp) :: number = 0
-    !> Repeat count, as in 3*1.0
+    !> Repeat count of the value: 3 for 3*1.0
     integer :: count = 1
-    !> Line of the value's key in the file
+    !> Number of the line of the file in which the value's key stands
     integer :: line = 0
-    !> Replaces file and line in messages if the value does not come from the file
+    !> If the value does not come from the file: text that messages quote in place of file and line
     character(len=:), allocatable :: origin
   end type value_type
 
-  !> A key and its values. A normalised document has one entry for each key, its values ordered column by column
+  !> A key and its values. In a normalised document each key has one entry, which contains the values column by column
   type :: entry_type
     character(len=:), allocatable :: key
-    !> Line of the key in the file
+    !> Number of the line of the file in which the key stands
     integer :: line = 0
-    !> Subscripts as typed; empty in a normalised document
+    !> Subscripts of the key as typed; empty in a normalised document
     integer, allocatable :: subscript(:)
     type(value_type), allocatable :: values(:)
-    !> Number of subscripts of an element
+    !> Number of subscripts that an element of the key has
     integer :: rank = 0
     !> Number of rows of a matrix
     integer :: rows = 1
@@ -41,31 +41,31 @@ module gestell_input_namelist_document
   !> One group `&name ... /`
   type :: group_type
     character(len=:), allocatable :: name
-    !> Name of the file in messages
+    !> Name of the file, for messages
     character(len=:), allocatable :: file
-    !> Line of the group in the file
+    !> Number of the line of the file in which the group begins
     integer :: line = 0
-    !> Number of the group among those of the same name; 0 if it is the only one
+    !> Number of the group among the groups of the same name; 0 if no other group has this name
     integer :: number = 0
     type(entry_type), allocatable :: entries(:)
   end type group_type
 
-  !> All groups of a file in their order
+  !> All groups of an input file, in the order of the file
   type :: document_type
     !> Name of the file in messages
     character(len=:), allocatable :: file
-    !> Full path of the file; unallocated if the input was no file
+    !> Full path of the input file; unallocated if the input is no file
     character(len=:), allocatable :: path
-    !> The complete text with comments; unallocated if groups were added in code
+    !> Complete text of the input, including comments; unallocated if groups were added in code
     character(len=:), allocatable :: text
     type(group_type), allocatable :: groups(:)
-    !> True if all keys have been checked and merged as the schema requires
+    !> True if all keys have been checked against the schema and merged to one entry for each key
     logical :: normalised = .false.
   end type document_type
 
 contains
 
-  !> Returns the group of this name, or an empty group if the file has none. Use it for groups that may occur only once.
+  !> Returns the group called `name`, or an empty group if the document contains none. For groups that may occur only once.
   pure function group_named(doc, name) result(group)
     type(document_type), intent(in) :: doc
     character(len=*), intent(in) :: name
@@ -83,8 +83,8 @@ contains
     allocate(group%entries(0))
   end function group_named
 
-  !> Number of groups of this name. It does not call `groups_named`, because gfortran 12 does not free function results within an
-  !> expression.
+  !> Number of groups called `name`. The function does not use `groups_named`, because gfortran 12 does not free function results
+  !> that occur within an expression.
   pure integer function count_groups(doc, name)
     type(document_type), intent(in) :: doc
     character(len=*), intent(in) :: name
@@ -93,7 +93,7 @@ contains
     count_groups = count([(doc%groups(i)%name == name, i = 1, size(doc%groups))])
   end function count_groups
 
-  !> All groups of this name in the order of the file.
+  !> All groups called `name`, in the order of the file.
   pure function groups_named(doc, name) result(groups)
     type(document_type), intent(in) :: doc
     character(len=*), intent(in) :: name
@@ -109,7 +109,7 @@ contains
     end do
   end function groups_named
 
-  !> Indices of all groups of this name in the order of the file.
+  !> Indices of all groups called `name`, in the order of the file.
   pure function indices_named(doc, name) result(at)
     type(document_type), intent(in) :: doc
     character(len=*), intent(in) :: name
@@ -120,7 +120,7 @@ contains
     at = pack([(i, i = 1, size(doc%groups))], [(doc%groups(i)%name == name, i = 1, size(doc%groups))])
   end function indices_named
 
-  !> Names of the groups (values of their key `name`); blank for a group without a name.
+  !> Names of the groups, which are the values of their keys `name`; blank for a group without this key.
   pure function group_names(groups) result(names)
     type(group_type), intent(in) :: groups(:)
     character(len=word_length) :: names(size(groups))
@@ -139,7 +139,7 @@ contains
     has = find_entry(group, key) > 0
   end function has
 
-  !> Index of the first entry of a key in its group; 0 if the key is missing.
+  !> Index of the first entry of a key in its group; 0 if the group does not contain the key.
   pure integer function find_entry(group, key) result(found)
     type(group_type), intent(in) :: group
     character(len=*), intent(in) :: key
@@ -150,7 +150,7 @@ contains
     found = 0
   end function find_entry
 
-  !> Name of the group (value of its key `name`); empty if it has none.
+  !> Name of the group, which is the value of its key `name`; empty if the group does not contain this key.
   pure function name_of(group) result(name)
     type(group_type), intent(in) :: group
     character(len=:), allocatable :: name

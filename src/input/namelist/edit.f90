@@ -1,4 +1,4 @@
-!> Changes values in the text of an input file and keeps everything else, including comments and spaces.
+!> Changes values in the text of an input file. The rest of the text, including comments and blanks, remains as it is.
 module gestell_input_namelist_edit
   use gestell_base_text, only: text
   use gestell_input_namelist_document, only: entry_type
@@ -14,7 +14,7 @@ module gestell_input_namelist_edit
 
 contains
 
-  !> Writes a key and its values as in an input file: "key=values", or "key(i)=value" for each given element if others are missing.
+  !> Text of a key and its values as in an input file: "key=values". If elements are missing, "key(i)=value" for each given element.
   pure function entry_text(entry) result(words)
     type(entry_type), intent(in) :: entry
     character(len=:), allocatable :: words, value
@@ -41,7 +41,7 @@ contains
     words = words(3:)
   end function entry_text
 
-  !> Doubles the quotes in a text, so that the text can be put in quotes.
+  !> Copy of a text in which every quote is doubled, so that the copy can be enclosed in quotes.
   pure function with_doubled_quotes(text) result(words)
     character(len=*), intent(in) :: text
     character(len=:), allocatable :: words
@@ -54,15 +54,15 @@ contains
     end do
   end function with_doubled_quotes
 
-  !> Replaces a key's values in one group of the text, or adds the key at the group's end.
+  !> Replaces the values of a key in one group of the text. If the group does not contain the key, adds it at the end of the group.
   pure subroutine set_entry(text, group, entry, remark)
-    !> Content of an input file, which must be valid
+    !> Content of an input file, which must have correct syntax
     character(len=:), allocatable, intent(inout) :: text
-    !> Number of the group, counted from 1 over all groups
+    !> Index of the group among all groups of the text, counted from 1
     integer, intent(in) :: group
     !> The key and its new values
     type(entry_type), intent(in) :: entry
-    !> Comment added at the end of the line
+    !> Comment that is added at the end of the line
     character(len=*), intent(in) :: remark
     integer, allocatable :: first(:), last(:)
     character(len=:), allocatable :: comma
@@ -87,8 +87,8 @@ contains
     text = text(:at - 1) // comma // remark // text(at:)
   end subroutine set_entry
 
-  !> Finds the entries of a key: positions of their first and last characters, without trailing commas. `ending` is the position at
-  !> which the group ends.
+  !> Finds the entries of a key in a group: positions of their first and last characters, without trailing commas. `ending`:
+  !> position of the end of the group.
   pure subroutine find_entries(text, group, key, first, last, ending)
     character(len=*), intent(in) :: text, key
     integer, intent(in) :: group

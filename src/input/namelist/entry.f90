@@ -1,4 +1,4 @@
-!> Parses one key of a namelist group with its values.
+!> Parses one key of a namelist group and the values of this key.
 module gestell_input_namelist_entry
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_text, only: text
@@ -15,13 +15,13 @@ module gestell_input_namelist_entry
 
 contains
 
-  !> Parses "key = values" or "key(i) = values".
+  !> Parses a key with its values, "key = values" or "key(i) = values".
   pure subroutine parse_entry(scanner, group, token, entry, error)
-    !> Position in the text; on entry, after the key
+    !> Position reached in the text; when the procedure is called, the position after the key
     type(scanner_type), intent(inout) :: scanner
-    !> Group of the key, for messages
+    !> Group that contains the key, for messages
     type(group_type), intent(in) :: group
-    !> On entry the key; on return the first token after the values
+    !> When the procedure is called: the key. On return: the first token after the values
     type(token_type), intent(inout) :: token
     type(entry_type), intent(out) :: entry
     type(error_type), allocatable, intent(out) :: error
@@ -50,7 +50,7 @@ contains
     call parse_values(scanner, group, token, entry, error)
   end subroutine parse_entry
 
-  !> Parses the integers in "(i)" or "(i,j)", including the closing parenthesis.
+  !> Parses the integers of a subscript "(i)" or "(i,j)". Afterwards the scanner is behind the closing parenthesis.
   pure subroutine parse_subscript(scanner, group, entry, error)
     type(scanner_type), intent(inout) :: scanner
     type(group_type), intent(in) :: group
@@ -74,7 +74,7 @@ contains
       // "(': one or two whole numbers and a ) must follow", error)
   end subroutine parse_subscript
 
-  !> Parses values up to the next key, the end of the group or the end of the text.
+  !> Parses values until the next key, the end of the group or the end of the text.
   pure subroutine parse_values(scanner, group, token, entry, error)
     type(scanner_type), intent(inout) :: scanner
     type(group_type), intent(in) :: group
@@ -131,7 +131,7 @@ contains
     if (n == 0) call refuse(group, entry%line, "'" // shown(entry%key) // "' has no value", error)
   end subroutine parse_values
 
-  !> Parses one value and its repeat count from a token.
+  !> Parses one value, and its repeat count if it has one, from a token.
   pure subroutine parse_value(scanner, group, token, entry, value, error)
     type(scanner_type), intent(inout) :: scanner
     type(group_type), intent(in) :: group
@@ -171,7 +171,7 @@ contains
     value%line = entry%line
   end subroutine parse_value
 
-  !> Reports an error in the text of a group, at the given line.
+  !> Sets `error`: `message` describes an error in the text of a group at the line with this number.
   pure subroutine refuse(group, line, message, error)
     type(group_type), intent(in) :: group
     integer, intent(in) :: line
@@ -181,7 +181,7 @@ contains
     call fatal_error(error, location(group%file, line) // label(group) // ": " // message, invalid_input)
   end subroutine refuse
 
-  !> True if a text can be the name of a group or key: a letter, followed by letters, digits and underscores.
+  !> True if a text is a permitted name of a group or key: a letter, followed by letters, digits and underscores.
   pure logical function is_name(text)
     character(len=*), intent(in) :: text
     character(len=*), parameter :: letters = "abcdefghijklmnopqrstuvwxyz"

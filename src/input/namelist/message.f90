@@ -1,4 +1,4 @@
-!> Composes one-line error messages that name file, line, group and key.
+!> Composes error messages of one line that name file, line, group and key.
 module gestell_input_namelist_message
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_words, only: put_on_one_line
@@ -12,14 +12,14 @@ module gestell_input_namelist_message
 
 contains
 
-  !> Reports an error in the value of a key, as "file:line: &group 'name': key = value: message". For a value of --set the message
-  !> is "--set path=value: message".
+  !> Sets `error` for a wrong value of a key. The message has the form "file:line: &group 'name': key = value: message". For a value
+  !> that comes from --set, the form is "--set path=value: message".
   pure subroutine input_error(group, key, message, error, element)
     type(group_type), intent(in) :: group
-    !> `key`: name of the key, or empty if the error concerns the whole group; `message`: the explanation
+    !> `key`: name of the key, or empty if the error concerns the whole group. `message`: what is wrong
     character(len=*), intent(in) :: key, message
     type(error_type), allocatable, intent(out) :: error
-    !> Index of the element at fault; absent: all values
+    !> Index of the element whose value is wrong. If absent, the message concerns all values of the key
     integer, intent(in), optional :: element
     integer :: i
 
@@ -34,8 +34,8 @@ contains
     end if
   end subroutine input_error
 
-  !> Puts file, line and group in front of an error's message, unless it already begins with the file or an option. If the message
-  !> begins with the group's name, this name is not repeated.
+  !> Puts file, line and group in front of an error's message, unless the message already begins with the file or with an option. If
+  !> the message begins with the group's name, the name is not repeated.
   subroutine locate_in_group(group, error)
     type(group_type), intent(in) :: group
     type(error_type), allocatable, intent(inout) :: error
@@ -48,7 +48,7 @@ contains
     error%message = location(group%file, group%line) // own // error%message
   end subroutine locate_in_group
 
-  !> Reports an error in the value of `entry`, in the format of `input_error`.
+  !> Sets `error` for a wrong value of `entry`. The message has the same form as that of `input_error`.
   pure subroutine refuse_entry(group, entry, message, error, element)
     type(group_type), intent(in) :: group
     type(entry_type), intent(in) :: entry
@@ -68,7 +68,7 @@ contains
     end associate
   end subroutine refuse_entry
 
-  !> Index of the value whose line appears in the message: `element` if present, otherwise the first given value.
+  !> Index of the value whose line the message quotes: `element` if present, otherwise the first value that the input gives.
   pure integer function value_with_line(entry, element) result(i)
     type(entry_type), intent(in) :: entry
     integer, intent(in), optional :: element
@@ -84,7 +84,7 @@ contains
     end do
   end function value_with_line
 
-  !> All given values as typed, "key = values", or only one element, "key(2) = value".
+  !> A key with all its values as the user typed them, "key = values". If `element` is present, only this element, "key(2) = value".
   pure function typed(entry, element) result(words)
     type(entry_type), intent(in) :: entry
     integer, intent(in), optional :: element
@@ -111,7 +111,7 @@ contains
     if (comma == " ") words = words // comma
   end function typed
 
-  !> The subscripts of an entry as typed, or the subscripts of one element.
+  !> Subscripts of an entry in parentheses, as typed. If `element` is present, the subscripts of this element.
   pure function subscripts(entry, element) result(words)
     type(entry_type), intent(in) :: entry
     integer, intent(in), optional :: element
@@ -134,7 +134,7 @@ contains
     end select
   end function subscripts
 
-  !> A value as it was typed, including quotes and repeat count.
+  !> A value as the user typed it, with its quotes and repeat count.
   pure function typed_value(value) result(words)
     type(value_type), intent(in) :: value
     character(len=:), allocatable :: words
@@ -144,7 +144,7 @@ contains
     if (value%count /= 1) words = text(value%count) // "*" // words
   end function typed_value
 
-  !> Beginning of a message: "file:line: ", or "file: " if the line is zero.
+  !> Beginning of a message: "file:line: ", or "file: " if `line` is zero.
   pure function location(file, line) result(words)
     character(len=*), intent(in) :: file
     integer, intent(in) :: line
@@ -156,7 +156,7 @@ contains
     words = words // ": "
   end function location
 
-  !> Name of a group in messages, such as "&joint 'B'", "&support 2" or "&drive".
+  !> Name by which messages refer to a group, such as "&joint 'B'", "&support 2" or "&drive".
   pure function label(group) result(words)
     type(group_type), intent(in) :: group
     character(len=:), allocatable :: words

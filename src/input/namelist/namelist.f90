@@ -1,4 +1,4 @@
-!> Reads namelist files into groups, keys and values, and records the line of each.
+!> Reads namelist files and returns their groups, keys and values. The line number of each group, key and value is recorded.
 module gestell_input_namelist
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_files, only: close_file, file_exists, system_message, open_to_read, read_chunk
@@ -15,14 +15,14 @@ module gestell_input_namelist
 
   public :: read_document, parse_document
 
-  !> Maximum size of a file (bytes); larger files are refused.
+  !> Maximum size of an input file in bytes; a larger file is an error.
   integer, parameter :: max_bytes = 100000000
-  !> The three bytes that some editors put in front of UTF-8 text.
+  !> Byte order mark of UTF-8: three bytes that some editors write at the beginning of a text.
   character(len=*), parameter :: byte_order_mark = char(239) // char(187) // char(191)
 
 contains
 
-  !> Reads a namelist file. Fails if it cannot be read or its syntax is wrong.
+  !> Reads a namelist file and parses it. Fails if the file cannot be read or its syntax is wrong.
   subroutine read_document(file, doc, error)
     character(len=*), intent(in) :: file
     type(document_type), intent(out) :: doc
@@ -75,9 +75,9 @@ contains
     content = buffer(:length)
   end subroutine read_text
 
-  !> Parses the content of a namelist file. Fails if its syntax is wrong.
+  !> Parses a text in the format of a namelist file. Fails if its syntax is wrong.
   pure subroutine parse_document(text, file, doc, error)
-    !> `text`: content, with lines separated by new_line('a'); `file`: its name in messages
+    !> `text`: content of the file, with lines separated by new_line('a'). `file`: name of the file, for messages
     character(len=*), intent(in) :: text, file
     type(document_type), intent(out) :: doc
     type(error_type), allocatable, intent(out) :: error
@@ -112,7 +112,8 @@ contains
     doc%text = text
   end subroutine parse_document
 
-  !> Moves to the & of the next group or to the end of the text. Fails if anything but blanks and comments comes before it.
+  !> Moves the scanner to the & of the next group or, if there is none, to the end of the text. Fails if anything other than blanks
+  !> and comments is skipped.
   pure subroutine skip_outside(scanner, file, groups, error)
     type(scanner_type), intent(inout) :: scanner
     character(len=*), intent(in) :: file
@@ -139,7 +140,7 @@ contains
     call fatal_error(error, location(file, token%line) // message, invalid_input)
   end subroutine skip_outside
 
-  !> Parses one group from its & to its /.
+  !> Parses one group, from its & to its /.
   pure subroutine parse_group(scanner, file, group, error)
     type(scanner_type), intent(inout) :: scanner
     character(len=*), intent(in) :: file
@@ -184,7 +185,7 @@ contains
     end if
   end subroutine parse_group
 
-  !> Reports why a group does not end with a /.
+  !> Sets `error` for a group that does not end with a /, and explains the probable reason.
   pure subroutine refuse_end(scanner, group, token, error)
     type(scanner_type), intent(inout) :: scanner
     type(group_type), intent(in) :: group
@@ -211,7 +212,7 @@ contains
     call fatal_error(error, location(group%file, line) // label(group) // ": " // message, invalid_input)
   end subroutine refuse_end
 
-  !> Fails on an empty text, and on control characters other than tabs and line ends.
+  !> Fails if the content is empty or contains control characters other than tabs and line ends.
   pure subroutine check_characters(content, file, error)
     character(len=*), intent(in) :: content, file
     type(error_type), allocatable, intent(out) :: error

@@ -1,4 +1,4 @@
-!> Reads numbers in strict notation: anything ambiguous is refused.
+!> Reads numbers in a strict notation: an ambiguous notation is an error.
 module gestell_input_namelist_number
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: text_of => text
@@ -8,12 +8,12 @@ module gestell_input_namelist_number
 
   public :: read_real, read_integer, is_digits
 
-  !> Numbers with this decimal exponent or a larger one are refused, because some of them overflow.
+  !> A number with this decimal exponent or a larger one is an error, because some of these numbers overflow.
   integer, parameter :: exponent_limit = 308
 
 contains
 
-  !> Reads a real number. `reason` says why the text is not a valid number and is empty on success.
+  !> Converts a text to a real number. If the text is not a valid number, `reason` says why; otherwise `reason` is empty.
   pure subroutine read_real(text, value, reason)
     character(len=*), intent(in) :: text
     real(dp), intent(out) :: value
@@ -53,7 +53,7 @@ contains
     if (status /= 0) reason = not_a_number(text)
   end subroutine read_real
 
-  !> Reads an integer. `reason` says why the text is not a valid integer and is empty on success.
+  !> Converts a text to an integer. If the text is not a valid integer, `reason` says why; otherwise `reason` is empty.
   pure subroutine read_integer(text, value, reason)
     character(len=*), intent(in) :: text
     integer, intent(out) :: value
@@ -72,7 +72,7 @@ contains
     end if
   end subroutine read_integer
 
-  !> True if a text consists of digits only and is not empty.
+  !> True if a text is not empty and consists only of digits.
   pure logical function is_digits(text)
     character(len=*), intent(in) :: text
 
@@ -89,13 +89,13 @@ contains
     if (text(1:1) == "+" .or. text(1:1) == "-") rest = text(2:)
   end function without_sign
 
-  !> Reads the digits of an exponent; `ok` is false if the text is not an integer.
+  !> Converts the digits of an exponent to an integer. `ok` is false if the text is not an integer.
   pure subroutine read_exponent(text, exponent, ok)
     character(len=*), intent(in) :: text
     integer, intent(out) :: exponent
     logical, intent(out) :: ok
-    !> Larger exponents are replaced by this one. It is far outside the range of double precision, and sums of such exponents do not
-    !> overflow.
+    !> Replaces every larger exponent. It is far outside the range of double precision, but small enough that sums of exponents do
+    !> not overflow.
     integer, parameter :: enough = 10000000
     character(len=:), allocatable :: digits
     integer :: i
@@ -110,7 +110,7 @@ contains
     if (text(1:1) == "-") exponent = -exponent
   end subroutine read_exponent
 
-  !> The reason why a text is not a valid number.
+  !> Explanation why a text is not a valid number.
   pure function not_a_number(text) result(reason)
     character(len=*), intent(in) :: text
     character(len=:), allocatable :: reason

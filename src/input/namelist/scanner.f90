@@ -1,4 +1,4 @@
-!> Splits the text of an input file into tokens.
+!> Splits the text of an input file into tokens, such as words, quoted texts and punctuation marks.
 module gestell_input_namelist_scanner
   use gestell_input_wording, only: lower
   implicit none (type, external)
@@ -20,7 +20,7 @@ module gestell_input_namelist_scanner
   integer, parameter, public :: quoted = 3
   integer, parameter, public :: unclosed_quote = 4
 
-  !> A token: one of the marks & / = , ( ), a bare word, or a quoted text (stored without its quotes)
+  !> A token: one of the marks & / = , ( ), a word without quotes, or a quoted text, which is stored without its quotes
   type :: token_type
     integer :: kind = end_of_text
     character(len=:), allocatable :: text
@@ -31,13 +31,13 @@ module gestell_input_namelist_scanner
   character(len=*), parameter :: quotes = "'"""
   character(len=*), parameter :: blanks = " " // achar(9) // achar(13) // achar(10)
   character(len=*), parameter :: line_ends = achar(13) // achar(10)
-  !> Maximum length of the text in the parentheses of nan(...).
+  !> Maximum length of the text in parentheses in nan(...).
   integer, parameter :: longest_payload = 20
   character(len=*), parameter :: word_ends = marks // quotes // blanks // "!"
 
 contains
 
-  !> Reads the next token.
+  !> Reads the next token and moves the scanner behind it.
   pure subroutine next_token(scanner, token)
     type(scanner_type), intent(inout) :: scanner
     type(token_type), intent(out) :: token
@@ -59,7 +59,7 @@ contains
     end if
   end subroutine next_token
 
-  !> Character at the scanner's position; a blank at the end of the text.
+  !> Character at the position of the scanner; a blank if this is the end of the text.
   pure character(len=1) function next_character(scanner) result(c)
     type(scanner_type), intent(in) :: scanner
 
@@ -67,7 +67,7 @@ contains
     if (scanner%position <= len(scanner%text)) c = scanner%text(scanner%position:scanner%position)
   end function next_character
 
-  !> Skips blanks, line ends and comments.
+  !> Moves the scanner past blanks, line ends and comments.
   pure subroutine skip_blanks(scanner)
     type(scanner_type), intent(inout) :: scanner
     logical :: comment
@@ -88,7 +88,7 @@ contains
     end do
   end subroutine skip_blanks
 
-  !> Reads a text in quotes, which must end on the same line. A doubled quote represents one quote.
+  !> Reads a quoted text, which must end on the line on which it begins. Two successive quotes within it stand for one quote.
   pure subroutine read_quoted(scanner, token)
     type(scanner_type), intent(inout) :: scanner
     type(token_type), intent(inout) :: token
@@ -115,7 +115,7 @@ contains
     token%text = with_single_quotes(scanner%text(start:last-1), quote)
   end subroutine read_quoted
 
-  !> Replaces each doubled quote in a text by a single one.
+  !> Copy of a text in which each doubled quote is replaced by a single one.
   pure function with_single_quotes(text, quote) result(single)
     character(len=*), intent(in) :: text
     character(len=1), intent(in) :: quote
@@ -133,7 +133,7 @@ contains
     single = single(:n)
   end function with_single_quotes
 
-  !> Reads a word up to the next blank, quote or mark; nan(...) is one word.
+  !> Reads a word, which ends before the next blank, quote or mark. The form nan(...) counts as one word.
   pure subroutine read_word(scanner, token)
     type(scanner_type), intent(inout) :: scanner
     type(token_type), intent(inout) :: token

@@ -1,4 +1,4 @@
-!> Suggests corrections of misspelt words.
+!> Suggests the correct word for a misspelt one.
 module gestell_input_namelist_suggest
   use gestell_input_wording, only: lower
   implicit none (type, external)
@@ -6,12 +6,13 @@ module gestell_input_namelist_suggest
 
   public :: suggestion, nearest_of, listed
 
-  !> Maximum length of a word that gets suggestions.
+  !> Maximum length of a word for which corrections are suggested.
   integer, parameter :: longest_word = 64
 
 contains
 
-  !> The phrase "; did you mean 'x'?", or "; choose from 'a', 'b'" if no candidate is similar. Empty if there is no candidate.
+  !> Hint for a message: "; did you mean 'x'?", or "; choose from 'a', 'b'" if no candidate is similar to the word. Empty if there
+  !> are no candidates.
   pure function suggestion(word, candidates) result(text)
     character(len=*), intent(in) :: word
     character(len=*), intent(in) :: candidates(:)
@@ -28,7 +29,7 @@ contains
     end if
   end function suggestion
 
-  !> Lists up to 30 candidates in one line, each between `before` and `after`.
+  !> List of up to 30 candidates in one line, each between the texts `before` and `after`.
   pure function listed(candidates, before, after) result(text)
     character(len=*), intent(in) :: candidates(:), before, after
     character(len=:), allocatable :: text
@@ -42,7 +43,7 @@ contains
     if (size(candidates) > 30) text = text // ", ..."
   end function listed
 
-  !> Index of the candidate most similar to a misspelt word; 0 if none is similar or two are equally similar.
+  !> Index of the candidate that is most similar to a misspelt word. 0 if no candidate is similar or several are equally similar.
   pure integer function nearest_of(word, candidates) result(best)
     character(len=*), intent(in) :: word
     character(len=*), intent(in) :: candidates(:)
@@ -61,7 +62,8 @@ contains
     end do
   end function nearest_of
 
-  !> Damerau-Levenshtein distance of a and b: number of insertions, deletions, substitutions and swaps of neighbouring letters.
+  !> Damerau-Levenshtein distance of two words: the minimum number of insertions, deletions, substitutions and swaps of neighbouring
+  !> letters that convert `a` to `b`.
   pure integer function distance(a, b)
     character(len=*), intent(in) :: a, b
     ! d(i, j): distance of the first i and j letters; row and column -1 are never the minimum

@@ -1,4 +1,4 @@
-!> Checks a document against the schema.
+!> Checks the content of an input file against the schema.
 module gestell_input_schema_check
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_text, only: text
@@ -15,8 +15,8 @@ module gestell_input_schema_check
 
 contains
 
-  !> Fails if a document contains anything that the schema does not allow, or lacks a required group or key. On success each key has
-  !> one entry with one value for each element.
+  !> Checks a document. Fails if it contains anything that the schema does not permit, or lacks a required group or key. On success
+  !> each key has one entry, with one value for each element.
   pure subroutine check_document(doc, schema, error)
     type(document_type), intent(inout) :: doc
     type(schema_type), intent(in) :: schema
@@ -43,12 +43,12 @@ contains
   end subroutine check_document
 
   !> Normalises a document: checks that all groups and keys are known, resolves subscripts and repeat counts, and checks the kinds
-  !> of values. Does not check that required groups and keys are present.
+  !> of the values. Missing groups and keys are not reported.
   pure subroutine normalise(doc, schema, error, before)
     type(document_type), intent(inout) :: doc
     type(schema_type), intent(in) :: schema
     type(error_type), allocatable, intent(out) :: error
-    !> For each group of the schema: number of groups of this name that precede this document; default 0
+    !> For each group of the schema: number of groups of this name that precede those of this document; 0 if absent
     integer, intent(in), optional :: before(:)
     integer :: i
 
@@ -62,7 +62,8 @@ contains
     doc%normalised = .true.
   end subroutine normalise
 
-  !> Numbers the groups of each name. Fails if a group is unknown, or occurs several times although the schema permits only one.
+  !> Numbers the groups of the same name. Fails if a group is unknown, or if it occurs several times although the schema permits it
+  !> only once.
   pure subroutine number_groups(doc, schema, error, before)
     type(document_type), intent(inout) :: doc
     type(schema_type), intent(in) :: schema
@@ -97,7 +98,7 @@ contains
     end do
   end subroutine number_groups
 
-  !> Message for a group that the schema does not contain.
+  !> Error message for a group that the schema does not contain.
   pure function unknown_group(name, schema) result(message)
     character(len=*), intent(in) :: name
     type(schema_type), intent(in) :: schema

@@ -1,4 +1,4 @@
-!> Computes a hash of an input's content, independent of its layout.
+!> Computes a hash of the content of an input, which does not depend on the input's layout.
 module gestell_input_schema_fingerprint
   use gestell_base_hash, only: hash_start, mix, mix_text
   use gestell_input_namelist_document, only: document_type, find_entry, group_type
@@ -12,8 +12,8 @@ module gestell_input_schema_fingerprint
 
 contains
 
-  !> Hash of a checked document's groups, keys and values, including values of --set. It does not depend on the order of keys, on
-  !> the order of groups with different names, or on the notation of numbers.
+  !> Hash of the groups, keys and values of a checked document; it includes values set by --set. It does not depend on the order of
+  !> the keys in a group, the order of groups with different names, or the notation of the numbers.
   pure integer(int64) function content_hash(doc, schema) result(hash)
     type(document_type), intent(in) :: doc
     type(schema_type), intent(in) :: schema

@@ -1,4 +1,4 @@
-!> Produces help texts for the terminal and tables for the manual from the records of the keys.
+!> Composes help texts for the terminal and tables for the manual from the records of the input keys.
 module gestell_input_schema_help
   use gestell_base_error, only: error_type, fatal_error, wrong_usage
   use gestell_base_key, only: all_words, integer_key, key_type, real_key, text_key, unset
@@ -18,17 +18,17 @@ module gestell_input_schema_help
   character, parameter :: newline = new_line("a")
   !> Width of the terminal in columns.
   integer, parameter :: terminal_width = 80
-  !> Column at which explanations begin.
+  !> Column of the terminal in which explanations begin.
   integer, parameter :: text_column = 18
 
 contains
 
-  !> Returns help on a topic. Fails if the topic does not exist.
+  !> Returns the help text for a topic. Fails if there is no such topic.
   subroutine help_on(schema, topic, text, error)
     !> All groups and keys of the input
     type(schema_type), intent(in) :: schema
-    !> Name of a group; name of a key (GROUP.KEY, or KEY for all groups that have it); "groups"; or "tables" for all tables in
-    !> Markdown
+    !> Name of a group; GROUP.KEY for a key; KEY for the keys of this name in all groups; "groups" for the list of groups; or
+    !> "tables" for all tables of the manual in Markdown
     character(len=*), intent(in) :: topic
     character(len=:), allocatable, intent(out) :: text
     type(error_type), allocatable, intent(out) :: error
@@ -69,7 +69,7 @@ contains
     if (message /= "") call fatal_error(error, "--help " // shown(topic) // ": " // message, wrong_usage)
   end subroutine help_on
 
-  !> Suggests a group or key for an unknown word.
+  !> Hint that suggests a group or key similar to an unknown word.
   pure function topic_hint(schema, word) result(hint)
     type(schema_type), intent(in) :: schema
     character(len=*), intent(in) :: word
@@ -92,7 +92,7 @@ contains
     end if
   end function topic_hint
 
-  !> Says in words how often a group may occur in a file.
+  !> Phrase that states how often a group may occur in an input file.
   pure function occurrence_words(schema, group) result(words)
     type(schema_type), intent(in) :: schema
     integer, intent(in) :: group
@@ -103,7 +103,7 @@ contains
     if (schema%groups(group)%repeatable) words = "may repeat"
   end function occurrence_words
 
-  !> Help on a group: its meaning, keys and variants.
+  !> Help text for a group: its meaning, its keys and its variants.
   pure function group_help(schema, group) result(text)
     type(schema_type), intent(in) :: schema
     integer, intent(in) :: group
@@ -125,11 +125,11 @@ contains
     end associate
   end function group_help
 
-  !> Describes each allowed word of a key in an entry of its own; empty if the schema does not describe the words.
+  !> Entries that describe the words that a key accepts, one entry for each word. Empty if the schema does not describe these words.
   pure function described_words(schema, key, before) result(text)
     type(schema_type), intent(in) :: schema
     type(key_type), intent(in) :: key
-    !> Text put in front of every word
+    !> Text that precedes every word
     character(len=*), intent(in) :: before
     character(len=:), allocatable :: text
     integer :: i
@@ -145,7 +145,7 @@ contains
     end do
   end function described_words
 
-  !> Help on a key: its meaning, values, default, use in sweeps, and the meaning of its words.
+  !> Help text for a key: its meaning, values and default, whether sweeps can vary it, and the meanings of the words it accepts.
   pure function key_help(schema, i) result(text)
     type(schema_type), intent(in) :: schema
     integer, intent(in) :: i
@@ -165,7 +165,7 @@ contains
     end associate
   end function key_help
 
-  !> A name and its explanation. The explanation begins in `column`.
+  !> Lines with a name and its explanation. The explanation begins in the given `column`.
   pure function entry(name, words, column) result(text)
     character(len=*), intent(in) :: name, words
     integer, intent(in), optional :: column
@@ -182,7 +182,7 @@ contains
     end if
   end function entry
 
-  !> Breaks a text into lines that fit the terminal, indented by `indent` columns, and removes Markdown marks.
+  !> Lines of a text that is broken to fit the terminal and indented by `indent` columns. Markdown marks are removed.
   pure function paragraph(words, indent) result(text)
     character(len=*), intent(in) :: words
     integer, intent(in) :: indent
@@ -212,7 +212,7 @@ contains
     text = text // newline
   end function paragraph
 
-  !> Describes the values of a key in Markdown.
+  !> Phrase in Markdown that describes the values of a key.
   pure function values_of(key) result(words)
     type(key_type), intent(in) :: key
     character(len=:), allocatable :: words
@@ -246,7 +246,7 @@ contains
     words = words // range_of(key)
   end function values_of
 
-  !> Describes the permitted range of a number.
+  !> Phrase that describes the permitted range of a key's values.
   pure function range_of(key) result(words)
     type(key_type), intent(in) :: key
     character(len=:), allocatable :: words
@@ -269,7 +269,7 @@ contains
     end associate
   end function range_of
 
-  !> States what applies if a key is missing.
+  !> Sentence that states what applies if a key is missing.
   pure function missing(key) result(words)
     type(key_type), intent(in) :: key
     character(len=:), allocatable :: words
@@ -278,7 +278,7 @@ contains
     if (words == "") words = "none: the key is required"
   end function missing
 
-  !> States the default of a key, or that the key is required.
+  !> Phrase that states the default of a key, or that the key is required.
   pure function default_clause(key) result(words)
     type(key_type), intent(in) :: key
     character(len=:), allocatable :: words
@@ -291,7 +291,7 @@ contains
     end if
   end function default_clause
 
-  !> The default of a key in Markdown; empty if it has none.
+  !> Default of a key in Markdown; empty if the key has no default.
   pure function default_of(key) result(words)
     type(key_type), intent(in) :: key
     character(len=:), allocatable :: words
@@ -310,7 +310,7 @@ contains
     end if
   end function default_of
 
-  !> Puts each word of a comma-separated list in quotes.
+  !> Copy of a list, separated by commas, with quotes around each word.
   pure function quoted(list) result(words)
     character(len=*), intent(in) :: list
     character(len=:), allocatable :: words
@@ -318,7 +318,7 @@ contains
     words = listed(all_words(list), "`'", "'`")
   end function quoted
 
-  !> The keys of every group as a table in Markdown. A table of words follows for every key whose words the schema describes.
+  !> Markdown tables of the keys of all groups. If the schema describes the words of a key, a table of these words follows.
   pure function key_tables(schema) result(text)
     type(schema_type), intent(in) :: schema
     character(len=:), allocatable :: text
@@ -341,8 +341,8 @@ contains
     end do
   end function key_tables
 
-  !> Table of the words of a key in Markdown; empty if the schema does not describe them. It has a column for keys if any word has
-  !> keys of its own.
+  !> Markdown table of the words that a key accepts; empty if the schema does not describe them. If any of these words has keys of
+  !> its own, the table has a column for them.
   pure function word_table(schema, key) result(text)
     type(schema_type), intent(in) :: schema
     type(key_type), intent(in) :: key

@@ -1,4 +1,4 @@
-!> Resolves a path such as support(2).stiffness(1): finds its groups, key and element in a document.
+!> Finds the groups, the key and the element of a document that a path such as support(2).stiffness(1) denotes.
 module gestell_input_schema_locate
   use gestell_base_error, only: error_type, fatal_error, invalid_input, wrong_usage
   use gestell_input_schema_check, only: unknown_group
@@ -15,21 +15,21 @@ module gestell_input_schema_locate
 
   public :: find_target
 
-  !> What a path denotes in a document
+  !> The part of a document that a path denotes
   type, public :: target_type
-    !> Indices of the groups in the document; empty if the group does not exist yet and must be added
+    !> Indices of the denoted groups in the document; empty if the group does not exist yet and must be added
     integer, allocatable :: groups(:)
     character(len=:), allocatable :: key
-    !> Index of the key's record in the schema
+    !> Index of the record of the denoted key in the schema
     integer :: rule = 0
-    !> Index of an element of a vector or matrix, counted column by column; 0: all elements
+    !> Index of the denoted element of a vector or matrix, counted column by column; 0 if the path denotes all elements
     integer :: element = 0
   end type target_type
 
-  !> The parts of a path as typed
+  !> The parts of a path, as the user typed them
   type :: path_type
     character(len=:), allocatable :: group
-    !> Name or number in parentheses after the group
+    !> Name or number that follows the group in parentheses
     character(len=:), allocatable :: selector
     character(len=:), allocatable :: key
     integer, allocatable :: subscript(:)
@@ -37,12 +37,12 @@ module gestell_input_schema_locate
 
 contains
 
-  !> Finds the groups, key and element that a path denotes. Fails if the path is malformed or denotes nothing.
+  !> Finds the groups, the key and the element that a path denotes. Fails if the path is malformed or denotes nothing.
   pure subroutine find_target(doc, schema, text, prefix, target, error)
     !> Normalised document (see `normalise`)
     type(document_type), intent(in) :: doc
     type(schema_type), intent(in) :: schema
-    !> `text`: the path; `prefix`: beginning of error messages
+    !> `text`: the path. `prefix`: text with which error messages begin
     character(len=*), intent(in) :: text, prefix
     type(target_type), intent(out) :: target
     type(error_type), allocatable, intent(out) :: error
@@ -73,7 +73,8 @@ contains
     if (reason /= "") call fatal_error(error, prefix // reason, invalid_input)
   end subroutine find_target
 
-  !> Selects the groups that a path denotes: the one with a name or number, or all of them. `reason` is empty on success.
+  !> Selects the groups that a path denotes: one group by its name or number, or all groups. If this fails, `reason` says why;
+  !> otherwise `reason` is empty.
   pure subroutine choose_groups(doc, path, repeatable, chosen, reason)
     type(document_type), intent(in) :: doc
     type(path_type), intent(in) :: path
@@ -123,7 +124,7 @@ contains
     end if
   end subroutine choose_groups
 
-  !> Splits a path into its parts. `reason` says why the path is malformed and is empty on success.
+  !> Splits a path into its parts. If the path is malformed, `reason` says why; otherwise `reason` is empty.
   pure subroutine read_path(text, path, reason)
     character(len=*), intent(in) :: text
     type(path_type), intent(out) :: path

@@ -1,4 +1,4 @@
-!> Merges the entries of a group so that each key has one entry, with one value for each element.
+!> Merges the entries of a group, so that each key has one entry with one value for each element.
 module gestell_input_schema_merge
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
@@ -16,7 +16,7 @@ module gestell_input_schema_merge
 
 contains
 
-  !> Merges all entries of a group. Fails if a key is unknown, is given twice, or has wrong values.
+  !> Merges all entries of a group. Fails if a key is unknown, a value is given twice, or the values do not suit their key.
   pure subroutine merge_entries(group, schema, error)
     type(group_type), intent(inout) :: group
     type(schema_type), intent(in) :: schema
@@ -53,7 +53,7 @@ contains
     group%entries = merged(:n)
   end subroutine merge_entries
 
-  !> Adds one entry of the file to the merged entry of its key.
+  !> Adds one entry of the input file to the merged entry of the same key.
   pure subroutine merge_entry(group, entry, rule, merged, error)
     type(group_type), intent(in) :: group
     type(entry_type), intent(in) :: entry
@@ -91,12 +91,12 @@ contains
     end if
   end subroutine merge_entry
 
-  !> Stores the values of an entry without subscripts: resolves repeat counts and checks the number of values.
+  !> Stores the values of an entry that has no subscripts: resolves repeat counts and checks the number of values.
   pure subroutine expand(group, entry, rule, merged, error)
-    !> Group of the entry, for messages
+    !> Group that contains the entry, for messages
     type(group_type), intent(in) :: group
     type(entry_type), intent(in) :: entry
-    !> Record of the key
+    !> Record of the entry's key
     type(key_type), intent(in) :: rule
     type(entry_type), intent(inout) :: merged
     type(error_type), allocatable, intent(out) :: error
@@ -127,8 +127,8 @@ contains
     end do
   end subroutine expand
 
-  !> Position at which element `n` of a list is stored. Only in the short form of a matrix, with `total` values, does it differ from
-  !> `n`.
+  !> Position at which value `n` of a list is stored. It differs from `n` only if the list is the short form of a matrix, which has
+  !> `total` values.
   pure integer function stored_position(n, total, rule)
     integer, intent(in) :: n, total
     type(key_type), intent(in) :: rule
@@ -140,9 +140,9 @@ contains
     stored_position = 1 + mod(n - 1, rows) + rule%rows * ((n - 1) / rows)
   end function stored_position
 
-  !> Creates a merged entry without values.
+  !> Creates a merged entry that has no values yet.
   pure subroutine start(entry, rule, n, merged)
-    !> Entry from which key and line are copied
+    !> Entry of the file from which key and line number are copied
     type(entry_type), intent(in) :: entry
     type(key_type), intent(in) :: rule
     !> Number of elements
@@ -157,8 +157,8 @@ contains
     allocate(merged%values(n))
   end subroutine start
 
-  !> Cuts a list that was given by subscripts after its last given element. Fails if an earlier element is missing, unless it is one
-  !> of those that the list always has.
+  !> Shortens a list that was given by subscripts: removes the elements after the last given one. Fails if an earlier element is
+  !> missing, unless it is one of the elements that the list always has.
   pure subroutine close_list(group, rule, merged, error)
     type(group_type), intent(in) :: group
     type(key_type), intent(in) :: rule

@@ -1,4 +1,4 @@
-!> Sets and returns values of a document by paths such as joint(B).lengths(1).
+!> Sets and returns values of a document that are denoted by paths such as joint(B).lengths(1).
 module gestell_input_schema_path
   use gestell_base_error, only: error_type, fatal_error, invalid_input, wrong_usage
   use gestell_base_kinds, only: dp
@@ -18,7 +18,7 @@ module gestell_input_schema_path
 
 contains
 
-  !> Executes "PATH=VALUE" of --set. Fails if the path denotes nothing or the value is not allowed.
+  !> Executes the assignment "PATH=VALUE" of --set. Fails if the path denotes nothing or the value is not permitted.
   pure subroutine set_value(doc, schema, assignment, error)
     type(document_type), intent(inout) :: doc
     type(schema_type), intent(in) :: schema
@@ -37,19 +37,20 @@ contains
     end if
   end subroutine set_value
 
-  !> Sets the value at a path to a number, with all its digits. Errors as in `set_value`.
+  !> Sets the value at `path` to a number; no digit of it is lost. Fails under the same conditions as `set_value`.
   pure subroutine set_path_real(doc, schema, path, value, error)
     type(document_type), intent(inout) :: doc
     type(schema_type), intent(in) :: schema
     character(len=*), intent(in) :: path
-    !> The number as typed, in the units of the input
+    !> The number as in an input file, in the units of the input
     real(dp), intent(in) :: value
     type(error_type), allocatable, intent(out) :: error
 
     call set_path_text(doc, schema, path, exact(value), error)
   end subroutine set_path_real
 
-  !> Sets the value at a path to a text, written as in PATH=VALUE of --set. Errors as in `set_value`.
+  !> Sets the value at `path` to the text `value`, written as after the = of --set PATH=VALUE. Fails under the same conditions as
+  !> `set_value`.
   pure subroutine set_path_text(doc, schema, path, value, error)
     type(document_type), intent(inout) :: doc
     type(schema_type), intent(in) :: schema
@@ -59,7 +60,8 @@ contains
     call assign(doc, schema, path, value, "at " // shown(path) // "=" // shown(trim(value)), error)
   end subroutine set_path_text
 
-  !> Returns the numbers at a path as typed, ordered by groups and elements. Fails if the path denotes nothing or a text.
+  !> Returns the numbers that `path` denotes, as typed, in the order of the groups and their elements. Fails if the path denotes
+  !> nothing or a text.
   pure subroutine get_path(doc, schema, path, values, error)
     type(document_type), intent(inout) :: doc
     type(schema_type), intent(in) :: schema
@@ -92,7 +94,7 @@ contains
     if (size(values) == 0) call fatal_error(error, shown(path) // ": has no value in the input", invalid_input)
   end subroutine get_path
 
-  !> Sets the value at a path. In error messages `origin` replaces file and line.
+  !> Sets the value at `path`. Error messages quote `origin` in place of file and line.
   pure subroutine assign(doc, schema, path, text, origin, error)
     type(document_type), intent(inout) :: doc
     type(schema_type), intent(in) :: schema
@@ -144,8 +146,8 @@ contains
     end do
   end subroutine assign
 
-  !> Largest index of an element that may be set. It is one more than the number of existing elements, but at least the number of
-  !> elements that the key always has.
+  !> Largest index of an element that may be set: the number of existing elements plus one, but at least the number of elements that
+  !> the key always has.
   pure integer function largest_element_of(group, rule)
     type(group_type), intent(in) :: group
     type(key_type), intent(in) :: rule
@@ -158,8 +160,8 @@ contains
     if (i > 0) largest_element_of = max(largest_element_of, 1 + size(group%entries(i)%values))
   end function largest_element_of
 
-  !> Stores an entry in a group. If `element` > 0, only its first value is stored, as this element. If one value was typed (`one`)
-  !> for a key whose components are `alike`, all components that exist or must exist get this value.
+  !> Stores an entry in a group. If `element` > 0, only the first value of the entry is stored, as this element. If one value was
+  !> typed (`one`) for a key whose components are `alike`, this value is stored for all components that exist or must exist.
   pure subroutine store_entry(group, entry, rule, element, one)
     type(group_type), intent(inout) :: group
     type(entry_type), intent(in) :: entry
@@ -199,7 +201,8 @@ contains
     group%entries(i)%values(element) = entry%values(1)
   end subroutine store_entry
 
-  !> Splits a text at commas into values. A key that takes a single text gets the whole text, commas included.
+  !> Splits a text at commas into the values of an entry. If the key takes a single text, this value is the whole text, including
+  !> commas.
   pure subroutine split(text, rule, key, origin, entry, error)
     character(len=*), intent(in) :: text, key, origin
     type(key_type), intent(in) :: rule
@@ -233,7 +236,7 @@ contains
     if (rule%alike .and. n == 1) entry%values%count = rule%most
   end subroutine split
 
-  !> Position of the equals sign that ends a path; 0 if there is none. An equals sign in parentheses is part of a name.
+  !> Position of the equals sign that separates path and value; 0 if there is none. An equals sign in parentheses belongs to a name.
   pure integer function position_of_equals(text) result(i)
     character(len=*), intent(in) :: text
     integer :: depth

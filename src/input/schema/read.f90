@@ -1,4 +1,4 @@
-!> Reads the values of a checked group. The records of the keys specify units, defaults, ranges and allowed words.
+!> Reads the values of a checked group. The records of the keys specify units, defaults, ranges and permitted words.
 module gestell_input_schema_read
   use gestell_base_error, only: error_type
   use gestell_base_key, only: all_words, find_key, integer_key, key_type, unset
@@ -14,11 +14,11 @@ module gestell_input_schema_read
 
   public :: read, read_axis_values, count_values
 
-  !> call read(group, keys, name, value, error, units, default): reads a key whose record is in `keys`. With `units`, numbers are
-  !> converted to SI; without, they stay as typed. A missing key, or a missing element of a vector or matrix, gets `default`, or
-  !> else the default of the record. If the input has more rows than a matrix `value`, the first rows are read. Fails if a value is
-  !> out of range, a word is not allowed, or a key without default is missing. Does nothing if `error` is already allocated, so that
-  !> a caller can read several keys before it tests for errors.
+  !> call read(group, keys, name, value, error, units, default) reads the key called `name`, whose record is in `keys`. If `units`
+  !> is present, numbers are converted to SI units; otherwise they stay as typed. A missing key, or a missing element of a vector or
+  !> matrix, gets the value `default` if present, otherwise the default of the record. If a matrix in the input has more rows than
+  !> `value`, its first rows are read. Fails if a value is out of range, a word is not permitted, or a key without a default is
+  !> missing. Does nothing if `error` is already allocated: a caller can read several keys before testing for errors.
   interface read
     module procedure read_real
     module procedure read_vector
@@ -30,7 +30,7 @@ module gestell_input_schema_read
 
 contains
 
-  !> Number of values of a key; 0 if the key is missing.
+  !> Number of values that the group gives for a key; 0 if the key is missing.
   pure integer function count_values(group, key)
     type(group_type), intent(in) :: group
     character(len=*), intent(in) :: key
@@ -100,13 +100,13 @@ contains
     end associate
   end subroutine read_vector
 
-  !> Reads a position in space (m), or another quantity with one value for each of three axes. If only two values are given, the
-  !> third one is 0. Does nothing if `error` is already allocated.
+  !> Reads a quantity with one value for each of three axes, such as a position (m). If only two values are given, the third value
+  !> is 0. Does nothing if `error` is already allocated.
   pure subroutine read_axis_values(group, keys, name, units, value, error)
     type(group_type), intent(in) :: group
     !> Records of the group's keys
     type(key_type), intent(in) :: keys(:)
-    !> Name of the key
+    !> Name of the key that is read
     character(len=*), intent(in) :: name
     type(units_type), intent(in) :: units
     real(dp), intent(out) :: value(3)
@@ -138,7 +138,7 @@ contains
     end do
   end subroutine read_matrix
 
-  !> Index of the last element that has a value; 0 if there is none.
+  !> Index of the last element for which the input gives a value; 0 if there is none.
   pure integer function last_present(entry) result(n)
     type(entry_type), intent(in) :: entry
 
@@ -210,7 +210,7 @@ contains
     end associate
   end subroutine read_texts
 
-  !> True if the key accepts this word.
+  !> True if the key accepts this word as its value.
   pure logical function allowed(key, word)
     type(key_type), intent(in) :: key
     character(len=*), intent(in) :: word
@@ -219,7 +219,7 @@ contains
     if (.not. allowed) allowed = index(word, ",") == 0 .and. index(", " // trim(key%words) // ",", ", " // trim(word) // ",") > 0
   end function allowed
 
-  !> Fails if a number is outside the range of its key.
+  !> Fails if a number is outside the range that the record of its key permits.
   pure subroutine check_range(group, key, value, element, error)
     type(group_type), intent(in) :: group
     type(key_type), intent(in) :: key

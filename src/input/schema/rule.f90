@@ -1,4 +1,4 @@
-!> Checks values against the record of their key and composes the messages about them.
+!> Checks values against the record of their key, and composes the error messages.
 module gestell_input_schema_rule
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -16,13 +16,13 @@ module gestell_input_schema_rule
 
   public :: check_values, element_of, values_words, subscript_words, extent_words, typing_hint, unknown_key
 
-  !> Keys whose values are names.
+  !> Keys whose values are names of joints, links or other parts.
   character(len=*), parameter :: names(*) = [character(len=5) :: "name", "pivot", "from", "to"]
   character(len=*), parameter :: straight_quotes = "must be in straight quotes, ' or """
 
 contains
 
-  !> Checks that all values are of the kind that the key requires, and converts numbers.
+  !> Checks that all values of an entry are of the kind that the key requires, and converts texts to numbers where required.
   pure subroutine check_values(group, rule, merged, error)
     type(group_type), intent(in) :: group
     type(key_type), intent(in) :: rule
@@ -40,7 +40,8 @@ contains
     end do
   end subroutine check_values
 
-  !> Checks one value and converts it if it is a number. `reason` says why the value does not suit the key and is empty on success.
+  !> Checks one value and, if the key requires a number, converts it. If the value does not suit the key, `reason` says why;
+  !> otherwise `reason` is empty.
   pure subroutine check_kind(rule, value, reason)
     type(key_type), intent(in) :: rule
     type(value_type), intent(inout) :: value
@@ -67,7 +68,7 @@ contains
     end if
   end subroutine check_kind
 
-  !> Index of an element, counted column by column, from its subscripts; 0 if there is no such element.
+  !> Index of the element with these subscripts, counted column by column; 0 if there is no such element.
   pure integer function element_of(subscript, rule)
     integer, intent(in) :: subscript(:)
     type(key_type), intent(in) :: rule
@@ -81,7 +82,7 @@ contains
     element_of = subscript(1) + rule%rows * (subscript(2) - 1)
   end function element_of
 
-  !> Compares in words the required number of values with the actual one, such as "takes 2 values, has 3".
+  !> Phrase that compares the permitted number of values with the actual number, such as "takes 2 values, has 3".
   pure function values_words(rule, total) result(words)
     type(key_type), intent(in) :: rule
     real(dp), intent(in) :: total
@@ -99,7 +100,7 @@ contains
     end if
   end function values_words
 
-  !> States the number of subscripts, such as "takes one subscript".
+  !> Phrase that states the number of subscripts, such as "takes one subscript".
   pure function subscript_words(rule) result(words)
     type(key_type), intent(in) :: rule
     character(len=:), allocatable :: words
@@ -114,7 +115,7 @@ contains
     end select
   end function subscript_words
 
-  !> States the range of subscripts, such as "the subscript runs from 1 to 2".
+  !> Phrase that states the range of the subscripts, such as "the subscript runs from 1 to 2".
   pure function extent_words(rule) result(words)
     type(key_type), intent(in) :: rule
     character(len=:), allocatable :: words
@@ -126,7 +127,7 @@ contains
     end if
   end function extent_words
 
-  !> True if a text begins with a curly quote (UTF-8), as inserted by word processors.
+  !> True if a text begins with a typographic quotation mark (UTF-8), as word processors insert it.
   pure logical function has_typeset_quotes(text)
     character(len=*), intent(in) :: text
     character(len=*), parameter :: begin = char(226) // char(128)
@@ -136,7 +137,8 @@ contains
     if (len(text) >= 3) has_typeset_quotes = text(:2) == begin .and. any(text(3:3) == ends)
   end function has_typeset_quotes
 
-  !> Returns a hint if a decimal comma may have split a number into two values, or if a text begins with a curly quote.
+  !> Hint for an error message if the user has probably typed a decimal comma, which splits a number into two values, or a
+  !> typographic quotation mark.
   pure function typing_hint(entry, rule) result(hint)
     type(entry_type), intent(in) :: entry
     type(key_type), intent(in) :: rule
@@ -162,7 +164,7 @@ contains
     end do
   end function typing_hint
 
-  !> Message for a key that the schema does not contain.
+  !> Error message for a key that the schema does not contain.
   pure function unknown_key(key, schema, group) result(message)
     character(len=*), intent(in) :: key, group
     type(schema_type), intent(in) :: schema

@@ -1,4 +1,4 @@
-!> Defines the schema: the groups and keys that an input may contain. Everything else is refused.
+!> Defines the schema, which lists the groups and keys that an input may contain. Any other group or key is an error.
 module gestell_input_schema
   use gestell_base_key, only: key_type
   implicit none (type, external)
@@ -6,32 +6,32 @@ module gestell_input_schema
 
   public :: find_group_rule, find_key_rule, names_of_keys
 
-  !> What a group describes: options of the tasks (`option_group`), frame, drive and mounts (`frame_group`), or the mechanism
-  !> (`mechanism_group`). A sweep may vary only numbers of the latter two.
+  !> Part of the input that a group describes: options of the tasks (`option_group`), frame, drive and mounts (`frame_group`), or
+  !> the mechanism (`mechanism_group`). Sweeps can vary only numbers of a `frame_group` or a `mechanism_group`.
   integer, parameter, public :: option_group = 0, frame_group = 1, mechanism_group = 2
 
   !> Rule of a group
   type, public :: group_rule
-    !> Name of the group without &
+    !> Name of the group, without the character &
     character(len=16) :: name
-    !> Describes the group in one sentence
+    !> Meaning of the group in one sentence
     character(len=160) :: meaning
-    !> `required`: the file must contain the group; `repeatable`: it may occur several times
+    !> `required`: true if every input must contain the group. `repeatable`: true if the group may occur several times
     logical :: required = .false., repeatable = .false.
     !> option_group, frame_group or mechanism_group
     integer :: subject = option_group
   end type group_rule
 
-  !> Describes one allowed word of a key, such as a joint's type.
+  !> Describes one of the words that a key accepts, such as a type of joints.
   type, public :: variant_type
-    !> `name`: the word; `group`, `key`: where it is allowed
+    !> `name`: the word. `group`, `key`: group and key that accept this word
     character(len=16) :: group, key, name
     character(len=320) :: meaning
-    !> Keys of the group that apply to this word, as a list for the manual
+    !> Keys of the group that apply to this word, as a list in the manual
     character(len=200) :: keys = ""
   end type variant_type
 
-  !> All groups, keys and variants of the input.
+  !> All groups and keys of the input, and descriptions of the words that keys accept.
   type, public :: schema_type
     type(group_rule), allocatable :: groups(:)
     type(key_type), allocatable :: keys(:)
@@ -42,7 +42,7 @@ module gestell_input_schema
 
 contains
 
-  !> Adds a group and its keys.
+  !> Adds a group and its keys to the schema.
   pure subroutine add(self, group, keys)
     class(schema_type), intent(inout) :: self
     type(group_rule), intent(in) :: group
@@ -52,7 +52,7 @@ contains
     self%keys = [self%keys, keys]
   end subroutine add
 
-  !> Index of the rule for the group with this name; 0 if there is no such group.
+  !> Index in the schema of the group called `name`; 0 if there is none.
   pure integer function find_group_rule(schema, name) result(i)
     type(schema_type), intent(in) :: schema
     character(len=*), intent(in) :: name
@@ -60,7 +60,7 @@ contains
     i = findloc(schema%groups%name == name, .true., dim=1)
   end function find_group_rule
 
-  !> Index of a key's record; 0 if the group has no such key.
+  !> Index in the schema of the key called `name` of a group; 0 if the group has no such key.
   pure integer function find_key_rule(schema, group, name) result(i)
     type(schema_type), intent(in) :: schema
     character(len=*), intent(in) :: group, name

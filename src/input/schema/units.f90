@@ -1,4 +1,4 @@
-!> Converts input values between their units and SI. The rest of the library uses SI units and rad only.
+!> Converts input values between the units of the input and SI units. The rest of the library uses only SI units and rad.
 module gestell_input_schema_units
   use gestell_base_key, only: key_type, of_angle, of_damping, of_damping_diagonal, of_force, of_inertia, of_length, of_mass, &
     & of_moment, of_rotary_damping, of_stiffness, of_stiffness_matrix, quantities
@@ -8,10 +8,10 @@ module gestell_input_schema_units
 
   public :: find_unit, unit_names, unit_symbol
 
-  !> A unit: value in SI = value * factor / divisor. Factor and divisor are whole numbers where possible, so that 7 cm and 0.07 m
-  !> give exactly the same number.
+  !> A unit of the input. A value in SI units equals the input value times `factor`, divided by `divisor`. Both are whole numbers
+  !> where possible, so that 7 cm and 0.07 m yield exactly the same number.
   type, public :: unit_type
-    !> Index of the quantity (`of_length`, ...)
+    !> Code of the quantity that the unit measures (`of_length`, ...)
     integer :: quantity = 0
     character(len=12) :: name = ""
     real(dp) :: factor = 1, divisor = 1
@@ -19,7 +19,7 @@ module gestell_input_schema_units
     procedure :: si
   end type unit_type
 
-  !> The unit of each quantity in the input
+  !> For each quantity: the unit in which the input gives it
   type, public :: units_type
     type(unit_type) :: of(quantities) = [unit_type(of_length, "m"), unit_type(of_mass, "kg"), unit_type(of_inertia, "kg m^2"), &
       & unit_type(of_stiffness, "N/m"), unit_type(of_force, "N"), unit_type(of_moment, "N m"), unit_type(of_damping, "N s/m"), &
@@ -28,20 +28,20 @@ module gestell_input_schema_units
     procedure :: to_si
   end type units_type
 
-  !> Units of an input without &units: SI, and deg for angles.
+  !> Units of an input without the group &units: SI units, but deg for angles.
   type(units_type), parameter, public :: usual_units = units_type()
 
   !> Names of the keys of &units, one for each quantity.
   character(len=14), parameter, public :: quantity_names(quantities) = [character(len=14) :: "length", "mass", "inertia", &
     & "stiffness", "force", "moment", "damping", "rotary_damping", "angle"]
 
-  !> True for each degree of freedom of a frame that is a rotation.
+  !> For each degree of freedom of a frame: true if it is a rotation.
   logical, parameter :: is_rotation(6) = [.false., .false., .true., .false., .true., .true.]
-  !> Indices of the implied do loops in the constants below; not used elsewhere.
+  !> Indices for the implied do loops in the constants below.
   integer :: i, j
-  !> Quantity of each element of a stiffness matrix, column by column.
+  !> Codes of the quantities of a stiffness matrix's elements, column by column.
   integer, parameter :: stiffness_matrix(36) = [((of_stiffness + count([is_rotation(i), is_rotation(j)]), i = 1, 6), j = 1, 6)]
-  !> Quantity of each element on the diagonal of a damping matrix.
+  !> Codes of the quantities of a damping matrix's diagonal elements.
   integer, parameter :: damping_diagonal(6) = [(merge(of_rotary_damping, of_damping, is_rotation(i)), i = 1, 6)]
 
   !> All units. 1 kp = 9.80665 N.
@@ -104,7 +104,7 @@ contains
     si = value * self%factor / self%divisor
   end function si
 
-  !> Converts a number as typed to SI. It is element `element` of the values of a key.
+  !> Converts the number `typed`, which is element `element` of a key's values, to SI units.
   pure real(dp) function to_si(self, key, element, typed)
     class(units_type), intent(in) :: self
     type(key_type), intent(in) :: key
@@ -117,7 +117,7 @@ contains
     if (quantity > 0) to_si = self%of(quantity)%si(typed)
   end function to_si
 
-  !> Quantity of an element of a key's values; 0 if &units has no unit for it.
+  !> Code of the quantity of an element of a key's values; 0 if &units sets no unit for it.
   pure integer function quantity_of(key, element) result(quantity)
     type(key_type), intent(in) :: key
     integer, intent(in) :: element
@@ -127,8 +127,8 @@ contains
     if (key%unit == of_damping_diagonal) quantity = damping_diagonal(element)
   end function quantity_of
 
-  !> Symbol of the unit of an element; empty if it has none. If `element` is 0, it is the unit of all elements of the key. If their
-  !> units differ, it is empty, or with `as_list` a list of the units.
+  !> Symbol of the unit of an element of a key's values; empty if the element has no unit. If `element` is 0: symbol of the unit of
+  !> all elements. If their units differ, the symbol is empty or, with `as_list`, a list of the units.
   pure function unit_symbol(key, element, units, as_list) result(symbol)
     type(key_type), intent(in) :: key
     integer, intent(in) :: element
@@ -147,7 +147,7 @@ contains
       & // ", " // trim(units%of(of_rotary_damping)%name)
   end function unit_symbol
 
-  !> Names of the units of a quantity, the SI unit first (deg for angles).
+  !> Names of the units in which a quantity can be given. The first one is the SI unit (deg for angles).
   pure function unit_names(quantity) result(names)
     integer, intent(in) :: quantity
     character(len=12), allocatable :: names(:)
@@ -155,7 +155,7 @@ contains
     allocate(names, source=pack(table%name, table%quantity == quantity))
   end function unit_names
 
-  !> The unit with this name.
+  !> Unit of a quantity that has this name.
   pure type(unit_type) function find_unit(quantity, name)
     integer, intent(in) :: quantity
     character(len=*), intent(in) :: name
