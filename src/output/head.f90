@@ -1,4 +1,4 @@
-!> Composes the head of every result file, which states where the numbers come from.
+!> Composes the head of the result files: lines that state where the numbers come from.
 module gestell_output_head
   use gestell_base_text, only: newline
   use gestell_base_version, only: version
@@ -8,17 +8,17 @@ module gestell_output_head
   implicit none (type, external)
   private
 
-  !> An assignment PATH=VALUE of the option --set.
+  !> An assignment PATH=VALUE made by the option --set.
   type, public :: setting_type
     character(len=:), allocatable :: text
   end type setting_type
 
-  !> Data stated in the heads of all files of a run.
+  !> Data that the heads of all files of a run state.
   type, public :: head_type
-    !> `title`, `input`: title and file name of the input; `model`: model of the frame; `held_by`: what keeps the crank speed
-    !> constant
+    !> `title`, `input`: title and file name of the input. `model`: model of the frame. `held_by`: what keeps the crank speed
+    !> constant ('motor', 'flywheel' or 'outside')
     character(len=:), allocatable :: title, input, model, held_by
-    !> Values set by --set instead of the input file
+    !> Values that the option --set put in place of those in the input file
     type(setting_type), allocatable :: settings(:)
   contains
     procedure :: lines
@@ -26,7 +26,7 @@ module gestell_output_head
 
 contains
 
-  !> All lines of the head of `table`, each with a leading #.
+  !> Lines of the head of the file of `table`; each begins with #.
   pure function lines(self, table)
     class(head_type), intent(in) :: self
     type(table_type), intent(in) :: table
@@ -50,7 +50,7 @@ contains
     end do
   end function lines
 
-  !> One line of the head. Control characters, including ends of lines, become blanks.
+  !> One line of a file's head. Control characters in the text, including line ends, are replaced by blanks.
   pure function line(words)
     character(len=*), intent(in) :: words
     character(len=:), allocatable :: line

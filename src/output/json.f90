@@ -17,11 +17,12 @@ module gestell_output_json
 
 contains
 
-  !> Appends the JSON object and a newline to `output`. `failure`: why results are missing, or empty if none are.
+  !> Appends the JSON object and a newline to `output`. `failure`: explanation why results are missing; empty if no result is
+  !> missing.
   subroutine append_json(result, head, failure, output)
     !> All results of the run
     type(result_type), intent(in) :: result
-    !> Data that state where the results come from
+    !> Data about the origin of the results, such as input file and model
     type(head_type), intent(in) :: head
     character(len=*), intent(in) :: failure
     type(output_type), intent(inout) :: output
@@ -48,7 +49,7 @@ contains
     call output%append("}" // newline // "}" // newline)
   end subroutine append_json
 
-  !> Appends one table as a member of the JSON object.
+  !> Appends a table to the JSON object, as one of its members.
   subroutine append_table(table, output)
     type(table_type), intent(in) :: table
     type(output_type), intent(inout) :: output
@@ -75,7 +76,7 @@ contains
     call output%append("]}")
   end subroutine append_table
 
-  !> A cell as a JSON value: NaN becomes null, infinity a string.
+  !> Value of a column in row `i` in JSON. NaN becomes null, and infinity becomes a string.
   function value(column, i) result(words)
     type(column_type), intent(in) :: column
     integer, intent(in) :: i
@@ -99,7 +100,7 @@ contains
     end if
   end function value
 
-  !> A member of a JSON object, followed by a comma.
+  !> A member "name": value of a JSON object, followed by a comma.
   pure function member(name, value) result(words)
     character(len=*), intent(in) :: name, value
     character(len=:), allocatable :: words
@@ -107,7 +108,7 @@ contains
     words = """" // name // """: " // value // "," // newline
   end function member
 
-  !> The words as a JSON string, or null if they are blank.
+  !> A JSON string with these words; null if they are blank.
   pure function or_null(words) result(word)
     character(len=*), intent(in) :: words
     character(len=:), allocatable :: word
@@ -116,7 +117,7 @@ contains
     if (words /= "") word = string(words)
   end function or_null
 
-  !> The words as a JSON string in quotes. Bytes that are not text become "?".
+  !> A JSON string, in quotes, with these words. Bytes that are no valid text are replaced by "?".
   pure function string(words) result(quoted)
     character(len=*), intent(in) :: words
     character(len=:), allocatable :: quoted, safe

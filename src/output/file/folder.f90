@@ -1,4 +1,4 @@
-!> Makes and removes the folder for the result files.
+!> Creates and removes the folder in which the result files are published.
 module gestell_output_file_folder
   use gestell_base_error, only: error_type, fatal_error, wrong_usage
   use gestell_base_files, only: file_exists, system_message, make_directory, remove_folder
@@ -10,8 +10,8 @@ module gestell_output_file_folder
 
 contains
 
-  !> Makes `folder` and all missing folders above it. `made`: length of the path of the first folder that was made; 0 if all
-  !> existed. Fails if the folder cannot be made.
+  !> Creates `folder` and all missing folders in its path. `made`: length of the path of the first folder that was created; 0 if all
+  !> folders existed. Fails if a folder cannot be created.
   subroutine make_folder(folder, error, made)
     character(len=*), intent(in) :: folder
     type(error_type), allocatable, intent(out) :: error
@@ -37,7 +37,7 @@ contains
     error%write_failed = .true.
   end subroutine make_folder
 
-  !> Removes the folders that `make_folder` made, as long as they are empty.
+  !> Removes the folders that `make_folder` created, provided that they are empty.
   subroutine remove_made(folder, made)
     character(len=*), intent(in) :: folder
     integer, intent(in) :: made
@@ -49,8 +49,8 @@ contains
     end do
   end subroutine remove_made
 
-  !> True if no run of Gestell made this folder. This is so if the folder or one of the `files` in it is a link, or if such files
-  !> exist without the file `mark`: every run creates `mark` before any other file.
+  !> True if no run of Gestell created this folder. Signs of this are that the folder, or one of the `files` in it, is a link, or
+  !> that such files exist but the file `mark` does not: every run creates `mark` before any other file.
   logical function is_foreign(folder, files, mark)
     character(len=*), intent(in) :: folder, files(:), mark
     logical :: exists
@@ -67,7 +67,7 @@ contains
     if (exists .and. .not. is_foreign) is_foreign = .not. file_exists(folder // "/" // mark)
   end function is_foreign
 
-  !> True if the i-th character of a path is the last one of a folder's name.
+  !> True if the i-th character of a path is the last character of a folder's name.
   pure logical function ends_a_name(path, i)
     character(len=*), intent(in) :: path
     integer, intent(in) :: i

@@ -1,5 +1,6 @@
-!> Writes a file that appears only when it is complete. The file is written under a temporary name, every write is checked, and
-!> finally one rename replaces the old file. If anything fails, the new file is removed and the old one stays unchanged.
+!> Writes a file that becomes visible only when it is complete. The file is written under a temporary name and every write is
+!> checked. Finally the file is renamed, which replaces the old file in one step. After a failure the new file is removed and the
+!> old one stays unchanged.
 module gestell_output_file_output
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_files, only: close_file, create_file, system_message, remove_file, rename_file, write_bytes
@@ -9,33 +10,33 @@ module gestell_output_file_output
 
   public :: open_output, open_standard_output, write_file
 
-  !> Added to the name of a file while the file is written
+  !> Ending appended to the name of a file while the file is being written
   character(len=*), parameter, public :: temporary_ending = ".new"
 
-  !> A file that is being written.
+  !> A file that is being written under a temporary name.
   type, public :: output_type
     private
-    !> Final name; empty for standard output
+    !> Name that the file has when it is complete; empty for standard output
     character(len=:), allocatable :: name
     !> Handle of the open file; negative if the file is not open
     integer(c_int) :: handle = -1
-    !> Bytes that are not yet written
+    !> Bytes that have been appended but not yet passed to the system
     character(len=:), allocatable :: pending
     !> Number of valid characters in `pending`
     integer :: used = 0
-    !> Explanation of the first failure; empty if nothing failed
+    !> Explanation of the first failure; empty as long as nothing has failed
     character(len=:), allocatable :: reason
   contains
     procedure :: append
     procedure :: complete
   end type output_type
 
-  !> Number of bytes passed to the system at once
+  !> Number of bytes that are passed to the system in one call
   integer, parameter :: piece = 65536
 
 contains
 
-  !> Writes `bytes` to the file `name`. Fails if the file cannot be written.
+  !> Writes `bytes` to a file called `name`. Fails if the file cannot be written completely.
   subroutine write_file(name, bytes, error)
     character(len=*), intent(in) :: name, bytes
     type(error_type), allocatable, intent(out) :: error
@@ -46,7 +47,8 @@ contains
     call output%complete(error)
   end subroutine write_file
 
-  !> Opens the file `name` under its temporary name. If this or a later `append` fails, `complete` reports it.
+  !> Opens a file that will be called `name`, under its temporary name. If this or a later `append` fails, `complete` returns the
+  !> error.
   subroutine open_output(output, name)
     type(output_type), intent(out) :: output
     character(len=*), intent(in) :: name
@@ -58,7 +60,7 @@ contains
     if (output%handle < 0) output%reason = system_message()
   end subroutine open_output
 
-  !> Opens standard output in place of a file.
+  !> Prepares `output` for writing to standard output instead of a file.
   subroutine open_standard_output(output)
     type(output_type), intent(out) :: output
     integer(c_int), parameter :: standard_output = 1
@@ -69,7 +71,7 @@ contains
     output%handle = standard_output
   end subroutine open_standard_output
 
-  !> Appends bytes to the file.
+  !> Appends bytes to the file; they are collected and written in larger pieces.
   subroutine append(self, bytes)
     class(output_type), intent(inout) :: self
     character(len=*), intent(in) :: bytes
@@ -83,7 +85,7 @@ contains
     end if
   end subroutine append
 
-  !> Writes the pending bytes.
+  !> Writes the collected bytes to the file.
   subroutine flush_pending(output)
     type(output_type), intent(inout) :: output
 
@@ -91,7 +93,7 @@ contains
     output%used = 0
   end subroutine flush_pending
 
-  !> Writes bytes to the open file, unless an earlier write failed.
+  !> Writes bytes to the open file; does nothing if an earlier write has failed.
   subroutine flush_bytes(output, bytes)
     type(output_type), intent(inout) :: output
     character(len=*), intent(in) :: bytes
@@ -102,8 +104,8 @@ contains
     if (.not. done) output%reason = system_message()
   end subroutine flush_bytes
 
-  !> Closes the file and gives it its final name. Fails if the file could not be written completely, for example on a full disk; the
-  !> incomplete file is then removed.
+  !> Closes the file and gives it its final name. Fails if the file could not be written completely, for example because the disk is
+  !> full; the incomplete file is then removed.
   subroutine complete(self, error)
     class(output_type), intent(inout) :: self
     type(error_type), allocatable, intent(out) :: error

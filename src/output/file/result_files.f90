@@ -1,25 +1,25 @@
-!> Names of all files that a run can write to its folder. Files with other names are not published.
+!> Lists the names of all files that a run can write into its folder. Files with other names are not published.
 module gestell_output_file_result_files
   implicit none (type, external)
   private
 
   public :: result_files
 
-  !> Maximum number of characters of a table's name. Its files are NAME.csv or NAME.npy, its script NAME.gp, its pictures NAME.svg
-  !> and NAME.png.
+  !> Maximum number of characters of a table's name NAME. Its data are written to NAME.csv or NAME.npy, its script to NAME.gp, and
+  !> its pictures to NAME.svg and NAME.png.
   integer, parameter, public :: longest_table = 18
   !> Endings of a table's pictures
   character(len=*), parameter, public :: picture_endings(*) = [character(len=4) :: ".svg", ".png"]
   !> Endings of all files of a table
   character(len=*), parameter :: endings(*) = [character(len=4) :: ".csv", ".npy", ".gp", picture_endings]
-  !> `others`: files of the run as a whole, namely the page and all results in JSON. `improved`: name of the table whose files
-  !> include the improved machine, design.nml.
+  !> `others`: names of files that concern the whole run: the HTML page and all results in JSON. `improved`: name of the table that
+  !> is accompanied by the file design.nml with the improved machine.
   character(len=*), parameter :: others(*) = [character(len=12) :: "report.html", "results.json"], improved = "design"
   integer, parameter, public :: longest_file = longest_table + len(endings)
 
 contains
 
-  !> Names of all files of a run that can write these tables.
+  !> Names of all files that a run with these tables can write.
   pure function result_files(tables) result(names)
     character(len=longest_table), intent(in) :: tables(:)
     character(len=longest_file), allocatable :: names(:)

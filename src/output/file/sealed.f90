@@ -1,5 +1,5 @@
-!> Records of 8-byte words that can be checked before use: a header that identifies the owner, the content and a checksum. A file
-!> may hold several records in sequence.
+!> Writes and checks sealed records of 8-byte words. A record consists of a header, which identifies the owner, the content and a
+!> checksum. A file may contain several successive records.
 module gestell_output_file_sealed
   use gestell_base_files, only: file_size
   use gestell_base_hash, only: hash_start, mix
@@ -9,15 +9,16 @@ module gestell_output_file_sealed
 
   public :: read_words, sealed, unseal
 
-  !> `sealed_head`: number of words in the header (magic number, fingerprint, number of content words); `word_bytes`: bytes per
-  !> word.
+  !> `sealed_head`: number of words in the header (magic number, fingerprint, number of words in the content). `word_bytes`: number
+  !> of bytes in a word.
   integer, parameter, public :: sealed_head = 3, word_bytes = 8
-  !> The letters "gestell" in ASCII, then the version of this format. The number differs if a file has the other byte order.
+  !> Magic number: the letters "gestell" in ASCII and the version of this format. A file with the other byte order has another
+  !> number.
   integer(int64), parameter :: magic = int(z"67657374656C6C02", int64)
 
 contains
 
-  !> Record with the given fingerprint and content, consisting of header, content and checksum.
+  !> Sealed record with this fingerprint and content: header, content and checksum.
   pure function sealed(fingerprint, content) result(words)
     integer(int64), intent(in) :: fingerprint, content(:)
     integer(int64), allocatable :: words(:)
@@ -26,7 +27,7 @@ contains
     words(size(words)) = checksum(words(:size(words) - 1))
   end function sealed
 
-  !> Checks the record that starts at word `first` and returns its fingerprint and the place of its content.
+  !> Checks the record whose header begins at word `first`, and returns its fingerprint and the indices of its content.
   pure subroutine unseal(words, first, fingerprint, content, is_valid, truncated)
     integer(int64), intent(in) :: words(:)
     !> Index of the first word of the record's header
@@ -36,7 +37,7 @@ contains
     integer, intent(out) :: content(2)
     !> True if the record is complete and its checksum matches
     logical, intent(out) :: is_valid
-    !> True if the record is truncated
+    !> True if the end of the record is missing
     logical, intent(out), optional :: truncated
     integer(int64) :: room
 
@@ -53,7 +54,7 @@ contains
     is_valid = words(content(2) + 1) == checksum(words(first:content(2)))
   end subroutine unseal
 
-  !> Reads all whole words of the file `name`. Returns none if the file cannot be read.
+  !> Reads the file called `name` as words; an incomplete last word is ignored. If the file cannot be read, `words` is empty.
   subroutine read_words(name, words)
     character(len=*), intent(in) :: name
     integer(int64), allocatable, intent(out) :: words(:)

@@ -1,7 +1,9 @@
-!> Staging folder of a run: .gestell-1, .gestell-2, ... inside the folder of the results. All files are published together when the
-!> run ends; a run that cannot write leaves the older results unchanged. Concurrent runs use different numbers. The folder of a
-!> killed run is recognised by its file `mark`, emptied and reused. Links, and folders without this file, are not touched. The input
-!> file of the run is never replaced.
+!> Manages the staging folder of a run: .gestell-1, .gestell-2, ... inside the folder of the results.
+!>
+!> A run writes all its files into its staging folder; they are published together when the run ends. If a file cannot be written,
+!> the older results stay unchanged. Concurrent runs use staging folders with different numbers. The staging folder of a killed run
+!> is recognised by its file `mark`, emptied and reused. Links, and folders without the file `mark`, are never changed. Publishing
+!> never replaces the input file of the run.
 module gestell_output_file_staging
   use gestell_base_error, only: error_type, failed_computation, fatal_error, wrong_usage
   use gestell_base_text, only: text
@@ -17,19 +19,19 @@ module gestell_output_file_staging
 
   public :: open_staging, protect_input
 
-  !> The staging folder of a running process.
+  !> The staging folder of a run that is in progress.
   type, public :: staging_type
-    !> Folder to which the run writes its files
+    !> Path of the staging folder, into which the run writes its files
     character(len=:), allocatable :: path
-    !> Folder to which the files are finally moved
+    !> Folder into which the files are moved when the run ends
     character(len=:), allocatable, private :: folder
-    !> Full path of the input file; empty if the run read none
+    !> Full path of the input file; empty if the run has no input file
     character(len=:), allocatable, private :: input
-    !> Handle of a locked file, which reserves `path` for this process until the process ends
+    !> Handle of a locked file. The lock reserves `path` for this process until the process ends
     integer(c_int), private :: handle = -1
-    !> Names of the tables that any run can write; a killed run may have left their files
+    !> Names of all tables that a run can write. A killed run may have left the files of any of these tables
     character(len=longest_table), allocatable, private :: tables(:)
-    !> Length of the path of the first folder that `make_folder` made; 0 if all existed
+    !> Length of the path of the first folder that `make_folder` created; 0 if all folders existed
     integer, private :: made = 0
   contains
     procedure :: publish
@@ -37,28 +39,29 @@ module gestell_output_file_staging
     procedure :: show_final_folder
   end type staging_type
 
-  !> Name of the journal of incomplete results in the staging folder (gestell_task_common_journal). The journal remains after the
-  !> run only if the run is killed.
+  !> Name of the journal of incomplete results in the staging folder (see gestell_task_common_journal). The journal survives the run
+  !> only if the run is killed.
   character(len=*), parameter, public :: journal_name = "journal"
-  !> Every staging folder contains a file with this name, which shows that a run made the folder
+  !> Name of a file that every staging folder contains, as evidence that a run created the folder
   character(len=*), parameter :: mark = "made_by_gestell"
-  !> Maximum number of runs that can write to one folder at a time
+  !> Maximum number of runs that can write into the same folder at the same time
   integer, parameter :: most = 1000
-  !> Ending of an old result file in `path`, where it is kept until all new files are published
+  !> Ending of an old result file that is kept in `path` until all new files are published
   character(len=*), parameter :: old = ".old"
 
 contains
 
-  !> Makes `folder` and a staging folder in it. Fails if the staging folder cannot be made or written to.
+  !> Creates `folder` and a staging folder in it. Fails if the staging folder cannot be created or the process may not write into
+  !> it.
   subroutine open_staging(staging, folder, tables, error, input)
-    !> The staging folder that was made
+    !> The staging folder that was created
     type(staging_type), intent(out) :: staging
-    !> Folder of the results
+    !> Folder in which the results are to be published
     character(len=*), intent(in) :: folder
-    !> Names of the tables that any run can write
+    !> Names of all tables that a run can write
     character(len=longest_table), intent(in) :: tables(:)
     type(error_type), allocatable, intent(out) :: error
-    !> Full path of the input file, if the run read one
+    !> Full path of the input file; unallocated if the run has no input file
     character(len=:), allocatable, intent(in) :: input
     character(len=:), allocatable :: reason
     integer(c_int) :: folder_lock
@@ -86,8 +89,8 @@ contains
     if (.not. is_acquired) call remove_made(folder, staging%made)
   end subroutine open_staging
 
-  !> Locks `folder`: waits until no other process is making or removing staging folders in it. Does not wait if the file system has
-  !> no locks.
+  !> Locks `folder` as soon as no other process is creating or removing staging folders in it. Does nothing if the file system does
+  !> not support locks.
   subroutine lock_folder(folder, folder_lock)
     character(len=*), intent(in) :: folder
     integer(c_int), intent(out) :: folder_lock
@@ -97,9 +100,9 @@ contains
     if (folder_lock >= 0) call try_lock(folder_lock, .true., is_locked, busy)
   end subroutine lock_folder
 
-  !> Makes the staging folder, or empties and reuses that of a killed run. `is_acquired` is false if another process uses the
-  !> folder, if no run made it, or if it cannot be made (then `reason` says why). If the file system has no locks, only a new folder
-  !> is used.
+  !> Creates the staging folder, or empties and reuses that of a killed run. `is_acquired` is false if another process uses the
+  !> folder, if no run created it, or if it cannot be created (`reason` then says why). If the file system does not support locks,
+  !> an existing folder is never reused.
   subroutine acquire(staging, is_acquired, reason)
     type(staging_type), intent(inout) :: staging
     logical, intent(out) :: is_acquired
@@ -136,7 +139,7 @@ contains
     if (.not. is_acquired) call unlock_file(staging%handle)
   end subroutine acquire
 
-  !> Fails if publishing a file in `names` to `folder` would replace the `input` file.
+  !> Fails if publishing the files `names` into `folder` would replace the file `input`.
   subroutine protect_input(folder, names, input, error)
     character(len=*), intent(in) :: folder, names(:), input
     type(error_type), allocatable, intent(out) :: error
@@ -152,9 +155,9 @@ contains
     end do
   end subroutine protect_input
 
-  !> Moves all result files to their folder, or none of them, and removes the staging folder. Also removes old pictures of tables
-  !> that are replaced but not drawn again. Fails if a file cannot be moved; the message says if the old files could not be
-  !> restored.
+  !> Moves all result files to their final folder, or none of them, and removes the staging folder. Old pictures of a table are
+  !> removed if the table is replaced but its pictures are not. Fails if a file cannot be moved; the message says if the old files
+  !> could not be restored.
   subroutine publish(self, tables, error)
     class(staging_type), intent(inout) :: self
     character(len=longest_table), intent(in) :: tables(:)
@@ -200,7 +203,8 @@ contains
       & failed_computation)
   end subroutine publish
 
-  !> Puts back the old files that the new files `names` replaced. `done` is false if the file system has no hard links.
+  !> Undoes the publication of the files `names`: moves the old files back to their folder, and removes new files that replaced no
+  !> old file. `done` is false if an old file cannot be moved back, as on a file system without hard links.
   subroutine restore(staging, names, replaces, done)
     type(staging_type), intent(in) :: staging
     character(len=*), intent(in) :: names(:)
@@ -220,7 +224,7 @@ contains
     end do
   end subroutine restore
 
-  !> Removes the old pictures of tables that have a new script but no new pictures.
+  !> Removes the old pictures of each table that has a new gnuplot script but no new pictures.
   subroutine remove_old_pictures(staging, tables, names)
     type(staging_type), intent(in) :: staging
     character(len=*), intent(in) :: tables(:), names(:)
@@ -238,7 +242,7 @@ contains
     end do
   end subroutine remove_old_pictures
 
-  !> Removes the staging folder without publishing any file. Also removes the folder of the results if the run made it and it is
+  !> Removes the staging folder and publishes no file. Also removes the folder of the results if this run created it and it is
   !> empty. `done`: true if the staging folder no longer exists.
   subroutine remove_staging(staging, done)
     class(staging_type), intent(inout) :: staging
@@ -263,7 +267,7 @@ contains
     if (present(done)) done = is_removed
   end subroutine remove_staging
 
-  !> Removes all result files, complete or not, from the staging folder.
+  !> Removes all result files, complete and incomplete, from the staging folder.
   subroutine empty(staging)
     type(staging_type), intent(in) :: staging
     character(len=longest_file), allocatable :: names(:)
@@ -277,7 +281,7 @@ contains
     end do
   end subroutine empty
 
-  !> In an error message, replaces the staging folder by the folder in which the file would have been published.
+  !> Replaces the path of the staging folder in an error message by the folder in which the file would have been published.
   pure subroutine show_final_folder(self, error)
     class(staging_type), intent(in) :: self
     type(error_type), allocatable, intent(inout) :: error

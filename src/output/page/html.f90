@@ -1,4 +1,4 @@
-!> Builds the elements of an HTML page.
+!> Composes the elements of an HTML page: its beginning, escaped texts, and rows and cells of tables.
 module gestell_output_page_html
   use gestell_base_growing_text, only: growing_text_type
   use gestell_base_text, only: newline
@@ -34,7 +34,7 @@ module gestell_output_page_html
 
 contains
 
-  !> Start of a page, up to and including the tag <body>.
+  !> Beginning of an HTML page, including the tag <body>.
   pure function head(title) result(page)
     character(len=*), intent(in) :: title
     character(len=:), allocatable :: page
@@ -53,8 +53,8 @@ contains
     page = "</body>" // newline // "</html>" // newline
   end function tail
 
-  !> Escapes a text of the user for HTML. ASCII control characters become blanks, because a page may not contain them; bytes that
-  !> are not UTF-8 are replaced.
+  !> Copy of a user's text with escapes for the special characters of HTML. ASCII control characters, which HTML does not permit,
+  !> become blanks. Bytes that are not UTF-8 are replaced.
   pure function escaped(words) result(safe)
     character(len=*), intent(in) :: words
     character(len=:), allocatable :: safe, text
@@ -83,7 +83,7 @@ contains
     safe = pieces%whole()
   end function escaped
 
-  !> Row of an HTML table with these complete `cells`.
+  !> Row of an HTML table that consists of `cells`, the HTML text of all its cells.
   pure function row(cells) result(line)
     character(len=*), intent(in) :: cells
     character(len=:), allocatable :: line
@@ -91,7 +91,7 @@ contains
     line = "<tr>" // cells // "</tr>" // newline
   end function row
 
-  !> Cell of an HTML table. `kind`: "th" (heading of a column), "row" (heading of a row), "n" (number) or "td" (text).
+  !> Cell of an HTML table. `kind` is "th" (heading of a column), "row" (heading of a row), "n" (number) or "td" (text).
   pure function cell(kind, text) result(words)
     character(len=*), intent(in) :: kind, text
     character(len=:), allocatable :: words

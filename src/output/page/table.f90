@@ -1,4 +1,5 @@
-!> Shows a table in an HTML page: words unchanged, numbers with six digits, errors with two, units in the heading row.
+!> Converts result tables to HTML: words are unchanged, numbers have six digits, errors have two, and units stand in the heading
+!> row.
 module gestell_output_page_table
   use gestell_base_text, only: concise, newline, text
   use gestell_output_page_html, only: cell, escaped, row
@@ -8,14 +9,14 @@ module gestell_output_page_table
 
   public :: html_table
 
-  !> `max_rows`: maximum number of rows shown. A table with more than `most_columns` columns is transposed if it has fewer rows
-  !> than columns.
+  !> `max_rows`: maximum number of rows shown. `most_columns`: a table with more columns than this is transposed if it has fewer
+  !> rows than columns.
   integer, parameter :: max_rows = 60, most_columns = 10
-  !> Tables with more rows than `most_open` are shown collapsed.
+  !> A table with more rows than this is hidden until the reader opens it.
   integer, parameter :: most_open = 12
 contains
 
-  !> HTML of `table`, or an empty text if the table has no rows.
+  !> HTML text of `table`; empty if the table has no rows.
   pure function html_table(table) result(lines)
     type(table_type), intent(in) :: table
     character(len=:), allocatable :: lines, row_cells
@@ -65,7 +66,7 @@ contains
     if (column%unit%words /= "") words = words // " (" // trim(column%unit%words) // ")"
   end function head_of
 
-  !> Table cell with the value of a column in row `i`.
+  !> HTML cell with the value of a column in row `i`.
   pure function value_cell(column, i) result(words)
     type(column_type), intent(in) :: column
     integer, intent(in) :: i

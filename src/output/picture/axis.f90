@@ -1,4 +1,4 @@
-!> Axes for pictures whose abscissa is a parameter, linear or logarithmic.
+!> Composes gnuplot lines for axes of pictures, in particular linear and logarithmic axes of parameters.
 module gestell_output_picture_axis
   use gestell_base_growing_text, only: growing_text_type
   use gestell_base_kinds, only: dp
@@ -12,15 +12,15 @@ module gestell_output_picture_axis
 
 contains
 
-  !> Gnuplot lines for the axis of a parameter: range, tics and label. They also define the gnuplot function X or Y, which maps a
-  !> value to its position on the axis: its logarithm if the axis is logarithmic.
+  !> Gnuplot lines that set range, tics and label for the axis of a parameter. They also define the gnuplot function X or Y, which
+  !> returns the position of a value on the axis: the value itself or, on a logarithmic axis, log10 of its magnitude.
   pure function parameter_axis(letter, axis, name, margin) result(lines)
-    !> Letter of the axis, x or y
+    !> Letter of the axis: x or y
     character, intent(in) :: letter
     type(axis_type), intent(in) :: axis
     !> Label of the axis
     character(len=*), intent(in) :: name
-    !> Margin at both ends, relative to the range
+    !> Margin added at both ends, divided by the length of the range
     real(dp), intent(in) :: margin
     character(len=:), allocatable :: lines
     real(dp) :: ends(2), wider
@@ -39,7 +39,7 @@ contains
     end if
   end function parameter_axis
 
-  !> Label of an axis: the name of the parameter, followed by its unit in parentheses if it has one.
+  !> Label of an axis: the name of the parameter and, if it has a unit, the unit in parentheses.
   pure function with_unit(path, unit) result(name)
     character(len=*), intent(in) :: path, unit
     character(len=:), allocatable :: name
@@ -48,7 +48,7 @@ contains
     if (unit /= "") name = name // " (" // trim(unit) // ")"
   end function with_unit
 
-  !> Position of a value on its axis.
+  !> Position of a value on its axis: the value itself or, on a logarithmic axis, log10 of its magnitude.
   elemental real(dp) function coordinate(axis, value)
     type(axis_type), intent(in) :: axis
     real(dp), intent(in) :: value
@@ -57,8 +57,8 @@ contains
     if (axis%logarithmic) coordinate = log10(abs(value))
   end function coordinate
 
-  !> Tics at 1, 2 and 5 times the powers of ten, or only at powers of ten if the axis has many decades. If fewer than two tics fit,
-  !> both ends of the axis are labelled.
+  !> Gnuplot list of the tics of a logarithmic axis: at 1, 2 and 5 times the powers of ten, or only at the powers of ten if the axis
+  !> covers many decades. If fewer than two tics fit, they are at the ends of the axis.
   pure function logarithmic_tics(axis) result(list)
     type(axis_type), intent(in) :: axis
     character(len=:), allocatable :: list
@@ -84,7 +84,7 @@ contains
     list = list(3:)
   end function logarithmic_tics
 
-  !> A tic of a logarithmic axis: label and position.
+  !> Label and position of one tic of a logarithmic axis.
   pure function tic(value) result(words)
     real(dp), intent(in) :: value
     character(len=:), allocatable :: words
@@ -92,8 +92,9 @@ contains
     words = "'" // concise(value, 4) // "' " // concise(log10(abs(value)), 9)
   end function tic
 
-  !> Gnuplot lines that set the variables `low` and `high` to the range of some expressions over a file. The range is never empty.
-  !> With `smooth unique` the table of plotted points has one row; otherwise a file with millions of rows would take minutes.
+  !> Gnuplot lines that set the variables `low` and `high` to the minimum and maximum of some expressions over the rows of a file.
+  !> The range is never empty. With `smooth unique` gnuplot's table of plotted points has one row; without it, a file with millions
+  !> of rows would take minutes.
   pure function extent_lines(file, expressions) result(lines)
     character(len=*), intent(in) :: file, expressions(:)
     character(len=:), allocatable :: lines
@@ -110,8 +111,8 @@ contains
       & // "high = high + (high == 0 ? 1 : 0.01 * abs(high)) }" // newline
   end function extent_lines
 
-  !> Gnuplot lines for a logarithmic y axis between the expressions `from` and `to`. Tics are powers of ten if the range covers at
-  !> least two decades, otherwise also numbers between them.
+  !> Gnuplot lines for a logarithmic y axis that extends from the expression `from` to the expression `to`. If the range covers at
+  !> least two decades, tics are only at powers of ten; otherwise there are also tics between them.
   pure function decade_lines(from, to) result(lines)
     character(len=*), intent(in) :: from, to
     character(len=:), allocatable :: lines

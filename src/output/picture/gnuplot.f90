@@ -1,4 +1,4 @@
-!> Draws the pictures by running gnuplot on the scripts next to the result files.
+!> Draws pictures: runs gnuplot on the scripts that accompany the result files.
 module gestell_output_picture_gnuplot
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_text, only: either, text
@@ -9,19 +9,19 @@ module gestell_output_picture_gnuplot
 
   public :: draw_pictures
 
-  !> Last bytes of a complete picture, which are tested because gnuplot does not report a full disk.
+  !> Last bytes of a complete SVG or PNG file. They are tested because gnuplot does not report a full disk.
   character(len=*), parameter :: svg_end = "</svg>", png_end = "IEND"
   integer, parameter :: last_bytes = 16
 
 contains
 
-  !> Draws pictures by running their scripts in the folder `staging`. Fails if gnuplot is missing or cannot draw a picture. It then
-  !> still draws the other pictures, and reports the first failure.
+  !> Draws pictures by running their gnuplot scripts in the folder `staging`. Fails if gnuplot is missing or cannot draw a picture.
+  !> In the second case the other pictures are still drawn, and the first failure is returned.
   subroutine draw_pictures(staging, folder, figures, drawn, error)
-    !> `staging`: folder of the scripts; `folder`: folder in which they will be published, for messages
+    !> `staging`: folder that contains the scripts. `folder`: folder in which they will be published, which messages name
     character(len=*), intent(in) :: staging, folder
     type(figure_type), intent(in) :: figures(:)
-    !> Names of the pictures drawn, separated by commas
+    !> Names of the pictures that were drawn, separated by commas
     character(len=:), allocatable, intent(out) :: drawn
     type(error_type), allocatable, intent(out) :: error
     character(len=:), allocatable :: name
@@ -53,7 +53,7 @@ contains
     end do
   end subroutine draw_pictures
 
-  !> Runs a shell command and discards its output. True if the command succeeded.
+  !> Runs a shell command, discards its output, and returns true if the command succeeded.
   logical function shell_does(command, code)
     character(len=*), intent(in) :: command
     integer, intent(out), optional :: code
@@ -65,7 +65,7 @@ contains
     if (present(code)) code = exit_code
   end function shell_does
 
-  !> True if the last bytes of a file contain `bytes`.
+  !> True if the file called `name` ends with these `bytes`.
   logical function has_end(name, bytes)
     character(len=*), intent(in) :: name, bytes
     character(len=last_bytes) :: last
@@ -81,8 +81,8 @@ contains
     has_end = status == 0 .and. index(last, bytes) > 0
   end function has_end
 
-  !> Name of a folder as one quoted word for the shell. The prefix ./ prevents the shell from taking a relative name for an option
-  !> or searching it in CDPATH.
+  !> Name of a folder as one word in quotes for the shell. The prefix ./ prevents the shell from reading a relative name as an
+  !> option or from searching it in CDPATH.
   pure function quoted(folder) result(word)
     character(len=*), intent(in) :: folder
     character(len=:), allocatable :: word

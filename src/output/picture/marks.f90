@@ -1,5 +1,5 @@
-!> Marks common to pictures over a parameter: the machine of the input, shaded unstable ranges, and grey for motions too large for
-!> the linear equations.
+!> Composes marks for pictures with a parameter as abscissa: the value of the input, shaded unstable ranges, and grey areas where
+!> motions are too large for the linearised equations.
 module gestell_output_picture_marks
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, either, newline, text
@@ -12,32 +12,34 @@ module gestell_output_picture_marks
 
   public :: apart, choose_spaced, boxes_where, chart_marks, input_marks, input_point, shade
 
-  !> Gnuplot options: fill of unstable ranges (`unstable_fill`), entries of the key for them, and a grey (`beyond_colour`) for
-  !> motions too large for the linear equations
+  !> Gnuplot options: `unstable_fill` for shading unstable ranges, entries of the legend for shaded ranges, and `beyond_colour`, a
+  !> grey for motions that are too large for the linearised equations
   character(len=*), parameter, public :: unstable_fill = "fillcolor rgb '#F9E0C7' fillstyle solid 1 noborder", &
     & shaded_entry = ", keyentry with boxes lc rgb '#F9E0C7' fs solid 1 noborder title ", &
     & unstable_entry = shaded_entry // "'unstable'", &
     & beyond_colour = "999999"
   character(len=*), parameter :: own_line = "lc rgb '#8E24AA' dt (7,4) lw 1.2"
-  !> `first_number`: number of the first gnuplot object and arrow of this module; `most_shades`: maximum number of shaded ranges
+  !> `first_number`: number of the first gnuplot object and of the first arrow that this module uses. `most_shades`: maximum number
+  !> of shaded ranges
   integer, parameter :: first_number = 100, most_shades = 200
 
-  !> `lines`: gnuplot lines that precede the panels of a picture; `entries`: entries of the key, appended to the plot command
+  !> `lines`: gnuplot lines that are placed before the panels of a picture. `entries`: entries of the legend, appended to the plot
+  !> command
   type, public :: marks_type
     character(len=:), allocatable :: lines, entries
   end type marks_type
 
 contains
 
-  !> Marks of a picture over a parameter: a line at the value of the input, and shaded ranges that are unstable. A range extends
-  !> halfway to the neighbouring points.
+  !> Marks of a picture with a parameter as abscissa: a line at the value of the input, and shades over the unstable points. A shade
+  !> extends halfway to the neighbouring points.
   pure type(marks_type) function chart_marks(range, input, unit, at, unstable) result(marks)
-    !> `range`: ends of the x axis; `input`: value of the input, or empty; `at`: values of the points, in ascending or descending
-    !> order
+    !> `range`: ends of the x axis. `input`: value of the parameter in the input, or empty. `at`: values of the parameter at the
+    !> points, in ascending or descending order
     real(dp), intent(in) :: range(2), input(:), at(:)
-    !> Unit of the input's value
+    !> Unit of the value in `input`
     character(len=*), intent(in) :: unit
-    !> True for the points that are unstable
+    !> For each point: true if it is unstable
     logical, intent(in) :: unstable(:)
     type(marks_type) :: own
     real(dp) :: ends(2)
@@ -62,7 +64,7 @@ contains
     marks%entries = either(unstable_entry, "", n > 0) // own%entries
   end function chart_marks
 
-  !> Marks the `value` of the input (empty: no mark) on the axis of a parameter, in front of shaded boxes.
+  !> Mark at the `value` of the input on the axis of a parameter, in front of shaded boxes. No mark if `value` is empty.
   pure type(marks_type) function input_marks(axis, value, unit) result(marks)
     type(axis_type), intent(in) :: axis
     real(dp), intent(in) :: value(:)
@@ -71,7 +73,7 @@ contains
     marks = own_marks(coordinate(axis, [axis%from, axis%to]), value, coordinate(axis, value), unit, "front")
   end function input_marks
 
-  !> A vertical line at the value of the input, if it lies in the range.
+  !> A vertical line at the value of the input, provided that this value lies in the range.
   pure type(marks_type) function own_marks(range, value, position, unit, layer) result(marks)
     real(dp), intent(in) :: range(2), value(:), position(:)
     character(len=*), intent(in) :: unit, layer
@@ -93,7 +95,7 @@ contains
     within = (value - range(1)) * (value - range(2)) <= 0
   end function within
 
-  !> Gnuplot line that shades an unstable interval of the x axis.
+  !> Gnuplot line that shades an interval of the x axis as unstable.
   pure function shade(number, from, to) result(line)
     integer, intent(in) :: number
     real(dp), intent(in) :: from, to
@@ -103,10 +105,10 @@ contains
       & // concise(to, 9) // ",graph 1 behind " // unstable_fill // newline
   end function shade
 
-  !> Part of a plot command that draws a shaded box for each row of the file in which `condition` is true. All arguments except the
-  !> name of the file are gnuplot expressions.
+  !> Part of a gnuplot plot command that draws a shaded box for each row of a file for which `condition` is true. All arguments
+  !> except `file` are gnuplot expressions.
   pure function boxes_where(file, condition, x, half, low, high) result(words)
-    !> `x`, `half`: centre and half width of a box; `low`, `high`: its lower and upper end
+    !> `x`, `half`: centre and half width of a box. `low`, `high`: its lower and upper end in the direction of y
     character(len=*), intent(in) :: file, condition, x, half, low, high
     character(len=:), allocatable :: words, at
 
@@ -115,8 +117,8 @@ contains
       & // "):(" // at // " + " // half // "):(" // low // "):(" // high // ") with boxxyerror " // unstable_fill // " notitle"
   end function boxes_where
 
-  !> Gnuplot lines that mark the machine of the input in a plane of two parameters, at its `values`. Empty if the machine lies
-  !> outside the ranges.
+  !> Gnuplot lines that mark the machine of the input in a plane of two parameters. `values`: its two parameters. Empty if the
+  !> machine lies outside the ranges.
   pure function input_point(axes, values) result(line)
     type(axis_type), intent(in) :: axes(2)
     real(dp), intent(in) :: values(2)
@@ -134,8 +136,8 @@ contains
       & // "font ',12' boxed front" // newline
   end function input_point
 
-  !> Positions for labels: as near as possible to `positions`, but at least `distance` apart and within the range. This is the
-  !> isotonic regression of the positions minus the cumulative distances, solved by pooling adjacent violators.
+  !> Positions for labels: as close as possible to `positions`, but within the range and at least `distance` from each other.
+  !> Method: isotonic regression of the positions minus the cumulative distances, by pooling adjacent violators.
   pure function apart(positions, distance, range) result(spaced)
     real(dp), intent(in) :: positions(:), distance, range(2)
     real(dp) :: spaced(size(positions)), means(size(positions)), before(size(positions)), room(2)
@@ -159,7 +161,8 @@ contains
     spaced(order) = [(spread(min(max(means(i), room(1)), max(room(2), room(1))), 1, members(i)), i = 1, n)] + before
   end function apart
 
-  !> Chooses positions that are at least `distance` from all positions chosen before. The first one is always chosen.
+  !> For each position: true if it is chosen. The first position is chosen, and then each position that is at least `distance` from
+  !> all positions chosen so far.
   pure function choose_spaced(positions, distance) result(chosen)
     real(dp), intent(in) :: positions(:), distance
     logical :: chosen(size(positions))

@@ -1,4 +1,5 @@
-!> Panels with several curves or bars: columns of a file over the crank angle, or amplitudes over orders of the crank speed.
+!> Composes gnuplot panels with several curves or bars: columns of a file over the crank angle, or amplitudes over the orders of the
+!> crank speed.
 module gestell_output_picture_panels
   use gestell_base_growing_text, only: growing_text_type
   use gestell_base_kinds, only: dp
@@ -12,13 +13,13 @@ module gestell_output_picture_panels
 
   public :: bars, height_of, history_panel, key_line, layout_line, order_axis, order_panel, turn_axis, range_with_margin
 
-  !> Maximum number of curves drawn as bars; if there are more, all are drawn as points
+  !> Maximum number of series of amplitudes that are drawn as bars. If there are more, all are drawn as points
   integer, parameter :: most_bars = 4
 
 contains
 
-  !> Gnuplot line that arranges the panels below the heading of the picture, `across` of them in a row. `legend`: height in pixels
-  !> reserved for a legend at the bottom.
+  !> Gnuplot line that arranges the panels below the heading of the picture, with `across` panels in a row. `legend`: height in
+  !> pixels that is reserved for a legend at the bottom.
   pure function layout_line(panels, across, legend) result(line)
     integer, intent(in) :: panels, across
     integer, intent(in), optional :: legend
@@ -36,7 +37,7 @@ contains
       & // " spacing 0.145," // concise(34 / height, 3) // " title heading noenhanced" // newline
   end function layout_line
 
-  !> Gnuplot range from one value to another, widened at both ends so that a mark and its label fit.
+  !> Gnuplot range between two values, with a margin at both ends so that a mark and its label fit.
   pure function range_with_margin(from, to) result(range)
     real(dp), intent(in) :: from, to
     character(len=:), allocatable :: range
@@ -53,8 +54,8 @@ contains
     height_of = 160 + 190 * rows
   end function height_of
 
-  !> Gnuplot lines for an axis of the crank angle over the period of the frame. The angle is negative if the crank turns clockwise.
-  !> `named`: label the tics and the axis.
+  !> Gnuplot lines for an axis of the crank angle over the period of the frame. The angle is negative if the crank rotates
+  !> clockwise. `named`: true if tics and axis are to be labelled.
   pure function turn_axis(frame, named) result(lines)
     class(frame_type), intent(in) :: frame
     logical, intent(in) :: named
@@ -66,8 +67,8 @@ contains
       & // newline // x_names("crank angle (deg)", named)
   end function turn_axis
 
-  !> Gnuplot lines for an axis of orders (multiples of the crank speed). It extends from 0 to the order of the last of the
-  !> `harmonics` of a period with `turns` turns.
+  !> Gnuplot lines for an axis of orders (multiples of the crank speed). The axis extends from 0 to the order of harmonic number
+  !> `harmonics` of the period. `turns`: number of turns of the crank in the period.
   pure function order_axis(harmonics, named, turns) result(lines)
     integer, intent(in) :: harmonics, turns
     logical, intent(in) :: named
@@ -77,7 +78,7 @@ contains
       & // x_names("order of the crank speed (0: magnitude of the mean)", named)
   end function order_axis
 
-  !> Gnuplot line that labels the x axis if `named`, and otherwise removes its labels.
+  !> Gnuplot line for the labels of the x axis: shows them if `named`, otherwise removes them.
   pure function x_names(label, named) result(line)
     character(len=*), intent(in) :: label
     logical, intent(in) :: named
@@ -86,7 +87,7 @@ contains
     line = either("set format x; set xlabel '" // label // "'", "set format x ''; unset xlabel", named) // newline
   end function x_names
 
-  !> Gnuplot line that shows the titles of the curves above the next panel, or hides them from now on.
+  !> Gnuplot line that shows the legend, with the titles of the curves, above the next panel, or hides it from now on.
   pure function key_line(shown) result(line)
     logical, intent(in) :: shown
     character(len=:), allocatable :: line
@@ -95,12 +96,14 @@ contains
       & // newline
   end function key_line
 
-  !> Gnuplot lines for a panel with curves: columns of `table`, multiplied by `factor`, over its first column.
+  !> Gnuplot lines for a panel with curves. Each curve shows a column of `table`, multiplied by `factor`, over the table's first
+  !> column.
   pure function history_panel(table, label, factor, columns, titles, styles) result(lines)
     type(table_type), intent(in) :: table
-    !> `label`: of the y axis; `factor`: a gnuplot expression; `columns`: names of columns; `titles`: of the curves
+    !> `label`: label of the y axis. `factor`: gnuplot expression for a factor. `columns`: names of the columns. `titles`: titles of
+    !> the curves
     character(len=*), intent(in) :: label, factor, columns(:), titles(:)
-    !> Line types of the curves; 1, 2, ... if absent
+    !> Numbers of the curves' line types. If absent, 1, 2, ...
     integer, intent(in), optional :: styles(:)
     character(len=:), allocatable :: lines
     type(growing_text_type) :: curves
@@ -119,12 +122,12 @@ contains
       & // newline // "set ylabel " // quoted(label) // " noenhanced" // newline // "plot " // curves%whole() // newline
   end function history_panel
 
-  !> Gnuplot lines for a panel with amplitudes over the orders; the logarithmic y axis covers six decades.
+  !> Gnuplot lines for a panel with amplitudes over the orders. The y axis is logarithmic and covers six decades.
   pure function order_panel(table, label, factor, columns, titles, turns) result(lines)
     type(table_type), intent(in) :: table
     !> `label`: of the y axis; `factor`: a gnuplot expression; `columns`: names of columns; `titles`: of the curves
     character(len=*), intent(in) :: label, factor, columns(:), titles(:)
-    !> Number of turns in the period, which sets the width of the bars
+    !> Number of turns that the crank completes in a period; it determines the width of the bars
     integer, intent(in) :: turns
     character(len=:), allocatable :: lines
     type(growing_text_type) :: curves
@@ -151,7 +154,7 @@ contains
       & // "plot " // curves%whole() // newline
   end function order_panel
 
-  !> Gnuplot expressions for the product of `factor` and each of these columns.
+  !> Gnuplot expressions for the values of these columns multiplied by `factor`.
   pure function values_of(table, factor, columns) result(expressions)
     type(table_type), intent(in) :: table
     character(len=*), intent(in) :: factor, columns(:)
@@ -163,7 +166,8 @@ contains
     end do
   end function values_of
 
-  !> Gnuplot style of the i-th of several bars. The bars use `fills` patterns in turn, so that they differ in black-and-white print.
+  !> Gnuplot style of the i-th of several bars at the same order. Successive bars use `fills` fill patterns in turn, so that they
+  !> differ in black-and-white print.
   pure function bars(i, fills)
     integer, intent(in) :: i, fills
     character(len=:), allocatable :: bars
@@ -172,7 +176,7 @@ contains
     bars = "boxes lt " // text(i) // " dt 1 lw 1 fs " // trim(all(1 + mod(i - 1, fills)))
   end function bars
 
-  !> Number of the gnuplot line type for the i-th curve; the script defines eight.
+  !> Number of the gnuplot line type for the i-th curve. The script defines eight line types, which are used in turn.
   pure integer function style(i)
     integer, intent(in) :: i
 

@@ -1,4 +1,4 @@
-!> Fills the area on the left of directed curves in a plane with rows and columns of boxes.
+!> Fills, with rows and columns of boxes, the part of a plane that lies on the left of directed curves.
 module gestell_output_picture_regions
   use gestell_base_kinds, only: dp
   use gestell_math_sorting, only: ascending
@@ -7,19 +7,20 @@ module gestell_output_picture_regions
 
   public :: left_side
 
-  !> Number of rows of boxes, and number of columns
+  !> Number of rows of boxes, and also number of columns of boxes
   integer, parameter :: rows = 160
-  !> Overlap of neighbouring boxes relative to their width, which avoids visible seams
+  !> Overlap of neighbouring boxes, divided by their width; it prevents visible seams
   real(dp), parameter :: overlap = 0.1_dp
 
 contains
 
-  !> Boxes (x from, x to, y from, y to), shape (4, boxes), that cover the area on the left of the curves, seen along them. Boxes of
-  !> a row or column extend from one curve to the next, or to the rim. A gap remains where no row or column meets a curve.
+  !> Boxes that cover the area on the left of the curves, seen in the direction of the curves; shape (4, boxes) with x from, x to, y
+  !> from, y to. A box of a row or column extends from one curve to the next, or to the edge of the square. Where no row or column
+  !> meets a curve, a gap remains.
   pure function left_side(points, curve) result(boxes)
-    !> Points of the curves in the unit square, shape (2, points), in sequence along each curve
+    !> Points of all curves in the unit square, shape (2, points). The points of a curve are listed in its direction
     real(dp), intent(in) :: points(:, :)
-    !> For each point: number of its curve
+    !> For each point: number of the curve to which it belongs
     integer, intent(in) :: curve(:)
     real(dp), allocatable :: boxes(:, :), spans(:, :)
     real(dp) :: half, at
@@ -36,8 +37,9 @@ contains
     end do
   end function left_side
 
-  !> Intervals of the coordinate `along`, shape (2, intervals), that lie inside the area on the line `across` = `at`. Where `across`
-  !> increases along a curve that crosses this line, smaller values of `along` are inside if `inside_before`, otherwise larger ones.
+  !> Intervals of the coordinate `along`, shape (2, intervals), in which the line `across` = `at` lies inside the area. Where
+  !> `across` increases along a curve that crosses this line, the inside has smaller values of `along` if `inside_before`, otherwise
+  !> larger ones.
   pure subroutine intervals(across, along, curve, at, inside_before, spans)
     real(dp), intent(in) :: across(:), along(:), at
     integer, intent(in) :: curve(:)

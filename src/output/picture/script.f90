@@ -1,5 +1,5 @@
-!> Writes a gnuplot script for each picture. The script NAME.gp runs unchanged in the folder of NAME.csv with gnuplot 5.4 or newer,
-!> and writes NAME.svg and NAME.png.
+!> Writes a gnuplot script for each picture. The script NAME.gp must run in the folder that contains NAME.csv; it needs gnuplot 5.4
+!> or newer, and draws NAME.svg and NAME.png.
 module gestell_output_picture_script
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -12,34 +12,35 @@ module gestell_output_picture_script
 
   public :: new_figure, panel_heading, pick_unit, plotted, quoted, span, tic, tics, write_figure
 
-  !> A picture of the table with the same name.
+  !> A picture that shows the table of the same name.
   type, public :: figure_type
-    !> Name of the table, and of the files without their endings
+    !> Name of the table; the names of its files consist of this name and an ending
     character(len=:), allocatable :: name
-    !> `shown`: subject of the picture; `lines`: gnuplot lines that draw it below the text in the variable `heading`
+    !> `shown`: what the picture shows. `lines`: gnuplot lines that draw the picture below the text in the gnuplot variable
+    !> `heading`
     character(len=:), allocatable :: shown, lines
-    !> Width and height in pixels
+    !> Width and height of the picture in pixels
     integer :: pixels(2) = [800, 560]
   end type figure_type
 
-  !> Unit of an axis.
+  !> Unit in which an axis shows a quantity.
   type, public :: axis_unit_type
     !> `factor` as a gnuplot expression
     character(len=4) :: words = "1"
-    !> Value in this unit divided by the value in SI units
+    !> Factor that converts a value from SI units to this unit
     real(dp) :: factor = 1
     !> Name of the unit
     character(len=5) :: name = ""
   end type axis_unit_type
 
-  !> Maximum length of a picture's title in characters
+  !> Maximum number of characters of a picture's title
   integer, parameter :: longest_title = 84
 
 contains
 
-  !> A picture of `width` by `height` pixels that the gnuplot `lines` draw.
+  !> A picture of `width` by `height` pixels, drawn by the gnuplot commands in `lines`.
   pure type(figure_type) function new_figure(name, shown, lines, width, height) result(figure)
-    !> `name`: of the table; `shown`: subject of the picture; `lines`: gnuplot lines that draw it
+    !> `name`: name of the table. `shown`: what the picture shows. `lines`: gnuplot lines that draw the picture
     character(len=*), intent(in) :: name, shown, lines
     integer, intent(in), optional :: width, height
 
@@ -50,9 +51,9 @@ contains
     if (present(height)) figure%pixels(2) = height
   end function new_figure
 
-  !> Writes the script NAME.gp into `folder`. Fails if the file cannot be written.
+  !> Writes the gnuplot script NAME.gp of a picture into `folder`. Fails if the file cannot be written.
   subroutine write_figure(folder, figure, title, alarm, error)
-    !> `folder`: of the script; `title`: of the input; `alarm`: warning that precedes the subject of the picture
+    !> `folder`: folder of the script. `title`: title of the input. `alarm`: warning that precedes the description of the picture
     character(len=*), intent(in) :: folder, title, alarm
     type(figure_type), intent(in) :: figure
     type(error_type), allocatable, intent(out) :: error
@@ -64,8 +65,8 @@ contains
       & // figure%lines // newline // "unset output" // newline, error)
   end subroutine write_figure
 
-  !> Beginning of a script: a loop that runs the script once for each format, then settings common to all pictures. The colours are
-  !> those of Okabe and Ito; lines also differ in dashes and point symbols.
+  !> Beginning of a gnuplot script: a loop that runs the script once for SVG and once for PNG, and settings common to all pictures.
+  !> The colours are those of Okabe and Ito; lines also differ in their dashes and point symbols.
   pure function head(name, pixels) result(lines)
     character(len=*), intent(in) :: name
     integer, intent(in) :: pixels(2)
@@ -103,7 +104,7 @@ contains
       & // "set style fill solid 1 noborder" // newline
   end function head
 
-  !> Gnuplot line for the title of one panel.
+  !> Gnuplot line that sets the title of one panel.
   pure function panel_heading(shown) result(line)
     character(len=*), intent(in) :: shown
     character(len=:), allocatable :: line
@@ -111,12 +112,12 @@ contains
     line = "set title " // quoted(shown) // " noenhanced font "",12"" offset 0,-0.6" // newline
   end function panel_heading
 
-  !> A text of the user as a gnuplot string, also valid in XML, in which no character has a special meaning. Control characters
-  !> become blanks, bytes that are not UTF-8 become "?", and "..." replaces everything after `longest_title` characters.
+  !> A user's text as a gnuplot string in which no character has a special meaning; the string is also valid in XML. Control
+  !> characters become blanks, bytes that are not UTF-8 become "?", and "..." replaces the text after `longest_title` characters.
   pure function quoted(words) result(string)
     character(len=*), intent(in) :: words
     character(len=:), allocatable :: string
-    !> Characters that gnuplot interprets in strings, or mistakes for the end of a string
+    !> Characters that have a special meaning in gnuplot strings, or that gnuplot mistakes for the end of a string
     character(len=*), parameter :: active = "'""\`@${}#%"
     character(len=3) :: octal
     integer :: i, n, characters
@@ -152,7 +153,7 @@ contains
     string = string // """"
   end function quoted
 
-  !> A text of the user as the label of a tic. Every per cent sign is doubled, because gnuplot reads the label as a format.
+  !> A user's text as the label of a gnuplot tic. Every per cent sign is doubled, because gnuplot reads the label as a format.
   pure function tic(words) result(string)
     character(len=*), intent(in) :: words
     character(len=:), allocatable :: string
@@ -160,7 +161,7 @@ contains
     string = doubled(quoted(words), "\045")
   end function tic
 
-  !> Gnuplot list of tics with these names at the positions `first`, `first` + 1, ...
+  !> Gnuplot list of tics at the positions `first`, `first` + 1, ... The labels of the tics are `names`.
   pure function tics(names, first) result(list)
     character(len=*), intent(in) :: names(:)
     integer, intent(in) :: first
@@ -173,7 +174,8 @@ contains
     end do
   end function tics
 
-  !> A text of the user for a plot `with labels`. Every backslash is doubled, because gnuplot interprets escapes twice there.
+  !> A user's text for the gnuplot command plot ... with labels. Every backslash is doubled, because this command interprets escapes
+  !> twice.
   pure function plotted(words) result(string)
     character(len=*), intent(in) :: words
     character(len=:), allocatable :: string
@@ -181,7 +183,7 @@ contains
     string = doubled(quoted(words), "\134")
   end function plotted
 
-  !> Copy of the text in which every occurrence of `sign` is doubled.
+  !> Copy of a text in which every occurrence of the character `sign` is doubled.
   pure function doubled(words, sign) result(string)
     character(len=*), intent(in) :: words, sign
     character(len=:), allocatable :: string, rest
@@ -206,8 +208,8 @@ contains
     if (ends_with) ends_with = words(len(words) - len(ending) + 1:) == ending
   end function ends_with
 
-  !> Gnuplot range that contains all finite values and a margin. It is never empty: if the values agree, it extends by `least` or
-  !> more on either side.
+  !> Gnuplot range that contains all finite values and a margin. If all values are equal, the range extends by at least `least` on
+  !> both sides, so that it is never empty.
   pure function span(values, least) result(range)
     real(dp), intent(in) :: values(:)
     real(dp), intent(in), optional :: least
@@ -230,8 +232,8 @@ contains
     range = "[" // concise(low - narrow, 9) // ":" // concise(high + narrow, 9) // "]"
   end function span
 
-  !> Unit in which a quantity is easy to read if its largest value is `maximum`. The SI unit is m, rad, N or N m; any other unit is
-  !> returned unchanged.
+  !> Unit in which a quantity is easy to read if its maximum is `maximum` in SI units. A unit is chosen for m, rad, N and N m; any
+  !> other SI unit is returned unchanged.
   pure type(axis_unit_type) function pick_unit(si, maximum) result(unit)
     character(len=*), intent(in) :: si
     real(dp), intent(in) :: maximum
