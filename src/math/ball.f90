@@ -39,28 +39,28 @@ contains
     maximum = abs(self%mid) + self%radius
   end function maximum
 
-  !> Sum of two balls.
+  !> Sum of two balls: it contains every sum of a number in `a` and a number in `b`.
   elemental type(ball) function add(a, b)
     type(ball), intent(in) :: a, b
 
     add = ball(a%mid + b%mid, a%radius + b%radius)
   end function add
 
-  !> Difference of two balls.
+  !> Difference of two balls: it contains every difference of a number in `a` and a number in `b`.
   elemental type(ball) function subtract(a, b)
     type(ball), intent(in) :: a, b
 
     subtract = ball(a%mid - b%mid, a%radius + b%radius)
   end function subtract
 
-  !> Product of two balls.
+  !> Product of two balls: it contains every product of a number in `a` and a number in `b`.
   elemental type(ball) function multiply(a, b)
     type(ball), intent(in) :: a, b
 
     multiply = ball(a%mid * b%mid, abs(a%mid) * b%radius + a%radius * b%maximum())
   end function multiply
 
-  !> Quotient of two balls; `b` must not contain zero.
+  !> Quotient of two balls: it contains every quotient of a number in `a` and a number in `b`; `b` must not contain zero.
   elemental type(ball) function divide(a, b)
     type(ball), intent(in) :: a, b
 

@@ -15,7 +15,7 @@ module gestell_math_cosine_sine
   !> Maximum modulus of an angle (rad) for these series; the run-time library computes the cosines and sines of larger angles.
   real(dp), parameter :: farthest = 1.0e6_dp
 
-  !> A number is rounded to the nearest integer by adding and then subtracting this constant.
+  !> Adding and then subtracting this constant rounds a number to the nearest integer.
   real(dp), parameter :: rounder = 1.5_dp / epsilon(1.0_dp)
 
 contains

@@ -36,8 +36,8 @@ contains
     end do
   end function dft
 
-  !> Joins groups of p transforms of length l to one transform: y(a, j + l q) = sum over r of w^(r (j + l q)) x(a + m r, j), w^(l p)
-  !> = 1.
+  !> Joins groups of p transforms of length l to one transform: y(a, j + l q) = sum over r of w^(r (j + l q)) x(a + m r, j), where w
+  !> is a root of unity of order l p (w^(l p) = 1).
   pure subroutine join_transforms(m, p, l, roots, x, y)
     integer, intent(in) :: m, p, l
     complex(dp), intent(in) :: roots(0:m * p * l - 1), x(m, 0:p - 1, 0:l - 1)

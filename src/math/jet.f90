@@ -42,7 +42,7 @@ module gestell_math_jet
 
 contains
 
-  !> Sum of two jets.
+  !> Sum of two jets: value and derivatives are added.
   elemental function add(a, b) result(c)
     type(jet), intent(in) :: a, b
     type(jet) :: c
@@ -56,7 +56,7 @@ contains
     c = jet(a%v + b, a%d, a%dd, a%ddd)
   end function add_constant
 
-  !> Difference of two jets.
+  !> Difference of two jets: value and derivatives are subtracted.
   elemental function subtract(a, b) result(c)
     type(jet), intent(in) :: a, b
     type(jet) :: c
@@ -101,7 +101,7 @@ contains
     c%ddd = (a%ddd - 3 * (c%dd * b%d + c%d * b%dd) - c%v * b%ddd) / b%v
   end function divide
 
-  !> c = sqrt(a), computed from a = c c and its first three derivatives; requires a%v > 0.
+  !> Square root c of a jet a, computed from a = c c and its first three derivatives; requires a%v > 0.
   elemental function square_root(a) result(c)
     type(jet), intent(in) :: a
     type(jet) :: c
@@ -111,7 +111,7 @@ contains
     c%ddd = (a%ddd - 6 * c%d * c%dd) / (2 * c%v)
   end function square_root
 
-  !> sin(a) by the chain rule.
+  !> Sine of a jet, by the chain rule.
   elemental function sine(a) result(c)
     type(jet), intent(in) :: a
     type(jet) :: c
@@ -121,7 +121,7 @@ contains
     c%ddd = cos(a%v) * (a%ddd - a%d**3) - 3 * sin(a%v) * a%d * a%dd
   end function sine
 
-  !> cos(a) by the chain rule.
+  !> Cosine of a jet, by the chain rule.
   elemental function cosine(a) result(c)
     type(jet), intent(in) :: a
     type(jet) :: c

@@ -1,4 +1,4 @@
-!> Interface to LAPACK. No other module calls LAPACK; workspaces and `info` are hidden here.
+!> Interface to LAPACK. No other module calls LAPACK; this module hides workspaces and `info`.
 module gestell_math_lapack
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
@@ -235,7 +235,8 @@ contains
     if (info /= 0) call fatal_error(error, "the iteration for the eigenvalues of a matrix did not converge", failed_computation)
   end subroutine complex_eigensystem
 
-  !> Converts eigenvectors to complex columns. LAPACK stores the real and imaginary parts of a conjugate pair as two real columns.
+  !> Converts eigenvectors from LAPACK's form to complex columns. LAPACK stores the real and imaginary parts of a conjugate pair as
+  !> two real columns.
   pure subroutine unpack_vectors(v, wi, z)
     real(dp), contiguous, intent(in) :: v(:, :), wi(:)
     complex(dp), allocatable, intent(out) :: z(:, :)

@@ -15,7 +15,7 @@ module gestell_math_rational
 
 contains
 
-  !> Converts `values` to a fraction in lowest terms. `values` contains a decimal number, such as [0.5], or numerator and
+  !> Converts `values` to a fraction in lowest terms. `values` contains either a decimal number, such as [0.5], or numerator and
   !> denominator, such as [1, 2]. `known` is false if a number is zero or above 4096, if no fraction is close enough to the decimal
   !> number, or if numerator or denominator is not an integer.
   pure subroutine to_rational(values, numerator, denominator, known)

@@ -16,7 +16,7 @@ module gestell_math_root_search
   type, public :: root_search_type
     !> `x`: ends of the interval that contains the zero, newest point first. `f`: values of the function at these points.
     real(dp) :: x(2) = 0, f(2) = 0
-    !> Point that was an end of the interval most recently, and the value of the function at this point
+    !> The end of the interval that the newest point has replaced, and the value of the function there
     real(dp), private :: x_before = 0, f_before = 0
     !> True until `take` has added the first point
     logical, private :: is_new = .true.

@@ -61,8 +61,8 @@ contains
     r = s(1, 0) * c + s(2, 0) * matmul(c, c)
   end function rotation_less_one
 
-  !> R - 1 - [theta], the part of a rotation beyond first order, and its first and second time derivatives, shape (3, 3, 0:2).
-  !> `theta` contains theta, theta', theta'', shape (3, 0:2). The derivatives of R are R' = R [w], R'' = R ([w]^2 + [w']).
+  !> R - 1 - [theta], the terms of a rotation of second and higher order, and its first and second time derivatives, shape (3, 3,
+  !> 0:2). `theta` contains theta, theta', theta'', shape (3, 0:2). The derivatives of R are R' = R [w], R'' = R ([w]^2 + [w']).
   pure function turn_beyond_first_order(theta) result(beyond)
     real(dp), intent(in) :: theta(3, 0:2)
     real(dp) :: beyond(3, 3, 0:2), s(3, 0:2), t(3, 3, 0:2), r(3, 3), c(3, 3), spin(3, 3), w_d(3)
@@ -79,8 +79,8 @@ contains
     beyond(:, :, 2) = matmul(r, matmul(spin, spin) + cross_matrix(w_d)) - cross_matrix(theta(:, 2))
   end function turn_beyond_first_order
 
-  !> T, which gives the angular velocity w = T theta', and its first and second time derivatives, shape (3, 3, 0:2). `theta`
-  !> contains theta, theta', theta'', shape (3, 0:2).
+  !> The matrix T, which gives the angular velocity w = T theta', and its first and second time derivatives, shape (3, 3, 0:2).
+  !> `theta` contains theta, theta', theta'', shape (3, 0:2).
   pure function turning_matrices(theta) result(t)
     real(dp), intent(in) :: theta(:, 0:)
     real(dp) :: t(3, 3, 0:2), s(3, 0:2), f(2:3, 0:2), c(3, 3, 0:2), cc(3, 3, 0:2), x_d, x_dd
@@ -114,9 +114,9 @@ contains
     t = s(3, 0) * matmul(c, c) - s(2, 0) * c
   end function turning_less_one
 
-  !> Coefficients s_1, s_2, s_3 and their first and second derivatives with respect to x = a^2, shape (3, 0:2), by their series. A
-  !> frame turns by no more than a few radians; the truncation error is then below rounding. Within one radian ten terms are
-  !> sufficient.
+  !> Coefficients s_1, s_2, s_3 and their first and second derivatives with respect to x = a^2, shape (3, 0:2), computed by their
+  !> series. The number of terms is sufficient for rotations of a few radians, beyond which no frame turns; within one radian ten
+  !> terms are sufficient.
   pure function coefficients(x) result(s)
     real(dp), intent(in) :: x
     real(dp) :: s(3, 0:2)

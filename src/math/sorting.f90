@@ -8,7 +8,8 @@ module gestell_math_sorting
 
 contains
 
-  !> Indices that sort the values in ascending order. Equal values keep their order. Fast if the values are nearly sorted.
+  !> Indices that sort the values in ascending order. Equal values keep their order. The procedure is fast if the values are nearly
+  !> sorted.
   pure function ascending(values) result(positions)
     real(dp), intent(in) :: values(:)
     integer :: positions(size(values))

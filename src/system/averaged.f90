@@ -24,9 +24,9 @@ module gestell_system_averaged
     procedure :: conserves
   end type averaged_system
 
-  !> Safety factor: an error bound is this multiple of the error estimate.
+  !> Safety factor: an error bound is this factor times the error estimate.
   real(dp), parameter :: safety = 4
-  !> Maximum number of samples, and number of samples taken at a time
+  !> `max_points`: maximum number of samples. `block_length`: number of samples taken in one call
   integer, parameter :: max_points = 2**18, block_length = 1024
 
 contains
@@ -145,7 +145,7 @@ contains
     call self%whole%load(t, h)
   end subroutine load
 
-  !> Repeats the means for every phase and samples the load of the original system.
+  !> Copies the means to every phase and samples the load of the original system.
   subroutine sample_second_order(self, phases, m, b, c, h)
     class(averaged_system), intent(in) :: self
     real(dp), contiguous, intent(in) :: phases(:)

@@ -19,7 +19,7 @@ module gestell_system_corrected
     class(second_order_system), pointer :: inner => null()
     !> Approximate motion as a set of functions of theta = 2 pi t/T
     type(series_type) :: motion
-    !> Indices of those functions of `motion` that are the degrees of freedom of `inner`
+    !> For each degree of freedom of `inner`, the index of its function in `motion`
     integer, allocatable :: free(:)
   contains
     procedure :: matrices

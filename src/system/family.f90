@@ -1,4 +1,4 @@
-!> A family of systems that depends on a few parameters; sweeps and stability boundaries are computed for a family.
+!> A family of systems that depends on a few parameters. Sweeps and stability boundaries are computed for a family.
 module gestell_system_family
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
@@ -8,7 +8,7 @@ module gestell_system_family
 
   public :: create_member
 
-  !> Base type of all families. An extension provides `member`.
+  !> Base type of all families. An extension provides the procedure `member`.
   type, abstract, public :: family_type
   contains
     procedure(member_at), deferred :: member
@@ -31,7 +31,7 @@ module gestell_system_family
 
 contains
 
-  !> True if all members that are frames have the same mechanism. False unless an extension overrides this function.
+  !> True if all members of the family that are frames have the same mechanism. False unless an extension overrides this function.
   pure logical function no_shared_mechanism(self)
     class(family_type), intent(in) :: self
 

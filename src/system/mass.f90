@@ -1,4 +1,4 @@
-!> Solves M a = r for the accelerations at many phases at once.
+!> Solves M a = r for the accelerations a at many phases together.
 module gestell_system_mass
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp

@@ -15,8 +15,8 @@ module gestell_system_natural_frequencies
 contains
 
   !> Computes the natural angular frequencies (rad/s), ascending, one for each degree of freedom. A zero means that nothing holds
-  !> the system in some direction. A negative value is minus the growth rate (1/s) of an unstable motion. Fails if M is not positive
-  !> definite or the frequencies overflow.
+  !> the system in some direction. A negative number is the growth rate (1/s) of an unstable motion, with reversed sign. Fails if M
+  !> is not positive definite or the frequencies overflow.
   subroutine solve_natural_frequencies(m, g, c, frequencies, error)
     !> M, G and C, shape (f, f)
     real(dp), intent(in) :: m(:, :), g(:, :), c(:, :)
@@ -48,9 +48,10 @@ contains
     end if
   end subroutine solve_natural_frequencies
 
-  !> Replaces the frequencies w of the system without G by those of the system with G, shape (n). `modal` is G in modal coordinates.
-  !> With W = diag(w) the states (W q, q') have the antisymmetric matrix S = [0, W; -W, -G]. Its eigenvalues are +-i times the
-  !> frequencies. They are computed as the eigenvalues of the symmetric matrix [0, -S; S, 0], where each occurs twice.
+  !> Computes the frequencies of the system with G from the frequencies w of the system without G, shape (n), and stores them in w.
+  !> `modal` is G in modal coordinates. With W = diag(w) the states (W q, q') have the antisymmetric matrix S = [0, W; -W, -G]. Its
+  !> eigenvalues are +-i times the frequencies. They are computed as the eigenvalues of the symmetric matrix [0, -S; S, 0], which
+  !> has each of them twice.
   subroutine solve_with_gyroscopic_forces(w, modal, error)
     real(dp), intent(inout) :: w(:)
     real(dp), intent(in) :: modal(:, :)
@@ -75,8 +76,8 @@ contains
     where (w <= 8 * n * epsilon(1.0_dp) * maxval(w)) w = 0
   end subroutine solve_with_gyroscopic_forces
 
-  !> Computes the frequencies of the system with G if the stiffness is unstable, as eigenvalues of the first-order matrix. Negative
-  !> values are minus growth rates (1/s).
+  !> Computes the frequencies of the system with G if the stiffness is unstable, as eigenvalues of the first-order matrix. A
+  !> negative number is a growth rate (1/s) with reversed sign.
   subroutine solve_unstable(squares, modal, w, error)
     real(dp), intent(in) :: squares(:), modal(:, :)
     real(dp), intent(out) :: w(:)

@@ -3,7 +3,7 @@
 !>     x' = P(t) x + f(t),   P(t + T) = P(t),   f(t + T) = f(t).                                   (20)
 !>
 !> A model extends `periodic_system`, sets `states` and `period`, and provides `matrix`, and `forcing` if f is not zero. For
-!> equations M q'' + B q' + C q = h extend `second_order_system` instead: it avoids inverting M.
+!> equations M q'' + B q' + C q = h extend `second_order_system` instead, with which M need not be inverted.
 module gestell_system_periodic
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
@@ -17,7 +17,7 @@ module gestell_system_periodic
   type, abstract, public :: periodic_system
     !> Number of states n
     integer :: states = 0
-    !> Period T > 0, in the unit of t
+    !> Period T > 0, in the unit of the time t
     real(dp) :: period = 0
     !> Times in (0, T), ascending, at which the coefficients jump. Integration steps end there.
     real(dp), allocatable :: breaks(:)
@@ -55,7 +55,8 @@ module gestell_system_periodic
 
 contains
 
-  !> Copies period, breaks, resolution and rounding errors from the system `from`. A system that is derived from `from` calls this.
+  !> Copies period, breaks, resolution and rounding errors from the system `from`. A system that is derived from `from` calls this
+  !> procedure.
   pure subroutine inherit(self, from)
     class(periodic_system), intent(inout) :: self
     class(periodic_system), intent(in) :: from
@@ -104,8 +105,9 @@ contains
     f = 0
   end subroutine no_forcing
 
-  !> Symmetric table, true for pairs of states (of a second-order system: of degrees of freedom) that act on each other through P.
-  !> Parts that never act on each other are solved separately. All pairs are coupled unless a model overrides this function.
+  !> Symmetric table, true for pairs of states that act on each other through P. For a second-order system the pairs are degrees of
+  !> freedom. Parts that never act on each other are solved separately. All pairs are coupled unless a model overrides this
+  !> function.
   function all_coupled(self) result(coupled)
     class(periodic_system), intent(in) :: self
     logical, allocatable :: coupled(:, :)
@@ -113,9 +115,9 @@ contains
     allocate(coupled(self%states, self%states), source=.true.)
   end function all_coupled
 
-  !> True if the equations of the states `chosen` (for a second-order system of the degrees of freedom) are those of a Lagrangian
-  !> with periodic coefficients, without damping. Multipliers then come in pairs rho, 1 / conj(rho). The other states must not act
-  !> on the chosen states. False unless a model overrides this function.
+  !> True if the equations of the states `chosen` (degrees of freedom for a second-order system) are those of a Lagrangian with
+  !> periodic coefficients, without damping. Multipliers then come in pairs rho, 1 / conj(rho). The other states must not act on the
+  !> chosen states. False unless a model overrides this function.
   pure logical function no_known_conservation(self, chosen) result(conserves)
     class(periodic_system), intent(in) :: self
     integer, intent(in) :: chosen(:)
@@ -125,8 +127,8 @@ contains
     conserves = .false.
   end function no_known_conservation
 
-  !> Computes the matrix P, shape (n, n, points), and if requested the forcing f, shape (n, points), at many phases t / T in [0, 1]
-  !> at once. Integrators call only this procedure. A model that computes coefficients at many phases more cheaply overrides it.
+  !> Computes the matrix P, shape (n, n, points), and if requested the forcing f, shape (n, points), at many phases t / T in [0, 1].
+  !> Integrators call only this procedure. A model that computes coefficients at many phases more cheaply overrides this procedure.
   subroutine sample(self, phases, p, f)
     class(periodic_system), intent(in) :: self
     !> Phases t / T in [0, 1]

@@ -73,9 +73,9 @@ contains
     h = 0
   end subroutine no_load
 
-  !> Computes M, B, C, each of shape (points, f, f), and if requested h, shape (points, f), at many phases t / T at once. The phase
-  !> is the first index, so that loops over the phases run in vector registers. Integrators call only this procedure. A model that
-  !> computes coefficients at many phases more cheaply overrides it.
+  !> Computes M, B, C, each of shape (points, f, f), and if requested h, shape (points, f), at many phases t / T. The phase is the
+  !> first index, so that loops over the phases run in vector registers. Integrators call only this procedure. A model that computes
+  !> coefficients at many phases more cheaply overrides this procedure.
   subroutine sample_second_order(self, phases, m, b, c, h)
     class(second_order_system), intent(in) :: self
     !> Phases t / T in [0, 1]
@@ -130,8 +130,8 @@ contains
     end do
   end subroutine sample_in_units
 
-  !> Computes the trace of the first-order matrix P, -tr M^-1 B by equation (22), at many phases, shape (phases). It is NaN where M
-  !> is singular.
+  !> Computes the trace of the first-order matrix P at many phases, shape (phases). By equation (22) it is -tr M^-1 B. The trace is
+  !> NaN where M is singular.
   subroutine sample_traces(system, phases, traces)
     class(second_order_system), intent(in) :: system
     real(dp), contiguous, intent(in) :: phases(:)
@@ -150,8 +150,8 @@ contains
     end do
   end subroutine sample_traces
 
-  !> Computes the lower half of the first-order matrix P, [-M^-1 C, -M^-1 B] by equation (22), at many phases, shape (phases, f, 2
-  !> f). If requested, also computes M^-1 h of equation (21), shape (phases, f). The results are NaN where M is singular.
+  !> Computes the lower half of the first-order matrix P at many phases, shape (phases, f, 2 f). By equation (22) it is [-M^-1 C,
+  !> -M^-1 B]. If requested, also computes M^-1 h of equation (21), shape (phases, f). The results are NaN where M is singular.
   subroutine sample_accelerations(system, phases, of_states, of_load)
     class(second_order_system), intent(in) :: system
     real(dp), contiguous, intent(in) :: phases(:)

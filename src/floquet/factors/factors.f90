@@ -2,7 +2,7 @@
 !>
 !>     Phi(T) = A_K ... A_1,
 !>
-!> without multiplying them. The segments are so short that rounding errors do not destroy the slow or strongly damped modes of a
+!> without multiplying them. The segments are so short that rounding errors do not destroy the strongly damped modes of a
 !> factor. See "Factors" in doc/theory.md.
 module gestell_floquet_factors
   use gestell_base_error, only: error_type

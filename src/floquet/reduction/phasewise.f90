@@ -23,7 +23,7 @@ module gestell_floquet_reduction_phasewise
 
 contains
 
-  !> Multiplies a matrix at each phase by a matrix at each phase.
+  !> Computes c = a b at every phase, where matrices `a` and `b` both vary with the phase.
   pure subroutine matrices_matrices(a, b, c)
     real(dp), contiguous, intent(in) :: a(:, :, :), b(:, :, :)
     real(dp), contiguous, intent(out) :: c(:, :, :)
@@ -34,7 +34,7 @@ contains
     end do
   end subroutine matrices_matrices
 
-  !> Multiplies a matrix at each phase by a vector at each phase.
+  !> Computes c = a b at every phase, where matrix `a` and vector `b` both vary with the phase.
   pure subroutine matrices_vectors(a, b, c)
     real(dp), contiguous, intent(in) :: a(:, :, :), b(:, :)
     real(dp), contiguous, intent(out) :: c(:, :)
@@ -59,7 +59,7 @@ contains
     end do
   end subroutine matrices_vectors
 
-  !> Multiplies a constant matrix by a matrix at each phase.
+  !> Computes c = a b at every phase for a constant matrix `a` and a matrix `b` that varies with the phase.
   pure subroutine matrix_matrices(a, b, c)
     real(dp), contiguous, intent(in) :: a(:, :), b(:, :, :)
     real(dp), contiguous, intent(out) :: c(:, :, :)
@@ -70,7 +70,7 @@ contains
     end do
   end subroutine matrix_matrices
 
-  !> Multiplies a constant matrix by a vector at each phase.
+  !> Computes c = a b at every phase for a constant matrix `a` and a vector `b` that varies with the phase.
   pure subroutine matrix_vectors(a, b, c)
     real(dp), contiguous, intent(in) :: a(:, :), b(:, :)
     real(dp), contiguous, intent(out) :: c(:, :)
@@ -80,7 +80,7 @@ contains
     call times(b, transposed, c)
   end subroutine matrix_vectors
 
-  !> Multiplies a matrix at each phase by a constant matrix.
+  !> Computes c = a b at every phase for a matrix `a` that varies with the phase and a constant matrix `b`.
   pure subroutine matrices_matrix(a, b, c)
     real(dp), contiguous, intent(in) :: a(:, :, :), b(:, :)
     real(dp), contiguous, intent(out) :: c(:, :, :)
@@ -88,7 +88,7 @@ contains
     call columns_times(size(a, 1) * size(a, 2), size(b, 1), size(b, 2), a, b, c)
   end subroutine matrices_matrix
 
-  !> Computes the product c = a b of two matrices, where `a` has many rows.
+  !> Computes the matrix product c = a b, where `a` has many rows.
   pure subroutine times(a, b, c)
     real(dp), contiguous, intent(in) :: a(:, :), b(:, :)
     real(dp), contiguous, intent(out) :: c(:, :)
@@ -96,8 +96,8 @@ contains
     call columns_times(size(a, 1), size(a, 2), size(b, 2), a, b, c)
   end subroutine times
 
-  !> Applies the linear `operator`, shape (points, phases), to each matrix element as a function of the phase. `results` has the
-  !> shape (points, n, n).
+  !> Treats each matrix element as a function of the phase and multiplies its values by the matrix `operator`, shape (points,
+  !> phases). `results` has the shape (points, n, n).
   pure subroutine along_phases(operator, values, results)
     real(dp), contiguous, intent(in) :: operator(:, :), values(:, :, :)
     real(dp), contiguous, intent(out) :: results(:, :, :)
@@ -105,7 +105,7 @@ contains
     call columns_times(size(operator, 1), size(operator, 2), size(values, 2) * size(values, 3), operator, values, results)
   end subroutine along_phases
 
-  !> Computes c = a b, four columns at a time.
+  !> Computes the matrix product c = a b. The inner loop treats four columns together.
   pure subroutine columns_times(rows, inner, columns, a, b, c)
     integer, intent(in) :: rows, inner, columns
     real(dp), intent(in) :: a(rows, inner), b(inner, columns)
@@ -134,9 +134,9 @@ contains
     end do
   end subroutine columns_times
 
-  !> Computes the inverses of `a` at all phases, shape (phases, n, n), by elimination without pivoting. If `a` is close to E, this
-  !> is as accurate as pivoting. Phases at which elimination loses digits are repeated with LAPACK. Fails if `a` is singular at some
-  !> phase.
+  !> Computes the inverses of the matrices `a`, shape (phases, n, n), at all phases by elimination without pivoting. If the matrices
+  !> are close to the unit matrix, this is as accurate as elimination with pivoting. LAPACK repeats the phases at which elimination
+  !> loses digits. Fails if `a` is singular at some phase.
   subroutine inverses(a, inverted, error)
     real(dp), contiguous, intent(in) :: a(:, :, :)
     real(dp), contiguous, intent(out) :: inverted(:, :, :)
@@ -173,8 +173,8 @@ contains
     end do
   end subroutine inverses
 
-  !> Solves `operator` x = `right` at all phases and overwrites `right` with x; shapes (phases, n, n), (phases, n). Elimination
-  !> takes the pivots along the diagonal. Phases at which it loses digits are repeated with LAPACK. Fails if `operator` is singular
+  !> Solves `operator` x = `right` at all phases and overwrites `right` with x; shapes (phases, n, n), (phases, n). Elimination uses
+  !> the diagonal elements as pivots. LAPACK repeats the phases at which elimination loses digits. Fails if `operator` is singular
   !> at some phase.
   subroutine solve(operator, right, error)
     real(dp), contiguous, intent(in) :: operator(:, :, :)
@@ -230,7 +230,7 @@ contains
     left = sum(abs(missed), dim=2)
   end subroutine find_residuals
 
-  !> Solves A x = b for w = [A b], shape (lanes, n, n + 1). Overwrites w.
+  !> Solves A x = b in each lane for w = [A b], shape (lanes, n, n + 1). Overwrites w.
   pure subroutine solve_in_lanes(n, w, x)
     integer, intent(in) :: n
     real(dp), intent(inout) :: w(lanes, n, n + 1)
@@ -264,7 +264,7 @@ contains
     pivot = merge(value, 1.0_dp, abs(value) > least)
   end function pivot_of
 
-  !> Replaces w by its inverse, by Gauss-Jordan elimination with pivots along the diagonal.
+  !> Replaces the matrices w by their inverses, by Gauss-Jordan elimination that uses the diagonal elements as pivots.
   pure subroutine gauss_jordan(n, w)
     integer, intent(in) :: n
     real(dp), intent(inout) :: w(lanes, n, n)

@@ -36,15 +36,17 @@ module gestell_floquet_reduction
   !> Result of a reduction of n states, in balanced units, with the phase t / T as the independent variable. Matrices have the real
   !> form of gestell_floquet_reduction_conjugates.
   type, public, extends(residuals_type) :: reduction_type
-    !> Number N of phases, which is even.
+    !> Number N of phases at which the reduction is computed; it is even.
     integer :: angles = 0
-    !> Group and complex conjugate of each column of S.
+    !> Group of each column of S, and index of the conjugate of each column.
     type(modes_type) :: modes
-    !> `basis`, `generator`: S and D at the phases. `generator_between`: D midway between the phases. Shapes (N, n, n).
+    !> `basis`: matrix S at the phases. `generator`: matrix D at the phases. `generator_between`: D midway between the phases.
+    !> Shapes (N, n, n).
     real(dp), allocatable :: basis(:, :, :), generator(:, :, :), generator_between(:, :, :)
-    !> `response`: p at the phases. `forcing`: g at the phases. Shape (N, n); unallocated unless requested.
+    !> `response`: p at the phases. `forcing`: g at the phases. Shapes (N, n); unallocated unless requested.
     real(dp), allocatable :: response(:, :), forcing(:, :)
-    !> Integral of tr P over the period, computed from values at the phases and midway between them.
+    !> Integral over the period of tr P, the trace of the matrix of x' = P x + f. It is computed from values at the phases and
+    !> midway between them.
     real(dp) :: trace = 0
     !> Number of evaluations of the coefficients.
     integer :: evaluations = 0
@@ -64,7 +66,7 @@ module gestell_floquet_reduction
     real(dp) :: left = 0
     !> True if the decoupling on more phases can start from this result.
     logical :: settled = .false.
-    !> If `settled`: minimum distance between two groups, or between a fast group and zero.
+    !> Only if `settled` is true: minimum distance between two groups, or between a fast group and zero.
     real(dp) :: distance = 0
   end type decoupled_type
 
@@ -73,8 +75,8 @@ module gestell_floquet_reduction
   integer, parameter :: fewest = 32, max_predicted = 128, most = 1024
   !> Estimated roundoff of a residual, relative to its terms, in units of epsilon |S| |S^-1|.
   real(dp), parameter :: rounding = 32
-  !> The reduction aims at a tolerance of at most this value, even if the user's tolerance is larger: the extra accuracy costs
-  !> little.
+  !> Upper limit on the tolerance of a reduction. A larger tolerance of the user is replaced by this value, because the extra
+  !> accuracy costs little.
   real(dp), parameter :: loosest_tolerance = 1.0e-9_dp
   !> Maximum roundoff of a residual. If it is larger, no digit of the phase of a multiplier is correct.
   real(dp), parameter :: max_residual = 0.1_dp
@@ -85,9 +87,9 @@ contains
   !> the residual is relative to p. Fails if the system cannot be reduced; the message gives the reason.
   subroutine reduce(system, scale, forced, tolerance, reduction, error)
     class(periodic_system), intent(in) :: system
-    !> `scale`: units that balance the states, shape (n). `tolerance`: tolerance of the residual.
+    !> `scale`: units that balance the states, shape (n). `tolerance`: allowed residual.
     real(dp), intent(in) :: scale(:), tolerance
-    !> True: compute p and g too
+    !> True: also compute the response p and the remainder g
     logical, intent(in) :: forced
     type(reduction_type), intent(out) :: reduction
     type(error_type), allocatable, intent(out) :: error
@@ -156,8 +158,8 @@ contains
       & failed_computation)
   end subroutine reduce
 
-  !> Number of phases that resolves D and A S to the error `allowed`. Returns the present number if the distance between groups is
-  !> too small for more phases.
+  !> Number of phases that resolves D and A S to the error `allowed`. Returns the present number of phases if the distance between
+  !> groups is too small for more phases.
   pure integer function phases_for(decoupled, phase_advance, allowed) result(phases)
     type(decoupled_type), intent(in) :: decoupled
     real(dp), intent(in) :: phase_advance, allowed
@@ -170,11 +172,12 @@ contains
     end associate
   end function phases_for
 
-  !> Number of phases that resolves p. Returns the present number if the distance between groups is too small for more phases.
+  !> Number of phases that resolves the response p. Returns the present number of phases if the distance between groups is too small
+  !> for more phases.
   !>
-  !> The distance must be twice that required in `phases_for`: the error bound of p becomes large when half the number of phases
-  !> comes close to the order of the slowest vibration in the fast groups. p itself is resolved to more digits than requested,
-  !> because velocities may be small in balanced units.
+  !> The distance must be twice the distance required in `phases_for`: the error bound of p becomes large when half the number of
+  !> phases comes close to the order of the slowest vibration in the fast groups. p itself is resolved to more digits than
+  !> requested, because velocities may be small in balanced units.
   pure integer function phases_for_response(decoupled, allowed) result(phases)
     type(decoupled_type), intent(in) :: decoupled
     real(dp), intent(in) :: allowed
@@ -189,7 +192,7 @@ contains
     end associate
   end function phases_for_response
 
-  !> Smallest residual that roundoff permits, relative to the terms that add up to the residual.
+  !> Smallest residual that is possible with rounding errors, relative to the terms that add up to the residual.
   pure real(dp) function min_residual(reduction)
     type(reduction_type), intent(in) :: reduction
 
@@ -206,7 +209,7 @@ contains
     real(dp), intent(in) :: gap, enough
     type(decoupled_type), intent(inout) :: decoupled
     type(error_type), allocatable, intent(out) :: error
-    !> Maximum remaining coupling between groups, relative to `gap`.
+    !> Largest coupling between groups, relative to `gap`, at which a result counts as settled.
     real(dp), parameter :: little = 1.0e-3_dp
 
     if (.not. decoupled%settled) then
@@ -223,8 +226,8 @@ contains
     if (.not. allocated(error)) call decouple_from_modes(nodes, enough, decoupled, error)
   end subroutine decouple_groups
 
-  !> Decouples the groups `decoupled%modes`. The iteration starts from the bases of the groups, or from the present S if `decoupled`
-  !> is settled.
+  !> Decouples the groups `decoupled%modes`. If `decoupled` is settled, the iteration starts from its S; if not, it starts from the
+  !> bases of the groups.
   subroutine decouple_from_modes(nodes, enough, decoupled, error)
     type(coefficients_type), intent(in) :: nodes
     real(dp), intent(in) :: enough
@@ -257,7 +260,7 @@ contains
     call decouple(decoupled%own%a, decoupled%modes, enough, decoupled%s, decoupled%motion, decoupled%left, error)
   end subroutine decouple_from_modes
 
-  !> Collects the results in `reduction` and measures the residuals. Fails if S is singular midway between the phases.
+  !> Stores the results in `reduction` and measures the residuals. Fails if S is singular midway between the phases.
   subroutine assemble(nodes, middle, decoupled, forced, reduction, error)
     type(coefficients_type), intent(in) :: nodes, middle
     type(decoupled_type), intent(in) :: decoupled

@@ -24,8 +24,8 @@ module gestell_floquet_reduction_residuals
     real(dp) :: residual = 0, forcing_residual = 0
     !> Maxima over the phases of the quantities whose means are `residual` and `forcing_residual`.
     real(dp) :: residual_peak = 0, forcing_peak = 0
-    !> `slow_residual`: deviation of g from its interpolation in the slow group, averaged over the midpoints. `slow_effort`: maximum
-    !> of |g| in the slow group.
+    !> `slow_residual`: difference between g and its interpolation in the slow group, averaged over the midpoints. `slow_effort`:
+    !> maximum of |g| in the slow group.
     real(dp) :: slow_residual = 0, slow_effort = 0
     !> `condition`: maximum of |S| |S^-1| over the phases. `effort`: maximum size of the terms that add up to g.
     real(dp) :: condition = 1, effort = 0
@@ -35,8 +35,8 @@ contains
 
   !> Measures the residuals of D. Also returns D and S^-1 midway between the phases.
   subroutine measure(a, s, d, modes, start, start_inverse, residuals, between, error)
-    !> `a`: A midway between the phases. `s`, `d`: S and D at the phases. Shapes (phases, n, n), in coordinates whose basis is the
-    !> columns of `start`, shape (n, n). `start_inverse`: inverse of `start`.
+    !> `a`: coefficients A midway between the phases. `s`, `d`: matrices S and D at the phases. Shapes (phases, n, n), in
+    !> coordinates whose basis is the columns of `start`, shape (n, n). `start_inverse`: inverse of `start`.
     real(dp), contiguous, intent(in) :: a(:, :, :), s(:, :, :), d(:, :, :), start(:, :), start_inverse(:, :)
     type(modes_type), intent(in) :: modes
     type(residuals_type), intent(out) :: residuals
@@ -61,7 +61,7 @@ contains
     residuals%residual_peak = maxval(sizes) + rounding
   end subroutine measure
 
-  !> Measures the residuals of p and g.
+  !> Measures the residuals of the response p and the remainder g.
   subroutine measure_forcing(a, f, p, g, between, modes, start, size_a, residuals)
     !> `a`, shape (phases, n, n), and `f`, shape (phases, n): A and T f midway between the phases. `p`, `g`, shapes (phases, n): p
     !> and g at the phases. The basis of all coordinates is the columns of `start`.
@@ -100,7 +100,7 @@ contains
     residuals%effort = maxval(norm2(slope, dim=2) + size_a * norm2(rate, dim=2))
   end subroutine measure_forcing
 
-  !> Maximum over the phases of |S| |S^-1|, in the Frobenius norm.
+  !> Condition number of S: maximum over the phases of |S| |S^-1|, in the Frobenius norm.
   pure real(dp) function condition(s, inverted, modes, start, start_inverse)
     real(dp), contiguous, intent(in) :: s(:, :, :), inverted(:, :, :), start(:, :), start_inverse(:, :)
     type(modes_type), intent(in) :: modes
@@ -127,7 +127,7 @@ contains
     condition = sqrt(maxval(squares * inverse_squares))
   end function condition
 
-  !> Mean of the values.
+  !> Arithmetic mean of `values`.
   pure real(dp) function mean(values)
     real(dp), intent(in) :: values(:)
 

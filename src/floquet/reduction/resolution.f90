@@ -1,4 +1,4 @@
-!> Predicts from the decay of its harmonics how many phases are needed to resolve a periodic function.
+!> Predicts how many phases resolve a periodic function, from the decay of its harmonics.
 module gestell_floquet_reduction_resolution
   use gestell_base_kinds, only: dp, pi
   use gestell_floquet_reduction_phasewise, only: along_phases, lanes
@@ -9,9 +9,9 @@ module gestell_floquet_reduction_resolution
 
 contains
 
-  !> Number of phases, a multiple of `lanes`, for which all unresolved harmonics (those above half this number) are below `allowed`.
-  !> `a` contains matrices at N equidistant phases, shape (N, n, n). The logarithms of the harmonics are extrapolated along a
-  !> straight line. The result is at least N, and equal to N if the prediction exceeds `most`.
+  !> Number of phases, a multiple of `lanes`, for which all unresolved harmonics (their order exceeds half this number) are below
+  !> `allowed`. `a` contains matrices at N equidistant phases, shape (N, n, n). The logarithms of the harmonics are extrapolated
+  !> along a straight line. The result is never below N. It is N if the prediction exceeds `most`.
   pure integer function phases_needed(a, allowed, most) result(phases)
     real(dp), contiguous, intent(in) :: a(:, :, :)
     real(dp), intent(in) :: allowed
@@ -31,7 +31,7 @@ contains
     if (2 * order < most) phases = max(phases, lanes * ceiling(2 * order / lanes))
   end function phases_needed
 
-  !> Maximum over all matrix elements of the amplitudes of the harmonics with the given orders.
+  !> Amplitude of each harmonic in `orders`: the maximum over all matrix elements.
   pure function harmonics(a, orders) result(sizes)
     real(dp), contiguous, intent(in) :: a(:, :, :)
     integer, intent(in) :: orders(:)

@@ -1,4 +1,4 @@
-!> Solves the equations of one iteration of gestell_floquet_reduction_decoupling at all phases at once, in real form.
+!> Solves the equations of one iteration of gestell_floquet_reduction_decoupling at all phases together, in real form.
 module gestell_floquet_reduction_separation
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -53,9 +53,9 @@ contains
     end do
   end subroutine separation
 
-  !> Solves the equation for two groups of which at least one has several modes. The equation has the form A X - X B = C. It is
-  !> solved as linear equations for the elements of X, column by column, divided by the distance between the mean eigenvalues of the
-  !> groups.
+  !> Solves D_g Z_gh - Z_gh D_h = -D_gh for two groups g, h, of which one or both have several modes. The equation has the form A X
+  !> - X B = C. It is solved as linear equations for the elements of X, column by column, divided by the distance between the mean
+  !> eigenvalues of the groups.
   subroutine separate_groups(d, conjugate, own, others, z, error)
     real(dp), contiguous, intent(in) :: d(:, :, :)
     integer, intent(in) :: conjugate(:), own(:), others(:)

@@ -9,7 +9,7 @@ module gestell_floquet_reduction_trigonometric
 
 contains
 
-  !> Equidistant phases, shape (n). With a `shift` of 1/2 they lie midway between the phases without a shift.
+  !> Equidistant phases, shape (n). With `shift` = 1/2 they lie midway between the phases with `shift` = 0.
   pure function equidistant(n, shift) result(phases)
     integer, intent(in) :: n
     real(dp), intent(in), optional :: shift
@@ -20,7 +20,8 @@ contains
     if (present(shift)) phases = phases + shift / n
   end function equidistant
 
-  !> Differentiation matrix D, shape (n, n): D f is the derivative of the interpolation of f at the phases.
+  !> Differentiation matrix D, shape (n, n). The product D f contains, at the phases, the derivative of the function that
+  !> interpolates the values f.
   pure function differentiation(n) result(d)
     integer, intent(in) :: n
     real(dp) :: d(n, n)
@@ -32,7 +33,8 @@ contains
     end associate
   end function differentiation
 
-  !> Interpolation matrix W, shape (n, n): W f is the interpolation of f midway between the phases.
+  !> Interpolation matrix W, shape (n, n). The product W f contains, midway between the phases, the function that interpolates the
+  !> values f.
   pure function middle_interpolation(n) result(w)
     integer, intent(in) :: n
     real(dp) :: w(n, n)
@@ -43,7 +45,8 @@ contains
     end associate
   end function middle_interpolation
 
-  !> Differentiation matrix D, shape (n, n): D f is the derivative of the interpolation of f midway between the phases.
+  !> Differentiation matrix D, shape (n, n). The product D f contains, midway between the phases, the derivative of the function
+  !> that interpolates the values f.
   pure function middle_differentiation(n) result(d)
     integer, intent(in) :: n
     real(dp) :: d(n, n)
@@ -54,8 +57,8 @@ contains
     end associate
   end function middle_differentiation
 
-  !> Interpolation matrix W, shape (size(phases), n): W f is the interpolation, at `phases`, of values f at n phases. The weights
-  !> are w_k = (-1)^k cot(pi (phase - k / n)), up to a common factor.
+  !> Interpolation matrix W, shape (size(phases), n). The product W f contains, at `phases`, the function that interpolates the
+  !> values f at n phases. The weights are w_k = (-1)^k cot(pi (phase - k / n)), up to a common factor.
   pure function interpolation(n, phases) result(w)
     integer, intent(in) :: n
     real(dp), intent(in) :: phases(:)
@@ -89,7 +92,7 @@ contains
     alternating = 1 - 2 * modulo(j, 2)
   end function alternating
 
-  !> Circulant matrix: element (i, k) is first(i - k), with the index taken modulo the size.
+  !> Circulant matrix: element (i, k) is element i - k of `first`, with this index taken modulo the size.
   pure function circulant(first) result(matrix)
     real(dp), intent(in) :: first(0:)
     real(dp) :: matrix(size(first), size(first))

@@ -22,7 +22,8 @@ module gestell_floquet_solution_constant
   type, extends(part_solution_type), public :: constant_type
     !> Period T (s)
     real(dp) :: period = 0
-    !> `values`: eigenvalues lambda of P (1/s), shape (n). `vectors`: eigenvectors in balanced units, shape (n, n).
+    !> `values`: eigenvalues lambda of the first-order matrix P (1/s), shape (n). `vectors`: eigenvectors in balanced units, shape
+    !> (n, n).
     complex(dp), allocatable :: values(:), vectors(:, :)
     !> `radius`: radii of the error discs around the eigenvalues (1/s). `condition`: condition numbers in balanced units. Shapes
     !> (n).
@@ -47,7 +48,7 @@ contains
   !> the periodic motion: it is stored in `constant%resonance`. Fails if M is singular or LAPACK finds no eigenvalues.
   subroutine solve_constant(system, forced, constant, error)
     type(averaged_system), intent(in) :: system
-    !> True: compute the periodic motion too
+    !> True: also compute the periodic motion
     logical, intent(in) :: forced
     type(constant_type), intent(out) :: constant
     type(error_type), allocatable, intent(out) :: error
@@ -84,8 +85,8 @@ contains
     if (allocated(constant%resonance)) deallocate(constant%spectrum)
   end subroutine solve_constant
 
-  !> First-order bound on the norm, in units of `scale`, of the error of P that errors of the coefficients cause: d(M^-1 C) = M^-1
-  !> (dC - dM M^-1 C).
+  !> First-order bound on the error of the first-order matrix P due to errors of the coefficients: d(M^-1 C) = M^-1 (dC - dM M^-1
+  !> C). `norm`: norm of the bound, in units of `scale`.
   real(dp) function error_of(system, p, scale) result(norm)
     type(averaged_system), intent(in) :: system
     real(dp), intent(in) :: p(:, :), scale(:)
@@ -129,7 +130,7 @@ contains
     call arrange(multipliers)
   end subroutine part_multipliers
 
-  !> ln(exp(x) - 1) for x > 0, without loss of digits for small x and without overflow.
+  !> Logarithm of exp(x) - 1 for x > 0, without loss of digits for small x and without overflow.
   elemental real(dp) function log_growth(x)
     real(dp), intent(in) :: x
 

@@ -92,7 +92,8 @@ contains
     call arrange(multipliers)
   end subroutine part_multipliers
 
-  !> Fails if the spectrum could not be computed, or if a multiplier equals 1 within its error (resonance).
+  !> Checks that the starts of the periodic motion exist. Fails if the spectrum could not be computed, or if a multiplier equals 1
+  !> within its error (resonance).
   subroutine check_starts(self, error)
     class(factored_type), intent(in) :: self
     type(error_type), allocatable, intent(out) :: error

@@ -23,7 +23,7 @@ module gestell_floquet_solution_mode_group
     !> `columns`: columns of the basis that belong to the group. `conjugates`: columns of the conjugate group; equal to `columns`
     !> for a real group. Shapes (m).
     integer, allocatable :: columns(:), conjugates(:)
-    !> Logarithm of a factor that is common to all modes of the group.
+    !> Exponent of the factor exp(shift), which is common to all modes of the group.
     complex(dp) :: shift = 0
     !> Matrix Phi, shape (m, m); unallocated if the solution of the group keeps Phi as a product of factors.
     complex(dp), allocatable :: phi(:, :)
@@ -43,7 +43,7 @@ contains
     !> True: also compute the forced motion that starts from zero
     logical, intent(in) :: forced
     type(accuracy_type), intent(in) :: accuracy
-    !> The group. On entry it holds its columns and those of its conjugate; the other components are computed.
+    !> The group. On entry it contains its columns and the columns of its conjugate; the procedure computes the other components.
     type(group_type), intent(inout) :: group
     type(error_type), allocatable, intent(out) :: error
     type(integrated_type), allocatable :: integrated
@@ -102,8 +102,8 @@ contains
     end if
   end subroutine solve_group
 
-  !> Block of the generator D that belongs to a group, at all phases, shape (m, m, N). `generator` is D of all modes, shape (N, n,
-  !> n).
+  !> Block of the generator D that belongs to a group, at all phases, shape (m, m, N). `generator`: generator D of all modes, shape
+  !> (N, n, n).
   pure function blocks(generator, reduction, group) result(d)
     real(dp), contiguous, intent(in) :: generator(:, :, :)
     type(reduction_type), intent(in) :: reduction
@@ -163,8 +163,8 @@ contains
     if (allocated(multipliers%vectors)) multipliers%vectors = conjg(multipliers%vectors)
   end subroutine mirror
 
-  !> Computes a bound `amplification` on |(E - Phi)^-1| of a group from its multipliers. Fails if a multiplier equals 1 within its
-  !> error (resonance).
+  !> Computes `amplification`, a bound on |(E - Phi)^-1| of a group, from the multipliers of the group. Fails if a multiplier equals
+  !> 1 within its error (resonance).
   subroutine group_amplification(group, amplification, error)
     type(group_type), intent(in) :: group
     real(dp), intent(out) :: amplification
@@ -196,7 +196,7 @@ contains
     amplification = size(distance) * maxval(multipliers%condition / distance)
   end subroutine group_amplification
 
-  !> Lower bound on |D y| / |y| for all y and phases; `d` has the shape (m, m, phases).
+  !> Lower bound on |D y| / |y| over all vectors y and all phases; `d` has the shape (m, m, phases).
   real(dp) function min_size(d)
     complex(dp), intent(in) :: d(:, :, :)
     complex(dp), allocatable :: inverted(:, :)
@@ -220,8 +220,8 @@ contains
 
   !> Computes bounds on the growth and decay of a group's motion during the period.
   !>
-  !> The motion is followed forward or backward in time, whichever gives the smaller growth. The bounds are valid in the group's own
-  !> coordinates, or in coordinates whose basis is the eigenvectors of the group's mean D.
+  !> The motion is followed in the direction of time in which it grows less, forward or backward. The bounds are valid in the
+  !> group's own coordinates, or in coordinates whose basis is the eigenvectors of the group's mean D.
   subroutine bound_rates(d, growth, rate, condition)
     !> Generator D of the group at all phases, shape (m, m, phases)
     complex(dp), intent(in) :: d(:, :, :)

@@ -1,5 +1,5 @@
 !> Solves one part of a system in the cheapest way. If the vibrations of the part are fast compared with the period, the part is
-!> reduced. If rounding errors in the map over the period would destroy slow or strongly damped modes, the factors of the map are
+!> reduced. If rounding errors in the map over the period would destroy strongly damped modes, the factors of the map are
 !> used. All other parts are integrated over the period.
 module gestell_floquet_solution_part
   use gestell_base_error, only: error_type, failed_computation, fatal_error
@@ -22,13 +22,13 @@ module gestell_floquet_solution_part
 
   public :: solve_part, solution_methods
 
-  !> Reduction is tried if the phase advance of the fastest vibration within the period exceeds this angle (rad).
+  !> Phase advance of the fastest vibration within the period (rad) above which reduction is tried.
   real(dp), parameter :: large_advance = 700
   !> If the periodic motion from a reduction is too inaccurate, the system is integrated instead, provided that the phase advance of
   !> the fastest vibration within the period is at most this angle (rad). Integration then takes about 0.1 s.
   real(dp), parameter :: max_affordable = 1.0e5_dp
-  !> Relative accuracy of the periodic motion that a reduction must reach: `few_digits` where integration would be expensive,
-  !> `many_digits` where it is cheap.
+  !> Relative accuracy of the periodic motion that a reduction must reach: `few_digits` if integration would be expensive,
+  !> `many_digits` if it is cheap.
   real(dp), parameter :: few_digits = 1.0e-4_dp, many_digits = 1.0e-5_dp
 
 contains
@@ -40,7 +40,7 @@ contains
     allocate(names, source=[character(len=name_length) :: method_names(), "reduced"])
   end function solution_methods
 
-  !> Solves a system that does not consist of independent parts. Arguments and errors are those of `solve_floquet` in
+  !> Solves a system that does not consist of independent parts. For arguments and errors see `solve_floquet` in
   !> gestell_floquet_solution.
   subroutine solve_part(system, accuracy, forced, solution, error)
     class(periodic_system), intent(in) :: system
@@ -141,9 +141,8 @@ contains
     if (.not. allocated(error)) call move_alloc(factored, solution)
   end subroutine map_period
 
-  !> True if the bound on the error of the periodic motion is at most `part` times the size of the motion. If the rates of decay of
-  !> a group of modes vary over the period, this bound may exceed the motion by orders of magnitude; factors then give a better
-  !> bound.
+  !> True if the bound on the error of the periodic motion is at most `part` times the size of the motion. If the decay rates of a
+  !> group of modes vary over the period, the bound may exceed the motion by orders of magnitude; factors then give a better bound.
   logical function bounds_motion(reduced, part)
     type(reduced_type), intent(in) :: reduced
     real(dp), intent(in) :: part

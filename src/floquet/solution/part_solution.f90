@@ -13,14 +13,14 @@ module gestell_floquet_solution_part_solution
 
   !> Methods, cost and error of a solution, for one part or for all parts together.
   type, public :: evidence_type
-    !> Names of the integration methods, separated by commas; 'averaged' for a solution in closed form. Empty if all parts are
-    !> solved by reduction.
+    !> Names of the integration methods, separated by commas; 'averaged' for a solution in closed form. Empty if reduction solves
+    !> all parts.
     character(len=:), allocatable :: methods
     !> `parts`: number of parts that do not interact. `steps`: number of steps of the integrations over the period. `factors`:
     !> number of factors of Phi(T), if used. `angles`: number of phases of the reductions. `evaluations`: number of evaluations of
     !> the coefficients.
     integer :: parts = 0, steps = 0, factors = 0, angles = 0, evaluations = 0
-    !> Maximum over the parts of the relative error of the map over the period.
+    !> Relative error of the map over the period; the maximum over all parts.
     real(dp) :: error = 0
   contains
     procedure :: add
@@ -63,8 +63,8 @@ module gestell_floquet_solution_part_solution
       type(error_type), allocatable, intent(out) :: error
     end subroutine part_start
 
-    !> Computes at `phases` (ascending, in [0, 1]) the periodic motion that starts from `x0`, shape (n). `x` has the shape (n,
-    !> phases). Fails on overflow.
+    !> Computes the periodic motion `x`, shape (n, phases), that starts from `x0`, shape (n), at `phases` (ascending, in [0, 1]).
+    !> Fails on overflow.
     subroutine part_motion(self, system, x0, phases, x, error)
       import :: dp, error_type, part_solution_type, periodic_system
       implicit none (type, external)

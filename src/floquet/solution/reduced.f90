@@ -108,8 +108,8 @@ contains
     call arrange(multipliers)
   end subroutine part_multipliers
 
-  !> Implements `start` of part_solution_type. The start is the sum of the slow group's start and of the response p of the fast
-  !> groups.
+  !> Implements `start` of part_solution_type. The initial state is the sum of the slow group's initial state and the response p of
+  !> the fast groups.
   subroutine part_start(self, solution, error)
     class(reduced_type), intent(in) :: self
     type(periodic_solution_type), intent(out) :: solution
@@ -150,13 +150,13 @@ contains
   end function rounding_of
 
   !> Computes bounds `within` on the errors of the fast groups' coordinates, shape (n), valid at all times; zero for slow
-  !> coordinates. `slow_size` is the maximum of the slow motion; `condition` is the maximum of |(E - Phi)^-1| over the groups.
+  !> coordinates. `slow_size`: maximum of the slow motion. `condition`: maximum of |(E - Phi)^-1| over the groups.
   !>
   !> The remainder r of the forcing disturbs a fast group in two ways. Harmonics k < N / 2, which N phases resolve, cause at most
   !> |r| / (|D| - pi N) in a group with |D| > 2 pi k. Harmonics near resonance, k = |D| / 2 pi, are not resolved. They are estimated
-  !> from the decay of the resolved ones: at most |r| (|r| / |A p|)^(2 k / N - 1). |(E - Phi)^-1| and the growth within the period
-  !> amplify them. If the motion decays (or grows) everywhere at a rate of at least lambda, its error never exceeds |r| / lambda.
-  !> Fails if a multiplier equals 1 within its error (resonance).
+  !> from the decay of the resolved harmonics: at most |r| (|r| / |A p|)^(2 k / N - 1). |(E - Phi)^-1| and the growth within the
+  !> period amplify them. If the motion decays (or grows) at all phases at a rate of at least lambda, its error never exceeds |r| /
+  !> lambda. Fails if a multiplier equals 1 within its error (resonance).
   subroutine fast_errors(reduced, slow_size, within, condition, error)
     class(reduced_type), intent(in) :: reduced
     real(dp), intent(in) :: slow_size
@@ -269,7 +269,7 @@ contains
     if (.not. allocated(error)) defect = sum(multipliers%log_abs) - self%reduction%trace
   end subroutine part_liouville_defect
 
-  !> Computes the slow group's motion `y`, shape (m, phases), from the initial state `x0` of the whole system.
+  !> Computes the slow group's motion `y`, shape (m, phases). `x0`: initial state of the whole system.
   subroutine follow_slow(reduced, x0, phases, y, error)
     class(reduced_type), intent(in) :: reduced
     real(dp), intent(in) :: x0(:), phases(:)
@@ -286,7 +286,7 @@ contains
     end associate
   end subroutine follow_slow
 
-  !> Computes the slow group's columns of S at `phases` by interpolation, shape (phases, n, m).
+  !> Interpolates the slow group's columns of S at `phases`; `shapes` has the shape (phases, n, m).
   subroutine slow_shapes(reduced, phases, shapes)
     class(reduced_type), intent(in) :: reduced
     real(dp), intent(in) :: phases(:)

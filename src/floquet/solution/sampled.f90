@@ -21,8 +21,8 @@ module gestell_floquet_solution_sampled
 
 contains
 
-  !> The system y' = P y + f with the period 1. `rounding` is the relative error of its map over the period caused by errors of the
-  !> samples.
+  !> The system y' = P y + f with the period 1. `rounding`: relative error of its map over the period that errors of the samples
+  !> cause.
   pure function real_system(p, f, rounding) result(system)
     real(dp), intent(in) :: p(:, :, :), f(:, :), rounding
     type(sampled_system) :: system
@@ -35,7 +35,7 @@ contains
     system%rounding = rounding
   end function real_system
 
-  !> The complex system y' = P y as a real system with twice as many states, (Re y, Im y).
+  !> Converts the complex system y' = P y to a real system with twice as many states, (Re y, Im y).
   pure function complex_system(p, rounding) result(system)
     complex(dp), intent(in) :: p(:, :, :)
     real(dp), intent(in) :: rounding
@@ -51,7 +51,7 @@ contains
     system = real_system(doubled, reshape([real(dp) ::], [2 * n, size(p, 3)], [0.0_dp]), rounding)
   end function complex_system
 
-  !> Computes P at time t. The period is 1.
+  !> Computes the matrix P at time t. The period is 1.
   subroutine matrix(self, t, p)
     class(sampled_system), intent(in) :: self
     real(dp), intent(in) :: t
@@ -62,7 +62,7 @@ contains
     p = many(:, :, 1)
   end subroutine matrix
 
-  !> Computes f at time t. The period is 1.
+  !> Computes the forcing f at time t. The period is 1.
   subroutine forcing(self, t, f)
     class(sampled_system), intent(in) :: self
     real(dp), intent(in) :: t
@@ -71,7 +71,7 @@ contains
     f = matmul(self%f, reshape(interpolation(size(self%f, 2), [t]), [size(self%f, 2)]))
   end subroutine forcing
 
-  !> Computes P, shape (n, n, phases), and f, shape (n, phases), by trigonometric interpolation.
+  !> Computes the matrix P, shape (n, n, phases), and the forcing f, shape (n, phases), by trigonometric interpolation.
   subroutine sample(self, phases, p, f)
     class(sampled_system), intent(in) :: self
     real(dp), intent(in) :: phases(:)

@@ -1,5 +1,6 @@
 !> Solves a periodic system by Floquet's theory in the cheapest way ("Floquet numerics" in doc/theory.md). Parts that do not act on
-!> each other are solved separately. Systems whose vibrations are fast compared with the period are reduced; others are integrated.
+!> each other are solved separately. A part whose vibrations are fast compared with the period is reduced; all other parts are
+!> integrated.
 module gestell_floquet_solution
   use gestell_base_error, only: error_type, failed_computation, fatal_error, invalid_input
   use gestell_base_kinds, only: dp, pi
@@ -26,12 +27,12 @@ module gestell_floquet_solution
     procedure multipliers_of_monodromy, multipliers_of_floquet
   end interface solve_multipliers
 
-  !> Computes the start of the periodic motion from a monodromy matrix or a Floquet solution.
+  !> Computes the initial state of the periodic motion from a monodromy matrix or a Floquet solution.
   interface solve_periodic
     procedure periodic_of_monodromy, periodic_of_floquet
   end interface solve_periodic
 
-  !> Computes the periodic motion over the period.
+  !> Computes the periodic motion at given phases of the period.
   interface follow
     procedure follow_monodromy, follow_floquet
   end interface follow
@@ -215,7 +216,7 @@ contains
   subroutine follow_floquet(system, floquet, solution, phases, x, error)
     class(periodic_system), intent(in) :: system
     type(floquet_type), intent(in) :: floquet
-    !> Start of the periodic motion
+    !> Initial state of the periodic motion
     type(periodic_solution_type), intent(in) :: solution
     !> Phases t / T, ascending, in [0, 1]
     real(dp), intent(in) :: phases(:)

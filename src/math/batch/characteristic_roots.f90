@@ -1,4 +1,4 @@
-!> Computes the eigenvalues of eight small matrices side by side, as the roots of their characteristic polynomials.
+!> Computes the eigenvalues of eight small matrices together, as the roots of their characteristic polynomials.
 module gestell_math_batch_characteristic_roots
   use gestell_math_batch_hessenberg, only: characteristic_polynomial, evaluate, hessenberg_type, max_states
   use gestell_base_kinds, only: pi
@@ -13,13 +13,13 @@ module gestell_math_batch_characteristic_roots
 
   !> Maximum number of iterations
   integer, parameter :: max_iterations = 40
-  !> The iteration ends when a step is small relative to the norm of the matrix (`last_step`) and to the distance from other roots
-  !> (`last_part`). Convergence is cubic: the remaining error is about the first bound times the square of the second one, below
-  !> roundoff.
+  !> The iteration ends when two conditions hold: a step is at most `last_step` times the norm of the matrix, and at most
+  !> `last_part` times the distance from other roots. Convergence is cubic: the remaining error is about the first bound times the
+  !> square of the second bound, which is below roundoff.
   real(dp), parameter :: last_step = 1.0e-9_dp, last_part = 1.0e-4_dp
   !> Indices of the array constructor below
   integer :: i, m
-  !> Cosines of the starting angles of m pairs of roots, as column m. The angles are not symmetric, because the iteration would
+  !> Cosines of the starting angles of m pairs of roots, in column m. The angles are not symmetric, because the iteration would
   !> preserve a symmetry.
   real(dp), parameter :: begin_at(max_states / 2, max_states / 2) = &
     & reshape([((cos(pi * (i - 0.6_dp) / m), i = 1, max_states / 2), m = 1, max_states / 2)], [max_states / 2, max_states / 2])
@@ -33,8 +33,8 @@ contains
     !> Number of double precision numbers in a vector register (gestell_base_processor)
     integer, intent(in) :: length
     type(hessenberg_type), intent(in) :: h
-    !> `z_re`, `z_im`: real and imaginary parts. `found`: 1 in lanes where the factors have converged, 0 in lanes with points on a
-    !> circle.
+    !> `z_re`, `z_im`: real and imaginary parts of the starting values. `found`: 1 in lanes where the factors have converged, 0 in
+    !> lanes with points on a circle.
     real(dp), intent(out) :: z_re(lanes, max_states), z_im(lanes, max_states), found(lanes)
     !> True for each root that is the conjugate of the preceding root in all lanes, shape (n); the iteration preserves this property
     logical, intent(out) :: conjugate(max_states)
@@ -131,19 +131,20 @@ contains
     end do
   end subroutine step_here
 
-  !> Computes the eigenvalues z, shape (lanes, n), from starting values by the iteration of Aberth and Ehrlich: Newton steps for p /
-  !> q, where the roots of q are the other approximations. Starting from quadratic factors, one step is usually sufficient; starting
-  !> from a circle, six to seven. A lane does not change once it has converged, so no lane depends on another.
+  !> Computes the eigenvalues z, shape (lanes, n), from starting values by the iteration of Aberth and Ehrlich. It consists of
+  !> Newton steps for p / q, where q is the polynomial whose roots are all other approximations. Starting from quadratic factors,
+  !> one step is usually sufficient; starting from a circle, six to seven steps. A lane does not change once it has converged, so no
+  !> lane depends on another.
   pure subroutine find_roots(length, h, conjugate, z_re, z_im, converged)
     !> Number of double precision numbers in a vector register (gestell_base_processor)
     integer, intent(in) :: length
     type(hessenberg_type), intent(in) :: h
     !> True for each root that is the conjugate of the preceding root in all lanes, shape (n)
     logical, intent(in) :: conjugate(max_states)
-    !> `z_re`, `z_im`: real and imaginary parts. `converged`: on input 1 in lanes to be skipped; on output 1 in lanes that have
-    !> converged, else 0.
+    !> `z_re`, `z_im`: real and imaginary parts of the roots. `converged`: on input, 1 in lanes to be skipped; on output, 1 in lanes
+    !> that have converged and 0 in all others.
     real(dp), intent(inout) :: z_re(lanes, max_states), z_im(lanes, max_states), converged(lanes)
-    !> The n roots, stored twice in succession, so that a loop over the other roots needs no test
+    !> The n roots, stored twice in succession, so that a loop over the n - 1 other roots needs no test
     real(dp), dimension(lanes, 2 * max_states) :: w_re, w_im
     real(dp), dimension(lanes) :: maximum, near, p_re, p_im, d_re, d_im
     procedure(step_here), bind(C, name="_ZGVeN2uuuuuuuuuuul_lanes_gestell_aberth") :: step_512
@@ -177,7 +178,7 @@ contains
     z_im = w_im(:, :max_states)
   end subroutine find_roots
 
-  !> Stores root `k` of n in both copies.
+  !> Stores root `k` of n roots in both copies.
   pure subroutine set(n, k, re, im, z_re, z_im)
     integer, intent(in) :: n, k
     real(dp), intent(in) :: re(lanes), im(lanes)

@@ -16,7 +16,7 @@ module gestell_math_batch_hessenberg
   !> Maximum number of rows
   integer, parameter, public :: max_states = 12
 
-  !> Minimum product of the subdiagonal elements: with a smaller product, overflow is possible
+  !> Smallest accepted product of the subdiagonal elements; with a smaller product, numbers may overflow
   real(dp), parameter :: min_product = 1.0e-100_dp
 
   !> Hessenberg matrices with n rows. The first index of every array is the lane.
@@ -24,7 +24,7 @@ module gestell_math_batch_hessenberg
     integer(c_int) :: n = 0
     !> Each row divided by its subdiagonal element (row 1 by 1), with reversed sign; shape (lanes, max_states, max_states)
     real(dp) :: g(lanes, max_states, max_states)
-    !> Reciprocals of the subdiagonal elements h(i, i-1), 1 for i = 1; shape (lanes, max_states)
+    !> Reciprocals of the subdiagonal elements h(i, i-1) in rows i > 1, and 1 in row 1; shape (lanes, max_states)
     real(dp) :: v(lanes, max_states)
     !> `norm`: Frobenius norm. `trace`: trace. `product`: product of the absolute values of the subdiagonal elements.
     real(dp) :: norm(lanes), trace(lanes), product(lanes)
@@ -35,7 +35,8 @@ module gestell_math_batch_hessenberg
 
 contains
 
-  !> Applies from both sides the reflection E - beta u u' that makes all but one element below the diagonal of column `k` zero.
+  !> Applies to `a` from both sides the reflection E - beta u u' for column `k`, which makes all elements below the subdiagonal
+  !> element zero.
   pure subroutine reflect_here(a, n, k, once) bind(C, name="lanes_gestell_reflect")
     !$omp declare simd uniform(a, n, k) linear(once) simdlen(2) notinbranch
     real(dp), intent(inout) :: a(lanes, max_states, max_states)

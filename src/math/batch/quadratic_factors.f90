@@ -12,9 +12,9 @@ module gestell_math_batch_quadratic_factors
 
   public :: find_factors
 
-  !> Maximum number of iterations: if roots are real, the iteration may move erratically.
+  !> Maximum number of iterations. It limits an iteration that moves erratically, as may happen if roots are real.
   integer, parameter :: max_iterations = 30
-  !> The iteration ends when a step, relative to the mean radius of the roots, is at most this. Convergence is quadratic.
+  !> The iteration ends when a step, relative to the mean radius of the roots, is at most this number. Convergence is quadratic.
   real(dp), parameter :: last_step = 1.0e-6_dp
   !> Minimum absolute value of the divisor in a step; a smaller divisor is not used
   real(dp), parameter :: min_divisor = 1.0e-100_dp
@@ -59,9 +59,9 @@ contains
     integer, intent(in) :: length, m
     !> `c`: coefficients. `radius`: mean radius of the roots. `bound`: bound on the moduli of all roots.
     real(dp), intent(in) :: c(lanes, 0:2 * m - 1), radius(lanes), bound(lanes)
-    !> s_k and q_k, shape (lanes, m): starting values, replaced by the result. The second half of the arrays is room for a copy.
+    !> s_k and q_k, shape (lanes, m): starting values, replaced by the result. The second half of each array holds a copy.
     real(dp), intent(inout) :: s(lanes, 2 * m), q(lanes, 2 * m)
-    !> 1 in lanes that have converged, else 0
+    !> 1 in lanes that have converged, 0 in all others
     real(dp), intent(out) :: converged(lanes)
     procedure(find_here), bind(C, name="_ZGVeN2uuuuuuul_lanes_gestell_factors") :: find_512
     procedure(find_here), bind(C, name="_ZGVdN2uuuuuuul_lanes_gestell_factors") :: find_256

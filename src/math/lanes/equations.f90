@@ -13,14 +13,14 @@ module gestell_math_lanes_equations
 
 contains
 
-  !> Solves A x = b and computes the Frobenius norm of A^-1. With A = Q R this norm equals the norm of R^-1. It is 1e100 or more if
-  !> A is singular.
+  !> Solves A x = b and computes the Frobenius norm of A^-1. With A = Q R this norm equals the norm of R^-1. The norm is 1e100 or
+  !> more if A is singular.
   pure subroutine solve_equations(n, equations, x, inverse_norm)
     !> Number of unknowns
     integer, intent(in) :: n
     !> [A b], shape (lanes, n, n + 1); overwritten
     real(dp), intent(inout) :: equations(lanes, n, n + 1)
-    !> `x`: solution, shape (lanes, n). `inverse_norm`: norm of A^-1 in each lane.
+    !> `x`: solution, shape (lanes, n). `inverse_norm`: Frobenius norm of A^-1 in each lane.
     real(dp), intent(out) :: x(lanes, n), inverse_norm(lanes)
     real(dp) :: pivot(lanes, n), column(lanes, n)
     integer :: k
@@ -85,7 +85,7 @@ contains
     end do
   end subroutine reflect
 
-  !> Replaces x by R^-1 x, using the first `rows` rows. `pivot`: reciprocals of the diagonal elements of R.
+  !> Replaces x by R^-1 x, where R consists of the first `rows` rows of `r`. `pivot`: reciprocals of the diagonal elements of R.
   pure subroutine substitute(n, rows, r, pivot, x)
     integer, intent(in) :: n, rows
     real(dp), intent(in) :: r(lanes, n, n + 1), pivot(lanes, n)

@@ -19,7 +19,7 @@ module gestell_math_lanes
   implicit none (type, external)
   private
 
-  !> `block`: rows of a block; `width`: maximum number of columns in a panel; `lanes`: number of matrices side by side
+  !> `block`: number of rows of a block. `width`: maximum number of columns of a panel. `lanes`: number of matrices side by side
   public :: block, columns_at_once, columns_of_panel, eliminate, lanes, padded_to_block, reduce, schur_complement, vector_border, &
     & width
   !> Largest multiplier for which elimination without exchanges loses no significant digits. For comparison, threshold pivoting in
@@ -30,14 +30,15 @@ module gestell_math_lanes
 
 contains
 
-  !> n rounded up to a multiple of `block`.
+  !> Smallest multiple of `block` that is not below n.
   pure integer function padded_to_block(n)
     integer, intent(in) :: n
 
     padded_to_block = block * ((n + block - 1) / block)
   end function padded_to_block
 
-  !> Best number of columns of a panel: six if the processor has 32 vector registers, which can hold eighteen sums; otherwise three.
+  !> Best number of columns of a panel: six if the processor has 32 vector registers, which can hold eighteen sums, and three if it
+  !> has fewer.
   pure integer function columns_at_once()
     columns_at_once = merge(width, block, has_long_vectors())
   end function columns_at_once
@@ -50,8 +51,8 @@ contains
     if (left >= columns_at_once()) columns = columns_at_once()
   end function columns_of_panel
 
-  !> Index of the first element of `numbers` whose address is a multiple of eight elements. Vectors of eight that begin elsewhere
-  !> occupy two cache lines.
+  !> Index of the first element of `numbers` whose address is a multiple of eight elements. A vector of eight elements that does not
+  !> begin at such an address occupies two cache lines.
   integer function vector_border(numbers)
     real(dp), contiguous, target, intent(in) :: numbers(:)
 
@@ -106,7 +107,8 @@ contains
 
   !> Eliminates three or six unknowns: a panel of columns of A and G. All columns before `first` have already been eliminated.
   pure subroutine eliminate(first, columns, n, rows, panel, l, multiplier)
-    !> `first`: first column of the panel. `columns`: number of its columns. `n`: number of unknowns. `rows`: number of rows.
+    !> `first`: first column of the panel. `columns`: number of columns of the panel. `n`: number of unknowns. `rows`: number of
+    !> rows.
     integer, intent(in) :: first, columns, n, rows
     !> `panel`: the panel. `l`: multipliers L, to which the multipliers of this panel are added. `multiplier`: largest multiplier in
     !> the rows of A so far.
@@ -134,7 +136,8 @@ contains
 
   !> Applies the elimination of the unknowns `from` to `to` to a panel of one, three or six columns, up to row `rows`.
   pure subroutine reduce(from, to, columns, n, rows, panel, l)
-    !> `from`, `to`: first and last unknown. `columns`: columns of the panel. `n`: number of unknowns. `rows`: number of rows.
+    !> `from`, `to`: first and last unknown to be eliminated. `columns`: number of columns of the panel. `n`: number of unknowns.
+    !> `rows`: number of rows.
     integer, intent(in) :: from, to, columns, n, rows
     !> The panel
     real(dp), intent(inout) :: panel(lanes, width, rows)
@@ -166,7 +169,7 @@ contains
     end do
   end subroutine reduce
 
-  !> Replaces the first column of W by L^-1 times this column.
+  !> Replaces the first column of the block W by L^-1 times this column.
   pure subroutine solve_for_column(w, l)
     real(dp), intent(inout) :: w(lanes, width, block)
     real(dp), intent(in) :: l(lanes, block, block)

@@ -71,17 +71,17 @@ contains
     end do
   end subroutine apply_here
 
-  !> Applies x <- A x + b to all vectors for the maps of `steps` steps, one after the other.
+  !> Applies the affine maps x <- A x + b of `steps` successive steps to all vectors.
   pure subroutine apply_in_turn(n, columns, room, first, steps, groups, maps, forced, most, motion, done)
     !> `n`: number of states. `columns`: number of columns of a map. `room`: first extent of `maps`. `first`: number of the first
     !> map. `steps`: number of steps. `groups`: number of groups of vectors.
     integer, intent(in) :: n, columns, room, first, steps, groups
-    !> `maps`: maps [A b], or A alone, shape (room, n, columns). `forced`: 1 in lanes of the last group to which b is added, else 0.
-    !> `most`: limit on the sum of absolute values in a lane.
+    !> `maps`: maps [A b], or A alone, shape (room, n, columns). `forced`: 1 in the lanes of the last group to which b is added, 0
+    !> in its other lanes. `most`: limit on the sum of absolute values in a lane.
     real(dp), intent(in) :: maps(room, n, columns), forced(lanes), most
     !> The vectors before the first step and after each step, shape (lanes, n, groups, 0:steps)
     real(dp), intent(inout) :: motion(lanes, n, groups, 0:steps)
-    !> Number of successive steps for which the sum of absolute values in every lane stays below `most`
+    !> Number of successive steps for which the sum of absolute values in every lane remains below `most`
     integer, intent(out) :: done
     procedure(apply_here), bind(C, name="_ZGVeN2uuuuuuuuuuul_lanes_gestell_apply") :: apply_512
     procedure(apply_here), bind(C, name="_ZGVdN2uuuuuuuuuuul_lanes_gestell_apply") :: apply_256

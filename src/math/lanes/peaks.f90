@@ -1,4 +1,4 @@
-!> Computes maxima of periodic functions, eight side by side, by the method of gestell_math_series_fourier.
+!> Computes maxima of periodic functions, eight functions together, by the method of gestell_math_series_fourier.
 module gestell_math_lanes_peaks
   use gestell_base_kinds, only: dp, pi
   use gestell_math_cosine_sine, only: cosine_sine
@@ -51,7 +51,7 @@ contains
   end subroutine largest_values
 
   !> Finds, in every lane, the next sample after sample `at` that is at least `least` and at least as large as its neighbours. If
-  !> there is none, `at` becomes n + 1.
+  !> there is no such sample, `at` becomes n + 1.
   pure subroutine find_next(n, size_at, least, at)
     integer, intent(in) :: n
     real(dp), intent(in) :: size_at(lanes, 0:n + 1), least(lanes)
@@ -113,7 +113,7 @@ contains
     end do
   end subroutine refine
 
-  !> Computes f, df/dtheta and d2f/dtheta2, with cos(k theta) and sin(k theta) from a recurrence.
+  !> Computes f, df/dtheta and d2f/dtheta2 at the angles `theta`; cos(k theta) and sin(k theta) come from a recurrence.
   pure subroutine evaluate(orders, mean, harmonics, theta, f, f_d, f_dd)
     integer, intent(in) :: orders
     real(dp), intent(in) :: mean(lanes), harmonics(lanes, 2 * orders), theta(lanes)

@@ -11,7 +11,7 @@ module gestell_math_lanes_products
 
 contains
 
-  !> n rounded up to a multiple of four.
+  !> Smallest multiple of four that is not below n.
   pure integer function padded_to_four(n)
     integer, intent(in) :: n
 

@@ -34,7 +34,7 @@ contains
     end do
   end subroutine subtract_here
 
-  !> Computes C <- C - R S in all lanes. R has `terms` columns, S has `terms` rows.
+  !> Computes C <- C - R S in all lanes, for six columns of C and S. R has `terms` columns, S has `terms` rows.
   pure subroutine subtract_six(terms, c, r, s)
     integer, intent(in) :: terms
     real(dp), intent(inout) :: c(lanes, width, block)
@@ -85,7 +85,7 @@ contains
     end do
   end subroutine reduce_here
 
-  !> Computes C <- L^-1 (C - R S) in all lanes. The diagonal of L is 1.
+  !> Computes C <- L^-1 (C - R S) in all lanes, for six columns of C and S. The diagonal of L is 1.
   pure subroutine reduce_six(terms, c, r, s, l)
     integer, intent(in) :: terms
     real(dp), intent(inout) :: c(lanes, width, block)
@@ -163,8 +163,8 @@ contains
     end do
   end subroutine divide_here
 
-  !> Computes L <- (C - R S) U^-1 in all lanes. U contains the reciprocals of its pivots in place of the pivots. `multiplier` is
-  !> raised to the largest absolute value of an element of L.
+  !> Computes L <- (C - R S) U^-1 in all lanes. The diagonal of U contains the reciprocals of the pivots. `multiplier` becomes the
+  !> largest absolute value of an element of L if this exceeds its old value.
   pure subroutine divide_six(terms, c, r, s, u, l, multiplier)
     integer, intent(in) :: terms
     real(dp), intent(in) :: c(lanes, width, block), u(lanes, width, width)

@@ -9,7 +9,7 @@ module gestell_math_lanes_versions
 
   public :: four_columns, solve_with_lower, solve_with_upper, subtract_column, subtract_product
 
-  !> See gestell_math_lanes for the meaning of these constants.
+  !> `lanes`: number of matrices side by side. `block`: number of rows of a block. `width`: maximum number of columns of a panel.
   integer, parameter, public :: lanes = 8, block = 3, width = 6
 
 contains
@@ -117,7 +117,7 @@ contains
     end do
   end subroutine column_here
 
-  !> Computes C <- C - R S in all lanes, for the first column of C and S only.
+  !> Computes C <- C - R S in all lanes, but only for the first column of C and S.
   pure subroutine subtract_column(length, terms, c, r, s)
     integer, intent(in) :: length, terms
     real(dp), intent(inout) :: c(lanes, width, block)
@@ -159,8 +159,8 @@ contains
     end do
   end subroutine upper_here
 
-  !> Computes L <- W U^-1 in all lanes. U contains the reciprocals of its pivots in place of the pivots. `multiplier` is raised to
-  !> the largest absolute value of an element of L.
+  !> Computes L <- W U^-1 in all lanes. The diagonal of U contains the reciprocals of the pivots. `multiplier` becomes the largest
+  !> absolute value of an element of L if this exceeds its old value.
   pure subroutine solve_with_upper(length, w, u, l, multiplier)
     integer, intent(in) :: length
     real(dp), intent(in) :: w(lanes, width, block), u(lanes, width, block)

@@ -24,7 +24,7 @@ module gestell_math_lanes_waves
 
 contains
 
-  !> Returns the waves at `phases` phases; the number must be a multiple of 2 `lanes`.
+  !> Returns the values of the waves at `phases` equidistant phases; this number must be a multiple of 2 `lanes`.
   pure function waves_at(phases) result(waves)
     integer, intent(in) :: phases
     type(waves_type) :: waves
@@ -66,7 +66,7 @@ contains
     end do
   end function values
 
-  !> Computes harmonics from values; both have the shape (phases, functions). The order `half` is omitted.
+  !> Computes harmonics from values; both arrays have the shape (phases, functions). The harmonic of order `half` is omitted.
   pure function harmonics(waves, values)
     class(waves_type), intent(in) :: waves
     real(dp), contiguous, intent(in) :: values(0:, :)

@@ -67,18 +67,19 @@ module gestell_math_optimum_minimax
     real(dp) :: gap = huge(1.0_dp)
     !> `iterations`: number of steps. `evaluations`: number of all evaluations. `gradients`: number of evaluations with gradients.
     integer :: iterations = 0, evaluations = 0, gradients = 0
-    !> `converged`: true if the stationarity is within the tolerance and no step can reduce the violation by more than the
-    !> tolerance. `feasible`: true if all limits are met, to the tolerance times their sizes at the start.
+    !> `converged`: true if the stationarity is at most the tolerance and no step can reduce the violation by more than the
+    !> tolerance. `feasible`: true if no limit is exceeded by more than the tolerance times the size of the limit at the start.
     logical :: converged = .false., feasible = .false.
   end type optimum_type
 
-  !> State of the search: scaling, weights w of the groups (1 for objectives), and B for the parameters that are not fixed
+  !> State of the search: scaling, weights w of the groups (1 for objectives), and the matrix B for the parameters that are not
+  !> fixed
   type, extends(scaled_type) :: search_type
     real(dp), allocatable :: weight(:), hessian(:, :)
     !> Values of the groups at the latest points, at most three points; shape (groups, points)
     real(dp), allocatable :: past(:, :)
-    !> `learned`: true if B is based on at least one step. `full`: true if the full step will probably be accepted, so that
-    !> gradients are requested at once.
+    !> `learned`: true if at least one step has contributed to B. `full`: true if the full step will probably be accepted; gradients
+    !> are then requested together with the values.
     logical :: learned = .false., full = .true.
   end type search_type
 
@@ -170,14 +171,14 @@ contains
     phi = dot_product(search%weight, counted(search, maximum))
   end function phi
 
-  !> Possible rounding error of Phi when Phi has the value `merit`.
+  !> Estimated rounding error of the penalty function Phi at a point where Phi has the value `merit`.
   pure real(dp) function rounding_of(merit)
     real(dp), intent(in) :: merit
 
     rounding_of = noise * max(floor_of_size, abs(merit))
   end function rounding_of
 
-  !> Initialises B so that the step of the steepest objective does not leave the box.
+  !> Initialises B in such a way that the step that B predicts for the steepest objective remains within the bounds.
   subroutine guess(search, here)
     type(search_type), intent(inout) :: search
     type(point_type), intent(in) :: here
@@ -189,13 +190,14 @@ contains
     search%learned = .false.
   end subroutine guess
 
-  !> Computes the next step by the quadratic program, and adjusts the weights of the constraints.
+  !> Computes the next step `d` by the quadratic program, and adjusts the weights of the constraints.
   subroutine find_step(search, here, d, lambda, descent, violation_decrease)
     type(search_type), intent(inout) :: search
     type(point_type), intent(in) :: here
     !> `d`: step, shape (parameters). `lambda`: multipliers of the branches, shape (branches).
     real(dp), allocatable, intent(out) :: d(:), lambda(:)
-    !> `descent`: change of Phi with linearised branches, < 0. `violation_decrease`: decrease of the violation.
+    !> `descent`: change of Phi that the linearised branches predict; it is negative. `violation_decrease`: predicted decrease of
+    !> the violation.
     real(dp), intent(out) :: descent, violation_decrease
     type(error_type), allocatable :: error
     real(dp), allocatable :: slope(:, :), multiplier(:), value(:), prices(:)
@@ -256,7 +258,7 @@ contains
       end associate
     end subroutine solve
 
-    !> Values of the groups after the step, computed with linearised branches.
+    !> Values of the groups that the linearised branches predict after the step.
     function model() result(maximum)
       real(dp) :: maximum(size(search%unit))
 
@@ -272,8 +274,8 @@ contains
 
   end subroutine find_step
 
-  !> Searches from `here` along `d` for a point where Phi is small enough, and computes gradients at this point, `there`. If the
-  !> search fails, `there%known` is false.
+  !> Searches along `d`, beginning at point `here`, for a point where Phi is small enough. Computes gradients at this point,
+  !> `there`. If the search fails, `there%known` is false.
   subroutine line_search(problem, search, here, d, descent, there, error)
     class(minimax_problem), intent(inout) :: problem
     type(search_type), intent(inout) :: search
@@ -309,8 +311,8 @@ contains
     there%known = .false.
   end subroutine line_search
 
-  !> Updates B by damped BFGS with the change of the gradient of L over the step from `here` to `there`. The new curvature of B
-  !> along the step is at least a fifth of the previous one.
+  !> Updates B by damped BFGS with the change of the gradient of L over the step from `here` to `there`. The curvature of B along
+  !> the step falls to no less than a fifth of its old value.
   subroutine update_hessian(search, here, there, lambda)
     type(search_type), intent(inout) :: search
     type(point_type), intent(in) :: here, there
@@ -342,8 +344,8 @@ contains
       & + spread(change / dot_product(step, change), 2, n) * spread(change, 1, n)
   end subroutine update_hessian
 
-  !> Index of the branch at `there` that continues branch `b` of `here`. Of all branches of the group, its gradient differs least,
-  !> and the mean of the two gradients best predicts the change of its value.
+  !> Index of the branch at `there` that continues branch `b` of `here`. Among the branches of the same group it minimises the sum
+  !> of two errors: the change of the gradient, and the error of predicting the change of value from the mean of both gradients.
   pure integer function same_branch(here, b, there) result(best)
     type(point_type), intent(in) :: here, there
     integer, intent(in) :: b
@@ -363,7 +365,7 @@ contains
     end do
   end function same_branch
 
-  !> Computes the properties of a point from the multipliers of its branches: prices, residual of the optimality conditions, gap.
+  !> Computes properties of a point from the multipliers of its branches: prices, residual of the optimality conditions, and gap.
   subroutine assess_point(problem, search, here, lambda, tolerance, now)
     class(minimax_problem), intent(in) :: problem
     type(search_type), intent(in) :: search

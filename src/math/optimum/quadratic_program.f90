@@ -30,10 +30,10 @@ contains
   !> Solves the quadratic program. Fails if B is not positive definite, no d satisfies the constraints, or rounding errors prevent
   !> convergence.
   subroutine solve_quadratic_program(hessian, weight, group, value, slope, d, multiplier, error)
-    !> `hessian`: B, shape (n, n), positive definite. `weight`: weights >= 0 of the groups 1, 2, ... `value`: values v, shape
-    !> (branches). `slope`: slopes a, shape (n, branches).
+    !> `hessian`: matrix B, shape (n, n), positive definite. `weight`: weights w of the groups 1, 2, ..., not negative. `value`:
+    !> values v, shape (branches). `slope`: slopes a, shape (n, branches).
     real(dp), intent(in) :: hessian(:, :), weight(:), value(:), slope(:, :)
-    !> Group of each branch, 0 for constraints. Every group from 1 on must have a branch.
+    !> Group of each branch; 0 for branches that are constraints. Every group from 1 on must have a branch.
     integer, intent(in) :: group(:)
     !> `d`: solution, shape (n). `multiplier`: multipliers of the branches, shape (branches).
     real(dp), intent(out) :: d(:), multiplier(:)
@@ -107,7 +107,7 @@ contains
 
   contains
 
-    !> Value, in the linear model, of the group to which each branch belongs: the maximum over its working branches; 0 for group 0.
+    !> Value, in the linear model, of the group of each branch: the maximum over the working branches of the group; 0 for group 0.
     pure function top_of(groups) result(top)
       integer, intent(in) :: groups(:)
       real(dp) :: top(size(groups)), of_group(0:size(weight))

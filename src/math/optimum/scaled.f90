@@ -29,7 +29,7 @@ module gestell_math_optimum_scaled
     real(dp), allocatable :: lower(:), upper(:)
     !> Minimum relative improvement of a step; a step with less improvement counts as idle
     real(dp) :: worth = 0
-    !> Number of successive idle steps after which the search ends
+    !> Number of successive idle steps (improvement below `worth`) after which the search ends
     integer :: patience = 15
   contains
     procedure(evaluate_at), deferred :: evaluate
@@ -55,7 +55,7 @@ module gestell_math_optimum_scaled
     !> `s`: the point, shape (parameters). `value`: values, shape (branches). `slope`: gradients, shape (parameters, branches).
     !> `maximum`: value of each group, shape (groups).
     real(dp), allocatable :: s(:), value(:), slope(:, :), maximum(:)
-    !> Number of the group to which each branch belongs, shape (branches)
+    !> For each branch, the number of the group to which it belongs, shape (branches)
     integer, allocatable :: group(:)
     !> False if the functions cannot be evaluated at this point
     logical :: known = .false.
@@ -130,9 +130,9 @@ contains
   subroutine evaluate_point(self, problem, s, gradients, there, error)
     class(scaled_type), intent(inout) :: self
     class(minimax_problem), intent(inout) :: problem
-    !> Point in scaled units; components outside [0, 1] are moved to the nearest bound
+    !> Point in scaled units. Components outside [0, 1] are replaced by the nearest bound
     real(dp), intent(in) :: s(:)
-    !> True: compute gradients too
+    !> True: also compute gradients
     logical, intent(in) :: gradients
     !> The evaluated point; `known` is false if a value is not finite or a group has no branch
     type(point_type), intent(out) :: there
@@ -157,7 +157,7 @@ contains
       & / spread(self%unit(at%group), 1, size(s))
   end subroutine evaluate_point
 
-  !> Maximum of `number` over the branches of each group, shape (groups).
+  !> Maximum over the branches of each group of the values `number`, shape (groups).
   pure function largest_by_group(number, group, groups) result(maximum)
     real(dp), intent(in) :: number(:)
     integer, intent(in) :: group(:), groups
@@ -170,7 +170,7 @@ contains
     end do
   end function largest_by_group
 
-  !> Sum of `number` over the branches of each group, shape (groups).
+  !> Sum over the branches of each group of the values `number`, shape (groups).
   pure function sums_by_group(number, group, groups) result(sums)
     real(dp), intent(in) :: number(:)
     integer, intent(in) :: group(:), groups
@@ -183,7 +183,7 @@ contains
     end do
   end function sums_by_group
 
-  !> Parameters x at the scaled point `s`, never outside the bounds.
+  !> Parameters x that belong to the scaled point `s`. Rounding errors never move them outside the bounds.
   pure function place(self, problem, s) result(x)
     class(scaled_type), intent(in) :: self
     class(minimax_problem), intent(in) :: problem

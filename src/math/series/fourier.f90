@@ -12,7 +12,7 @@ module gestell_math_series_fourier
   type, public :: fourier_type
     !> Mean of f
     real(dp) :: mean = 0
-    !> `amplitude`: amplitudes of orders 1, 2, ..., >= 0. `phase`: phases (rad) of these orders.
+    !> `amplitude`: amplitudes of orders 1, 2, ..., never negative. `phase`: phases (rad) of these orders.
     real(dp), allocatable :: amplitude(:), phase(:)
   contains
     procedure :: value => series_value
@@ -53,7 +53,8 @@ contains
   end subroutine transform
 
   !> Matrix, shape (n, columns), by which n samples are multiplied to give their Fourier coefficients. The product samples * matrix
-  !> contains the coefficients of cos(k theta), then those of sin(k theta). Columns of zeros are added up to a multiple of four.
+  !> contains the coefficients of cos(k theta), followed by those of sin(k theta). Columns of zeros are appended until the number of
+  !> columns is a multiple of four.
   pure function transform_matrix(n) result(matrix)
     integer, intent(in) :: n
     real(dp), allocatable :: matrix(:, :)
@@ -109,7 +110,7 @@ contains
     end do
   end function value
 
-  !> Root mean square (rms) of the function, by Parseval's theorem.
+  !> Root mean square (rms) of the series over theta, by Parseval's theorem.
   pure real(dp) function rms(self)
     class(fourier_type), intent(in) :: self
 
@@ -194,9 +195,9 @@ contains
     !> `samples`: samples of f. `mean`: mean of f. `cosine`, `sine`: coefficients of cos(k theta) and sin(k theta). `loss`: maximum
     !> by which the largest sample can fall short of the maximum of |f|.
     real(dp), intent(in) :: samples(:), mean, cosine(:), sine(:), loss
-    !> Values of theta (rad) close to which the maximum may lie
+    !> Values of theta (rad) close to which the maximum of |f| may lie
     real(dp), allocatable, intent(out) :: places(:)
-    !> Spacing of theta (rad) between the points that were compared
+    !> Spacing of theta (rad) between the points at which |f| was compared
     real(dp), intent(out) :: step
     !> If more candidates than `few` points times the next divisor remain, the spacing is divided by `finer`, at most twice.
     integer, parameter :: finer = 4, finest = finer**2, few = 8

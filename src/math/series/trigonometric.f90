@@ -1,4 +1,4 @@
-!> Trigonometric polynomials: evaluates several functions at once, with derivatives, at many phases.
+!> Trigonometric polynomials: evaluates several functions and their derivatives at many phases.
 module gestell_math_series_trigonometric
   use gestell_math_cosine_sine, only: cosine_sine
   use gestell_math_dft, only: dft
@@ -23,11 +23,11 @@ module gestell_math_series_trigonometric
     procedure :: trim => trim_series
   end type series_type
 
-  !> Minimum number of orders for Taylor coefficients; with fewer orders, summing over the orders is cheaper.
+  !> Number of orders from which Taylor coefficients are used; with fewer orders, summing over the orders is cheaper.
   integer, parameter :: many_orders = 64
-  !> `places_per_order`: number of expansion points per order. `terms`: highest power. No phase is further than z = pi / 4, in K
-  !> theta, from an expansion point. So the truncation error in the second derivative of order K, z^(terms - 1) / (terms - 1)!, is
-  !> below epsilon / 4.
+  !> `places_per_order`: number of expansion points per order. `terms`: highest power. The distance of every phase from the nearest
+  !> expansion point, multiplied by K, is at most z = pi / 4. So the truncation error in the second derivative of order K, z^(terms
+  !> - 1) / (terms - 1)!, is below epsilon / 4.
   integer, parameter :: places_per_order = 4, terms = 18
 
 contains
@@ -52,8 +52,8 @@ contains
     series%sine(0, :) = 0
   end function series_through
 
-  !> Prepares a series of many orders for `values` at many phases: the cost per phase then does not grow with the number of orders.
-  !> Call this again after changing the coefficients.
+  !> Computes the Taylor coefficients of a series of many orders. With them the cost of `values` per phase does not grow with the
+  !> number of orders. Call this procedure again after changing the coefficients.
   pure subroutine tabulate(self)
     class(series_type), intent(inout) :: self
     complex(dp), allocatable :: z(:)
@@ -118,7 +118,7 @@ contains
     end if
   end subroutine values
 
-  !> Computes the values from the Taylor coefficients at the nearest expansion point, by Horner's scheme.
+  !> Computes the values and derivatives from the Taylor coefficients at the nearest expansion point, by Horner's scheme.
   pure subroutine expand(self, phases, f, f_d, f_dd)
     class(series_type), intent(in) :: self
     real(dp), contiguous, intent(in) :: phases(:)
@@ -149,8 +149,8 @@ contains
     end do
   end subroutine expand
 
-  !> Computes the values by summing over the orders, with cos(k theta) and sin(k theta) from a recurrence. Phases are processed in
-  !> blocks that stay in the processor's first cache.
+  !> Computes the values and derivatives by summing over the orders; cos(k theta) and sin(k theta) come from a recurrence. Phases
+  !> are processed in blocks that fit in the processor's first cache.
   pure subroutine add_up(self, phases, f, f_d, f_dd)
     class(series_type), intent(in) :: self
     real(dp), contiguous, intent(in) :: phases(:)

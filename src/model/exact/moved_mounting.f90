@@ -55,11 +55,11 @@ contains
   !> turn with the frame have the total moment Im(conj(E) G) with G = sum of conj(p_j) F_j.
   pure subroutine add_mounting(supports, q, v, turn, r, b, c)
     type(support_type), intent(in) :: supports(:)
-    !> `q`: displacement and rotation (xi, eta, psi) of the frame; `v`: their rates; shapes (points, 3)
+    !> `q`: displacement and rotation (xi, eta, psi) of the frame, shape (points, 3). `v`: rates of change of `q`, in the same shape
     real(dp), intent(in) :: q(:, :), v(:, :)
     !> E = exp(i psi), shape (points)
     complex(dp), intent(in) :: turn(:)
-    !> Left sides r, shape (points, 3); derivatives b with respect to q' and c with respect to q, shapes (points, 3, 3)
+    !> Left sides r, shape (points, 3). Derivatives b with respect to q' and c with respect to q, shapes (points, 3, 3)
     real(dp), intent(inout) :: r(:, :), b(:, :, :), c(:, :, :)
     complex(dp), dimension(size(turn)) :: f, g, f_turn, g_turn, f_spin, g_spin, rest
     type(sums_type) :: springs, dampers
@@ -198,8 +198,8 @@ contains
     end do
   end function ground_load
 
-  !> Potential energy (J) of the supports' springs, and of the static forces of the supports whose axes turn with the frame, shape
-  !> (points).
+  !> Potential energy (J), shape (points), of two contributions: the supports' springs, and the static forces of the supports whose
+  !> axes turn with the frame.
   pure function mounting_energy(supports, q) result(energy)
     type(support_type), intent(in) :: supports(:)
     real(dp), intent(in) :: q(:, :)

@@ -69,7 +69,7 @@ contains
   contains
 
     !> The part of the moment of inertia about F that varies with the crank angle, a3 + 2 xi_0 a1 + 2 eta_0 a2, or one of its
-    !> derivatives. The arguments are the columns of `effective` with a1, a2, a3 or their derivatives.
+    !> derivatives. The arguments are column numbers of `effective`: those of a1, a2, a3 or of their derivatives.
     pure function turned(a1, a2, a3)
       integer, intent(in) :: a1, a2, a3
       real(dp) :: turned(size(angles))

@@ -47,14 +47,14 @@ module gestell_model_exact_varied_frame
   public :: varied_frame
 
   !> A frame linearised about `motion`: M q'' + B q' + C q = h, where M, B, C are the derivatives of the exact equations. Its
-  !> multipliers decide whether `motion` is stable. Its periodic solution is the next iterate of Newton's method, (36), if `newton`
-  !> is true, otherwise `motion` itself.
+  !> multipliers decide whether `motion` is stable. If `newton` is true, its periodic solution is the next iterate of Newton's
+  !> method, (36). If `newton` is false, its periodic solution is `motion` itself.
   type, extends(frame_type), public :: varied_frame_type
     !> Displacements and rotations of all degrees of freedom as functions of theta = 2 pi t/T, where T is the period.
     type(series_type) :: motion
     logical :: newton = .true.
-    !> True if h is only the negative residual of the exact equations at `motion`. The periodic solution is then the step of
-    !> Newton's method, not the next iterate.
+    !> True if h is only the residual of the exact equations at `motion`, with reversed sign. The periodic solution is then the step
+    !> of Newton's method, not the next iterate.
     logical :: lacking = .false.
     !> Factor on the excitation: 1 for the actual excitation, 0 where continuation begins at the frame at rest.
     real(dp) :: excitation = 1
@@ -71,7 +71,7 @@ module gestell_model_exact_varied_frame
 
 contains
 
-  !> The frame linearised about `motion`.
+  !> Returns the frame linearised about `motion`.
   function varied_frame(frame, motion) result(varied)
     class(frame_type), intent(in) :: frame
     type(series_type), intent(in) :: motion
@@ -110,8 +110,8 @@ contains
     end do
   end subroutine linearise_about
 
-  !> Computes, for a frame in space with a flywheel, the lag chi of the drive and the mean torque of the motor. The rate of chi is
-  !> the frame's rate of rotation about the shaft, minus its mean over the turn.
+  !> Computes, for a frame in space with a flywheel, the lag chi of the drive and the mean torque of the motor. The rate of change
+  !> of chi is the frame's rate of rotation about the shaft, minus its mean over the period.
   pure subroutine spin_flywheel(self, points)
     class(varied_frame_type), intent(inout) :: self
     integer, intent(in) :: points
@@ -145,8 +145,9 @@ contains
     call self%flywheel_series%tabulate()
   end subroutine spin_flywheel
 
-  !> Argument `lag` of `follow_frame` at phases of the turn, shape (phases, 3). Columns: angle chi by which the drive lags (rad),
-  !> mean of the frame's rate about the shaft (rad/s), mean torque of the motor (N m). All are 0 without a flywheel.
+  !> Argument `lag` of `follow_frame` at phases of the period, shape (phases, 3). Columns: angle chi by which the drive lags (rad),
+  !> mean of the frame's rate of rotation about the shaft (rad/s), mean torque of the motor (N m). All columns are 0 without a
+  !> flywheel.
   pure function lag(self, phases)
     class(varied_frame_type), intent(in) :: self
     real(dp), contiguous, intent(in) :: phases(:)
@@ -161,7 +162,7 @@ contains
     lag(:, 3) = self%motor_torque
   end function lag
 
-  !> Computes M, B, C (shape (phases, n, n)) and h (shape (phases, n)) of the n free degrees of freedom at phases of the turn.
+  !> Computes M, B, C (shape (phases, n, n)) and h (shape (phases, n)) of the n free degrees of freedom at phases of the period.
   subroutine sample_second_order(self, phases, m, b, c, h)
     class(varied_frame_type), intent(in) :: self
     real(dp), contiguous, intent(in) :: phases(:)
@@ -215,8 +216,8 @@ contains
     end do
   end subroutine sample_second_order
 
-  !> Computes the contribution of the masses and their weights to the left sides of (30) and (31), and its derivatives. `turn`: E =
-  !> exp(i psi).
+  !> Computes the contribution of the masses, including the effect of gravity on them, to the left sides of (30) and (31), and the
+  !> derivatives of this contribution. `turn`: E = exp(i psi).
   subroutine vary_inertia(frame, phases, q, v, a, turn, r, m, b, c)
     type(varied_frame_type), intent(in) :: frame
     real(dp), contiguous, intent(in) :: phases(:)

@@ -10,7 +10,7 @@ module gestell_model_frame_data
 
   public :: check_frame_data, check_free, check_turning
 
-  !> Smallest accepted angle scale (rad): mechanisms whose motion changes noticeably within a smaller crank angle are refused.
+  !> Smallest accepted angle scale (rad). A mechanism whose motion changes noticeably within a smaller crank angle is refused.
   real(dp), parameter :: min_angle_scale = 1.0e-4_dp
 
 contains
@@ -42,8 +42,8 @@ contains
     if (dofs > 3) call fatal_error(error, "the free degrees of freedom must be different numbers from 1 to 6", invalid_input)
   end subroutine check_free
 
-  !> Checks a mechanism after it has been prepared. Fails if its mass or inertia is negative or not finite, or if it comes too close
-  !> to a dead point.
+  !> Checks a mechanism after its `prepare` has been called. Fails if its mass or inertia is negative or not finite, or if it comes
+  !> too close to a dead point.
   subroutine check_turning(mechanism, error)
     class(mechanism_type), intent(in) :: mechanism
     type(error_type), allocatable, intent(out) :: error

@@ -31,7 +31,7 @@ contains
   end function mass_matrix
 
   !> Computes M, B and C of (9) to (11) for the degrees of freedom `free`, shapes (angles, size(free), size(free)). The mass
-  !> functions in `table` depend on the crank angle alone; the speed enters by d/dt = Omega d/dphi.
+  !> functions in `table` depend on the crank angle alone; the speed Omega enters through d/dt = Omega d/dphi.
   pure subroutine set_matrices(free, constant, damping, stiffness, speed, origin, table, m, b, c)
     integer, intent(in) :: free(:)
     !> `constant`: M without the mass functions (from `mass_matrix`). `damping`: B_0. `stiffness`: C_0. `speed`: crank speed

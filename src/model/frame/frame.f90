@@ -1,5 +1,5 @@
 !> The elastically mounted frame of a mechanism as a periodic system M q'' + B q' + C q = h with q = (xi, eta, psi), linearised
-!> about rest: (8) to (12) of doc/theory.md. A frame in space has six degrees of freedom.
+!> about rest: (8) to (12) of doc/theory.md. A frame in space has six degrees of freedom instead of three.
 module gestell_model_frame
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp, pi
@@ -38,10 +38,10 @@ module gestell_model_frame
     !> frame uses this torque: in the equations linearised about rest it is 0.
     real(dp) :: motor_torque = 0
     class(mechanism_type), allocatable :: mechanism
-    !> The mechanisms of a frame in space; they replace `mechanism` and `origin`. Not allocated in the plane. See
+    !> The mechanisms of a frame in space, which replace `mechanism` and `origin`. Not allocated for a frame in the plane. See
     !> gestell_model_frame_in_space.
     type(space_type), allocatable :: space
-    !> True if the equations are linearised about rest, false if about a motion.
+    !> True if the equations are linearised about rest, false if they are linearised about a motion.
     logical :: about_rest = .true.
   contains
     procedure :: matrices
@@ -74,13 +74,13 @@ contains
     !> of the whole mounting if there are no `supports`. `speed`: crank speed (rad/s); negative means clockwise
     real(dp), intent(in) :: mass, inertia, origin(2), stiffness(3, 3), damping(3, 3), speed
     type(error_type), allocatable, intent(out) :: error
-    !> Indices of the free degrees of freedom: 1 xi, 2 eta, 3 psi; default: all three
+    !> Indices of the free degrees of freedom: 1 xi, 2 eta, 3 psi. By default all three are free
     integer, intent(in), optional :: free(:)
     !> Supports whose stiffness and damping are added to those of the foundation
     type(support_type), intent(in), optional :: supports(:)
     !> Acceleration of gravity along xi and eta (m/s^2); without this argument, gravity is ignored
     real(dp), intent(in), optional :: gravity(2)
-    !> What keeps the speed constant: one of `holders`; default: "motor"
+    !> What keeps the speed constant: one of `holders`. The default is "motor"
     character(len=*), intent(in), optional :: held_by
     !> Assumed number of rounding errors in each term of the load. They arise in the accelerations of the joints and in the crank
     !> angle of up to 2 pi.
@@ -352,7 +352,7 @@ contains
   !> `g` of the gyroscopic part of B (0 in the plane).
   subroutine mean_matrices(self, free, m, g, c)
     class(frame_type), intent(in) :: self
-    !> Indices of the degrees of freedom, which may be free or locked
+    !> Indices of the degrees of freedom for which the means are computed; they may be free or locked
     integer, intent(in) :: free(:)
     real(dp), allocatable, intent(out) :: m(:, :), g(:, :), c(:, :)
     real(dp), allocatable, dimension(:, :, :) :: all_m, all_b, all_c
@@ -386,7 +386,7 @@ contains
     call solve_natural_frequencies(m, g, (c + transpose(c)) / 2, frequencies, error)
   end subroutine natural_frequencies
 
-  !> Number of degrees of freedom, free or locked: three in the plane, six in space.
+  !> Number of degrees of freedom, whether free or locked: three for a frame in the plane, six for a frame in space.
   pure integer function dofs(self)
     class(frame_type), intent(in) :: self
 

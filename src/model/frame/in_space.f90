@@ -112,7 +112,7 @@ contains
   end subroutine split_into_planes
 
   !> True if no rigid body has this inertia tensor: a principal moment is negative or exceeds the sum of the other two. A relative
-  !> tolerance of 1e-9 allows for rounding.
+  !> tolerance of 1e-9 allows for rounding errors.
   logical function not_a_rigid_body(inertia)
     real(dp), intent(in) :: inertia(3, 3)
     real(dp), parameter :: rounding = 1.0e-9_dp

@@ -15,11 +15,11 @@ module gestell_model_frame_shaking
 
   public :: shaking_in_space, shaking_loads, shaking_terms, turning_vectors
 
-  !> Shaking forces in space over the period. Each component is f = mean + sum of amplitude(k) cos(k theta + phase(k)), with theta
-  !> from 0 to 2 pi.
+  !> Shaking forces of a frame in space over the period. Each component is f = mean + sum of amplitude(k) cos(k theta + phase(k)),
+  !> with theta from 0 to 2 pi.
   type, public :: space_shaking_type
-    !> Three forces along xi, eta, zeta (N), then three moments about axes parallel to these through the origin O of the mechanisms
-    !> (N m).
+    !> The first three series are forces along xi, eta, zeta (N). The last three are moments about axes parallel to xi, eta, zeta
+    !> through the origin O of the mechanisms (N m).
     type(fourier_type) :: series(6)
     !> For each component: maximum absolute value over the period; rms value; and `noise`, the absolute value below which the
     !> component is only rounding error (N and N m).
@@ -79,7 +79,7 @@ contains
     class(frame_type), intent(in) :: frame
     type(space_shaking_type), intent(out) :: computed
     integer, parameter :: most = 8192
-    !> Rounding error of a sample, relative to the sum of the absolute values of its terms.
+    !> Estimated rounding error of a sample, relative to the sum of the absolute values of its terms.
     real(dp), parameter :: rounding = 1.0e-12_dp
     real(dp), allocatable :: h(:, :)
     real(dp) :: terms(2)

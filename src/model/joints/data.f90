@@ -7,22 +7,23 @@ module gestell_model_joints_data
 
   public :: check_coordinates, check_finite, check_lengths
 
-  !> Permitted range of link lengths (m): squares of lengths, and quotients of squares, neither underflow nor overflow.
+  !> Smallest and largest permitted length of a link (m). Between them squares of lengths, and quotients of squares, neither
+  !> underflow nor overflow.
   real(dp), parameter :: shortest = 1.0e-100_dp, longest = 1.0e100_dp
 
-  !> Value of one key: numbers in SI units and rad, or indices of joints.
+  !> Value of one key. It consists of numbers in SI units and rad, or of indices of joints.
   type :: datum_type
     character(len=16) :: key
     real(dp), allocatable :: numbers(:)
     integer, allocatable :: joints(:)
   end type datum_type
 
-  !> Values of all keys of a joint, whether given in the input or default.
+  !> Values of all keys of a joint. They come from the input or are defaults.
   type, public :: joint_data_type
     private
     type(datum_type) :: given(20)
     integer :: count = 0
-    !> Reason why the values do not define a joint; set by `define` of the joint's type.
+    !> Reason why the values do not define a joint. The procedure `define` of the joint's type sets it.
     character(len=200), public :: reason = ""
     !> The key that causes the error, if it is a single key.
     character(len=16), public :: key = ""
@@ -36,7 +37,7 @@ module gestell_model_joints_data
 
 contains
 
-  !> Adds the value of a key: numbers in SI units and rad, or indices of joints.
+  !> Adds the value of a key. The value consists of numbers in SI units and rad, or of indices of joints.
   pure subroutine add(self, key, numbers, joints)
     class(joint_data_type), intent(inout) :: self
     character(len=*), intent(in) :: key
@@ -59,7 +60,7 @@ contains
     i = 0
   end function index_of
 
-  !> True if the key has a value.
+  !> True if the data contain a value for this key.
   pure logical function has(self, key)
     class(joint_data_type), intent(in) :: self
     character(len=*), intent(in) :: key
@@ -67,7 +68,7 @@ contains
     has = index_of(self, key) > 0
   end function has
 
-  !> Numbers that belong to a key. The key must be present.
+  !> The numbers of the value of a key. The data must contain this key.
   pure function numbers(self, key)
     class(joint_data_type), intent(in) :: self
     character(len=*), intent(in) :: key
@@ -76,7 +77,7 @@ contains
     allocate(numbers, source=self%given(index_of(self, key))%numbers)
   end function numbers
 
-  !> First of the numbers that belong to a key. The key must be present.
+  !> The first number of the value of a key. The data must contain this key.
   pure real(dp) function number(self, key)
     class(joint_data_type), intent(in) :: self
     character(len=*), intent(in) :: key
@@ -84,7 +85,7 @@ contains
     number = self%given(index_of(self, key))%numbers(1)
   end function number
 
-  !> Indices of the joints to which a key refers. The key must be present.
+  !> The indices of the joints to which a key refers. The data must contain this key.
   pure function joints(self, key)
     class(joint_data_type), intent(in) :: self
     character(len=*), intent(in) :: key

@@ -29,7 +29,7 @@ contains
     along = abs(dot_product(self%a, direction)) + abs(dot_product(self%b, direction))
   end function along
 
-  !> Maximum length of the vectors in the set.
+  !> Maximum length of the vectors in the parallelogram.
   pure real(dp) function radius(self)
     class(deviation_type), intent(in) :: self
 
@@ -43,7 +43,7 @@ contains
     disc = deviation_type([radius, 0.0_dp], [0.0_dp, radius])
   end function disc
 
-  !> Parallelogram of all vectors with components of at most `bounds` along two unit directions.
+  !> Parallelogram of all vectors whose components along two unit directions are at most `bounds` in modulus.
   pure type(deviation_type) function parallelogram(directions, bounds)
     real(dp), intent(in) :: directions(2, 2), bounds(2)
     real(dp) :: sine
@@ -87,7 +87,7 @@ contains
   !> coincide.
   pure subroutine of_body(from, to, deviations, arm, half_width, deviation, known)
     type(point_type), intent(in) :: from, to
-    !> Deviations of the two joints
+    !> Deviations of the accelerations of the two joints
     class(deviation_type), intent(in) :: deviations(2)
     real(dp), intent(in) :: arm(2), half_width
     type(deviation_type), intent(out) :: deviation

@@ -26,7 +26,8 @@ module gestell_model_joints_guide
     procedure :: move
   end type guide_type
 
-  !> Descriptions of the keys of a guide, then these keys and the keys of a second guide.
+  !> `of_guide`, `of_point`, `of_angle_there`: descriptions of the keys of a guide. `guide_keys`, `second_guide_keys`: keys of a
+  !> guide, and of the second guide of a dyad PRP.
   character(len=*), parameter :: of_guide = "two joints of the body that carries the guide; if missing, the guide is fixed " // &
     &   "to the frame", &
     & of_point = "point of the guide, in x-y; if a body carries the guide, in axes with origin `guide(1)` and the first axis " // &
@@ -46,7 +47,7 @@ module gestell_model_joints_guide
 
   !> Bounds on the motion of a guide over an interval of the crank angle.
   type, public :: guide_motion_type
-    !> True if the two carriers cannot coincide, so that the guide has a direction.
+    !> True if the two carriers cannot coincide, so that the guide has a definite direction.
     logical :: sound = .true.
     !> `speed`: bound on the speed of the guide's point (m per rad of the crank angle). `turning`: bound on the guide's rate of
     !> rotation (rad per rad of the crank angle).
@@ -60,8 +61,8 @@ module gestell_model_joints_guide
 
 contains
 
-  !> Sets the guide from the keys NAME, NAME_point and NAME_angle, where NAME is `name`. If these keys do not define a guide, stores
-  !> the reason in `data`.
+  !> Defines the guide by the keys NAME, NAME_point and NAME_angle, where NAME stands for `name`. If these keys do not define a
+  !> guide, stores the reason in `data`.
   pure subroutine define(self, data, name)
     class(guide_type), intent(inout) :: self
     type(joint_data_type), intent(inout) :: data
@@ -92,7 +93,7 @@ contains
     if (self%carriers(1) == self%carriers(2)) reason = "its guide must be carried by two different joints"
   end subroutine check
 
-  !> Transforms a guide that is fixed to the frame from the mechanism's axes to the machine's.
+  !> Transforms a guide that is fixed to the frame from the mechanism's axes to the machine's axes.
   pure subroutine move(self, placement)
     class(guide_type), intent(inout) :: self
     type(placement_type), intent(in) :: placement
@@ -204,7 +205,7 @@ contains
     end do
   end subroutine intersect_lines
 
-  !> True if two lines at this angle (rad) to each other are parallel: its sine is below 1e-9.
+  !> True if two lines at this angle (rad) to each other count as parallel: the sine of the angle is below 1e-9 in modulus.
   pure logical function parallel(angle)
     real(dp), intent(in) :: angle
 

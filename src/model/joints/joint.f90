@@ -39,7 +39,7 @@ module gestell_model_joints_joint
     type(jet) :: travel = jet()
   end type transmission_type
 
-  !> Description of a joint and of its type.
+  !> Description of a joint, part of which applies to all joints of its type.
   type, public :: form_type
     !> Name of the type in an input.
     character(len=8) :: name
@@ -59,7 +59,7 @@ module gestell_model_joints_joint
     character(len=80) :: obstacle = "it cannot be placed there"
   end type form_type
 
-  !> Index that stands for the joint itself in the list of its bars.
+  !> Index by which a joint denotes itself in the list of its bars.
   integer, parameter, public :: itself = 0
 
   !> Descriptions of keys that several types of joints share.
@@ -246,7 +246,7 @@ contains
     data%reason = "a joint of this type cannot be read from an input file"
   end subroutine define
 
-  !> Sets `reason`, which is empty on entry, if one of the joint's numbers is invalid.
+  !> Checks the numbers of the joint. Sets `reason`, which is empty on entry, if one of them is invalid.
   pure subroutine check(self, reason)
     class(joint_type), intent(in) :: self
     character(len=:), allocatable, intent(inout) :: reason

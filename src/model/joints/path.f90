@@ -179,7 +179,7 @@ contains
     end do
   end subroutine carry
 
-  !> Rotates the direction u to the left by a constant angle (rad).
+  !> Rotates the direction u to the left by a constant `angle` (rad); the result is `turned`.
   pure subroutine turn(u, angle, turned)
     type(path_type), intent(in) :: u
     real(dp), intent(in) :: angle

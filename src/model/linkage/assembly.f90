@@ -20,7 +20,7 @@ module gestell_model_linkage_assembly
   !> reported to be at a dead point, because near a dead point the proof needs ever shorter intervals. The angle between the joint's
   !> links is then about the square root of the interval (rad).
   real(dp), parameter :: narrowest = 1.0e-9_dp
-  !> Maximum number of intervals over the turn.
+  !> Maximum number of intervals of the crank angle over one turn.
   integer, parameter :: max_intervals = 1000000
   !> Limits for messages about a joint that cannot turn. `samples`: number of crank angles that are tried, one every 4 deg.
   !> `halvings`: number of bisections for each end of a range in which the joint can be assembled. `max_listed`: maximum number of
@@ -41,7 +41,7 @@ contains
     !> Number of intervals in which the proof was tried
     integer, intent(out) :: intervals
     type(error_type), allocatable, intent(out) :: error
-    !> Number of turns of the drive while the crank angle grows by 2 pi; default: 1
+    !> Number of turns of the drive while the crank angle grows by 2 pi; 1 by default
     integer, intent(in), optional :: turns
     real(dp) :: angle, width, local
     integer :: bad_joint, bad_link, of_drive

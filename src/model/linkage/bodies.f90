@@ -204,8 +204,8 @@ contains
     end do
   end subroutine tabulate_masses
 
-  !> Adds a body whose xi-axis has the direction u to the sums, and the absolute values of its terms to `magnitudes`. a3 has no
-  !> magnitudes, because balancing cannot make it zero.
+  !> Adds a body whose xi-axis has the direction u to the sums. The absolute values of its terms are added to `magnitudes`. There is
+  !> no magnitude for a3, because balancing cannot make a3 zero.
   pure subroutine add_body(mass, inertia, center, from, u, sums, magnitudes)
     real(dp), intent(in) :: mass, inertia, center(2)
     type(path_type), intent(in) :: from, u

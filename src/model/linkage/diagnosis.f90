@@ -23,11 +23,11 @@ module gestell_model_linkage_diagnosis
     !> guide's point.
     real(dp) :: x(2) = 0, y(2) = 0, travel(2) = 0
     logical :: slides = .false.
-    !> `rate`: maximum speed along the guide, divided by the crank speed (m). `second_rate`: maximum acceleration along the guide,
-    !> divided by the square of the crank speed (m).
+    !> `rate`: maximum speed along the guide, divided by the crank speed (m). `second_rate`: maximum magnitude of the acceleration
+    !> along the guide, divided by the square of the crank speed (m).
     real(dp) :: rate = 0, second_rate = 0
-    !> Crank angle through which the slider moves forward on its guide (rad); 0 unless it moves forward and back exactly once per
-    !> turn.
+    !> Crank angle through which the slider moves forward on its guide (rad). It is 0 unless the slider moves forward once and back
+    !> once per turn.
     real(dp) :: forward = 0
     !> Minimum transmission angle (rad, at most pi/2) and the crank angle at which it occurs (rad).
     real(dp) :: transmission = pi / 2, transmission_at = 0
@@ -41,18 +41,18 @@ module gestell_model_linkage_diagnosis
     !> Gruebler's count. `links`: number of links including the frame. `pairs`: number of pairs with one degree of freedom.
     !> `higher_pairs`: number of pairs with two. `mobility` = 3 (links - 1) - 2 pairs - higher_pairs.
     integer :: links = 0, pairs = 0, higher_pairs = 0, mobility = 0
-    !> Grashof's class of a four-bar linkage, empty for other mechanisms.
+    !> Grashof's class of a four-bar linkage; empty for other mechanisms.
     character(len=40) :: grashof = ""
     type(joint_report_type), allocatable :: joints(:)
     !> True for each link that rotates through full turns.
     logical, allocatable :: turns(:)
-    !> Angle through which each link swings (rad).
+    !> Angle of the range within which each link swings (rad).
     real(dp), allocatable :: swing(:)
     !> Computing cost: number of times that the position of a joint was computed.
     integer :: placements = 0
   end type diagnosis_type
 
-  !> State of a joint at the last crank angle, and the extremes of its motion so far.
+  !> State of a joint at the last crank angle, and the extremes of its motion over all crank angles so far.
   type :: joint_track_type
     type(point_type) :: here
     type(transmission_type) :: transmission
@@ -63,7 +63,7 @@ module gestell_model_linkage_diagnosis
     integer :: reversals = 0
   end type joint_track_type
 
-  !> Direction of a link at the last crank angle, and the range of its angle so far.
+  !> Direction of a link at the last crank angle, and the extremes of its angle over all crank angles so far.
   type :: link_track_type
     type(point_type) :: direction
     !> Angle through which the link has rotated since the first crank angle (rad).
@@ -226,7 +226,7 @@ contains
     diagnosis%mobility = 3 * (diagnosis%links - 1) - 2 * diagnosis%pairs - diagnosis%higher_pairs
   end subroutine count_links
 
-  !> True if joint `i` is a crank pin on the shaft of an earlier crank pin: at the same pivot position and with the same ratio.
+  !> True if joint `i` is a crank pin on the shaft of an earlier crank pin: both have the same pivot position and the same ratio.
   pure logical function on_shaft(linkage, at, i)
     class(linkage_type), intent(in) :: linkage
     !> Points of all joints at one crank angle

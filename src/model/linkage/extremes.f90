@@ -9,7 +9,7 @@ module gestell_model_linkage_extremes
   !> Minimum and maximum of a function over all crank angles so far.
   type, public :: extremes_type
     real(dp) :: least = huge(1.0_dp), maximum = -huge(1.0_dp)
-    !> Crank angles of the minimum and of the maximum (rad).
+    !> Crank angles at which the minimum and the maximum occur (rad).
     real(dp) :: least_at = 0, maximum_at = 0
   contains
     procedure :: take
@@ -48,7 +48,7 @@ contains
     self%least = min(self%least, value)
   end subroutine keep
 
-  !> Coefficients of 1, t, ... t^5 of the interpolating polynomial, where t runs from 0 to 1 over the step.
+  !> Coefficients of 1, t, ... t^5 in the interpolating polynomial, where t runs from 0 to 1 over the step.
   pure function coefficients(before, now, step) result(c)
     type(jet), intent(in) :: before, now
     real(dp), intent(in) :: step

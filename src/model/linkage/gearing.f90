@@ -21,7 +21,7 @@ contains
     !> `turns`: number of turns of the drive in the period. `joint`: index of a joint whose ratio would require too many turns; 0 if
     !> there is no such joint
     integer, intent(out) :: turns, joint
-    !> Absolute number of turns of each crank in the period; allocated if `turns` > 1
+    !> Number of turns of each crank in the period, regardless of direction; allocated if `turns` > 1
     integer, allocatable, intent(out) :: crank_turns(:)
     integer :: i
 

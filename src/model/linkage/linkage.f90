@@ -27,7 +27,7 @@ module gestell_model_linkage
     type(link_type), allocatable :: links(:)
     !> True if `prepare` has proved that the linkage can be assembled over the whole turn.
     logical :: prepared = .false.
-    !> Number of intervals of the crank angle that the proof of `prepare` needed.
+    !> Number of intervals of the crank angle in which `prepare` tried its proof.
     integer :: intervals = 0
     !> Names of the joints, for finding the index of a joint.
     type(dictionary_type), private :: names
@@ -312,8 +312,8 @@ contains
     end do
   end subroutine points
 
-  !> Proves that the linkage can turn, and computes its `angle_scale` and `terms`. Fails if it has no crank or no link, or if it
-  !> cannot be assembled at some crank angle (see `prove_assembly`).
+  !> Proves that the linkage can turn, and computes its `angle_scale` and `terms`. Fails if the linkage has no crank or no link, or
+  !> if it cannot be assembled at some crank angle (see `prove_assembly`).
   subroutine prepare(self, error)
     class(linkage_type), intent(inout) :: self
     type(error_type), allocatable, intent(out) :: error
@@ -410,7 +410,7 @@ contains
     known = .true.
   end subroutine tabulate_drive
 
-  !> Distance (m) of a link's centre of mass from the joint at which the link begins; negative if there is no such link.
+  !> Distance (m) of a link's centre of mass from the joint at which the link begins; negative if no link has this name.
   pure real(dp) function link_offset(self, name) result(offset)
     class(linkage_type), intent(in) :: self
     character(len=*), intent(in) :: name

@@ -70,7 +70,7 @@ contains
     class(mechanism_type), intent(in) :: mechanism
     !> Origin of the mechanism relative to F (m)
     real(dp), intent(in) :: origin(2)
-    !> True if the crank turns uniformly in space, false if relative to the frame
+    !> True if the crank turns uniformly relative to the ground, false if it turns uniformly relative to the frame
     logical, intent(in) :: uniform_in_space
     !> Crank angles (rad)
     real(dp), contiguous, intent(in) :: angles(:)
@@ -111,7 +111,8 @@ contains
       & - origin(2) * drive(:, a1_ddd))
   end subroutine tabulate_effective
 
-  !> Fraction p of psi by which the crank angle lags behind uniform rotation; 0 if the crank turns uniformly relative to the frame.
+  !> Factor p in the crank angle phi = Omega t - p psi, where psi is the rotation of the frame; 0 if the crank turns uniformly
+  !> relative to the frame.
   pure real(dp) function part_of_turn(mechanism, uniform_in_space) result(part)
     class(mechanism_type), intent(in) :: mechanism
     logical, intent(in) :: uniform_in_space

@@ -40,7 +40,7 @@ module gestell_model_mechanism
     !> does not turn a whole number of times per turn of the drive: the crank angle is then the angle of an imaginary slower shaft.
     !> Orders are multiples k/`turns` of the drive speed.
     integer :: turns = 1
-    !> Absolute number of turns of each crank in the period; not allocated if the period is one turn of the drive.
+    !> Number of turns of each crank in the period, regardless of direction; not allocated if the period is one turn of the drive.
     integer, allocatable :: crank_turns(:)
   contains
     procedure(mass_functions_at), deferred :: mass_functions
@@ -117,8 +117,8 @@ contains
     if (allocated(error)) deallocate(error)
   end subroutine default_check
 
-  !> Default of `link_offset`: -1, because a general mechanism has no links. For a linkage: distance (m) of a link's centre of mass
-  !> from the link's first joint, negative if there is no such link.
+  !> Default of `link_offset`: -1, because a general mechanism has no links. The version for a linkage returns the distance (m) of a
+  !> link's centre of mass from the link's first joint, or a negative number if no link has this name.
   pure real(dp) function default_link_offset(self, name) result(offset)
     class(mechanism_type), intent(in) :: self
     character(len=*), intent(in) :: name

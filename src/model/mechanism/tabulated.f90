@@ -89,7 +89,7 @@ contains
     call self%source%mass_functions(crank_angle, a)
   end subroutine mass_functions
 
-  !> Copies the values if a table has exactly these angles in this order; otherwise computes the mass functions.
+  !> Copies the values if a table has exactly these angles in this order. If no table has, computes the mass functions.
   subroutine tabulate(self, angles, table)
     class(tabulated_type), intent(in) :: self
     real(dp), contiguous, intent(in) :: angles(:)

@@ -61,7 +61,7 @@ contains
     !> `position`: position in the frame's axes (m). `stiffness` (N/m), `damping` (N s/m): values along each axis. `axes`: unit
     !> vectors as columns
     real(dp), intent(in) :: position(3), stiffness(3), damping(3), axes(3, 3)
-    !> True if the axes turn with the frame; default: they stay in space
+    !> True if the axes turn with the frame. False, the default, if their directions are fixed
     logical, intent(in), optional :: turning
 
     support%position = position
@@ -71,7 +71,7 @@ contains
     if (present(turning)) support%turning = turning
   end function support_in_space
 
-  !> True if the degree of freedom with the index `dof` is a rotation of the frame.
+  !> True if the degree of freedom number `dof` is a rotation of the frame.
   elemental logical function is_rotation(dof)
     integer, intent(in) :: dof
 

@@ -35,9 +35,9 @@ module gestell_model_mounting_weights
   !> Name of the input key to which error messages about weights refer.
   character(len=*), parameter, public :: gravity_subject = "gravity"
 
-  !> Weights of all masses, and the static equilibrium of the machine under these weights.
+  !> Weights (gravity forces) of all masses, and the static equilibrium of the machine under them.
   type, public :: weights_type
-    !> True if the masses have weight.
+    !> True if gravity acts on the masses.
     logical :: act = .false.
     !> `gravity`: acceleration of gravity g (m/s^2). `weight`: weight of all masses (N). `mean`: mean over the turn of the first
     !> moment S of the moving masses (kg m). `rest`: the matrix Y (N m).
@@ -62,8 +62,8 @@ module gestell_model_mounting_weights
 
 contains
 
-  !> Computes the static equilibrium under the weights and sets the static forces of the supports. Fails if no spring carries the
-  !> weights along some free degree of freedom, or if the weights overflow.
+  !> Computes the static equilibrium of the machine under its weight and sets the static forces of the supports. Fails if no spring
+  !> carries the weight along some free degree of freedom, or if the weight overflows.
   pure subroutine new_weights(weights, gravity, mass, mean, maximum, stiffness, supports, free, error)
     type(weights_type), intent(out) :: weights
     !> `gravity`: acceleration of gravity (m/s^2). `mass`: mass of the whole machine (kg). `mean`: mean of S over the turn (kg m).
@@ -134,8 +134,8 @@ contains
     rest_in_plane = cmplx(self%rest(1, 1) + self%rest(2, 2), self%rest(1, 2) - self%rest(2, 1), dp)
   end function rest_in_plane
 
-  !> Moment in the plane (N m) of weights and static forces on a frame rotated by psi. `turn`: exp(i psi); `s`: first moment S of
-  !> the masses (kg m).
+  !> Moment (N m) of gravity and the static forces on a frame in the plane that is rotated by psi. `turn`: exp(i psi). `s`: first
+  !> moment S of the masses (kg m).
   elemental real(dp) function moment_in_plane(self, turn, s) result(moment)
     class(weights_type), intent(in) :: self
     complex(dp), intent(in) :: turn, s
@@ -144,7 +144,7 @@ contains
       & + conjg(less_one(turn)) * self%rest_in_plane())
   end function moment_in_plane
 
-  !> Negative derivative of `moment_in_plane` with respect to psi (N m).
+  !> Derivative of `moment_in_plane` with respect to psi, with reversed sign (N m).
   elemental real(dp) function stiffness_in_plane(self, turn, s) result(c)
     class(weights_type), intent(in) :: self
     complex(dp), intent(in) :: turn, s
@@ -153,7 +153,8 @@ contains
       & + self%rest_in_plane()), dp)
   end function stiffness_in_plane
 
-  !> Potential energy in the plane (J) of weights and static forces. `psi`: angle of `turn`, E = exp(i psi).
+  !> Potential energy (J) of gravity and the static forces of a frame in the plane. `psi`: rotation of the frame. `turn`: E = exp(i
+  !> psi).
   elemental real(dp) function potential(self, turn, psi, s)
     class(weights_type), intent(in) :: self
     complex(dp), intent(in) :: turn, s
@@ -171,8 +172,8 @@ contains
     torque = -real(conjg(turn * s_d) * self%gravity_in_plane(), dp)
   end function torque
 
-  !> Moment of weights and static forces on a frame in space (N m), along its axes, minus the moment at rest. The rotation matrix is
-  !> R = 1 + `turn`; `s` is the first moment S of the masses (kg m).
+  !> Moment (N m) of gravity and the static forces on a frame in space, along the frame's axes, minus the moment at rest. The
+  !> rotation matrix is R = 1 + `turn`. `s`: first moment S of the masses (kg m).
   pure function moment_in_space(self, turn, s) result(moment)
     class(weights_type), intent(in) :: self
     real(dp), intent(in) :: turn(3, 3), s(3)
@@ -185,7 +186,8 @@ contains
     end associate
   end function moment_in_space
 
-  !> Negative derivative of `moment_in_space` with respect to rotations dalpha about the frame's axes (N m): dR = R [dalpha].
+  !> Derivative of `moment_in_space` with respect to small rotations dalpha about the frame's axes, dR = R [dalpha], with reversed
+  !> sign (N m).
   pure function stiffness_in_space(self, rotation, s) result(c)
     class(weights_type), intent(in) :: self
     real(dp), intent(in) :: rotation(3, 3), s(3)
@@ -216,7 +218,7 @@ contains
     end associate
   end subroutine add_stiffness
 
-  !> Adds the periodic moment (S - mean S) x g of the weights to the load h.
+  !> Adds to the load h the periodic moment (S - mean S) x g of gravity on the moving masses.
   pure subroutine add_load(self, at, s, h)
     class(weights_type), intent(in) :: self
     !> Columns of `h` that belong to theta; 0 for a component that `h` does not contain

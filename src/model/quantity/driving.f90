@@ -1,16 +1,16 @@
 !> The torque that keeps the crank at constant speed, and the power balance of the drive, for a frame in the plane.
 !>
-!> With r = (xi_0 + x, eta_0 + y), the position of a mass seen from F, let
+!> With r = (xi_0 + x, eta_0 + y), the position of a mass relative to F, let
 !>
 !>     S = sum m r,   A = sum [m r x r' + J_i phi_i'],   K = sum [m |r'|^2 + J_i phi_i'^2],
 !>
-!> and let J be the moment of inertia of (9). All are functions of the crank angle phi; ' is d/dphi. Subscript t is d/dt, and k is
-!> the unit normal to the plane. The frame has the small motion v = (xi, eta) and psi. Up to terms of third order in this motion,
-!> the kinetic energy is
+!> and let J be the moment of inertia of (9). All these sums are functions of the crank angle phi; ' is d/dphi. Subscript t is d/dt,
+!> and k is the unit normal to the plane. The frame has the small motion v = (xi, eta) and psi. Up to terms of third order in this
+!> motion, the kinetic energy is
 !>
 !>     T = m |v_t|^2 / 2 + v_t . [psi_t k x S + Omega (S' + psi k x S')] + J psi_t^2 / 2 + psi_t Omega A + Omega^2 K / 2.
 !>
-!> Its Lagrange equations for v and psi are (1) to (3). The equation for phi gives the driving torque,
+!> The Lagrange equations of T for v and psi are (1) to (3). The equation for phi gives the driving torque,
 !>
 !>     M_d = Omega^2 K' / 2 + v_tt . (S' + psi k x S') + psi_tt A - psi_t^2 J' / 2.
 !>
@@ -20,17 +20,18 @@
 !>
 !> where C_0 and B_0 are the matrices of the mounting. An asymmetric part of C_0, which no spring has, dissipates power as B_0 does.
 !>
-!> The exact frame has the same balance. There S' + psi k x S' becomes the vector S' rotated by psi, and k x S becomes the
-!> derivative of the rotated S with respect to psi. Springs and dampers are evaluated at their actual positions. With weights M_d
-!> also lifts the links, and the energy includes their potential (gestell_model_mounting_weights), about rest to second order in
-!> psi.
+!> The exact frame has the same balance with three changes. S' + psi k x S' becomes the vector S' rotated by psi. k x S becomes the
+!> derivative of the rotated S with respect to psi. Springs and dampers are evaluated at their actual positions. If gravity acts,
+!> M_d also lifts the links, and the energy includes the potential of the weights (gestell_model_mounting_weights); linearised about
+!> rest, this potential is taken to second order in psi.
 !>
-!> If the crank turns uniformly in space (gestell_model_mechanism_held), phi = Omega t - p psi in all these expressions. Then
+!> If the crank turns uniformly relative to the ground (gestell_model_mechanism_held), phi = Omega t - p psi in all these
+!> expressions. Then
 !>
 !>     M_d = phi_t^2 K' / 2 + v_tt . (S' + psi k x S') + psi_tt (A - p K) - psi_t^2 J' / 2,   phi_t = Omega - p psi_t,
 !>
-!> and the balance about rest has a remainder of third order. The power that reaches crank and flywheel is M_d Omega minus the power
-!> that the motor's torque delivers to the rotating frame.
+!> and the balance of the equations linearised about rest has a remainder of third order. The power that reaches crank and flywheel
+!> is M_d Omega minus the power that the motor's torque delivers to the rotating frame.
 module gestell_model_quantity_driving
   use gestell_base_kinds, only: dp
   use gestell_model_frame, only: frame_type

@@ -42,7 +42,7 @@ contains
     real(dp), intent(out) :: power(:, :)
     !> Error bounds of the rows of `motion`, shape (18)
     real(dp), intent(in), optional :: errors(:)
-    !> Error bound of the torque (N m) due to `errors` and rounding
+    !> Error bound of the torque (N m) due to `errors` and rounding errors
     real(dp), intent(out), optional :: torque_error
     type(driven_type) :: driven
     type(moving_type) :: rigid
@@ -107,7 +107,7 @@ contains
       end associate
     end function absolute_terms
 
-    !> Bound on the error of the torque (N m) that results from the errors of the motion.
+    !> Bound on the error of the torque (N m) that errors of the motion cause.
     pure real(dp) function effect()
       real(dp) :: turning(3, 3, 0:2), of_motion(6, 0:2)
 

@@ -1,5 +1,6 @@
-!> Quantities that are linear in the motion, in the plane and in space: displacements, velocities and accelerations of the frame and
-!> of its points, and forces on the ground. Each is a weighted sum of the rows of the motion (gestell_model_quantity_rows).
+!> Quantities that are linear in the motion of a frame in the plane or in space: displacements, velocities and accelerations of the
+!> frame and of its points, and forces on the ground. Each quantity is a weighted sum of the rows of the motion
+!> (gestell_model_quantity_rows).
 module gestell_model_quantity
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
@@ -47,7 +48,7 @@ contains
   !> with this name.
   pure subroutine look_up_quantity(frame, probes, name, quantity, error)
     class(frame_type), intent(in) :: frame
-    !> Measuring points that the name may refer to
+    !> Probes (measuring points) to which the name may refer
     type(probe_type), intent(in) :: probes(:)
     character(len=*), intent(in) :: name
     type(quantity_type), intent(out) :: quantity
@@ -104,8 +105,8 @@ contains
 
   end subroutine explain
 
-  !> Finds a degree of freedom, its rate or its acceleration by `name`. If the name denotes none of these, `quantity%weights` is not
-  !> allocated.
+  !> Finds a degree of freedom, its rate of change or its acceleration by `name`. If `name` denotes none of the three,
+  !> `quantity%weights` is not allocated.
   pure subroutine find_coordinate(frame, name, quantity)
     class(frame_type), intent(in) :: frame
     character(len=*), intent(in) :: name
@@ -255,8 +256,8 @@ contains
     end do
   end subroutine add_turned
 
-  !> Finds the displacement, velocity or acceleration of a point of the frame along x, y or (only in space) z, or its magnitude. If
-  !> there is no such `part`, `quantity%weights` is not allocated.
+  !> Finds the displacement, velocity or acceleration of a probe along x, y or, for a frame in space, z; or the magnitude of the
+  !> vector. `part`: name of this component. If there is no such component, `quantity%weights` is not allocated.
   pure subroutine point_quantity(frame, probe, part, quantity)
     class(frame_type), intent(in) :: frame
     type(probe_type), intent(in) :: probe

@@ -1,12 +1,12 @@
 !> The motion of a frame as rows of numbers. Quantities are weighted sums of these rows.
 !>
-!> At one phase the motion is a column: first q, q', q'' of the n degrees of freedom, then the n forces of the guides on the ground,
-!> which hold the locked degrees of freedom. For the exact frame further rows contain the nonlinear parts of some functions of q.
-!> They are called the excess here: the function minus its linear terms about rest.
+!> At one phase the motion is a column of numbers. First come q, q', q'' of the n degrees of freedom, then the n forces that the
+!> guides of the locked degrees of freedom exert on the ground. For the exact frame further rows contain the nonlinear parts of some
+!> functions of q. Such a part is called the excess here: the function minus its linearisation about rest.
 !>
-!> - The excess of the rotation and its first and second derivatives: in the plane s = sin psi - psi and c = cos psi - 1; in space
-!> the nine elements of R - 1 - [theta], column by column. With these rows the motion of all points is linear: x = xi - Y (psi + s)
-!> + X c and y = eta + X (psi + s) + Y c, in space u + theta x p + (R - 1 - [theta]) p.
+!> - The excess of the rotation and its first and second derivatives. In the plane it is s = sin psi - psi and c = cos psi - 1; in
+!>   space it is the nine elements of R - 1 - [theta], column by column. With these rows the motion of all points is linear: in the
+!>   plane x = xi - Y (psi + s) + X c and y = eta + X (psi + s) + Y c, in space u + theta x p + (R - 1 - [theta]) p.
 !>
 !> - The excess of the supports' moments on the ground: one row in the plane, three in space.
 !>
@@ -36,9 +36,9 @@ module gestell_model_quantity_rows
     real(dp) :: position(2) = 0, z = 0, limit = 0, band(2) = [10.0_dp, 1000.0_dp]
   end type probe_type
 
-  !> A quantity that is linear in the motion: a weighted sum of the rows of the motion.
+  !> A quantity that is linear in the motion: a weighted sum of the rows that describe the motion.
   type, public :: quantity_type
-    !> Number of the frame's degrees of freedom, free or locked.
+    !> Number of the frame's degrees of freedom, whether free or locked.
     integer :: dofs = 3
     !> Name of the quantity as the user gave it.
     character(len=word_length) :: name = ""
@@ -46,8 +46,8 @@ module gestell_model_quantity_rows
     !> Weight of each row of the exact frame's motion, shape (rows, 1). A magnitude has one column of weights for each of its
     !> components along x, y and, in space, z: shape (rows, 2) or (rows, 3).
     real(dp), allocatable :: weights(:, :)
-    !> Bounds on the rounding errors of the weights, in the shape of `weights`. They remain large where forces cancel in the
-    !> weights.
+    !> Bounds on the rounding errors of the weights, in the shape of `weights`. A bound remains large where a weight is small only
+    !> because forces cancel.
     real(dp), allocatable :: rounding(:, :)
   contains
     procedure :: rows
@@ -162,8 +162,8 @@ contains
     rows_of = last / 3 * dofs
   end function rows_of
 
-  !> Last group of rows in which the quantity has weights other than zero: `velocities` (also if only displacements have weights),
-  !> `accelerations` or `guide_forces`. The motion of the exact frame always has all rows.
+  !> Last group of rows in which the quantity has weights other than zero: `velocities`, `accelerations` or `guide_forces`. The
+  !> result is `velocities` also if only displacements have such weights. The motion of the exact frame always has all rows.
   pure integer function rows(self)
     class(quantity_type), intent(in) :: self
     integer :: k

@@ -32,7 +32,7 @@ module gestell_model_space_drive
     !> `axis`: unit vector n along the shaft. `flywheel_inertia`: moment of inertia of the flywheel in addition to that of the links
     !> (kg m^2).
     real(dp) :: axis(3) = [0, 0, 1], flywheel_inertia = 0
-    !> Number of turns of the drive in one turn of the mechanisms' angle.
+    !> Number of turns of the drive while the mechanisms' angle grows by 2 pi.
     integer :: turns = 1
   contains
     procedure :: uniform_in_space
@@ -48,9 +48,9 @@ module gestell_model_space_drive
     real(dp) :: spin(3) = 0, motor(3) = 0
   end type moved_type
 
-  !> The angle chi by which the drive lags, with chi' and chi''. Small rotations dalpha of the frame about its axes change them:
-  !> dchi = b dalpha, dchi' = b dalpha' + rate_turn dalpha, dchi'' = b dalpha'' + gain_spin dalpha' + gain_turn dalpha, db = bend
-  !> dalpha.
+  !> The angle chi by which the drive lags behind uniform rotation, with chi' and chi''. Small rotations dalpha of the frame about
+  !> its axes change these quantities: dchi = b dalpha, dchi' = b dalpha' + rate_turn dalpha, dchi'' = b dalpha'' + gain_spin
+  !> dalpha' + gain_turn dalpha, db = bend dalpha.
   type, public :: turn_type
     real(dp) :: chi(0:2) = 0, b(3) = 0, rate_turn(3) = 0, gain_spin(3) = 0, gain_turn(3) = 0, bend(3, 3) = 0
   end type turn_type
@@ -75,8 +75,8 @@ contains
   !> Computes the motion of a frame, and the angle by which the drive lags behind uniform rotation relative to the frame.
   pure subroutine follow_frame(drive, speed, u_dd, theta, moved, turn, lag)
     type(drive_type), intent(in) :: drive
-    !> `speed`: mean rate of the mechanisms' angle (rad/s). `u_dd`: acceleration u'' of F minus gravity (m/s^2). `theta`: rotation
-    !> vector theta, theta', theta'', shape (3, 0:2)
+    !> `speed`: mean rate of change of the mechanisms' angle (rad/s). `u_dd`: acceleration u'' of F minus gravity (m/s^2). `theta`:
+    !> rotation vector theta, theta', theta'', shape (3, 0:2)
     real(dp), intent(in) :: speed, u_dd(:), theta(:, 0:)
     type(moved_type), intent(out) :: moved
     type(turn_type), intent(out) :: turn

@@ -11,8 +11,8 @@ module gestell_model_space_energy
 
 contains
 
-  !> Potential energy (J) of mounting and weights at q = (u, theta), up to a constant. `s`: first moment S of the masses about F (kg
-  !> m). The weights contribute -tr(R X), with X as in gestell_model_mounting_weights.
+  !> Potential energy (J) of mounting and gravity at q = (u, theta), up to a constant. `s`: first moment S of the masses about F (kg
+  !> m). Gravity and the static forces contribute -tr(R X), with X as in gestell_model_mounting_weights.
   pure real(dp) function mounting_energy(frame, q, s)
     class(mounted_system), intent(in) :: frame
     real(dp), intent(in) :: q(6), s(3)
@@ -35,8 +35,8 @@ contains
       & - sum(transpose(turn) * frame%weights%rest)
   end function mounting_energy
 
-  !> Power dissipated by the mounting (W) at q and q' of (u, theta), by the dampers and by the asymmetric part of the foundation's
-  !> stiffness.
+  !> Power (W) dissipated by the mounting when (u, theta) has the value q and the rate of change v. The dampers and the asymmetric
+  !> part of the foundation's stiffness dissipate it.
   pure real(dp) function mounting_power(frame, q, v)
     class(mounted_system), intent(in) :: frame
     real(dp), intent(in) :: q(6), v(6)

@@ -17,10 +17,11 @@ module gestell_model_space_masses
 
   public :: new_masses, sum_planes
 
-  !> A linkage and the plane in space in which it moves.
+  !> A linkage and the orientation and origin of the plane in which it moves.
   type, public :: plane_type
     type(linkage_type) :: linkage
-    !> `axes`: the matrix Q of the plane's axes, whose third column is the plane's normal. `origin`: o (m).
+    !> `axes`: matrix Q, whose columns are the plane's axes; the third is the plane's normal. `origin`: origin o of the plane's axes
+    !> (m).
     real(dp) :: axes(3, 3) = reshape([1, 0, 0, 0, 1, 0, 0, 0, 1], [3, 3]), origin(3) = 0
   end type plane_type
 
@@ -84,7 +85,7 @@ contains
     end do
   end subroutine sum_planes
 
-  !> Adds a link to the sums of its plane. `at`: paths of all joints.
+  !> Adds a link to the sums of its plane. `at`: paths of all joints at a batch of angles.
   pure subroutine add_link(link, at, flat)
     type(link_type), intent(in) :: link
     type(path_type), intent(in) :: at(:)

@@ -1,5 +1,6 @@
 !> Sums over the masses that determine the torque on the drive, as functions of the drive's angle phi, ' = d/dphi. The links have
-!> centres of mass r about F, inertia tensors J_i, and angular velocities w_i relative to the frame, all along the frame's axes:
+!> centres of mass at r relative to F, inertia tensors J_i, and angular velocities w_i relative to the frame, all along the frame's
+!> axes:
 !>
 !>     S = sum m r,   J = sum [m (|r|^2 1 - r r^T) + J_i],   A = sum [m r x r' + J_i w_i],   K = sum [m |r'|^2 + w_i J_i w_i].
 module gestell_model_space_moving
@@ -14,8 +15,8 @@ module gestell_model_space_moving
 
   public :: find_moving
 
-  !> The sums with their derivatives. `s`: S', S'', S''' (kg m), shape (3, 3). `j`: J', J'' (kg m^2), shape (3, 3, 2). `a`: A, A',
-  !> A'' (kg m^2), shape (3, 0:2). `k`: K, K', K'' (kg m^2).
+  !> The sums and their derivatives with respect to the drive's angle. `s`: S', S'', S''' (kg m), shape (3, 3). `j`: J', J'' (kg
+  !> m^2), shape (3, 3, 2). `a`: A, A', A'' (kg m^2), shape (3, 0:2). `k`: K, K', K'' (kg m^2).
   type, public :: moving_type
     real(dp) :: s(3, 3) = 0, j(3, 3, 2) = 0, a(3, 0:2) = 0, k(0:2) = 0
   end type moving_type

@@ -246,7 +246,7 @@ contains
     end do
   end subroutine shake
 
-  !> Sum a + b, or zero if only rounding errors are left.
+  !> The sum a + b, or zero if the sum is only a rounding error.
   elemental real(dp) function sum_or_zero(a, b)
     real(dp), intent(in) :: a, b
 

@@ -27,8 +27,8 @@ module gestell_model_space_variation
 
 contains
 
-  !> Computes along a motion the left sides r of the exact equations, shape (angles, 6), and their derivatives M, B, C, shape
-  !> (angles, 6, 6). All six degrees of freedom are included, in the frame's order.
+  !> Computes, along a motion, the left sides r of the exact equations, shape (angles, 6), and the derivatives M, B, C of these left
+  !> sides, shape (angles, 6, 6). All six degrees of freedom are included, in the frame's order.
   pure subroutine sample_varied(frame, space, angles, q, v, a, lag, r, m, b, c)
     class(mounted_system), intent(in) :: frame
     type(space_type), intent(in) :: space

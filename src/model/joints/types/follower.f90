@@ -1,4 +1,4 @@
-!> The follower of a cam: a slider whose position on its guide is determined by the cam.
+!> The follower of a cam: a slider whose position on its guide the cam determines.
 module gestell_model_joints_types_follower
   use gestell_base_key, only: key_type, of_angle, of_length, real_key, text_key
   use gestell_base_kinds, only: dp
@@ -131,8 +131,8 @@ contains
     end if
   end subroutine check
 
-  !> Computes L and its first three derivatives with respect to theta, shape (angles, 0:3). `c` and `s` are cos(theta) and
-  !> sin(theta).
+  !> Computes the lift L and its first three derivatives with respect to theta; `f` has the shape (angles, 0:3). `c`, `s`:
+  !> cos(theta) and sin(theta).
   pure subroutine follow(lift, c, s, f)
     real(dp), intent(in) :: lift(:), c(:), s(:)
     real(dp), intent(out) :: f(:, 0:)
@@ -244,8 +244,8 @@ contains
   !>
   !>     |L| <= |lift(1)| + sum of A_k,   |dL/dtheta| <= sum of k A_k,   |d2L/dtheta2| <= sum of k^2 A_k.
   !>
-  !> |theta'| is at most the sum of the angular velocities of cam and guide. The sums of the absolute terms of r' and r'' in `trace`
-  !> bound speed and acceleration.
+  !> |theta'| is at most the sum of the angular velocities of cam and guide. The sums of the absolute values of the terms of r' and
+  !> r'' in `trace` bound speed and acceleration.
   pure function reach(self, points, speeds, accelerations, half_width)
     class(follower_joint), intent(in) :: self
     type(point_type), intent(in) :: points(:)

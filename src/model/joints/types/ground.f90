@@ -1,4 +1,4 @@
-!> A joint that is fixed to the frame.
+!> The joint type ground: a joint that is fixed to the frame.
 module gestell_model_joints_types_ground
   use gestell_base_key, only: key_type, of_length, real_key
   use gestell_base_kinds, only: dp

@@ -179,7 +179,7 @@ contains
 
   contains
 
-    !> sin^2 of the angle mu between the links, for a distance of the ends (m).
+    !> Square of the sine of the angle mu between the links, if the distance between the ends is `distance` (m).
     pure real(dp) function sine2(distance)
       real(dp), intent(in) :: distance
 
