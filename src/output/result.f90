@@ -1,4 +1,4 @@
-!> Results of a run: tables and their pictures, headlines of the page, and the report.
+!> Collects the results of a run: tables with their pictures, headlines of the report, and the text of the report.
 module gestell_output_result
   use gestell_base_dictionary, only: dictionary_type
   use gestell_base_error, only: error_type
@@ -18,57 +18,57 @@ module gestell_output_result
   implicit none (type, external)
   private
 
-  !> A sentence for the top of the report.
+  !> A sentence that stands at the top of the report.
   type, public :: headline_type
-    !> Word of a verdict; empty if the sentence does not state a verdict
+    !> Word for a verdict, if the sentence states a verdict; otherwise empty
     character(len=9) :: state
     !> The sentence
     character(len=:), allocatable :: words
-    !> True if the report contains the sentence in another place
+    !> True if the report also contains the sentence at another place
     logical :: printed = .false.
   end type headline_type
 
   !> A result file that is not a table.
   type :: attachment_type
-    !> `name`: of the file; `bytes`: its content
+    !> `name`: name of the file. `bytes`: content of the file
     character(len=:), allocatable :: name, bytes
   end type attachment_type
 
   !> All results of a run.
   type, public :: result_type
     type(table_type), allocatable :: tables(:)
-    !> Pictures; each has the name of its table
+    !> Pictures; each has the same name as the table that it shows
     type(figure_type), allocatable :: figures(:)
-    !> Sentences for the top of the report
+    !> Sentences that stand at the top of the report
     type(headline_type), allocatable :: headlines(:)
-    !> Texts of all headlines, stored so that none is added twice
+    !> Texts of all headlines. It is used to add each headline only once
     type(dictionary_type), private :: headline_texts
     !> Result files that are not tables
     type(attachment_type), allocatable, private :: attachments(:)
     !> The report
     character(len=:), allocatable :: report
-    !> `printed`: number of characters of the report that are already printed; `headline_position`: position of the headlines in the
-    !> report, or -1
+    !> `printed`: number of characters of the report that have been printed. `headline_position`: position in the report at which
+    !> the headlines are to be inserted; -1 if there is none
     integer, private :: printed = 0, headline_position = -1
     !> Diagnostics of the numerical solution
     character(len=:), allocatable :: details
-    !> True if the report includes the diagnostics
+    !> True if the report is to include the diagnostics in `details`
     logical :: verbose = .false.
-    !> Messages printed separately from the report, one per line
+    !> Messages that are printed separately from the report; each is one line
     character(len=:), allocatable :: notes
-    !> Table for --one-line, with one row for each machine
+    !> Table that --one-line prints, with one row for each machine
     type(table_type) :: brief
-    !> Verdict on the machine of the input; empty if there is none
+    !> Word for the verdict on the machine of the input; empty if there is no verdict
     character(len=9) :: verdict = ""
-    !> Worst verdict on a range of machines
+    !> Worst verdict on several machines, such as the machine at all speeds of a range
     type(judgement_type) :: judgement
-    !> True if any range other than a sweep was judged
+    !> True if there is a verdict on several machines that are not the points of a sweep
     logical, private :: judged_range = .false.
-    !> Worst verdict of the whole run
+    !> Worst of all verdicts of the run
     type(verdict_type) :: worst
-    !> True if every machine that was judged is stable
+    !> True if all machines with a verdict are stable
     logical :: all_stable = .true.
-    !> First failure of a computation that does not affect the verdict
+    !> First failure of a computation on which the verdict does not depend
     type(error_type), allocatable :: failure
   contains
     procedure :: begin
@@ -92,7 +92,7 @@ module gestell_output_result
 
 contains
 
-  !> Initialises an empty result.
+  !> Makes the result empty. `verbose`: true if the report is to include the diagnostics.
   pure subroutine begin(self, verbose)
     class(result_type), intent(inout) :: self
     logical, intent(in) :: verbose
@@ -105,7 +105,7 @@ contains
     self%brief = new_table("", "", "", "")
   end subroutine begin
 
-  !> True if a table of this name exists.
+  !> True if the result contains a table called `name`.
   pure logical function has(self, name)
     class(result_type), intent(in) :: self
     character(len=*), intent(in) :: name
@@ -114,7 +114,7 @@ contains
     has = any([(self%tables(i)%name == name, i = 1, size(self%tables))])
   end function has
 
-  !> Names, without endings, of all files that the result writes. No name occurs twice.
+  !> Names, without endings, of all files that the result will write. Each name occurs once.
   pure function left(self) result(names)
     class(result_type), intent(in) :: self
     character(len=longest_table), allocatable :: names(:)
@@ -126,7 +126,8 @@ contains
     names = pack(names, [(all(names(:i - 1) /= names(i)), i = 1, size(names))])
   end function left
 
-  !> Adds a table and its picture. If the table has no verdict, it gets the verdict on the machine of the input.
+  !> Adds a table and, if present, its picture. If the table has no verdict of its own, it gets the verdict on the machine of the
+  !> input.
   pure subroutine add(self, table, figure)
     class(result_type), intent(inout) :: self
     type(table_type), intent(in) :: table
@@ -150,7 +151,7 @@ contains
     self%attachments = [self%attachments, attachment]
   end subroutine attach
 
-  !> Adds curves to the picture `name`, whose script plots them by the gnuplot macro @over. Does nothing if there is no such
+  !> Adds curves to the picture called `name`, whose gnuplot script plots them by the macro @over. Does nothing if there is no such
   !> picture.
   pure subroutine add_curves(self, name, curves)
     class(result_type), intent(inout) :: self
@@ -163,7 +164,7 @@ contains
     end do
   end subroutine add_curves
 
-  !> Appends lines to the report. If `whole` is present, long lines are not wrapped.
+  !> Appends lines to the report. Long lines are broken, unless `whole` is present.
   pure subroutine write_lines(self, lines, whole)
     class(result_type), intent(inout) :: self
     character(len=*), intent(in) :: lines
@@ -176,8 +177,8 @@ contains
     end if
   end subroutine write_lines
 
-  !> Appends a section on the vibration of the input's machine to the report. A warning follows the heading if this vibration is
-  !> unstable, undamped or undecided.
+  !> Appends to the report a section on the vibration of the input's machine. If this vibration is unstable, undamped or undecided,
+  !> a warning follows the heading.
   pure subroutine write_section(self, heading, lines)
     class(result_type), intent(inout) :: self
     character(len=*), intent(in) :: heading, lines
@@ -185,7 +186,7 @@ contains
     call self%write_lines(section(heading, self%verdict) // lines)
   end subroutine write_section
 
-  !> Appends diagnostics of the numerical solution. The report shows them only if `verbose`.
+  !> Appends diagnostics of the numerical solution. They are part of the report only if `verbose` is true.
   pure subroutine detail(self, lines)
     class(result_type), intent(inout) :: self
     character(len=*), intent(in) :: lines
@@ -194,7 +195,7 @@ contains
     self%details = self%details // lines
   end subroutine detail
 
-  !> Marks the position of the headlines in the report. Text after this position is printed only after `insert_headlines` has
+  !> Marks the position of the headlines in the report. The report after this position is not printed until `insert_headlines` has
   !> inserted the headlines.
   pure subroutine reserve_headlines(self)
     class(result_type), intent(inout) :: self
@@ -202,7 +203,7 @@ contains
     self%headline_position = len(self%report)
   end subroutine reserve_headlines
 
-  !> Inserts the headlines at the position marked by `reserve_headlines`: the verdict first, then the warnings.
+  !> Inserts the headlines at the position that `reserve_headlines` has marked: first the verdict, then the warnings.
   pure subroutine insert_headlines(self)
     class(result_type), intent(inout) :: self
     type(growing_text_type) :: lines
@@ -219,7 +220,7 @@ contains
     self%headline_position = -1
   end subroutine insert_headlines
 
-  !> One line with the worst verdict and as many warnings as fit. If nothing was judged, it is the first headline.
+  !> Last line of the report: the worst verdict and as many warnings as fit. Without any verdict it is the first headline.
   pure function summary_line(self) result(line)
     class(result_type), intent(in) :: self
     character(len=:), allocatable :: line
@@ -254,7 +255,7 @@ contains
     line = line // newline
   end function summary_line
 
-  !> Adds a message that is printed separately from the report.
+  !> Adds a message of one line that is printed separately from the report.
   pure subroutine note(self, line)
     class(result_type), intent(inout) :: self
     character(len=*), intent(in) :: line
@@ -262,7 +263,7 @@ contains
     self%notes = self%notes // "note: " // line // newline
   end subroutine note
 
-  !> The part of the report that earlier calls have not returned.
+  !> Returns the part of the report that has not been returned by earlier calls.
   function unprinted_report(self) result(lines)
     class(result_type), intent(inout) :: self
     character(len=:), allocatable :: lines
@@ -271,8 +272,8 @@ contains
     self%printed = len(self%report)
   end function unprinted_report
 
-  !> Adds the first of `lines` as a headline, unless it is blank or already one. `printed`: true if the report contains it in
-  !> another place.
+  !> Adds the first of `lines` as a headline, unless it is blank or is a headline already. `printed`: true if the report also
+  !> contains it at another place.
   pure subroutine warn(self, state, lines, printed)
     class(result_type), intent(inout) :: self
     character(len=*), intent(in) :: state, lines
@@ -299,9 +300,9 @@ contains
     call move_alloc(longer, self%headlines)
   end subroutine warn
 
-  !> Records the verdict on a range of machines. It becomes a headline if it is not stable; sweeps write their own headline. The
-  !> worst recorded verdict becomes the last line of the report. If two are equally bad, any other range takes precedence over a
-  !> sweep.
+  !> Records a verdict on several machines. Unless all of them are stable, the verdict becomes a headline; a sweep writes a headline
+  !> of its own. The worst verdict recorded is stated in the last line of the report. If two verdicts are equally bad, that of a
+  !> sweep is not chosen.
   pure subroutine judge(self, judgement)
     class(result_type), intent(inout) :: self
     type(judgement_type), intent(in) :: judgement
@@ -314,7 +315,7 @@ contains
     if (judgement%verdict > stable .and. .not. judgement%of_sweep) call self%warn(judgement%verdict%word(), judgement%words)
   end subroutine judge
 
-  !> Updates the worst verdict of the run with another verdict.
+  !> Includes a verdict in the worst verdict of the run.
   pure subroutine include_verdict(self, verdict)
     class(result_type), intent(inout) :: self
     type(verdict_type), intent(in) :: verdict
@@ -323,7 +324,7 @@ contains
     self%all_stable = self%all_stable .and. (verdict == stable .or. verdict == not_judged)
   end subroutine include_verdict
 
-  !> Records the failure unless an earlier one was recorded, and deallocates `error`.
+  !> Records `error` as the failure of the run, unless a failure has been recorded before, and deallocates `error`.
   pure subroutine record_failure(self, error)
     class(result_type), intent(inout) :: self
     type(error_type), allocatable, intent(inout) :: error
@@ -332,7 +333,7 @@ contains
     if (allocated(error)) deallocate(error)
   end subroutine record_failure
 
-  !> Writes all tables and the scripts of their pictures into `folder`. Fails if a file cannot be written.
+  !> Writes all tables, and the gnuplot scripts of their pictures, into `folder`. Fails if a file cannot be written.
   subroutine write_result(self, folder, head, error)
     class(result_type), intent(in) :: self
     character(len=*), intent(in) :: folder

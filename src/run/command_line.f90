@@ -1,4 +1,5 @@
-!> Parses the command line: options and the name of the input file. The text of --help is made from the same table of options.
+!> Parses the command line into options and the name of the input file. The text of --help is composed from the same table of
+!> options.
 module gestell_run_command_line
   use gestell_base_error, only: error_type, fatal_error, wrong_usage
   use gestell_input_namelist_number, only: read_integer
@@ -15,11 +16,11 @@ module gestell_run_command_line
     character(len=:), allocatable :: text
   end type word_type
 
-  !> Describes an option. Parsing, --help and the shell completion all use this description.
+  !> Describes an option. The parser, the text of --help and the shell completion use this description.
   type :: option_type
     character(len=2) :: short
     character(len=18) :: long
-    !> Name of the option's value in --help. Blank: the option takes no value; in brackets: the value is optional
+    !> Name that --help uses for the option's value. If blank, the option takes no value; if in brackets, the value may be omitted
     character(len=10) :: value
     character(len=160) :: meaning
   end type option_type
@@ -47,7 +48,7 @@ module gestell_run_command_line
     &   // "support.stiffness; groups: list all groups"), &
     & option_type("-V", "--version", "", "print the version")]
 
-  !> Two options that exclude each other. `reason` says why; it is empty if this is obvious
+  !> Two options that must not be given together. `reason` says why; it is empty if the reason is obvious
   type :: conflict_type
     character(len=10) :: one
     character(len=18) :: other
@@ -63,17 +64,17 @@ module gestell_run_command_line
     & conflict_type("--one-line", "--report"), conflict_type("--check", "--json"), conflict_type("--part", "--json"), &
     & conflict_type("--one-line", "--json")]
 
-  !> The options of one run.
+  !> The options and the input file that a command line specifies.
   type, public :: options_type
     !> Name of the input file; unallocated if the command line contains none
     character(len=:), allocatable :: input
-    !> Folder for the results; if unallocated, the folder gets the name of the input
+    !> Folder for the result files. If unallocated, the name of the folder is derived from that of the input file
     character(len=:), allocatable :: output
-    !> Group or key that --help explains; if unallocated, --help lists the options
+    !> Topic that --help explains, such as a group or key. If unallocated, --help lists the options
     character(len=:), allocatable :: topic
-    !> Values given by --set, as PATH=VALUE
+    !> Assignments PATH=VALUE given by the options --set
     type(setting_type), allocatable :: settings(:)
-    !> Only part `part` of the `parts` parts of a sweep is computed
+    !> A sweep is divided into `parts` parts, of which this run computes part number `part`
     integer :: part = 1, parts = 1
     logical, private :: is_given(size(all_options)) = .false.
   contains
@@ -83,7 +84,7 @@ module gestell_run_command_line
 
 contains
 
-  !> True if the option with this long name is given.
+  !> True if the command line contains the option with this long name.
   elemental logical function has(self, name)
     class(options_type), intent(in) :: self
     character(len=*), intent(in) :: name
@@ -91,14 +92,14 @@ contains
     has = any(self%is_given .and. all_options%long == name)
   end function has
 
-  !> True if the run publishes files. With --check it publishes nothing but the pictures of --plot.
+  !> True if the run publishes files. A run with --check publishes only the pictures that --plot requests.
   pure logical function writes_files(self)
     class(options_type), intent(in) :: self
 
     writes_files = .not. (self%has("--one-line") .or. self%has("--part") .or. self%has("--check") .and. .not. self%has("--plot"))
   end function writes_files
 
-  !> The arguments with which the program was called.
+  !> Returns the words with which the program was called.
   function command_line() result(words)
     type(word_type), allocatable :: words(:)
     integer :: i, length
@@ -111,8 +112,8 @@ contains
     end do
   end function command_line
 
-  !> Parses the words of a command line. Fails on wrong usage: an unknown option, a missing value, options that exclude each other,
-  !> or no input file.
+  !> Parses the words of a command line. Fails if the input file is missing, an option is unknown or lacks its value, or two options
+  !> exclude each other.
   subroutine parse(words, options, error)
     type(word_type), intent(in) :: words(:)
     type(options_type), intent(out) :: options
@@ -195,14 +196,14 @@ contains
     call fatal_error(error, "no input file; usage: gestell [options] input.nml (gestell --help lists the options)", wrong_usage)
   end subroutine parse
 
-  !> Index of the option with this short or long name; 0 if there is none.
+  !> Index of the option with this short or long name; 0 if there is no such option.
   pure integer function number_of(word)
     character(len=*), intent(in) :: word
 
     number_of = findloc(len(word) > 0 .and. (all_options%long == word .or. all_options%short == word), .true., dim=1)
   end function number_of
 
-  !> Reads the value i/n of --part.
+  !> Reads the value i/n of the option --part.
   subroutine read_part(value, options, error)
     character(len=*), intent(in) :: value
     type(options_type), intent(inout) :: options

@@ -1,4 +1,4 @@
-!> Prints the report on standard output, and notes and errors on standard error. Stores the report for the HTML page (--report).
+!> Prints the report on standard output, and notes and errors on standard error. Keeps the report for the HTML page (--report).
 module gestell_run_console
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_files, only: system_message, write_bytes
@@ -11,13 +11,15 @@ module gestell_run_console
 
   public :: print_out, print_error_line
 
-  !> Prints the report while the run proceeds.
+  !> Prints the report piece by piece while the tasks run.
   type, extends(listener_type), public :: console_type
-    !> `silent`: store the report without printing it; `omits_notes`: print no notes, because another process prints them
+    !> `silent`: true if the report is stored but not printed. `omits_notes`: true if notes are not printed because another process
+    !> prints them
     logical :: silent = .false., omits_notes = .false.
-    !> The part of the report that has been completed so far
+    !> Text of the report as far as it is complete
     character(len=:), allocatable :: kept_report
-    !> Failure of standard output. Nothing more is printed then, but the report is still stored and the files are still written.
+    !> Allocated if writing to standard output has failed. Printing then stops, but the report is still stored and the files are
+    !> still written
     type(error_type), allocatable :: error
   contains
     procedure :: receive
@@ -28,7 +30,7 @@ module gestell_run_console
 
 contains
 
-  !> Prints what the report and the notes contain since the last call.
+  !> Prints those parts of the report and the notes that have been added since the last call.
   subroutine receive(self, result)
     class(console_type), intent(inout) :: self
     type(result_type), intent(inout) :: result
@@ -44,7 +46,7 @@ contains
     call self%write_lines(result%unprinted_report())
   end subroutine receive
 
-  !> Prints complete lines of the report and stores them.
+  !> Prints complete lines of the report, and stores them.
   subroutine write_lines(self, words)
     class(console_type), intent(inout) :: self
     character(len=*), intent(in) :: words
@@ -54,7 +56,7 @@ contains
     if (.not. (self%silent .or. allocated(self%error))) call print_out(printable(words), self%error)
   end subroutine write_lines
 
-  !> Writes to standard output. Fails if not everything can be written.
+  !> Writes a text to standard output. Fails if the text cannot be written completely.
   subroutine print_out(words, error)
     character(len=*), intent(in) :: words
     type(error_type), allocatable, intent(out) :: error
@@ -66,7 +68,7 @@ contains
     error%write_failed = .true.
   end subroutine print_out
 
-  !> Writes one line to standard error. A failure is ignored, because there is nowhere else to report it.
+  !> Writes one line to standard error. A failure is ignored, because it could be reported nowhere else.
   subroutine print_error_line(words)
     character(len=*), intent(in) :: words
     character(len=:), allocatable :: line

@@ -1,4 +1,4 @@
-!> Writes the results of a run in the forms that the options request: tables, pictures, results.json, an HTML page or a CSV line.
+!> Writes the results of a run as tables, pictures, results.json, an HTML page or a CSV line, whichever the options request.
 module gestell_run_files
   use gestell_base_error, only: error_type
   use gestell_input_schema_path, only: position_of_equals
@@ -22,16 +22,16 @@ module gestell_run_files
 
 contains
 
-  !> Writes the results in the forms that the options request. On entry, `error` is allocated if a task failed.
+  !> Writes the results in the forms that the options request. `error` is already allocated at the call if a task has failed.
   subroutine write_files(options, context, result, console, closing, error)
-    !> Command line of the run
+    !> Options of the command line
     type(options_type), intent(in) :: options
-    !> Machine, headings of the files, and the staging folder to which the files are written
+    !> Machine, heads of the files, and the staging folder into which the files are written
     type(context_type), intent(in) :: context
     type(result_type), intent(inout) :: result
-    !> Contains the report for the HTML page
+    !> Console that has stored the report for the HTML page
     type(console_type), intent(inout) :: console
-    !> Lines to print after the files are published
+    !> Lines that are to be printed after the files have been published
     character(len=:), allocatable, intent(inout) :: closing
     type(error_type), allocatable, intent(inout) :: error
     type(error_type), allocatable :: write_failed, undrawn
@@ -67,12 +67,12 @@ contains
     if (options%has("--report") .and. .not. options%has("--check")) call write_page(context, result, console%kept_report, error)
   end subroutine write_files
 
-  !> Writes results.json, or with --quiet writes its text to standard output instead. Fails if it cannot be written.
+  !> Writes results.json or, with --quiet, writes the same text to standard output. Fails if it cannot be written.
   subroutine write_json(options, context, result, failure, error)
     type(options_type), intent(in) :: options
     type(context_type), intent(in) :: context
     type(result_type), intent(in) :: result
-    !> Message about a failed computation; empty if nothing failed
+    !> Message about a failed computation; empty if no computation has failed
     character(len=*), intent(in) :: failure
     type(error_type), allocatable, intent(out) :: error
     type(output_type) :: output
@@ -86,8 +86,8 @@ contains
     call output%complete(error)
   end subroutine write_json
 
-  !> Prints a CSV line for the machine, or one for each case of a sweep, beginning with the values of --set. Fails if standard
-  !> output cannot be written.
+  !> Prints a CSV line for the machine, or one line for each case of a sweep. Each line begins with the values of --set. Fails if
+  !> standard output cannot be written.
   subroutine print_brief(options, result, error)
     type(options_type), intent(in) :: options
     type(result_type), intent(inout) :: result

@@ -1,4 +1,4 @@
-!> Reads the input file of a run and checks that its tasks can do what the options request.
+!> Reads the input file of a run and checks whether its tasks support the options of the command line.
 module gestell_run_input
   use gestell_base_error, only: error_type, fatal_error, wrong_usage
   use gestell_input_namelist, only: read_document
@@ -19,7 +19,7 @@ module gestell_run_input
 
 contains
 
-  !> Reads the input file and applies the values of --set. Fails if the file cannot be read or the input is invalid.
+  !> Reads the input file and sets the values that --set assigns. Fails if the file cannot be read or the input is invalid.
   subroutine read_input(options, tasks, configuration, error)
     type(options_type), intent(in) :: options
     type(any_task_type), allocatable, intent(out) :: tasks(:)
@@ -41,12 +41,12 @@ contains
     call read_tasks(doc, schema, tasks, configuration, error)
   end subroutine read_input
 
-  !> Checks that the tasks can do what the options request. Fails with the error code for wrong usage if they cannot.
+  !> Checks whether the tasks support the options. If they do not, fails with the error code for wrong usage.
   subroutine check_options(options, tasks, has_many_processes, error)
     type(options_type), intent(in) :: options
-    !> All tasks of the input, requested or not
+    !> All tasks that exist, whether the input requests them or not
     type(any_task_type), intent(in) :: tasks(:)
-    !> True if several processes (MPI ranks) work on the tasks
+    !> True if several processes (MPI ranks) share the work of the tasks
     logical, intent(in) :: has_many_processes
     type(error_type), allocatable, intent(out) :: error
     logical, dimension(size(tasks)) :: requested, shareable, brief, gives_verdict
@@ -72,7 +72,7 @@ contains
   !> Fails if a result file in `folder` would replace the input file `path`.
   subroutine check_folder(tasks, folder, path, error)
     type(any_task_type), intent(in) :: tasks(:)
-    !> `folder`: folder for the results; `path`: full path of the input file
+    !> `folder`: folder for the result files. `path`: full path of the input file
     character(len=*), intent(in) :: folder, path
     type(error_type), allocatable, intent(out) :: error
     character(len=longest_table), allocatable :: tables(:)
@@ -86,7 +86,7 @@ contains
     call protect_input(folder, result_files(tables), path, error)
   end subroutine check_folder
 
-  !> Joins the names of the tasks for which `selected` is true, as in "'a', 'b' or 'c'".
+  !> List of the names of those tasks for which `selected` is true, as in "'a', 'b' or 'c'".
   pure function one_of(tasks, selected) result(words)
     type(any_task_type), intent(in) :: tasks(:)
     logical, intent(in) :: selected(:)
@@ -102,8 +102,8 @@ contains
     end do
   end function one_of
 
-  !> Folder for the results: the value of --output, or the name of the input file without folders and ending (NAME.results if it has
-  !> no ending).
+  !> Folder for the result files: the value of --output or, without this option, the name of the input file without its folders and
+  !> its ending. If the name of the input file has no ending, the folder is NAME.results.
   pure function folder_name(options) result(folder)
     type(options_type), intent(in) :: options
     character(len=:), allocatable :: folder

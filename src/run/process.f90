@@ -1,4 +1,5 @@
-!> Protects the program from limits and signals of the operating system: stack size, file size, closed pipes and closed streams.
+!> Prepares the program for limits and signals of the operating system: stack size, file size, closed pipes and closed standard
+!> streams.
 module gestell_run_process
   use gestell_base_error, only: error_type, fatal_error, wrong_usage
   use gestell_base_text, only: text
@@ -11,13 +12,13 @@ module gestell_run_process
 
   public :: check_stacks, prepare_process
 
-  !> Structure rlimit of POSIX; a negative component means that there is no limit.
+  !> POSIX structure rlimit. A negative component means that there is no limit.
   type, bind(c) :: limit_type
     integer(c_long) :: current, most
   end type limit_type
 
   interface
-    !> POSIX function signal. `handler` is the address of a procedure, or a small number such as SIG_IGN.
+    !> POSIX function signal. `handler` is the address of a procedure or a small integer such as SIG_IGN.
     integer(c_intptr_t) function c_signal(number, handler) bind(c, name="signal")
       import :: c_int, c_intptr_t
       implicit none (type, external)
@@ -40,15 +41,15 @@ module gestell_run_process
   integer(c_int), parameter :: standard_error = 2
   !> Value of RLIMIT_STACK.
   integer(c_int), parameter :: stack_resource = 3
-  !> Stack sizes in kB: `min_stack` needed by the program, `usual_stack`, `min_thread_stack` needed by a thread. The needs are
-  !> about twice the largest use observed in the tests.
+  !> Stack sizes in kB. `min_stack`: needed by the program. `min_thread_stack`: needed by each thread. `usual_stack`: usual limit of
+  !> the operating system. The needs are about twice the maximum observed in the tests.
   integer, parameter :: min_stack = 256, usual_stack = 8192, min_thread_stack = 256
 
 contains
 
-  !> Turns signals that would end the program into errors that it can report: a file beyond the limit of ulimit -f, and a pipe that
-  !> nobody reads. Opens closed standard streams on /dev/null for reading, so that no result file gets their numbers; writing to
-  !> them then fails.
+  !> Prevents two signals from ending the program, so that it can report an error instead. One signal means that a file exceeds the
+  !> limit of ulimit -f, the other that nobody reads from a pipe. Also opens each closed standard stream on /dev/null for reading,
+  !> so that no result file gets its number; writing to this stream then fails.
   subroutine prepare_process()
     integer(c_intptr_t) :: before
     integer(c_int) :: handle
@@ -62,8 +63,8 @@ contains
     call unlock_file(handle)
   end subroutine prepare_process
 
-  !> Fails if a stack is too small, because the program would otherwise crash with a signal. OMP_STACKSIZE sets the stack of
-  !> threads; if it is not set, the limit of the program applies to them.
+  !> Fails if a stack is so small that a signal would end the program. OMP_STACKSIZE sets the stack size of the threads. If it is
+  !> not set, the stack limit of the program also applies to the threads.
   subroutine check_stacks(error)
     type(error_type), allocatable, intent(out) :: error
     type(limit_type) :: limit
@@ -81,8 +82,8 @@ contains
       & // " kB, but every thread needs " // text(min_thread_stack) // " kB", wrong_usage)
   end subroutine check_stacks
 
-  !> Size in kB that an environment variable sets in OpenMP's format: a number followed by B, K, M or G (K if omitted). Returns -1
-  !> if the variable is unset or invalid, or if its unit is M or G: then the size is large enough.
+  !> Size in kB that an environment variable specifies in OpenMP's format: a number followed by B, K, M or G (K if omitted). Returns
+  !> -1 if the variable is unset or invalid. Also returns -1 if its unit is M or G, because such a size is always sufficient.
   integer function kilobytes(name)
     character(len=*), intent(in) :: name
     character(len=32) :: value

@@ -22,15 +22,15 @@ module gestell_run
 
   public :: execute, run
 
-  !> Exit code of --fail-if-unstable if a verdict of the run is not stable.
+  !> Exit code if the option --fail-if-unstable is given and a verdict of the run is not stable.
   integer, parameter, public :: not_stable = 10
 
   character, parameter :: newline = new_line("a")
 
 contains
 
-  !> Executes a command line. An error is printed as one line on standard error. `executor` distributes the work; if absent, the
-  !> threads of this process do the work.
+  !> Executes a command line. An error is printed as one line on standard error. `executor` distributes the work among processes; if
+  !> it is absent, the threads of this process do all the work.
   subroutine execute(words, code, executor)
     type(word_type), intent(in) :: words(:)
     integer, intent(out) :: code
@@ -59,15 +59,15 @@ contains
   end subroutine execute
 
   !> Reads the input, runs its tasks, prints the report and writes the files. All files are published together at the end. If a
-  !> computation fails, the files of earlier tasks are still published. If there are several processes, all call this procedure, and
-  !> one of them prints and writes.
+  !> computation fails, the files of earlier tasks are still published. If there are several processes, all of them call this
+  !> procedure, but only one prints and writes.
   subroutine run(options, code, error, executor)
     type(options_type), intent(in) :: options
     !> 0, or `not_stable` (see there)
     integer, intent(out) :: code
-    !> The failure, which is the same in all processes
+    !> The failure, if there is one; it is the same in all processes
     type(error_type), allocatable, intent(out) :: error
-    !> Distributes the work; if absent, the threads of this process do the work
+    !> Distributes the work among processes. If absent, the threads of this process do all the work
     class(executor_type), allocatable, intent(inout), optional :: executor
     type(any_task_type), allocatable :: tasks(:)
     type(context_type) :: context
@@ -136,7 +136,7 @@ contains
     end if
   end subroutine run
 
-  !> Prepares the context in which the tasks run, and an empty result.
+  !> Prepares an empty result and the context (machine, options, folders) in which the tasks run.
   subroutine prepare(options, context, result)
     type(options_type), intent(in) :: options
     type(context_type), intent(inout) :: context
@@ -157,7 +157,7 @@ contains
     call result%begin(options%has("--verbose"))
   end subroutine prepare
 
-  !> Executes --check: reports the mechanism and what the tasks would compute. With --plot, draws the mechanism.
+  !> Executes the option --check: reports the mechanism and what the tasks would compute. With --plot it also draws the mechanism.
   subroutine check_only(options, tasks, context, result, error)
     type(options_type), intent(in) :: options
     type(any_task_type), intent(inout) :: tasks(:)
@@ -179,7 +179,7 @@ contains
     call result%write_lines(newline // "The input is valid; nothing more was computed (--check)." // newline)
   end subroutine check_only
 
-  !> Publishes all files, or none of them if one could not be written.
+  !> Publishes all files, or no file if one of them could not be written.
   subroutine conclude(staging, tasks, result, error)
     type(staging_type), intent(inout) :: staging
     type(any_task_type), intent(inout) :: tasks(:)

@@ -1,4 +1,4 @@
-!> Shows progress in a line on the terminal. Shows nothing if standard error is not a terminal.
+!> Shows the progress of a computation in one line of the terminal. Shows nothing if standard error is not a terminal.
 module gestell_run_terminal
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, text
@@ -20,14 +20,15 @@ module gestell_run_terminal
 
   integer(c_int), parameter :: standard_error = 2
 
-  !> Shows how many points of a computation are done, how many are done per second, and how long the rest will take.
+  !> Shows how many points of a computation are completed, how many are completed per second, and how long the remaining ones will
+  !> take.
   type, extends(progress_type), public :: terminal_type
     private
-    !> `on_terminal`: standard error is a terminal; `line_visible`: the terminal shows a progress line at present
+    !> `on_terminal`: true if standard error is a terminal. `line_visible`: true while the terminal shows a progress line
     logical :: on_terminal = .false., line_visible = .false.
-    !> `all`: total number of points; `done`: number of points done so far
+    !> `all`: total number of points. `done`: number of points completed so far
     integer(int64) :: all = 0, done = 0
-    !> `begin`: time at the start; `last`: time of the last update (s)
+    !> `begin`: time when the computation started (s). `last`: time of the last update of the line (s)
     real(dp) :: begin = 0, last = 0
   contains
     procedure :: start
@@ -36,14 +37,14 @@ module gestell_run_terminal
     procedure, nopass :: show_fraction
   end type terminal_type
 
-  !> Width of the bar (`bar`) and of the whole line (`widest`) in characters.
+  !> `bar`: number of characters of the progress bar. `widest`: maximum number of characters of the progress line.
   integer, parameter :: bar = 30, widest = 79
   !> Minimum time between two updates (s).
   real(dp), parameter :: pause = 0.1_dp
 
 contains
 
-  !> Shows a bar for the completed fraction `part` (0 to 1) of an activity, and removes the line at 1.
+  !> Shows a bar for an activity of which the fraction `part` (0 to 1) is completed. At 1 the progress line is removed.
   subroutine show_fraction(activity, part)
     character(len=*), intent(in) :: activity
     real(dp), intent(in) :: part
@@ -56,7 +57,7 @@ contains
     end if
   end subroutine show_fraction
 
-  !> Starts to count the points of a computation that has `all` points.
+  !> Begins to show the progress of a computation with `all` points.
   subroutine start(self, all)
     class(terminal_type), intent(inout) :: self
     integer(int64), intent(in) :: all
@@ -69,7 +70,7 @@ contains
     self%last = self%begin
   end subroutine start
 
-  !> Adds points to the number of points done and updates the line.
+  !> Adds newly completed points to the number of completed points, and updates the progress line.
   subroutine add(self, points)
     class(terminal_type), intent(inout) :: self
     integer(int64), intent(in) :: points
@@ -92,7 +93,7 @@ contains
     if (self%line_visible) call show("")
   end subroutine clear
 
-  !> Replaces the progress line by `words`.
+  !> Replaces the text of the progress line by `words`.
   subroutine show(words)
     character(len=*), intent(in) :: words
     logical :: done
@@ -100,7 +101,7 @@ contains
     call write_bytes(standard_error, achar(13) // words // repeat(" ", max(0, widest - len(words))) // achar(13), done)
   end subroutine show
 
-  !> A bar for the completed fraction `part` (0 to 1) of the work.
+  !> Text that represents a bar of which the fraction `part` (0 to 1) is filled.
   pure function bar_of(part) result(words)
     real(dp), intent(in) :: part
     character(len=bar + 2) :: words
@@ -110,7 +111,7 @@ contains
     words = "[" // repeat("#", done) // repeat(".", bar - done) // "]"
   end function bar_of
 
-  !> Formats a duration (s) as 59 s, 59:59 or 59:59:59.
+  !> Text for a duration in seconds, such as 59 s, 59:59 or 59:59:59.
   pure function duration(seconds) result(words)
     real(dp), intent(in) :: seconds
     character(len=:), allocatable :: words
@@ -128,7 +129,7 @@ contains
     words = trim(buffer)
   end function duration
 
-  !> Time (s) shown by the system clock.
+  !> Current reading of the system clock in seconds.
   real(dp) function now()
     integer(int64) :: ticks, rate
 

@@ -1,4 +1,4 @@
-!> Writes orders (multiples of the crank speed) in words.
+!> Expresses orders (multiples of the crank speed) in words for the report.
 module gestell_output_report_orders
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, either, text
@@ -10,7 +10,7 @@ module gestell_output_report_orders
 
 contains
 
-  !> Order of harmonic `k` of a period of `turns` turns, for example "2" or "0.5".
+  !> Order of harmonic `k` of a period in which the crank completes `turns` turns, for example "2" or "0.5".
   pure function order_of(k, turns) result(words)
     integer, intent(in) :: k, turns
     character(len=:), allocatable :: words
@@ -18,7 +18,7 @@ contains
     words = either(text(k / turns), concise(real(k, dp) / turns, 4), modulo(k, turns) == 0)
   end function order_of
 
-  !> Order of harmonic `k` as a reduced fraction, for the name of a column: "1" or "1/2".
+  !> Order of harmonic `k` as an integer or a reduced fraction, such as "1" or "1/2", for the name of a column.
   pure function order_as_fraction(k, turns) result(words)
     integer, intent(in) :: k, turns
     character(len=:), allocatable :: words
@@ -29,7 +29,7 @@ contains
     if (turns > shared) words = words // "/" // text(turns / shared)
   end function order_as_fraction
 
-  !> The orders up to `highest` in words: "1 to 4", or "up to 4" if the period has more than one turn.
+  !> Phrase for the orders that do not exceed `highest`: "1 to 4", or "up to 4" if the period has more than one turn.
   pure function range_of(highest, turns) result(words)
     integer, intent(in) :: highest, turns
     character(len=:), allocatable :: words
@@ -37,7 +37,7 @@ contains
     words = either("up to ", "1 to ", turns > 1) // text(highest)
   end function range_of
 
-  !> The number of turns in words: "a turn" or "2 turns".
+  !> Phrase for a number of turns: "a turn" or "2 turns".
   pure function turns_in_words(turns) result(words)
     integer, intent(in) :: turns
     character(len=:), allocatable :: words

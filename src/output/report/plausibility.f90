@@ -1,5 +1,5 @@
-!> Detects probable typing errors in the input by values that hardly any machine has. The cause is usually a wrong unit, power of
-!> ten or name.
+!> Warns of probable typing errors in the input: values that hardly any machine has. Usually a unit, a power of ten or a name is
+!> wrong.
 module gestell_output_report_plausibility
   use gestell_base_kinds, only: dp, pi
   use gestell_base_text, only: concise, either, newline
@@ -13,28 +13,31 @@ module gestell_output_report_plausibility
 
   public :: implausible_values
 
-  !> Maximum plausible speed (m/s): a steel ring at this rim speed carries rho v^2 = 2 GPa, more than its strength.
+  !> Maximum plausible speed of a joint (m/s). A steel ring whose rim has this speed carries the stress rho v^2 = 2 GPa, which
+  !> exceeds its strength.
   real(dp), parameter :: fastest = 500
-  !> Maximum plausible acceleration (m/s^2), about ten thousand times gravity
+  !> Maximum plausible acceleration of a joint (m/s^2), about ten thousand times that of gravity
   real(dp), parameter :: max_acceleration = 1.0e5_dp
-  !> Largest and smallest plausible extent of a mechanism (m)
+  !> Maximum and minimum plausible size of a mechanism (m)
   real(dp), parameter :: widest = 20, narrowest = 1.0e-3_dp
-  !> Bounds on plausible radii of gyration, relative to the size of the machine; 0.05 to 0.5 is usual. A mass or inertia wrong by a
-  !> factor of 1000 changes the radius by a factor of 32.
+  !> Minimum and maximum plausible radius of gyration, divided by the size of the machine; usual ratios are 0.05 to 0.5. If a mass
+  !> or a moment of inertia is wrong by a factor of 1000, the radius is wrong by a factor of 32.
   real(dp), parameter :: min_radius = 0.02_dp, max_radius = 3
-  !> Minimum plausible radius of gyration of a link relative to its length; a uniform rod has 0.29
+  !> Minimum plausible radius of gyration of a link, divided by the length of the link; the ratio is 0.29 for a uniform rod
   real(dp), parameter :: smallest_of_link = 0.01_dp
-  !> A frame with less than the fraction `no_mass` of the total mass is not a real body. A frame with less than the fraction `light`
-  !> of the mechanism's mass is suspiciously light.
+  !> `no_mass`: a frame with less than this fraction of the total mass is not a real body. `light`: a frame with less than this
+  !> fraction of the mechanism's mass is suspiciously light.
   real(dp), parameter :: no_mass = 1.0e-3_dp, light = 0.1_dp
-  !> `gravity`: acceleration of gravity (m/s^2). `suspicious_deflection`: suspicious static deflection relative to the size of the
-  !> machine. A deflection of 0.25 m corresponds to a natural frequency of 1 Hz; mounted machines usually have 2 to 30 Hz.
+  !> `gravity`: acceleration of gravity (m/s^2). `suspicious_deflection`: static deflection, divided by the size of the machine,
+  !> above which a warning is given. A deflection of 0.25 m corresponds to a natural frequency of 1 Hz; mounted machines usually
+  !> have 2 to 30 Hz.
   real(dp), parameter :: gravity = 9.81_dp, suspicious_deflection = 0.25_dp
-  !> Suspicious damping ratio of the whole machine along an axis; rubber mounts reach 0.15, oil dampers 1
+  !> Damping ratio of the whole machine along an axis above which a warning is given. Rubber mounts reach a damping ratio of 0.15,
+  !> oil dampers reach 1
   real(dp), parameter :: overdamped = 5
-  !> Relative change of a link's length that rounding errors cannot explain
+  !> Relative change of a link's length during a turn that is too large to be rounding error
   real(dp), parameter :: largest_stretch = 1.0e-6_dp
-  !> Maximum plausible share of the upper half of the orders of a lift table in the follower's rms acceleration
+  !> Maximum plausible share that the upper half of the orders of a lift table contributes to the follower's rms acceleration
   real(dp), parameter :: largest_share = 0.1_dp
   integer, parameter :: samples = 72
   character(len=*), parameter :: check_units = ": check the units (by default m, kg, N, s; see &units)", &
@@ -42,19 +45,20 @@ module gestell_output_report_plausibility
 
   !> Extreme values of a mechanism over its period.
   type :: extremes_type
-    !> Largest speed (m/s) and acceleration (m/s^2) of a joint
+    !> Maximum speed (m/s) and maximum acceleration (m/s^2) over all joints
     real(dp) :: speed = 0, acceleration = 0
-    !> `fastest_joint`: number of the joint with the largest speed; `accelerated_joint`: of that with the largest acceleration
+    !> `fastest_joint`: index of the joint with the maximum speed. `accelerated_joint`: index of the joint with the maximum
+    !> acceleration
     integer :: fastest_joint = 0, accelerated_joint = 0
-    !> Opposite corners of the bounding box of all joints (m)
+    !> Lower left and upper right corner of the smallest rectangle that contains all positions of the joints (m)
     real(dp) :: low(2) = 0, high(2) = 0
-    !> Minimum and maximum distance between the two joints of each link (m)
+    !> For each link: minimum and maximum distance between its two joints over the period (m)
     real(dp), allocatable :: shortest(:), longest(:)
   end type extremes_type
 
 contains
 
-  !> Lists probable typing errors, one per line; empty if there is none. Only linkages are checked.
+  !> Lines that each describe a probable typing error; empty if there is none. Only linkages are checked.
   function implausible_values(frame) result(lines)
     class(frame_type), intent(in) :: frame
     character(len=:), allocatable :: lines
@@ -102,7 +106,7 @@ contains
     end select
   end function implausible_values
 
-  !> States a maximum: "up to 23.4", or "more than ..." if the value overflowed.
+  !> Phrase for a maximum: "up to 23.4", or "more than ..." if its computation overflowed.
   pure function up_to(value) result(words)
     real(dp), intent(in) :: value
     character(len=:), allocatable :: words
@@ -110,7 +114,7 @@ contains
     words = either("more than ", "up to ", value > huge(value)) // concise(min(value, huge(value)), 3)
   end function up_to
 
-  !> Warns if the mass or the radius of gyration of the frame is implausible.
+  !> Warning if the mass or the radius of gyration of the frame is implausible; otherwise empty.
   pure function frame_warning(frame, moving_mass, size_of_machine) result(line)
     class(frame_type), intent(in) :: frame
     real(dp), intent(in) :: moving_mass, size_of_machine
@@ -134,12 +138,13 @@ contains
       & // " m wide" // check_masses // newline
   end function frame_warning
 
-  !> Warns if the mounting is too soft even along its stiffest axis, or overdamped even along its least damped axis.
+  !> Warnings if the mounting is too soft even along its stiffest axis, or overdamped even along its least damped axis; otherwise
+  !> empty.
   pure function mounting_warnings(frame, mass, size_of_machine) result(lines)
     class(frame_type), intent(in) :: frame
     real(dp), intent(in) :: mass, size_of_machine
     character(len=:), allocatable :: lines
-    !> Numbers of the displacements xi, eta and zeta among the degrees of freedom
+    !> Indices of the displacements xi, eta and zeta among the degrees of freedom
     integer, parameter :: shifts(3) = [1, 2, 4]
     real(dp), allocatable :: stiffness(:, :), damping(:, :), along(:), ratios(:)
     integer, allocatable :: axes(:)
@@ -164,7 +169,7 @@ contains
       & // newline
   end function mounting_warnings
 
-  !> a / b for positive a and b; the largest finite number if the quotient overflows.
+  !> Quotient a / b of positive numbers; the largest finite number if the quotient overflows.
   elemental real(dp) function quotient(a, b)
     real(dp), intent(in) :: a, b
 
@@ -172,7 +177,7 @@ contains
     if (b >= 1 .or. a < min(b, 1.0_dp) * huge(a)) quotient = a / b
   end function quotient
 
-  !> Warns if the radius of gyration, the centre of mass or the length of link `i` is implausible.
+  !> Warnings if the radius of gyration, the centre of mass or the length of link `i` is implausible; otherwise empty.
   function link_warnings(mechanism, i, extremes, size_of_machine) result(lines)
     class(linkage_type), intent(in) :: mechanism
     integer, intent(in) :: i
@@ -205,8 +210,8 @@ contains
     end associate
   end function link_warnings
 
-  !> True if the distance between the two joints of a link may change. This is so if one of them slides along a moving body or in
-  !> the slot of a yoke.
+  !> True if the distance between the joints `one` and `other` may change because one of them slides along a moving body or in the
+  !> slot of a yoke.
   function slides(mechanism, one, other)
     class(linkage_type), intent(in) :: mechanism
     integer, intent(in) :: one, other
@@ -230,8 +235,8 @@ contains
     end do
   end function slides
 
-  !> Warns if the upper half of the orders contributes too much to a follower's acceleration: in acceleration, the lift of order k
-  !> is weighted by k^2. `orders`: highest order of the lift table, 0 if there is none.
+  !> Warning if the upper half of the orders contributes too much to a follower's acceleration, in which the lift of order k has the
+  !> weight k^2; otherwise empty. `orders`: highest order of the lift table, or 0 if there is no such table.
   pure function lift_warning(name, lift, orders) result(line)
     character(len=*), intent(in) :: name
     real(dp), intent(in) :: lift(:)
@@ -251,7 +256,8 @@ contains
       & // concise(real(orders, dp)) // ": check whether the lifts have enough digits" // newline
   end function lift_warning
 
-  !> Finds the extreme values of a linkage whose crank turns at `omega` (rad/s), from `samples` positions.
+  !> Finds the extreme values of a linkage at `samples` positions of the crank, which rotates with the angular velocity `omega`
+  !> (rad/s).
   subroutine find_extremes(linkage, omega, extremes)
     class(linkage_type), intent(in) :: linkage
     real(dp), intent(in) :: omega

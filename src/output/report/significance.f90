@@ -1,4 +1,4 @@
-!> Decides which reported numbers are only rounding error, and states the share of an order in a vibration.
+!> Decides which reported numbers are only rounding errors, and states the share of an order in a vibration.
 module gestell_output_report_significance
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise
@@ -8,25 +8,27 @@ module gestell_output_report_significance
 
   public :: zero_if_noise, order_words
 
-  !> An error below this fraction of the largest value of the same quantity is rounding error.
+  !> An error bound below this fraction of the largest value of the same quantity is attributed to rounding.
   real(dp), parameter :: rounding = 1.0e-9_dp
 
 contains
 
-  !> Factor to be applied to a reported number: 0 if the number is rounding error, otherwise 1. It is rounding error if it does not
-  !> exceed its error bound and this bound is negligible relative to `maximum`. With a larger bound, the number need not be zero.
+  !> Factor for a reported number: 0 if the number is only rounding error, otherwise 1. It is only rounding error if two conditions
+  !> hold: it does not exceed its error bound, and this bound is negligible compared with `maximum`. If the bound is larger, the
+  !> number need not be zero.
   elemental real(dp) function zero_if_noise(value, error, maximum) result(factor)
     real(dp), intent(in) :: value, error, maximum
 
     factor = merge(0.0_dp, 1.0_dp, abs(value) <= error .and. error <= rounding * maximum)
   end function zero_if_noise
 
-  !> An order and its share of the mean square, for example "2 (91.3 %)". By Parseval's theorem the share never exceeds 100 %. The
-  !> ratio of amplitude to peak can exceed 100 %: the amplitude of a vector is the root of the sum of squares of its components.
+  !> Phrase for an order and its share of the mean square, for example "2 (91.3 %)". By Parseval's theorem this share never exceeds
+  !> 100 %. The ratio of amplitude to peak can exceed 100 %, because a vector's amplitude is the root of the sum of the squared
+  !> amplitudes of its components.
   pure function order_words(order, amplitude, rms, turns) result(words)
-    !> `order`: number of the harmonic of the period; `turns`: number of turns of the crank in the period
+    !> `order`: number of the harmonic of the period. `turns`: number of turns that the crank completes in the period
     integer, intent(in) :: order, turns
-    !> `amplitude`: of this harmonic; `rms`: of the whole vibration, in the same unit
+    !> `amplitude`: amplitude of this harmonic. `rms`: rms of the whole vibration, in the same unit
     real(dp), intent(in) :: amplitude, rms
     character(len=:), allocatable :: words
 

@@ -1,4 +1,4 @@
-!> Formats tables of a report. Each column is as wide as its longest cell, and the table is no wider than a terminal.
+!> Formats tables of the report. Each column is as wide as its longest cell, and no table is wider than the terminal.
 module gestell_output_report_text_table
   use gestell_base_growing_text, only: growing_text_type
   use gestell_base_text, only: newline
@@ -9,19 +9,19 @@ module gestell_output_report_text_table
 
   public :: tabulated
 
-  !> Character that separates the cells of a row
+  !> Character that separates the cells of a row before the table is formatted
   character, parameter, public :: tab = achar(9)
   integer, parameter :: indent = 2
-  !> The last column stays in its row if at least this width remains for the first column
+  !> A cell of the last column stays in its row if at least this number of characters remains for the first column
   integer, parameter :: name = 16
 
 contains
 
-  !> Formats a table. If it is too wide, long names in the first column and remarks in the last column are put on their own lines.
-  !> Both columns must be flush left for this. Columns without any content are omitted.
+  !> Text of a formatted table. If the table is too wide, long names in the first column and remarks in the last column get lines of
+  !> their own; this requires that both columns are flush left. Columns whose cells are all blank are omitted.
   pure function tabulated(align, heads, rows) result(text)
-    !> `align`: for each column l (flush left) or r (flush right); `heads`: headings separated by commas, on one or two lines;
-    !> `rows`: complete lines, with cells separated by tabs
+    !> `align`: for each column l (flush left) or r (flush right). `heads`: headings, separated by commas, in one or two lines.
+    !> `rows`: lines of text whose cells are separated by tabs
     character(len=*), intent(in) :: align, heads, rows
     character(len=:), allocatable :: text, all, kinds, cells(:, :)
     type(growing_text_type) :: lines
@@ -63,7 +63,8 @@ contains
 
   contains
 
-    !> Row `i` with padded cells; a name or remark that is too long is put on its own line.
+    !> Row `i` of the table, with cells padded to the width of their columns. A name or remark that is too long gets a line of its
+    !> own.
     pure function row(i) result(line)
       integer, intent(in) :: i
       character(len=:), allocatable :: line, word
@@ -88,7 +89,7 @@ contains
 
   end function tabulated
 
-  !> Splits complete lines at the tabs into `cells`, shape (columns, lines). The last cell contains the rest of its line; missing
+  !> Splits lines of text at the tabs into `cells`, shape (columns, lines). The last cell contains the rest of its line. Missing
   !> cells are blank.
   pure subroutine cut(lines, columns, cells)
     character(len=*), intent(in) :: lines

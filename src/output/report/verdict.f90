@@ -1,5 +1,5 @@
-!> States the verdict in words. It accompanies every reported vibration, because the machine does not vibrate in this way unless the
-!> vibration is stable.
+!> States verdicts on stability in words. A verdict accompanies every reported vibration, because the machine vibrates in this way
+!> only if the vibration is stable.
 module gestell_output_report_verdict
   use gestell_base_text, only: either, newline
   use gestell_base_verdict, only: has_vibration, operator(>), stable, verdict_named, verdict_type
@@ -9,18 +9,18 @@ module gestell_output_report_verdict
 
   public :: alarm, vibration_warning, section, verdict_line
 
-  !> A verdict on a range of machines.
+  !> A verdict on several machines, such as the machine at all speeds of a range.
   type, public :: judgement_type
     type(verdict_type) :: verdict
-    !> "stable", or another verdict in capitals followed by the machines that have it
+    !> "stable", or another verdict in capital letters and the machines to which it applies
     character(len=:), allocatable :: words
-    !> True if the machines are the points of a sweep, which has its own headline with the number of each verdict
+    !> True if the machines are the points of a sweep. A sweep has a headline of its own, which counts the points with each verdict
     logical :: of_sweep = .false.
   end type judgement_type
 
 contains
 
-  !> A warning about an unstable, undamped or undecided vibration; empty for any other verdict.
+  !> Warning if a vibration is unstable, undamped or undecided; empty for any other verdict.
   pure function vibration_warning(verdict) result(words)
     character(len=*), intent(in) :: verdict
     character(len=:), allocatable :: words
@@ -41,7 +41,8 @@ contains
     words = trim(on_machine%alarm()) // ": " // words
   end function vibration_warning
 
-  !> Heading of a section of the report that deals with a vibration. A warning follows if it is unstable, undamped or undecided.
+  !> Heading of a section of the report on a vibration. If the vibration is unstable, undamped or undecided, a warning follows the
+  !> heading.
   pure function section(heading, verdict) result(line)
     character(len=*), intent(in) :: heading, verdict
     character(len=:), allocatable :: line
@@ -50,8 +51,8 @@ contains
     if (vibration_warning(verdict) /= "") line = line // "  " // vibration_warning(verdict) // newline
   end function section
 
-  !> Line on the verdict for the head of a file; empty if there is no verdict. `verdict` may be a word, a sentence, or the state
-  !> 'ok' of a stable vibration.
+  !> Line that states the verdict in the head of a file; empty if `verdict` is empty. `verdict` is a word, a sentence, or the state
+  !> "ok", which means stable.
   pure function verdict_line(verdict) result(line)
     character(len=*), intent(in) :: verdict
     character(len=:), allocatable :: line
@@ -65,8 +66,8 @@ contains
     line = "verdict: " // lower(line(:first)) // line(first + 1:)
   end function verdict_line
 
-  !> Beginning of a picture's title: the verdict in capitals, with "IN PART" if it concerns only some machines. Empty if all are
-  !> stable.
+  !> Text with which the title of a picture begins: the verdict in capital letters, followed by "IN PART" if it applies only to some
+  !> machines. Empty if all machines are stable.
   pure function alarm(verdict) result(word)
     character(len=*), intent(in) :: verdict
     character(len=:), allocatable :: word, line

@@ -1,4 +1,4 @@
-!> Warnings about computed vibrations that no real machine performs: unstable ones, and ones too large for linear equations.
+!> Warns of computed vibrations that no real machine performs: unstable vibrations, and vibrations too large for linear equations.
 module gestell_output_report_warnings
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, newline, text
@@ -10,13 +10,13 @@ module gestell_output_report_warnings
 
   public :: motion_warning, judge_range, small_motion_limits
 
-  !> Maximum number of intervals listed in a warning
+  !> Maximum number of intervals that a warning lists
   integer, parameter :: max_listed = 6
 
 contains
 
-  !> A warning if the largest motion in `all` is too large for the linear equations, otherwise empty. The exact frame has higher
-  !> limits, because only its supports are linear.
+  !> Warning if the largest of the motions `all` is too large for the linear equations; otherwise empty. The limits for the exact
+  !> frame are higher, because only the forces of its supports are linear.
   pure function motion_warning(all, model) result(line)
     type(moved_type), intent(in) :: all(:)
     character(len=*), intent(in) :: model
@@ -44,7 +44,8 @@ contains
       & // small_motion_limits(all(path)%size) // newline
   end function motion_warning
 
-  !> States up to which angle motions are small, and up to which displacement of F if the size of the machine (m) is positive.
+  !> Phrase that states up to which angle and up to which displacement of F a motion is small. The displacement is omitted unless
+  !> the size of the `machine` (m) is positive.
   pure function small_motion_limits(machine) result(words)
     real(dp), intent(in) :: machine
     character(len=:), allocatable :: words
@@ -53,14 +54,14 @@ contains
     if (machine > 0) words = words // ", F up to " // concise(small_part * machine, 2) // " m"
   end function small_motion_limits
 
-  !> The worst of the `verdicts`, and a text with the speeds at which it holds. The text is empty if no machine was judged.
+  !> Worst of the `verdicts`, with a text that lists the speeds at which it applies. The text is empty if no machine has a verdict.
   pure type(judgement_type) function judge_range(speeds, verdicts, things, consequence) result(judgement)
     !> Drive speeds (1/min)
     real(dp), intent(in) :: speeds(:)
-    !> One verdict for each speed
+    !> Verdict at each speed
     type(verdict_type), intent(in) :: verdicts(:)
-    !> `things`: what the values are ("speeds" if they form a range in ascending order); `consequence`: what instability means for
-    !> these machines
+    !> `things`: noun for the values ("speeds" if they form a range in ascending order). `consequence`: what an unstable vibration
+    !> means for these machines
     character(len=*), intent(in) :: things, consequence
     character(len=:), allocatable :: rest
     integer :: i
@@ -83,8 +84,8 @@ contains
     end associate
   end function judge_range
 
-  !> The intervals of consecutive `values` for which `chosen` is true, for example "218.1 to 245.3, 300". Unless `joined`, every
-  !> value is listed separately.
+  !> List of the intervals of successive `values` for which `chosen` is true, for example "218.1 to 245.3, 300". If `joined` is
+  !> false, each value is listed separately.
   pure function stretches(values, chosen, joined) result(words)
     real(dp), intent(in) :: values(:)
     logical, intent(in) :: chosen(:), joined

@@ -1,4 +1,4 @@
-!> Wraps the lines of a report to the width of a terminal.
+!> Breaks the lines of the report so that they fit the terminal.
 module gestell_output_report_wrapping
   use gestell_base_growing_text, only: growing_text_type
   use gestell_base_text, only: newline
@@ -8,14 +8,15 @@ module gestell_output_report_wrapping
 
   public :: wrapped
 
-  !> Width of the report in columns
+  !> Maximum number of characters in a line of the report
   integer, parameter, public :: widest = 80
-  !> Text at the beginning of a line is the line's label if two blanks follow it within this many columns.
+  !> The beginning of a line counts as its label if it is followed by two blanks and has at most this many characters.
   integer, parameter :: widest_label = 24
 
 contains
 
-  !> Breaks complete lines between words so that they fit the width. A word longer than the width stays whole.
+  !> Copy of a text whose lines are broken between words, so that each fits the report. A word that is longer than a line is not
+  !> broken.
   pure function wrapped(lines) result(text)
     character(len=*), intent(in) :: lines
     character(len=:), allocatable :: text
@@ -33,7 +34,8 @@ contains
     text = all%whole()
   end function wrapped
 
-  !> Appends one line and breaks it if necessary. Its continuation is indented to the right of the line's label.
+  !> Appends one line to a text and breaks it if necessary. The second and later parts are indented to the right of the line's
+  !> label.
   pure subroutine append_broken(text, line)
     type(growing_text_type), intent(inout) :: text
     character(len=*), intent(in) :: line
@@ -59,7 +61,7 @@ contains
     call text%append(line(start:))
   end subroutine append_broken
 
-  !> Number of blanks that indent the continuation of a line.
+  !> Number of blanks by which the second and later parts of a broken line are indented.
   pure integer function margin_of(line) result(margin)
     character(len=*), intent(in) :: line
     integer :: first, gap

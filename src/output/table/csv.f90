@@ -1,4 +1,5 @@
-!> Writes tables as comma-separated values: a head of lines with #, one header line, numbers with 17 significant digits.
+!> Writes tables as comma-separated values: a head whose lines begin with #, a line with the keys of the columns, and the rows.
+!> Numbers have 17 significant digits.
 module gestell_output_table_csv
   use gestell_base_error, only: error_type
   use gestell_base_text, only: either, newline, text
@@ -10,12 +11,12 @@ module gestell_output_table_csv
 
   public :: append_rows, field, write_csv
 
-  !> Number of rows written at once
+  !> Number of rows that are written at once
   integer, parameter :: piece = 100
 
 contains
 
-  !> Writes the table to its file in `folder`, after the complete lines in `preamble`. Fails if the file cannot be written.
+  !> Writes a table to its file in `folder`. The lines of `preamble` form the head of the file. Fails if the file cannot be written.
   subroutine write_csv(folder, table, preamble, error)
     character(len=*), intent(in) :: folder, preamble
     type(table_type), intent(in) :: table
@@ -28,7 +29,7 @@ contains
     call output%complete(error)
   end subroutine write_csv
 
-  !> Appends the header line and the rows.
+  !> Writes the line with the keys of the columns, and the rows, to `output`.
   subroutine append_rows(table, output)
     type(table_type), intent(in) :: table
     type(output_type), intent(inout) :: output
@@ -43,7 +44,7 @@ contains
     end do
   end subroutine append_rows
 
-  !> Rows `first` to `last` of the table as lines of the file.
+  !> Text of the rows `first` to `last` of a table, one line for each row.
   pure function rows(table, first, last) result(lines)
     type(table_type), intent(in) :: table
     integer, intent(in) :: first, last
@@ -63,7 +64,8 @@ contains
     lines = lines(:n)
   end function rows
 
-  !> Writes a cell after the first `n` characters of `line` and increases `n`. `line` grows if a word is longer than a number.
+  !> Writes the value of a column in row `i` after the first `n` characters of `line`, and increases `n` accordingly. `line` is made
+  !> longer if a word does not fit.
   pure subroutine put_cell(column, i, line, n)
     type(column_type), intent(in) :: column
     integer, intent(in) :: i
@@ -86,9 +88,9 @@ contains
     n = n + len(word)
   end subroutine put_cell
 
-  !> A text as a field of the file. It is quoted if it starts with #, or contains a comma, a newline or a quote; its quotes are
-  !> doubled. A text that begins with = + - or @ and is not a number gets a leading apostrophe, so that spreadsheets do not run it
-  !> as a formula.
+  !> A text as a field of a CSV file. It is put in quotes if it begins with #, or contains a comma, a newline or a quote; quotes in
+  !> it are doubled. If it begins with = + - or @ and is not a number, an apostrophe precedes it, so that spreadsheets do not
+  !> execute it as a formula.
   pure function field(words) result(word)
     character(len=*), intent(in) :: words
     character(len=:), allocatable :: word, safe

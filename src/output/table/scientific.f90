@@ -1,4 +1,4 @@
-!> Writes numbers in the format es24.16e3 without leading blanks, faster than a formatted write does.
+!> Writes numbers in the format es24.16e3 without leading blanks. This is faster than a formatted write statement.
 module gestell_output_table_scientific
   use gestell_base_decimal, only: find_digits
   use gestell_base_kinds, only: dp
@@ -8,10 +8,10 @@ module gestell_output_table_scientific
 
   public :: put_number
 
-  !> Maximum width of a number, for example -1.2345678901234567E+001
+  !> Maximum number of characters of a number, for example -1.2345678901234567E+001
   integer, parameter, public :: number_width = 24
 
-  !> Indices of the implied do loops in the constant `pair`; not used elsewhere
+  !> Indices for the implied do loops in the constant `pair`
   integer :: i, k
   !> The texts 00 to 99
   character(len=2), parameter :: pair(0:99) = [((achar(48 + k) // achar(48 + i), i = 0, 9), k = 0, 9)]
@@ -19,8 +19,8 @@ module gestell_output_table_scientific
 
 contains
 
-  !> Writes `value` after the first `n` characters of `line` and increases `n`. `line` must have at least `number_width` more
-  !> characters.
+  !> Writes `value` after the first `n` characters of `line` and increases `n` accordingly. At least `number_width` characters must
+  !> follow in `line`.
   pure subroutine put_number(line, n, value)
     character(len=:), allocatable, intent(inout) :: line
     integer, intent(inout) :: n
@@ -54,7 +54,7 @@ contains
     n = n + 23
   end subroutine put_number
 
-  !> Writes a number of eight digits with leading zeros.
+  !> Writes an integer of up to eight digits as eight digits, with leading zeros.
   pure subroutine put_eight(word, number)
     character(len=8), intent(out) :: word
     integer, intent(in) :: number

@@ -1,4 +1,5 @@
-!> Tables of results. A column has a key, a unit, a meaning, and the key of the column with its error bounds.
+!> Defines tables of results. Each column has a key, a unit, a meaning and, if there is one, the key of the column with its error
+!> bounds.
 module gestell_output_table
   use gestell_base_kinds, only: dp
   use gestell_output_table_unit, only: unit_type
@@ -7,21 +8,23 @@ module gestell_output_table
 
   public :: new_table
 
-  !> One column. Exactly one of `numbers`, `integers` and `words` is allocated, with a value for every row.
+  !> One column of a table. One of `numbers`, `integers` and `words` is allocated; it contains a value for every row.
   type, public :: column_type
-    !> `key`: name in files, with the unit; `label`: name for readers, without the unit; `meaning`: explanation
+    !> `key`: name of the column in files, which includes the unit. `label`: name for readers, without the unit. `meaning`:
+    !> explanation
     character(len=:), allocatable :: key, label, meaning
     !> Unit of the values
     type(unit_type) :: unit
-    !> Key of the column with the error bound; empty if there is none
+    !> Key of the column with the error bounds; empty if there is no such column
     character(len=:), allocatable :: error
     !> Real values; NaN marks a missing value
     real(dp), allocatable :: numbers(:)
     !> Integer values; `nothing` marks a missing value
     integer, allocatable :: integers(:)
-    !> All words in one text, each padded with blanks to `width`. An array would not do: gfortran loses the length of its elements.
+    !> All words one after the other in one text, each padded with blanks to `width` characters. An array of words is not used,
+    !> because gfortran loses the length of its elements.
     character(len=:), allocatable :: words
-    !> Number of characters of each word
+    !> Number of characters of each word in `words`
     integer, private :: width = 0
   contains
     procedure :: word
@@ -29,25 +32,25 @@ module gestell_output_table
 
   !> A table with its headings and columns.
   type, public :: table_type
-    !> The files of the table are NAME.csv and, for its picture, NAME.gp.
+    !> Name of the table. Its files are NAME.csv and, if it has a picture, NAME.gp
     character(len=:), allocatable :: name
-    !> `heading`: for reports and pages; `caption`: of the picture
+    !> `heading`: heading of the table in reports and pages. `caption`: caption of its picture
     character(len=:), allocatable :: heading, caption
-    !> `remarks`: complete lines before the header. `verdict`: verdict for the head of the file (gestell_output_report_verdict),
-    !> empty if there is none. If it is unallocated, the verdict on the machine of the input is used.
+    !> `remarks`: lines that precede the keys of the columns in the file. `verdict`: verdict that the head of the file states; empty
+    !> if it states none. If unallocated, the verdict on the machine of the input is stated
     character(len=:), allocatable :: remarks, verdict
-    !> Model of the frame if it differs from the model of the run; otherwise empty
+    !> Model of the frame, if the table uses another model than the run; otherwise empty
     character(len=:), allocatable :: model
-    !> True if the page of the report shows the rows
+    !> True if the HTML page shows the rows of the table
     logical :: shown = .false.
-    !> True if the file is already written and the rows are not stored, because the table is too large
+    !> True if the table is so large that it has been written already and its rows are not stored
     logical :: written = .false.
     !> Number of rows
     integer :: rows = 0
     type(column_type), allocatable :: columns(:)
-    !> After a call of `expect`: existing and added columns, until all expected columns are added
+    !> After a call of `expect`: the existing columns and those added since then, until all expected columns have been added
     type(column_type), allocatable, private :: reserved(:)
-    !> Number of completed columns in `reserved`
+    !> Number of columns in `reserved` that are complete
     integer, private :: filled = 0
   contains
     procedure, private :: add_numbers
@@ -60,18 +63,18 @@ module gestell_output_table
     generic :: add => add_numbers, add_integers, add_words, add_flags
   end type table_type
 
-  !> Marks a missing value in a column of integers
+  !> Value that marks a missing integer in a column of integers
   integer, parameter, public :: nothing = -huge(1)
 
 contains
 
   !> A table without columns.
   pure type(table_type) function new_table(name, heading, caption, verdict, shown) result(table)
-    !> `name`: of the files; `heading`: for reports and pages; `caption`: of the picture
+    !> `name`: name of the table and its files. `heading`: heading in reports and pages. `caption`: caption of the picture
     character(len=*), intent(in) :: name, heading, caption
-    !> Verdict on the machines of the table
+    !> Verdict on the machines that the table describes
     character(len=*), intent(in), optional :: verdict
-    !> True if the page of the report shows the rows
+    !> True if the HTML page is to show the rows
     logical, intent(in), optional :: shown
 
     table%name = name
@@ -84,18 +87,18 @@ contains
     allocate(table%columns(0))
   end function new_table
 
-  !> Adds a column of numbers. Error bounds are either in the column `error`, or in `bounds`, which is added as the column
-  !> NAME_error.
+  !> Adds a column of real numbers. Error bounds are given in one of two ways: `error` names the column that contains them, or
+  !> `bounds` contains them and is added as the column NAME_error.
   pure subroutine add_numbers(self, name, unit, meaning, values, error, bounds)
     class(table_type), intent(inout) :: self
-    !> `name`: of the column, without its unit; `meaning`: explanation
+    !> `name`: name of the column, without the unit. `meaning`: explanation of the column
     character(len=*), intent(in) :: name, meaning
     type(unit_type), intent(in) :: unit
     !> One value for each row
     real(dp), intent(in) :: values(:)
-    !> Name, without unit, of the column with the error bounds; this column has the same unit
+    !> Name of the column with the error bounds, without the unit; this column has the same unit
     character(len=*), intent(in), optional :: error
-    !> Error bounds, one for each row
+    !> Error bound for each row
     real(dp), intent(in), optional :: bounds(:)
     type(column_type) :: column
 
@@ -107,7 +110,7 @@ contains
     if (present(bounds)) call self%add(trim(name) // "_error", unit, "bound on its error", bounds)
   end subroutine add_numbers
 
-  !> The word in row `i`.
+  !> Word of this column in row `i`.
   pure function word(self, i)
     class(column_type), intent(in) :: self
     integer, intent(in) :: i
@@ -142,7 +145,7 @@ contains
     call append(self, column, name, unit_type(), meaning, size(values))
   end subroutine add_words
 
-  !> Adds a column with 1 for true and 0 for false. A value is marked as missing where `known` is false.
+  !> Adds a column of integers that are 1 for true and 0 for false. Where `known` is false, the value is marked as missing.
   pure subroutine add_flags(self, name, meaning, values, known)
     class(table_type), intent(inout) :: self
     character(len=*), intent(in) :: name, meaning
@@ -155,7 +158,7 @@ contains
     call self%add(name, meaning, flags)
   end subroutine add_flags
 
-  !> Completes the column and moves it to the end of the table.
+  !> Sets key, unit and meaning of a column and moves it to the end of the table.
   pure subroutine append(table, column, name, unit, meaning, rows)
     type(table_type), intent(inout) :: table
     type(column_type), intent(inout) :: column
@@ -179,7 +182,7 @@ contains
     table%rows = rows
   end subroutine append
 
-  !> Number of the column with this name, given with or without its unit; 0 if there is none.
+  !> Index of the column with this name, which may be given with or without the unit; 0 if there is no such column.
   pure integer function number_of(self, name) result(number)
     class(table_type), intent(in) :: self
     character(len=*), intent(in) :: name
@@ -200,8 +203,8 @@ contains
     key = self%columns(self%number_of(name))%key
   end function key_of_column
 
-  !> Prepares for `more` columns. All become visible when the last one is added. Without this call, adding a column moves all
-  !> earlier columns.
+  !> Announces that `more` columns will be added. They become visible when the last of them is added. Without this call, all earlier
+  !> columns are moved in memory whenever a column is added.
   pure subroutine expect(self, more)
     class(table_type), intent(inout) :: self
     integer, intent(in) :: more
@@ -215,7 +218,7 @@ contains
     end do
   end subroutine expect
 
-  !> Moves the columns of `other`, which must have as many rows, to the end of the table.
+  !> Moves all columns of the table `other`, which must have the same number of rows, to the end of this table.
   pure subroutine join(self, other)
     class(table_type), intent(inout) :: self
     type(table_type), intent(inout) :: other
@@ -232,7 +235,7 @@ contains
     self%rows = other%rows
   end subroutine join
 
-  !> Moves a column without copying its values.
+  !> Moves a column from one variable to another without copying its values.
   pure subroutine move_column(from, to)
     type(column_type), intent(inout) :: from
     type(column_type), intent(out) :: to
@@ -248,7 +251,7 @@ contains
     if (allocated(from%words)) call move_alloc(from%words, to%words)
   end subroutine move_column
 
-  !> Key of a column: its name and, if it has a unit, the suffix of the unit.
+  !> Key of a column: its name, followed by the suffix of its unit if it has a unit.
   pure function new_key(name, unit) result(key)
     character(len=*), intent(in) :: name
     type(unit_type), intent(in) :: unit

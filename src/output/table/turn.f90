@@ -1,4 +1,4 @@
-!> Columns common to all tables over the period: crank angle, time, orders and harmonics.
+!> Adds the columns that all tables over the period share: crank angle, time, orders and harmonics.
 module gestell_output_table_turn
   use gestell_base_kinds, only: dp
   use gestell_math_series_fourier, only: fourier_type
@@ -12,7 +12,7 @@ module gestell_output_table_turn
 
 contains
 
-  !> Adds the columns crank angle and time, with `points` + 1 rows over the period of the frame.
+  !> Adds two columns, crank angle and time, with `points` + 1 rows that cover one period of the frame.
   pure subroutine add_turn(table, frame, points)
     type(table_type), intent(inout) :: table
     class(frame_type), intent(in) :: frame
@@ -24,7 +24,7 @@ contains
     call table%add("t", second, "time", [(frame%period * k / points, k = 0, points)])
   end subroutine add_turn
 
-  !> Adds the columns order (multiple of the crank speed) and frequency for the harmonics 0 to `last`. Harmonic 0 is the mean.
+  !> Adds two columns, order (multiple of the crank speed) and frequency, for the harmonics 0 to `last`. Harmonic 0 is the mean.
   pure subroutine add_orders(table, frame, last)
     type(table_type), intent(inout) :: table
     class(frame_type), intent(in) :: frame
@@ -36,13 +36,12 @@ contains
     call table%add("frequency", hertz, "frequency of the order", [(k / frame%period, k = 0, last)])
   end subroutine add_orders
 
-  !> Adds a column with the orders of the harmonics `k` of a period with `turns` turns. The orders are integers if the period is one
-  !> turn.
+  !> Adds a column with the orders of the harmonics `k`. If the period is one turn of the crank, the column contains integers.
   pure subroutine add_order_column(table, name, meaning, k, turns)
     type(table_type), intent(inout) :: table
-    !> `name`: key of the column; `meaning`: explanation
+    !> `name`: name of the column. `meaning`: explanation of the column
     character(len=*), intent(in) :: name, meaning
-    !> `k`: numbers of the harmonics; `turns`: turns of the crank in the period
+    !> `k`: numbers of the harmonics. `turns`: number of turns that the crank completes in the period
     integer, intent(in) :: k(:), turns
 
     if (turns == 1) then
@@ -52,13 +51,13 @@ contains
     end if
   end subroutine add_order_column
 
-  !> Adds columns with amplitudes (in `unit`) and phases of a Fourier series, harmonics 0 to `last`. Harmonic 0 is the mean with its
-  !> sign. Harmonics beyond the end of the series are 0.
+  !> Adds two columns with amplitudes (in `unit`) and phases of a Fourier series, for the harmonics 0 to `last`. The amplitude of
+  !> harmonic 0 is the mean with its sign. Harmonics that the series does not contain are 0.
   pure subroutine add_harmonics(table, name, unit, series, last)
     type(table_type), intent(inout) :: table
-    !> Beginning of the keys of both columns
+    !> Text with which the names of both columns begin
     character(len=*), intent(in) :: name
-    !> Unit of the series
+    !> Unit of the amplitudes
     type(unit_type), intent(in) :: unit
     type(fourier_type), intent(in) :: series
     integer, intent(in) :: last
@@ -76,7 +75,7 @@ contains
     call table%add(trim(name) // "_" // trim(unit%suffix) // "_phase", radian, "phase of this harmonic", phase)
   end subroutine add_harmonics
 
-  !> Key of the column with the amplitudes.
+  !> Name of the column with the amplitudes of a quantity.
   pure function amplitude_of(name, unit) result(column)
     character(len=*), intent(in) :: name
     type(unit_type), intent(in) :: unit

@@ -1,11 +1,11 @@
-!> Units of table columns, as a suffix of the key and in words.
+!> Defines units of table columns, both as a suffix of the column's key and in words.
 module gestell_output_table_unit
   implicit none (type, external)
   private
 
   public :: new_unit
 
-  !> The key of a column ends with "_" and `suffix`, for example speed_rpm. Reports and pictures show `words`.
+  !> A unit of a column. The key of the column ends with "_" and `suffix`, as in speed_rpm; reports and pictures show `words`.
   type, public :: unit_type
     character(len=16) :: suffix = "", words = ""
   end type unit_type
@@ -19,7 +19,7 @@ module gestell_output_table_unit
 
 contains
 
-  !> Unit with the name `words`. Its suffix is derived from the name: m/s^2 becomes m_s2.
+  !> Unit that `words` names. Its suffix is derived from `words`: m/s^2 becomes m_s2.
   pure type(unit_type) function new_unit(words) result(unit)
     character(len=*), intent(in) :: words
     integer :: i, n
