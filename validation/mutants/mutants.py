@@ -5,7 +5,7 @@
     python3 validation/mutants/mutants.py draw N SEED           N of all lines: 500 take a night
 
 The last line is "N passed, M failed": a mutant passes if a test fails. Survivors are listed; whether one is equivalent, that is
-without any effect for a user, a reader must judge (doc/mutants.md). `fixed` runs the one test that each line names, and first
+without any effect for a user, a reader must judge (README.md). `fixed` runs the one test that each line names, and first
 without the mutant, when it must pass. The others run the quick tests of `fpm test` that execute the mutated procedure, the
 shortest first, then the files of test/cli that execute it; `draw` ends with 1 if fewer than 90 % are found. build/mutants keeps
 the build, and which test executes which procedure.
