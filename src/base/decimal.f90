@@ -79,7 +79,7 @@ contains
     if (twice > ten(dropped)) whole = whole + 1
   end subroutine round_off
 
-  !> Computes the 17 significant digits of abs(value): abs(value) = digits * 10^(exponent - 16) after rounding.
+  !> Rounds the magnitude of `value` to 17 significant digits: abs(value) = digits * 10^(exponent - 16) after rounding.
   pure subroutine find_digits(value, digits, exponent, decided)
     real(dp), intent(in) :: value
     !> The 17 significant digits as an integer; 0 if `value` is zero

@@ -189,7 +189,7 @@ contains
     handle = c_creat(name // c_null_char, rights)
   end subroutine create_file
 
-  !> Opens an existing file or folder for reading; `handle` is negative if this fails.
+  !> Opens an existing file or folder for reading. `handle` is negative if it cannot be opened.
   subroutine open_to_read(name, handle)
     character(len=*), intent(in) :: name
     integer(c_int), intent(out) :: handle
@@ -197,7 +197,7 @@ contains
     handle = c_open(name // c_null_char, 0_c_int)
   end subroutine open_to_read
 
-  !> Opens an existing file for writing without emptying it; `handle` is negative if this fails.
+  !> Opens an existing file for writing; its content stays. `handle` is negative if the file cannot be opened.
   subroutine open_to_write(name, handle)
     character(len=*), intent(in) :: name
     integer(c_int), intent(out) :: handle
@@ -205,7 +205,7 @@ contains
     handle = c_open(name // c_null_char, only_to_write)
   end subroutine open_to_write
 
-  !> Reads up to len(bytes) bytes. `n` is the number of bytes read: 0 at the end of the file, -1 if reading fails.
+  !> Reads at most len(bytes) bytes. `n` is the number of bytes read; it is 0 at the end of the file and -1 if reading fails.
   subroutine read_chunk(handle, bytes, n)
     integer(c_int), intent(in) :: handle
     ! allow(C072)
@@ -322,7 +322,7 @@ contains
     if (.not. made) there = errno() == exists_already
   end subroutine make_directory
 
-  !> Removes a folder if it is empty.
+  !> Removes a folder, provided that it is empty.
   subroutine remove_folder(name, done)
     character(len=*), intent(in) :: name
     logical, intent(out), optional :: done
@@ -349,7 +349,7 @@ contains
   !> Tries to get an exclusive lock on an open file.
   subroutine try_lock(handle, wait, held, busy)
     integer(c_int), intent(in) :: handle
-    !> True: wait until no other process holds the lock
+    !> True if the procedure is to wait until no other process holds the lock
     logical, intent(in) :: wait
     !> `held`: true if this process now has the lock; `busy`: true if another process has it. Both are false if the file system does
     !> not support locks
@@ -360,7 +360,7 @@ contains
     if (.not. held) busy = any(would_block == errno())
   end subroutine try_lock
 
-  !> Closes the file and thus releases its lock.
+  !> Releases the lock on a file by closing the file.
   subroutine unlock_file(handle)
     integer(c_int), intent(in) :: handle
     integer(c_int) :: status

@@ -9,7 +9,7 @@ module gestell_base_growing_text
     private
     character(len=:), allocatable :: room
     integer :: used = 0
-    !> Number of characters copied so far because the storage had to grow
+    !> Total number of characters that have been copied because the storage was full
     integer, public :: moved = 0
   contains
     procedure :: append

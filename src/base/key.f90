@@ -35,7 +35,8 @@ module gestell_base_key
     integer :: kind
     !> Meaning of the key in one sentence of Markdown
     character(len=256) :: meaning = ""
-    !> `rank`: number of subscripts (0 scalar, 1 vector or list, 2 matrix); `least`, `most`: minimum and maximum number of values
+    !> `rank`: number of subscripts (0 for a scalar, 1 for a vector or list, 2 for a matrix). `least`, `most`: minimum and maximum
+    !> number of values
     integer :: rank = 0, least = 1, most = 1
     !> Number of values in the short form of a vector (its first elements) or of a matrix (its upper left square block). 0 if the
     !> key has no short form

@@ -1,4 +1,4 @@
-!> Compares and completes the paths of files (POSIX). File names must not end with blanks.
+!> Compares paths of files and completes them to absolute paths (POSIX). File names must not end with blanks.
 module gestell_base_paths
   use gestell_base_files, only: copy_text
   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_int, c_intptr_t, c_null_char, c_ptr, c_size_t

@@ -1,4 +1,4 @@
-!> Writes all results as one JSON object (RFC 8259); doc/output.md describes it.
+!> Writes all results of a run as one JSON object (RFC 8259), which doc/output.md describes.
 module gestell_output_json
   use gestell_base_growing_text, only: growing_text_type
   use gestell_base_text, only: either, newline, text

@@ -66,7 +66,7 @@ module gestell_run_command_line
 
   !> The options and the input file that a command line specifies.
   type, public :: options_type
-    !> Name of the input file; unallocated if the command line contains none
+    !> Name of the input file; unallocated if the command line does not contain it
     character(len=:), allocatable :: input
     !> Folder for the result files. If unallocated, the name of the folder is derived from that of the input file
     character(len=:), allocatable :: output

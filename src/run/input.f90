@@ -69,7 +69,7 @@ contains
     end if
   end subroutine check_options
 
-  !> Fails if a result file in `folder` would replace the input file `path`.
+  !> Fails if a result file of the `tasks` in `folder` would replace the input file, whose path is `path`.
   subroutine check_folder(tasks, folder, path, error)
     type(any_task_type), intent(in) :: tasks(:)
     !> `folder`: folder for the result files. `path`: full path of the input file

@@ -39,7 +39,7 @@ module gestell_run_terminal
 
   !> `bar`: number of characters of the progress bar. `widest`: maximum number of characters of the progress line.
   integer, parameter :: bar = 30, widest = 79
-  !> Minimum time between two updates (s).
+  !> Minimum time between two updates of the progress line (s).
   real(dp), parameter :: pause = 0.1_dp
 
 contains

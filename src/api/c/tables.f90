@@ -1,4 +1,4 @@
-!> C interface of a solution's tables (include/gestell.h): names, columns and values.
+!> C interface for the tables of a solution (include/gestell.h): returns their names, columns and values.
 module gestell_api_c_tables
   use gestell_base_error, only: error_type, fatal_error, wrong_usage
   use gestell_base_text, only: text

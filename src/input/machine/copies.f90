@@ -36,7 +36,7 @@ contains
   subroutine add_copies(members, parts, originals, joints, copies, error)
     !> Joints or links, to which those of the copies are appended
     type(members_type), intent(inout) :: members
-    !> Names of all mechanisms, followed by those of all copies
+    !> Names of all mechanisms, then names of all copies
     character(len=*), intent(in) :: parts(:)
     !> For each mechanism or copy: number of the mechanism that was copied, directly or through another copy
     integer, intent(in) :: originals(:)

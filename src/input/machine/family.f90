@@ -37,7 +37,7 @@ module gestell_input_machine_family
     type(units_type) :: units
     !> Definitions of all joint types
     type(form_type), allocatable :: forms(:)
-    !> Path of each parameter
+    !> For each parameter: path of the value or values that it changes
     character(len=word_length), allocatable :: paths(:)
     !> Places in the document of the numbers that depend on parameters; only the first `located` elements are used
     type(location_type), allocatable :: locations(:)
@@ -64,7 +64,7 @@ contains
     !> The checked input
     type(document_type), intent(in) :: doc
     type(schema_type), intent(in) :: schema
-    !> Units of the input
+    !> Units in which the document gives numbers
     type(units_type), intent(in) :: units
     !> Path of the value or values that each parameter changes, written as for --set
     character(len=*), intent(in) :: paths(:)

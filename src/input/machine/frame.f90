@@ -97,8 +97,8 @@ module gestell_input_machine_frame
 
 contains
 
-  !> Reads frame, supports, foundation and drive, and builds the frame with its mechanism. Fails if a value is invalid or the
-  !> mechanism cannot be assembled at some crank angle. The message names the line of the faulty group.
+  !> Reads the frame, its supports and foundation, and the drive, and builds the frame with its mechanism. Fails if a value is
+  !> invalid or the mechanism cannot be assembled at some crank angle. The message names the line of the faulty group.
   subroutine read_frame(doc, units, mechanism, frame, error)
     !> The checked input
     type(document_type), intent(in) :: doc

@@ -1,4 +1,4 @@
-!> Lists the groups that describe the machine, with their keys, and reads the units of the input.
+!> Lists the input groups that describe the machine, and the keys of these groups. Reads the units of the input.
 module gestell_input_machine_groups
   use gestell_base_error, only: error_type
   use gestell_base_key, only: joined, key_type, quantities, text_key

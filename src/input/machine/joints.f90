@@ -105,7 +105,7 @@ contains
     type(group_type), intent(in) :: group
     !> Definitions of all joint types
     type(form_type), intent(in) :: forms(:)
-    !> Index of the type in `forms`
+    !> Index in `forms` of the joint's type
     integer, intent(out) :: number
     type(error_type), allocatable, intent(out) :: error
     character(len=:), allocatable :: type
@@ -119,16 +119,16 @@ contains
   !> Reads joint `i`, moves it to the position of its mechanism and adds it to the linkage. Fails if a key does not suit its type,
   !> if a key refers to a joint that is unknown or listed later, or if a value is out of range.
   subroutine read_joint(joints, names, i, forms, units, placement, linkage, error)
-    !> All joints of the input
+    !> Groups of all joints in the input
     type(group_type), intent(in) :: joints(:)
     !> Their names
     type(dictionary_type), intent(in) :: names
     integer, intent(in) :: i
-    !> Definitions of all types of joints
+    !> Definitions of all joint types
     type(form_type), intent(in) :: forms(:)
     !> Units of the input
     type(units_type), intent(in) :: units
-    !> Position of the joint's mechanism
+    !> Position of the mechanism to which the joint belongs
     type(placement_type), intent(in) :: placement
     !> The linkage; on entry it contains all joints listed before joint `i`
     type(linkage_type), intent(inout) :: linkage
@@ -221,9 +221,9 @@ contains
 
   !> Fails if a key of a group refers to a joint that is unknown or listed too late.
   subroutine check_joint_references(group, key, references, joints, names, allowed_count, error)
-    !> `group`: the group that refers to joints; `joints`: all joints of the input
+    !> `group`: the group whose key refers to joints. `joints`: groups of all joints in the input
     type(group_type), intent(in) :: group, joints(:)
-    !> `key`: key of the group that refers to the joints; `references`: names of these joints
+    !> `key`: name of the key that refers to joints. `references`: names of the joints to which it refers
     character(len=*), intent(in) :: key, references(:)
     !> Names of all joints
     type(dictionary_type), intent(in) :: names

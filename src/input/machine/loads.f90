@@ -34,7 +34,7 @@ contains
   subroutine read_foundation(group, units, in_space, stiffness, damping, error)
     type(group_type), intent(in) :: group
     type(units_type), intent(in) :: units
-    !> True if the frame moves in space
+    !> True if the frame moves in three dimensions, not only in its plane
     logical, intent(in) :: in_space
     !> Matrices of the foundation, in the order of the frame's degrees of freedom
     real(dp), intent(out) :: stiffness(6, 6), damping(6, 6)
@@ -128,7 +128,7 @@ contains
     type(units_type), intent(in) :: units
     !> True if the frame moves in space
     logical, intent(in) :: in_space
-    !> Acceleration of gravity along xi, eta, zeta (m/s^2)
+    !> Components of the acceleration of gravity along xi, eta, zeta (m/s^2)
     real(dp), intent(out) :: gravity(3)
     type(error_type), allocatable, intent(out) :: error
     !> Components of the direction smaller than this are set to zero: if gravity acts along an axis, they are rounding errors.

@@ -118,8 +118,8 @@ contains
     type(document_type), intent(in) :: doc
     !> Units of the input
     type(units_type), intent(in) :: units
-    !> `origins`: origin of each plane relative to O (m), shape (3, planes). `axes`: x axis, y axis and normal of each plane, along
-    !> the axes of the frame, shape (3, 3, planes)
+    !> `origins`: origin of each plane relative to O (m), shape (3, planes). `axes`: for each plane, unit vectors along x, y and the
+    !> normal, with components along the axes of the frame, shape (3, 3, planes)
     real(dp), allocatable, intent(out) :: origins(:, :), axes(:, :, :)
     !> Axis of the drive: the normal of the first mechanism with ratio 1; zero if no mechanism has this ratio
     real(dp), intent(out) :: shaft(3)

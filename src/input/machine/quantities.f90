@@ -128,7 +128,7 @@ contains
   !> no quantity has a frequency band. Also fails if `new_measure` fails.
   subroutine read_measures(group, keys, frame, probes, names, measures, error)
     type(group_type), intent(in) :: group
-    !> Records of the group's keys
+    !> Records of the keys of the group
     type(key_type), intent(in) :: keys(:)
     class(frame_type), intent(in) :: frame
     type(probe_type), intent(in) :: probes(:)

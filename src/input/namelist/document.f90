@@ -52,7 +52,7 @@ module gestell_input_namelist_document
 
   !> All groups of an input file, in the order of the file
   type :: document_type
-    !> Name of the file in messages
+    !> Name of the input file, for messages
     character(len=:), allocatable :: file
     !> Full path of the input file; unallocated if the input is no file
     character(len=:), allocatable :: path

@@ -60,7 +60,7 @@ contains
     character(len=:), allocatable, intent(inout) :: text
     !> Index of the group among all groups of the text, counted from 1
     integer, intent(in) :: group
-    !> The key and its new values
+    !> Name of the key, and the values that replace its old ones
     type(entry_type), intent(in) :: entry
     !> Comment that is added at the end of the line
     character(len=*), intent(in) :: remark

@@ -55,7 +55,7 @@ contains
     !> The explanation
     character(len=*), intent(in) :: message
     type(error_type), allocatable, intent(out) :: error
-    !> Index of the element at fault; absent: all values
+    !> Index of the element whose value is wrong. If absent, the message concerns all values
     integer, intent(in), optional :: element
 
     associate (value => entry%values(value_with_line(entry, element)))

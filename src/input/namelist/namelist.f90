@@ -35,7 +35,7 @@ contains
     doc%path = full_path(file)
   end subroutine read_document
 
-  !> Reads all bytes of a file. Fails if it does not exist, is a directory, cannot be read or is too large.
+  !> Reads all bytes of a file. Fails if the file does not exist, is a directory, cannot be read or is too large.
   subroutine read_text(file, content, error)
     character(len=*), intent(in) :: file
     character(len=:), allocatable, intent(out) :: content

@@ -79,7 +79,7 @@ contains
     is_digits = len(text) > 0 .and. verify(text, "0123456789") == 0
   end function is_digits
 
-  !> A text without its leading sign.
+  !> Copy of a text without its leading sign, if it has one.
   pure function without_sign(text) result(rest)
     character(len=*), intent(in) :: text
     character(len=:), allocatable :: rest

@@ -16,7 +16,7 @@ module gestell_input_schema_help
   public :: entry, help_on
 
   character, parameter :: newline = new_line("a")
-  !> Width of the terminal in columns.
+  !> Number of characters in a line of the terminal.
   integer, parameter :: terminal_width = 80
   !> Column of the terminal in which explanations begin.
   integer, parameter :: text_column = 18

@@ -31,7 +31,7 @@ module gestell_input_schema_units
   !> Units of an input without the group &units: SI units, but deg for angles.
   type(units_type), parameter, public :: usual_units = units_type()
 
-  !> Names of the keys of &units, one for each quantity.
+  !> Names of the keys of the group &units. Each key sets the unit of one quantity.
   character(len=14), parameter, public :: quantity_names(quantities) = [character(len=14) :: "length", "mass", "inertia", &
     & "stiffness", "force", "moment", "damping", "rotary_damping", "angle"]
 

@@ -33,7 +33,7 @@ contains
     !> Index of the first word of the record's header
     integer, intent(in) :: first
     integer(int64), intent(out) :: fingerprint
-    !> Indices of the first and last word of the content in `words`
+    !> Indices in `words` of the first and the last word of the content
     integer, intent(out) :: content(2)
     !> True if the record is complete and its checksum matches
     logical, intent(out) :: is_valid

@@ -18,7 +18,7 @@ contains
     !> Letter of the axis: x or y
     character, intent(in) :: letter
     type(axis_type), intent(in) :: axis
-    !> Label of the axis
+    !> Text that labels the axis
     character(len=*), intent(in) :: name
     !> Margin added at both ends, divided by the length of the range
     real(dp), intent(in) :: margin

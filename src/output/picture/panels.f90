@@ -125,7 +125,8 @@ contains
   !> Gnuplot lines for a panel with amplitudes over the orders. The y axis is logarithmic and covers six decades.
   pure function order_panel(table, label, factor, columns, titles, turns) result(lines)
     type(table_type), intent(in) :: table
-    !> `label`: of the y axis; `factor`: a gnuplot expression; `columns`: names of columns; `titles`: of the curves
+    !> `label`: label of the y axis. `factor`: gnuplot expression for a factor. `columns`: names of the columns. `titles`: titles of
+    !> their bars
     character(len=*), intent(in) :: label, factor, columns(:), titles(:)
     !> Number of turns that the crank completes in a period; it determines the width of the bars
     integer, intent(in) :: turns

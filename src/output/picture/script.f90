@@ -29,7 +29,7 @@ module gestell_output_picture_script
     character(len=4) :: words = "1"
     !> Factor that converts a value from SI units to this unit
     real(dp) :: factor = 1
-    !> Name of the unit
+    !> Name of the unit as the axis shows it
     character(len=5) :: name = ""
   end type axis_unit_type
 

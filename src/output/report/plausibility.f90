@@ -43,7 +43,7 @@ module gestell_output_report_plausibility
   character(len=*), parameter :: check_units = ": check the units (by default m, kg, N, s; see &units)", &
     & check_masses = ": check mass and inertia"
 
-  !> Extreme values of a mechanism over its period.
+  !> Extreme values of a mechanism's motion over its period.
   type :: extremes_type
     !> Maximum speed (m/s) and maximum acceleration (m/s^2) over all joints
     real(dp) :: speed = 0, acceleration = 0

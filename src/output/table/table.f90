@@ -194,7 +194,7 @@ contains
     end do
   end function number_of
 
-  !> Key of the column with this name. The column must exist.
+  !> Key of the column called `name`, which must exist.
   pure function key_of_column(self, name) result(key)
     class(table_type), intent(in) :: self
     character(len=*), intent(in) :: name
