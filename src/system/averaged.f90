@@ -136,7 +136,7 @@ contains
     c = self%c
   end subroutine matrices
 
-  !> Computes the load of the original system.
+  !> Computes the load of the original system, which is not averaged.
   subroutine load(self, t, h)
     class(averaged_system), intent(in) :: self
     real(dp), intent(in) :: t

@@ -43,7 +43,7 @@ contains
     corrected%free = free
   end function corrected_system
 
-  !> Computes M, B, C of the inner system.
+  !> Computes M, B, C of the system whose motion is corrected.
   subroutine matrices(self, t, m, b, c)
     class(corrected_system_type), intent(in) :: self
     real(dp), intent(in) :: t

@@ -19,7 +19,7 @@ module gestell_system_periodic
     integer :: states = 0
     !> Period T > 0, in the unit of the time t
     real(dp) :: period = 0
-    !> Times in (0, T), ascending, at which the coefficients jump. Integration steps end there.
+    !> Times in (0, T), ascending, at which the coefficients jump. An integration step ends at each of them.
     real(dp), allocatable :: breaks(:)
     !> Number of equal steps per period that resolves the fastest change of the coefficients. Integration methods without embedded
     !> methods use at least `least_steps` steps. Methods with embedded methods may use fewer steps, but at least as many nodes as
@@ -40,7 +40,7 @@ module gestell_system_periodic
   end type periodic_system
 
   abstract interface
-    !> Computes the matrix P(t) of the equations x' = P x + f, shape (n, n), at a time in [0, T].
+    !> Computes the matrix P(t) of the equations x' = P x + f, shape (n, n), at the time `t` in [0, T].
     subroutine matrix_at(self, t, p)
       import :: periodic_system, dp
       implicit none (type, external)
@@ -68,9 +68,9 @@ contains
     if (allocated(from%breaks)) self%breaks = from%breaks
   end subroutine inherit
 
-  !> Checks the components of the system. Every procedure that solves a system calls this check first. A model that has more to
-  !> check overrides this procedure and calls it from its own. Fails if there are no states, if the period is not positive and
-  !> finite, if the breaks are not ascending within the period, or if `least_steps` or a rounding error is out of range.
+  !> Checks the components of the system. Every procedure that solves a system calls this check first. If a model has more to check,
+  !> its own check overrides this procedure and calls it. Fails if there are no states, if the period is not positive and finite, if
+  !> the breaks are not ascending within the period, or if `least_steps` or a rounding error is out of range.
   subroutine check_periodic(self, error)
     class(periodic_system), intent(in) :: self
     type(error_type), allocatable, intent(out) :: error

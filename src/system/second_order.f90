@@ -28,7 +28,7 @@ module gestell_system_second_order
   end type second_order_system
 
   abstract interface
-    !> Computes M, B, C, each of shape (f, f), at a time in [0, T].
+    !> Computes M, B, C, each of shape (f, f), at the time `t` in [0, T].
     subroutine matrices_at(self, t, m, b, c)
       import :: second_order_system, dp
       implicit none (type, external)

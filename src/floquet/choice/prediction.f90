@@ -15,20 +15,19 @@ module gestell_floquet_choice_prediction
 
 contains
 
-  !> Number of steps at which a method with embedded methods should reach the tolerance in its first solution. It is the smallest
-  !> number that meets all these requirements:
+  !> Number of steps for the first solution by a method with embedded methods. With this number the solution should reach the
+  !> tolerance. It is the smallest number that meets all these requirements:
   !>
   !> - the steps resolve the coefficients, and the phase of the fastest motion advances by at most `longest_turn` radians in a step,
   !> - without fitting, the error of Gauss' method is at most `error_share` times the allowed error,
   !> - the first embedded method changes the result by at most `change` times the allowed error,
-  !> - the second embedded method has begun to converge, or the first one changes the result by at most twice the allowed error,
+  !> - the second embedded method converges, or the first one changes the result by at most twice the allowed error,
   !> - the nodes resolve the coefficients and the loads (`steps_to_resolve`).
   !>
   !> `steps_to_resolve` uses an error estimate whose order is lower by three than the order of quadrature; for loads the estimate
   !> grows with the order. `of_changes` and the powers of gain, width and order were fitted to 30000 solutions of 548 random
-  !> machines. With smaller values a second solution is needed more often; with larger ones the first solution has too many steps.
-  !> Values of
-  !> `change` from 100 to 300 give equal work.
+  !> machines. With smaller values of these constants a second solution is needed more often; with larger values the first solution
+  !> has too many steps. Values of `change` from 100 to 300 lead to the same total work.
   pure real(dp) function first_steps(method, system, survey, tolerance) result(steps)
     class(method_type), intent(in) :: method
     class(periodic_system), intent(in) :: system

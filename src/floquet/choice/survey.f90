@@ -45,7 +45,7 @@ module gestell_floquet_choice_survey
     & place = 1, points), order = 1, points / 2)], [points, points / 2])
   real(dp), parameter :: sine(points, points / 2) = reshape([((sin(2 * pi * place * order / points), &
     & place = 1, points), order = 1, points / 2)], [points, points / 2])
-  !> Index of the array constructor below: 1 for coefficients, 2 for loads.
+  !> Index of the array constructor below; 1 means coefficients, 2 means loads.
   integer :: which
   !> Factors k^growth for the harmonics k = 1, 2, ...; column 1 for coefficients, column 2 for loads.
   real(dp), parameter :: falling(points / 2, 2) = reshape([((real(order, dp)**growth(which), order = 1, points / 2), &
@@ -185,7 +185,7 @@ contains
   pure subroutine fit_harmonics(values, any_width, falling, width, height, maximum)
     real(dp), intent(in) :: values(points), any_width, falling(points / 2)
     real(dp), intent(out) :: width, height, maximum
-    !> Relative to the maximum amplitude: smaller amplitudes are rounding errors.
+    !> Limit on amplitudes, relative to the maximum amplitude. Smaller amplitudes are treated as rounding errors.
     real(dp), parameter :: least = 16 * epsilon(1.0_dp)
     real(dp) :: amplitude(points / 2), unit
     integer :: k

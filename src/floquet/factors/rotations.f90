@@ -1,7 +1,7 @@
 !> Rotates a periodic sequence of triangular factors R_k in one plane: the basic step of the periodic Schur form.
 !>
 !> In the plane (i, i + 1) the rotation G_k = [p, -conj(q); q, conj(p)] has the first column v_k, a unit vector. If R_k v_k is
-!> parallel to v_{k+1}, then G_{k+1}^H R_k G_k is triangular too.
+!> parallel to v_{k+1}, then G_{k+1}^H R_k G_k is also triangular.
 module gestell_floquet_factors_rotations
   use gestell_base_kinds, only: dp
   implicit none (type, external)

@@ -101,7 +101,7 @@ contains
     end do
   end function phases_at
 
-  !> Work of a step, see `step_work` in gestell_floquet_integrator_method.
+  !> Computing time of a step, in the units of `step_work` in gestell_floquet_integrator_method.
   pure function work(self, states, second_order)
     class(gauss_method), intent(in) :: self
     integer, intent(in) :: states

@@ -15,13 +15,13 @@ module gestell_floquet_integrator_method
   !> Sums over steps of the variations of coefficients and loads between the nodes of a step; the method neglects these variations
   type, public :: unresolved_type
     !> `coefficients`: phase error (radians) due to variations of the coefficients. `turns`: phase advance (radians) of the fastest
-    !> motion. The others are integrals over time: `load` of the size of the loads, `loads` of their error, `missed` of their
-    !> interpolation error.
+    !> motion. `load`, `loads`, `missed`: integrals over time of the size of the loads, of their error, and of their interpolation
+    !> error.
     real(dp) :: coefficients = 0, loads = 0, turns = 0, load = 0, missed = 0
     !> Number of steps
     integer :: steps = 0
-    !> Sums over the steps of the squares (1) and fourth powers (2) of the phase advances (radians per step) to which the steps are
-    !> fitted
+    !> `fitted(1)`, `fitted(2)`: sums over the steps of the squares and of the fourth powers of the phase advances (radians per
+    !> step) to which the steps are fitted
     real(dp) :: fitted(2) = 0
     !> Bounds on the changes of the last f states due to the error of the loads, shape (f). If there are positions, these states are
     !> the velocities.
@@ -136,8 +136,8 @@ contains
     allocate(phases(0))
   end function default_phases
 
-  !> Default of `steps_at_once`: 1, for methods that compute one step at a time. Other methods return the number of steps that they
-  !> compute side by side; for them, fewer steps take as long as this number of steps.
+  !> Default of `steps_at_once`: 1, for methods that compute each step separately. Other methods return the number of steps that
+  !> they compute together; for them, fewer steps take as long as this number of steps.
   pure integer function one_step(self, states, second_order)
     class(method_type), intent(in) :: self
     integer, intent(in) :: states

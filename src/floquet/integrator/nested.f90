@@ -2,8 +2,9 @@
 !>
 !> Collocation at the Gauss nodes is a Galerkin method for accelerations v of degree s - 1 whose integrals are computed by Gauss
 !> quadrature. The embedded methods are Galerkin methods for v of degree s - 2 and s - 3, of orders 2 s - 2 and 2 s - 4. In the
-!> first one v has no part along the Legendre polynomial P_s-1, and the residual has a part along P_s-1 only. In the second one this
-!> holds for P_s-1 and P_s-2. Two middle nodes, p and q, are put last. The unknowns of these nodes are
+!> first embedded method v has no part along the Legendre polynomial P_s-1, and the residual has a part along P_s-1 only. In the
+!> second embedded method the same holds for P_s-1 and P_s-2 together. Two middle nodes, p and q, become the last nodes. The
+!> unknowns of these nodes are
 !>
 !>     u_q = v_q - sum over j of e_j v_j,    u_p = v_p - sum over j of e'_j v_j:
 !>

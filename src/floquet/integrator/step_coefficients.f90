@@ -97,7 +97,8 @@ contains
     type(coefficients_type), intent(in) :: at
     !> Units of the last f states (the velocities, if there are positions), shape (f)
     real(dp), intent(in) :: units(:)
-    !> Sums over steps of the variations of coefficients and loads between the nodes; this call adds the variations of its own steps
+    !> Sums over steps of the variations of coefficients and loads between the nodes; this call adds the variations of the steps
+    !> that it computes
     type(unresolved_type), intent(inout) :: unresolved
     ! For each step: part missed by interpolation, variation within the step, size
     real(dp), dimension(size(at%lengths), 3) :: of_m, of_b, of_c, of_g

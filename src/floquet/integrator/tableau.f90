@@ -71,8 +71,9 @@ contains
     self%aa = product_of(self%a, self%a)
   end subroutine fit_tableau
 
-  !> Changes xi_s-1 in A so that the continued fraction includes its tail g, which lies between 1/2 and 1. No method with s stages
-  !> follows a motion whose phase advances by more than 2 s radians in a step; for such a motion the g of 2 s radians is used.
+  !> Changes xi_s-1 in A so that the continued fraction includes its tail g, which is between 1/2 and 1. No method with s stages can
+  !> follow a motion whose phase advances by more than 2 s radians in a step; for such a motion the procedure uses the tail g for 2
+  !> s radians.
   pure subroutine add_tail(high, next, b, turn, a)
     !> `high`, `next`: Legendre polynomials P_s-1 and P_s-2 at the nodes, shape (s). `b`: weights of the nodes, shape (s). `turn`:
     !> phase advance (radians) of the motion in a step.

@@ -46,16 +46,16 @@ contains
   !> If the embedded methods converge, q is the projection of D_1 on D_2, divided by |D_2|^2. It is limited to the range from 0 to
   !> slightly more than the fastest motion can cause, because a larger value has another cause.
   pure subroutine compare_pair(level, lower, scale, angle, fitted, positions, pair)
-    !> Map of the method
+    !> Map over the period, computed by the method itself
     type(level_type), intent(in) :: level
-    !> Maps of the first and the second embedded method
+    !> Maps over the period, computed by the first and the second embedded method
     type(period_map_type), intent(in) :: lower(2)
     !> `scale`: units of the states, shape (n). `angle`: phase advance (radians) of the fastest motion in a step. `fitted`: means of
     !> the squares and fourth powers of the phase advances (radians) to which the steps are fitted.
     real(dp), intent(in) :: scale(:), angle, fitted(2)
     !> True if the states are positions and velocities
     logical, intent(in) :: positions
-    !> The results of the comparison
+    !> Norms of the differences, factor q and fraction `missed`
     type(pair_type), intent(out) :: pair
     real(dp), parameter :: margin = 1.15_dp
     ! Inner products D_1 D_1, D_1 D_2, D_2 D_2

@@ -102,7 +102,7 @@ contains
     !> Phi(T) and x_p(T) with bounds on their errors
     type(monodromy_type), intent(out) :: monodromy
     type(error_type), allocatable, intent(out) :: error
-    !> Survey of the system, if the caller already has it
+    !> Estimates from `survey_system`, if the caller already has them
     type(survey_type), intent(in), optional :: surveyed
     type(survey_type) :: survey
 

@@ -174,8 +174,8 @@ contains
   end function growth_halfway
 
   !> Computes the motion x that starts from `x0` at phase 0. All phases are ends of steps, and the steps are at most as long as
-  !> those between `nodes`, so x has the accuracy of the method at the phases. Fails if `period_map` would fail or `x` does not have
-  !> one column per phase.
+  !> those between `nodes`, so x has the accuracy of the method at the phases. Fails in the cases in which `period_map` fails, and
+  !> if `x` does not have one column per phase.
   subroutine trajectory(system, method, nodes, x0, phases, x, error)
     class(periodic_system), intent(in) :: system
     class(method_type), intent(in) :: method

@@ -66,7 +66,7 @@ module gestell_floquet_reduction
     real(dp) :: left = 0
     !> True if the decoupling on more phases can start from this result.
     logical :: settled = .false.
-    !> Only if `settled` is true: minimum distance between two groups, or between a fast group and zero.
+    !> Minimum distance between two groups, or between a fast group and zero. Defined only if `settled` is true.
     real(dp) :: distance = 0
   end type decoupled_type
 
@@ -83,8 +83,8 @@ module gestell_floquet_reduction
 
 contains
 
-  !> Reduces `system` and increases the number of phases until the residual is at most `tolerance` or roundoff. For the forced part
-  !> the residual is relative to p. Fails if the system cannot be reduced; the message gives the reason.
+  !> Reduces `system` and increases the number of phases until the residual is at most `tolerance` or its own roundoff. For the
+  !> forced part the residual is relative to p. Fails if the system cannot be reduced; the message gives the reason.
   subroutine reduce(system, scale, forced, tolerance, reduction, error)
     class(periodic_system), intent(in) :: system
     !> `scale`: units that balance the states, shape (n). `tolerance`: allowed residual.

@@ -40,7 +40,7 @@ contains
     real(dp), contiguous, intent(in) :: a(:, :, :), s(:, :, :), d(:, :, :), start(:, :), start_inverse(:, :)
     type(modes_type), intent(in) :: modes
     type(residuals_type), intent(out) :: residuals
-    !> D and S^-1 midway between the phases
+    !> Matrices D and S^-1 of the decoupled equations, midway between the phases
     type(motion_type), intent(out) :: between
     type(error_type), allocatable, intent(out) :: error
     real(dp), dimension(size(s, 1), size(s, 1)) :: operator
@@ -63,10 +63,10 @@ contains
 
   !> Measures the residuals of the response p and the remainder g.
   subroutine measure_forcing(a, f, p, g, between, modes, start, size_a, residuals)
-    !> `a`, shape (phases, n, n), and `f`, shape (phases, n): A and T f midway between the phases. `p`, `g`, shapes (phases, n): p
-    !> and g at the phases. The basis of all coordinates is the columns of `start`.
+    !> `a`, shape (phases, n, n), and `f`, shape (phases, n): coefficients A and loads T f midway between the phases. `p`, `g`,
+    !> shapes (phases, n): response and remainder at the phases. The basis of all coordinates is the columns of `start`.
     real(dp), contiguous, intent(in) :: a(:, :, :), f(:, :), p(:, :), g(:, :), start(:, :)
-    !> D and S^-1 midway between the phases
+    !> Matrices D and S^-1 of the decoupled equations, midway between the phases
     type(motion_type), intent(in) :: between
     type(modes_type), intent(in) :: modes
     !> Maximum of |A|

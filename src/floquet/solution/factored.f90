@@ -49,7 +49,7 @@ contains
     logical, intent(in) :: forced
     type(factored_type), intent(out) :: factored
     type(error_type), allocatable, intent(out) :: error
-    !> Survey of the system, if the caller already has it
+    !> Estimates from `survey_system`, if the caller already has them
     type(survey_type), intent(in), optional :: surveyed
     integer :: i
 

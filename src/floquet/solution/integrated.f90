@@ -38,7 +38,7 @@ contains
     logical, intent(in) :: forced
     type(integrated_type), intent(out) :: integrated
     type(error_type), allocatable, intent(out) :: error
-    !> Survey of the system, if the caller already has it
+    !> Estimates from `survey_system`, if the caller already has them
     type(survey_type), intent(in), optional :: surveyed
 
     call solve_monodromy(system, accuracy, forced, integrated%monodromy, error, surveyed)

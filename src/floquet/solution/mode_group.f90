@@ -27,7 +27,7 @@ module gestell_floquet_solution_mode_group
     complex(dp) :: shift = 0
     !> Matrix Phi, shape (m, m); unallocated if the solution of the group keeps Phi as a product of factors.
     complex(dp), allocatable :: phi(:, :)
-    !> Bound on the norm of the error of Phi.
+    !> Bound on the norm of the error of the matrix Phi.
     real(dp) :: error = 0
     !> The group as a system of its own, without the factor exp(shift). Unallocated for a single mode without forcing.
     type(sampled_system), allocatable :: system
@@ -124,7 +124,7 @@ contains
   !> the columns of the group.
   subroutine group_multipliers(group, vectors, multipliers, error)
     type(group_type), intent(in) :: group
-    !> True: compute the eigenvectors too
+    !> True: also compute the eigenvectors
     logical, intent(in) :: vectors
     type(multipliers_type), intent(out) :: multipliers
     type(error_type), allocatable, intent(out) :: error

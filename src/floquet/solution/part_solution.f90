@@ -26,13 +26,13 @@ module gestell_floquet_solution_part_solution
     procedure :: add
   end type evidence_type
 
-  !> Solution of one part with n states.
+  !> Base type of solutions. A solution belongs to one part of a system; this part has n states.
   type, abstract, public :: part_solution_type
     !> Units that make the states comparable, shape (n).
     real(dp), allocatable :: scale(:)
     !> Phase advance of the fastest integrated motion within the period (rad)
     real(dp) :: phase_advance = 0
-    !> Methods, costs and errors
+    !> Methods, cost and error of this solution
     type(evidence_type) :: evidence
   contains
     procedure(part_multipliers), deferred :: multipliers

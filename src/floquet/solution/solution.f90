@@ -45,7 +45,7 @@ module gestell_floquet_solution
     logical :: conserves = .false.
     !> The part as a system of its own; unallocated if it is the whole system
     class(periodic_system), allocatable :: system
-    !> Solution of the part
+    !> Floquet solution of the part
     class(part_solution_type), allocatable :: solution
   end type part_type
 

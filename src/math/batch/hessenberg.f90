@@ -13,7 +13,7 @@ module gestell_math_batch_hessenberg
 
   public :: characteristic_polynomial, evaluate, new_hessenberg, of_one
 
-  !> Maximum number of rows
+  !> Maximum number of rows of a matrix
   integer, parameter, public :: max_states = 12
 
   !> Smallest accepted product of the subdiagonal elements; with a smaller product, numbers may overflow

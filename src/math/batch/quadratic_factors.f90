@@ -1,8 +1,8 @@
-!> Factorises real polynomials, eight side by side, into real quadratic factors f_k = t^2 - s_k t + q_k.
+!> Factorises real polynomials, eight polynomials together, into real quadratic factors f_k = t^2 - s_k t + q_k.
 !>
-!> The iteration is the iteration of Weierstrass (Durand and Kerner), with factors in place of roots. Let g be the product of the
-!> other factors; then p = (f_k + d) g with d = p / g modulo f_k. Residues modulo f_k are linear in t; their products use t^2 = s_k
-!> t - q_k. All numbers are real. A conjugate pair of roots can become two real ones while a factor changes.
+!> The method is Weierstrass's iteration (also named after Durand and Kerner), applied to factors instead of roots. Let g be the
+!> product of the other factors; then p = (f_k + d) g with d = p / g modulo f_k. Residues modulo f_k are linear in t; their products
+!> use t^2 = s_k t - q_k. All numbers are real. A conjugate pair of roots can become two real roots while a factor changes.
 module gestell_math_batch_quadratic_factors
   use gestell_base_processor, only: has_versions
   use gestell_math_lanes, only: lanes

@@ -110,8 +110,8 @@ contains
     !> `first`: first column of the panel. `columns`: number of columns of the panel. `n`: number of unknowns. `rows`: number of
     !> rows.
     integer, intent(in) :: first, columns, n, rows
-    !> `panel`: the panel. `l`: multipliers L, to which the multipliers of this panel are added. `multiplier`: largest multiplier in
-    !> the rows of A so far.
+    !> `panel`: panel to be eliminated. `l`: multipliers L, to which the multipliers of this panel are added. `multiplier`: largest
+    !> multiplier in the rows of A in all panels so far.
     real(dp), intent(inout) :: panel(lanes, width, rows), l(lanes, block, n, rows / block), multiplier(lanes)
     real(dp) :: unused(lanes)
     integer :: through, row, c

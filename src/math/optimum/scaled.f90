@@ -23,7 +23,7 @@ module gestell_math_optimum_scaled
   !> Minimax problem: minimise the sum of the values of groups 1 .. objectives. The values of groups objectives + 1 .. objectives +
   !> constraints must be at most 0, and lower <= x <= upper.
   type, abstract, public :: minimax_problem
-    !> Number of objectives and number of constraints
+    !> `objectives`: number of objectives. `constraints`: number of constraints
     integer :: objectives = 1, constraints = 0
     !> Bounds, shape (parameters), finite. A parameter with equal bounds is fixed.
     real(dp), allocatable :: lower(:), upper(:)

@@ -58,7 +58,7 @@ module gestell_model_exact_varied_frame
     logical :: lacking = .false.
     !> Factor on the excitation: 1 for the actual excitation, 0 where continuation begins at the frame at rest.
     real(dp) :: excitation = 1
-    !> Only for a frame in space with a flywheel: the angle chi by which the drive lags (rad); see gestell_model_space_drive.
+    !> Angle chi by which the drive lags (rad); see gestell_model_space_drive. Only for a frame in space with a flywheel.
     type(series_type) :: flywheel_series
     !> Mean over the period of the frame's rate of rotation about the shaft, w n (rad/s). Only for a frame in space with a flywheel.
     real(dp) :: drift = 0

@@ -164,7 +164,7 @@ contains
     end if
   end subroutine check
 
-  !> Computes M, B and C of the free degrees of freedom at a time (s).
+  !> Computes M, B and C of the free degrees of freedom at the time `t` (s).
   subroutine matrices(self, t, m, b, c)
     class(frame_type), intent(in) :: self
     real(dp), intent(in) :: t
@@ -177,7 +177,7 @@ contains
     c = all(1, :, :, 3)
   end subroutine matrices
 
-  !> Computes the load h of the free degrees of freedom at a time (s).
+  !> Computes the load h of the free degrees of freedom at the time `t` (s).
   subroutine load(self, t, h)
     class(frame_type), intent(in) :: self
     real(dp), intent(in) :: t

@@ -21,8 +21,8 @@ module gestell_model_frame_shaking
     !> The first three series are forces along xi, eta, zeta (N). The last three are moments about axes parallel to xi, eta, zeta
     !> through the origin O of the mechanisms (N m).
     type(fourier_type) :: series(6)
-    !> For each component: maximum absolute value over the period; rms value; and `noise`, the absolute value below which the
-    !> component is only rounding error (N and N m).
+    !> For each component (N, N m). `peak`: maximum absolute value over the period. `rms`: rms value. `noise`: absolute value below
+    !> which the component is only a rounding error.
     real(dp), dimension(6) :: peak = 0, rms = 0, noise = 0
     !> Direction of the shaft: the unit normal to the plane of the first mechanism.
     real(dp) :: shaft(3) = [0, 0, 1]

@@ -43,7 +43,7 @@ module gestell_model_joints_joint
   type, public :: form_type
     !> Name of the type in an input.
     character(len=8) :: name
-    !> A sentence that says where the joint is.
+    !> Position of the joint, described in a sentence.
     character(len=320) :: meaning
     !> Number of links, and number of pairs with one degree of freedom, that the joint adds to Gruebler's count.
     integer :: links, pairs
@@ -91,7 +91,7 @@ module gestell_model_joints_joint
     procedure :: move
   end type joint_type
 
-  !> A joint with its name in the input.
+  !> A joint together with its name in the input.
   type, public :: named_joint_type
     character(len=:), allocatable :: name
     class(joint_type), allocatable :: joint

@@ -164,7 +164,7 @@ contains
   !> Computes `carried` along paths.
   pure subroutine carry(base, u, along, across, here)
     type(path_type), intent(in) :: base, u
-    !> Distances in the direction u and to its left (m)
+    !> `along`: distance in the direction u (m). `across`: distance to the left of this direction (m)
     real(dp), intent(in) :: along, across
     type(path_type), intent(out) :: here
     integer :: k

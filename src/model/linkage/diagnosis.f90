@@ -36,7 +36,7 @@ module gestell_model_linkage_diagnosis
     real(dp) :: margin = huge(1.0_dp)
   end type joint_report_type
 
-  !> Kinematic diagnosis of a linkage.
+  !> Results of the kinematic diagnosis of a linkage.
   type, public :: diagnosis_type
     !> Gruebler's count. `links`: number of links including the frame. `pairs`: number of pairs with one degree of freedom.
     !> `higher_pairs`: number of pairs with two. `mobility` = 3 (links - 1) - 2 pairs - higher_pairs.

@@ -26,7 +26,7 @@ module gestell_model_linkage_diagram
     real(dp) :: travel(2) = 0
   end type slider_type
 
-  !> Kinematic diagram of a linkage.
+  !> Data from which the kinematic diagram of a linkage is drawn.
   type, public :: diagram_type
     type(bar_type), allocatable :: bars(:)
     type(slider_type), allocatable :: sliders(:)

@@ -9,7 +9,7 @@ module gestell_model_mechanism_tabulated
 
   public :: new_tabulated
 
-  !> Table of a mechanism at some crank angles.
+  !> Table of the functions of a mechanism at given crank angles.
   type :: table_type
     !> `angles`: crank angles (rad). `values`: mass functions at these angles, shape (angles, table_columns). `drive`: the drive's
     !> functions H and K, shape (angles, drive_columns); allocated only if requested and known.

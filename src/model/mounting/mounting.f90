@@ -12,9 +12,10 @@ module gestell_model_mounting
 
   public :: damping_matrix, is_rotation, load_matrix, load_rounding, matrix_rounding, stiffness_matrix, support_matrix, turned_loads
 
-  !> For each degree of freedom of the frame: its index in (u, theta), the displacements along and rotations about xi, eta, zeta.
+  !> Index in (u, theta) of each degree of freedom of the frame; (u, theta) are the displacements along and the rotations about xi,
+  !> eta, zeta.
   integer, parameter, public :: in_space(6) = [1, 2, 6, 3, 4, 5]
-  !> For each component of (u, theta): the index of the frame's degree of freedom.
+  !> Index, among the frame's degrees of freedom, of each component of (u, theta).
   integer, parameter, public :: in_frame(6) = [1, 2, 4, 5, 6, 3]
 
   !> A support at `position` in the frame's axes (m), with springs (N/m) and dampers (N s/m) along the three columns of `axes`. For

@@ -25,7 +25,7 @@ module gestell_model_space_drive
 
   public :: add_drive, find_torque, follow_frame, shift_time
 
-  !> The drive of a frame in space.
+  !> The drive of a frame in space: its shaft, and what keeps its speed constant.
   type, public :: drive_type
     !> What keeps the speed constant: one of `holders` of gestell_model_mechanism_held.
     character(len=8) :: held_by = "motor"
@@ -80,8 +80,8 @@ contains
     real(dp), intent(in) :: speed, u_dd(:), theta(:, 0:)
     type(moved_type), intent(out) :: moved
     type(turn_type), intent(out) :: turn
-    !> With a flywheel: lag chi of the drive (rad), mean of w n (rad/s), torque of the motor (N m). Default: chi = n theta; mean and
-    !> torque are 0
+    !> Lag chi of the drive (rad), mean of w n (rad/s) and torque of the motor (N m); required with a flywheel. Without this
+    !> argument, chi is n theta, and mean and torque are 0
     real(dp), intent(in), optional :: lag(:)
     real(dp) :: turning(3, 3, 0:2)
 

@@ -109,8 +109,8 @@ contains
   end subroutine add_in_space
 
   !> Does the work of `add_supports` for one support whose axes turn with the frame. With y and e as in the header of this module,
-  !> dy = R^T du + y x dalpha and de' = R^T dv - w x R^T du + y x dalpha' + e' x dalpha. Only the changes of the static force and of
-  !> its moment from their values at rest enter r.
+  !> dy = R^T du + y x dalpha and de' = R^T dv - w x R^T du + y x dalpha' + e' x dalpha. The left sides r contain only the changes
+  !> of the static force and of its moment from their values at rest.
   pure subroutine add_in_frame(support, u, v, turn, w, r, b, c)
     type(support_type), intent(in) :: support
     real(dp), intent(in) :: u(3), v(3), turn(3, 3), w(3)

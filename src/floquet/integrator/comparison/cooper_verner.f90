@@ -78,8 +78,8 @@ contains
     work = self%stages * matrix_work(states, second_order) + slopes * (product_work(states) + 40)
   end function work
 
-  !> Computes the maps of all steps from the slopes K_i = P_i (E + h sum_j a_ij K_j); the columns of E are the starts. A last column
-  !> gives b: it starts from zero, and f_i is added to its slopes.
+  !> Computes the maps [A b] of all steps from the slopes K_i = P_i (E + h sum_j a_ij K_j). The start values are the columns of the
+  !> unit matrix E. A last column gives the vector b: its start value is zero, and the forcing f_i is added to its slopes.
   subroutine maps(self, system, from, to, map, error)
     class(cooper_verner_method), intent(in) :: self
     class(periodic_system), intent(in) :: system

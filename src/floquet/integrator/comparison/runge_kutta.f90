@@ -30,7 +30,7 @@ contains
     method%error_constant = 1 / 120.0_dp
   end function runge_kutta
 
-  !> Work of a step, see `step_work` in gestell_floquet_integrator_method.
+  !> Computing time of a step, in the units of `step_work` in gestell_floquet_integrator_method.
   pure function work(self, states, second_order)
     class(runge_kutta_method), intent(in) :: self
     integer, intent(in) :: states

@@ -13,7 +13,7 @@ module gestell_model_joints_types_ground
   type(key_type), parameter :: keys(*) = [key_type("joint", "position", real_key, "position of the joint on the frame, in x-y", &
     & 1, 2, 2, required=.true., unit=of_length)]
 
-  !> A point fixed to the frame.
+  !> A joint at a point that is fixed to the frame.
   type, extends(joint_type), public :: ground_joint
     real(dp) :: position(2) = 0
   contains
