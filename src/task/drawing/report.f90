@@ -144,7 +144,8 @@ contains
       & // fixed(diagnosis%joints(worst)%transmission_at * mechanism%turns * 180 / pi, 1) // " deg"
     if (angle < poor_angle) line = line // "  <- poor"
     line = line // newline
-    if (diagnosis%joints(nearest)%margin < huge(1.0_dp)) line = line // "  nearest dead point: reached if a length of joint '" &
+    if (diagnosis%joints(nearest)%margin < huge(1.0_dp)) line = line // "  nearest dead point: reached if a link length at " &
+      & // "joint '" &
       & // mechanism%joints(nearest)%name // "' changes by " // concise(diagnosis%joints(nearest)%margin, 3) // " m" // newline
   end function transmission_line
 
