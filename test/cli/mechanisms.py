@@ -132,7 +132,7 @@ def test_slider_crank():
     swing = math.degrees(math.asin(0.25))
     check_words("slider-crank", report, "0.15 to 0.25             0.1\n", "mobility 1 (4 links including the frame, 4 pairs)\n",
           f"smallest transmission angle {90 - swing:.1f} deg at joint 'B'",
-          "nearest dead point: reached if a length of joint 'B' changes by 0.15 m", "translates")
+          "nearest dead point: reached if a link length at joint 'B' changes by 0.15 m", "translates")
     # the acceleration is largest at the outer dead centre, r Omega^2 (1 + r/l); half a turn each way
     row = re.search(r"^  B +0\.1 +\S+ +(\S+) +180\.00 +1$", report, re.MULTILINE)
     check("slider-crank, sliders", row, "stroke 0.1, 180.00 deg, ratio 1", report)
@@ -140,7 +140,7 @@ def test_slider_crank():
         near("slider-crank, acceleration", float(row[1]), RADIUS * (SPEED * math.pi / 30) ** 2 * 1.25, 6e-5 * float(row[1]))
     # the slider's m r, half with the crank and half against it; its peak is 1 + r/l of the first order
     first = MASS * RADIUS * (SPEED * math.pi / 30) ** 2
-    unbalance = re.search(r"with the crank +(\S+) kg mm at 0\.0 deg\n +against the crank +(\S+) kg mm at 180\.0 deg\n", report)
+    unbalance = re.search(r"with the crank +(\S+) kg mm at 0\.0 deg\n +rotating against the crank +(\S+) kg mm at 180\.0 deg\n", report)
     check("slider-crank, unbalance", unbalance, "in kg mm", report)
     if unbalance:
         for way in (1, 2):
@@ -481,7 +481,7 @@ def test_diagnosis():
     swing = rocker_at(coupler + crank) - rocker_at(coupler - crank)
     check_words("crank-rocker", report, "mobility 1 (4 links including the frame, 4 pairs); crank-rocker (shortest link: crank)",
           f"smallest transmission angle {math.degrees(min(angles)):.1f} deg at joint 'B', crank angle 180.0 deg",
-          f"nearest dead point: reached if a length of joint 'B' changes by {margin:.3g} m",
+          f"nearest dead point: reached if a link length at joint 'B' changes by {margin:.3g} m",
           f"swings through {math.degrees(swing):.2f} deg", "turns fully", "-0.07 to 0.07")
     report = check_report("double crank", four_bar(0.05, 0.20, 0.18, 0.22))
     check_words("double crank", report, "double crank (shortest link: frame)")

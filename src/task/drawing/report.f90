@@ -233,8 +233,8 @@ contains
     do i = 1, 3
       lines = lines // trim(ratios(i)) // " " // concise(amplitude_ratio(forces%series(i)%amplitude), 2)
     end do
-    lines = lines // newline // "  unbalance of order 1  with the crank     " // vector(forces%unbalance(1)) // newline &
-      & // "                        against the crank  " // vector(forces%unbalance(2)) // newline // balance_lines(frame)
+    lines = lines // newline // "  unbalance of order 1  rotating with the crank     " // vector(forces%unbalance(1)) // newline &
+      & // "                        rotating against the crank  " // vector(forces%unbalance(2)) // newline // balance_lines(frame)
 
   contains
 
