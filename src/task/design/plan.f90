@@ -127,8 +127,8 @@ contains
     plan%options%model = configuration%model()
     plan%options%accuracy = configuration%accuracy
     plan%convex = is_convex(plan%options)
-    ! If a mass is zero, its position has no effect, so a single start might not move from there. A positive lower limit of each
-    ! mass is therefore required.
+    ! If a mass is zero, its position has no effect, and a search might not move away from there. A single start is therefore
+    ! sufficient only if the lower limit of each mass is positive.
     if (plan%convex .and. all(plan%options%lower > 0 .or. plan%options%part /= mass_part)) plan%starts = 1
   end subroutine read_design
 

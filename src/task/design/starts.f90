@@ -151,7 +151,7 @@ contains
       end if
       if (feasible .and. .not. allocated(error)) call search_from(family, own, (next%x), next, error, converged_stationarity)
       if (allocated(error)) then
-        ! There is no vibration under some of the conditions; the optimum is kept unchanged.
+        ! There is no vibration under some of the conditions. The best optimum so far is kept.
         deallocate(error)
         exit
       end if

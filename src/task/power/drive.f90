@@ -15,26 +15,28 @@ module gestell_task_power_drive
 
   public :: find_drive
 
-  !> Statistics of a torque over the period.
+  !> Peak, rms and mean of a torque over the period.
   type, public :: torque_type
-    !> `peak`: value of largest magnitude, with its sign (N m). `peak_phase`: phase t / T at which it occurs. `rms`, `mean` (N m)
+    !> `peak`: value with the largest magnitude, including its sign (N m). `peak_phase`: phase t / T of the peak. `rms`, `mean`: rms
+    !> and mean over the period (N m)
     real(dp) :: peak = 0, peak_phase = 0, rms = 0, mean = 0
   end type torque_type
 
   !> Torque and power of the drive over the period.
   type, public :: drive_type
-    !> Torques, powers and energy at the times of the vibration's history, shape (power_rows, points + 1); rows as in
-    !> gestell_model_quantity_driving
+    !> Torques, powers and energy at the times of the vibration's history, shape (power_rows, points + 1).
+    !> gestell_model_quantity_driving defines the rows
     real(dp), allocatable :: history(:, :)
-    !> Torque of the drive on the vibrating frame (`actual`) and on a frame at rest (`rigid`)
+    !> Torque of the drive: `actual` on the vibrating frame, `rigid` on a frame that is held at rest
     type(torque_type) :: actual, rigid
-    !> Error bound of the peak torque on the vibrating frame (N m)
+    !> Error bound of the peak torque of the drive on the vibrating frame (N m)
     real(dp) :: peak_error = 0
-    !> Mean power of the drive, mean power absorbed by the dampers, and maximum power of the drive (W)
+    !> `drive_mean`: mean power of the drive (W). `dampers_mean`: mean power that the dampers absorb (W). `greatest`: maximum power
+    !> of the drive (W)
     real(dp) :: drive_mean = 0, dampers_mean = 0, maximum = 0
-    !> True if the torque includes the effect of the weights of links and frame
+    !> True if the torque includes the effect of gravity on links and frame
     logical :: includes_weights = .false.
-    !> Fluctuation of the drive speed; only allocated if the input gives the inertia of a flywheel
+    !> Fluctuation of the drive speed. Allocated only if the input gives the moment of inertia of a flywheel
     type(fluctuation_type), allocatable :: fluctuation
   contains
     procedure :: defect, is_finite => drive_is_finite
@@ -42,13 +44,13 @@ module gestell_task_power_drive
 
 contains
 
-  !> Computes torque and power of the drive. Fails as the frame's `check` does, or if `vibration` lacks the accelerations.
+  !> Computes torque and power of the drive. Fails if the frame's `check` fails, or if `vibration` lacks the accelerations.
   subroutine find_drive(frame, vibration, drive, known, error)
     class(frame_type), intent(in) :: frame
-    !> Periodic vibration of the model with periodic coefficients
+    !> Periodic vibration of the frame, computed with periodic (not averaged) coefficients
     type(vibration_type), intent(in) :: vibration
     type(drive_type), intent(out) :: drive
-    !> False if the kinetic energy of the mechanism is not given; `drive` is then incomplete
+    !> False if the kinetic energy of the mechanism is not given. In this case `drive` is incomplete
     logical, intent(out) :: known
     type(error_type), allocatable, intent(out) :: error
     real(dp), allocatable :: samples(:, :), motion(:, :)
@@ -70,7 +72,8 @@ contains
       drive%drive_mean = sum(samples(drive_watts, :)) / n
       drive%dampers_mean = sum(samples(damper_watts, :)) / n
     end associate
-    ! The linkage's crank angle belongs to a shaft that turns once in the period. The drive turns faster; its power is the same.
+    ! The linkage's crank angle is that of a shaft that makes one turn in the period. The drive turns faster than this shaft; its
+    ! power is the same.
     associate (turns => frame%mechanism%turns)
       drive%history([torque, rigid_torque], :) = drive%history([torque, rigid_torque], :) / turns
       samples([torque, rigid_torque], :) = samples([torque, rigid_torque], :) / turns
@@ -86,8 +89,8 @@ contains
     drive%maximum = abs(drive%actual%peak * frame%speed * frame%mechanism%turns)
   end subroutine find_drive
 
-  !> Computes peak, rms and mean of a torque from equidistant samples over the period. Orders that the samples do not resolve change
-  !> the peak by at most `between`.
+  !> Computes peak, rms and mean of a torque from equidistant samples over the period. `between`: bound on the change of the peak by
+  !> orders that the samples do not resolve.
   subroutine compute_torque(samples, statistics, between)
     real(dp), intent(in) :: samples(:)
     type(torque_type), intent(out) :: statistics
@@ -102,8 +105,8 @@ contains
     between = series%beyond()
   end subroutine compute_torque
 
-  !> Difference between the mean powers of drive and dampers, relative to the maximum power of the drive; zero apart from numerical
-  !> errors.
+  !> Difference between the mean powers of drive and dampers, relative to the maximum power of the drive. Without numerical errors
+  !> it would be zero.
   pure real(dp) function defect(self)
     class(drive_type), intent(in) :: self
 
@@ -111,7 +114,7 @@ contains
     if (self%maximum > 0) defect = abs(self%drive_mean - self%dampers_mean) / self%maximum
   end function defect
 
-  !> True if all results are finite.
+  !> True if all results for the drive are finite.
   pure logical function drive_is_finite(self) result(finite)
     class(drive_type), intent(in) :: self
 

@@ -14,29 +14,29 @@ module gestell_task_power_flywheel
 
   public :: find_fluctuation
 
-  !> Largest coefficient of irregularity at which the report counts the speed as constant. Inertia forces grow with the square of
-  !> the speed, and its change, mostly of second order, adds about as much. Together they change results by up to twice the
+  !> The report treats the speed as constant up to this coefficient of irregularity. Inertia forces grow with the square of the
+  !> speed, and the change of the speed, mostly of second order, adds about as much. Together they change results by up to twice the
   !> coefficient, here 2 %.
   real(dp), parameter, public :: max_irregularity = 0.01_dp
 
   !> Fluctuation of the drive speed over the period.
   type, public :: fluctuation_type
-    !> Drive speed minus its mean (rad/s), at points + 1 times of the period
+    !> Difference of the drive speed from its mean (rad/s), at points + 1 times of the period
     real(dp), allocatable :: history(:)
     !> Largest and smallest difference of the drive speed from its mean (rad/s)
     real(dp) :: maximum = 0, least = 0
     !> Coefficient of irregularity, (maximum - least) / |mean speed|, and its error bound
     real(dp) :: irregularity = 0, error = 0
-    !> Inertia of the flywheel plus mean reduced inertia of the mechanism (kg m^2)
+    !> Moment of inertia of the flywheel plus mean reduced inertia of the mechanism (kg m^2)
     real(dp) :: inertia = 0
   end type fluctuation_type
 
 contains
 
-  !> Computes the fluctuation of the drive speed, to first order, from the torque on the crank.
+  !> Computes the fluctuation of the drive speed from the torque on the crank, to first order in the fluctuation.
   subroutine find_fluctuation(frame, torque, torque_error, points, fluctuation)
     class(frame_type), intent(in) :: frame
-    !> Torque on the crank (N m) at equidistant times of the period, and its error bound
+    !> Torque on the crank (N m) at equidistant times of the period, and a bound on its error
     real(dp), intent(in) :: torque(:), torque_error
     !> Number of time intervals in `fluctuation%history`
     integer, intent(in) :: points
@@ -48,7 +48,7 @@ contains
 
     associate (n => size(torque))
       call frame%mechanism%tabulate_drive(frame%crank_angles([(real(k, dp) / n, k = 0, n - 1)]), drive, known)
-      ! K refers to the linkage's crank angle; the drive turns `turns` times as fast
+      ! K refers to the crank angle of the linkage; the angle of the drive changes `turns` times as fast
       fluctuation%inertia = frame%flywheel_inertia + sum(drive(:, energy_v)) / n / frame%mechanism%turns**2
       series = fourier_series(torque)
       series%mean = 0
@@ -65,13 +65,13 @@ contains
       f = series%value(2 * pi * k / points)
       fluctuation%history(k + 1) = f(1)
     end do
-    ! The values are shifted to be positive, so that the maximum is also the maximum modulus.
+    ! The values are made positive by a shift, because the maximum of positive values is also the maximum of their moduli.
     shift = sum(series%amplitude)
     fluctuation%maximum = largest_value(speed + shift) - shift
     fluctuation%least = shift - largest_value(shift - speed)
     mean = abs(frame%drive_speed())
     fluctuation%irregularity = (fluctuation%maximum - fluctuation%least) / mean
-    ! The worst error of the torque is positive for half a period and negative for the other half.
+    ! In the worst case the error of the torque is positive for one half of the period and negative for the other half.
     fluctuation%error = (torque_error * frame%period / (2 * fluctuation%inertia) + 2 * series%beyond()) / mean
   end subroutine find_fluctuation
 

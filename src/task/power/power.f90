@@ -1,4 +1,4 @@
-!> The task `power`: torque and power of the drive over the period.
+!> The task `power`: computes torque and power of the drive over the period.
 module gestell_task_power
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
@@ -42,8 +42,7 @@ contains
     self%brief = .true.
   end subroutine describe
 
-  !> Requests the accelerations of the motion. Fails if the kinetic energy of the mechanism is not given or if the coefficients are
-  !> averaged.
+  !> Requests the accelerations. Fails if the kinetic energy of the mechanism is not given, or if the coefficients are averaged.
   subroutine read_power(self, configuration, error)
     class(power_task), intent(inout) :: self
     type(configuration_type), intent(inout) :: configuration
@@ -63,7 +62,7 @@ contains
     end if
   end subroutine read_power
 
-  !> Computes torque and power of the drive, and adds table, picture and report to the result.
+  !> Computes torque and power of the drive, and adds table, picture and report to `result`.
   subroutine run(self, context, result, error)
     class(power_task), intent(inout) :: self
     type(context_type), intent(inout) :: context

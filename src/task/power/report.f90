@@ -11,12 +11,12 @@ module gestell_task_power_report
 
   public :: drive_lines
 
-  !> A torque below this fraction of the maximum torque is rounding error
+  !> A torque counts as rounding error if it is below this fraction of the maximum torque
   real(dp), parameter :: rounding = 1.0e-13_dp
 
 contains
 
-  !> Table of the driving torques, then lines on the mean powers and on the fluctuation of the speed with a flywheel.
+  !> Table of the driving torques, followed by lines on the mean powers and, with a flywheel, on the fluctuation of the speed.
   pure function drive_lines(drive, frame) result(lines)
     type(drive_type), intent(in) :: drive
     class(frame_type), intent(in) :: frame
@@ -24,7 +24,7 @@ contains
     type(torque_type) :: rigid
     real(dp) :: angle_per_period, ends(2)
 
-    ! The torque of a balanced mechanism on a rigid frame is pure rounding error.
+    ! The torque on a balanced mechanism with a frame at rest is only rounding error.
     rigid = drive%rigid
     if (abs(rigid%peak) <= rounding * abs(drive%actual%peak)) rigid = torque_type()
     angle_per_period = sign(360.0_dp, frame%speed) * frame%mechanism%turns
@@ -47,7 +47,7 @@ contains
     end associate
   end function drive_lines
 
-  !> Row of the table for one torque. `angle_per_period` is the angle (deg) by which the drive turns in a period.
+  !> Row of the table for one torque. `angle_per_period`: angle by which the drive turns in a period (deg).
   pure function torque_row(name, found, error, angle_per_period) result(row)
     character(len=*), intent(in) :: name, error
     type(torque_type), intent(in) :: found

@@ -1,4 +1,4 @@
-!> Plots the vibration at the probes.
+!> Plots the vibration at the probes, which are points of the frame.
 module gestell_task_probes_plot
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, either, newline, text
@@ -20,7 +20,7 @@ module gestell_task_probes_plot
 
 contains
 
-  !> Picture of the table probes.csv: rms velocity within the band along two or three `axes`, and the limit.
+  !> The picture of the table probes.csv: rms velocity within the band along two or three `axes`, and the limit.
   function plot_limits(table, names, axes) result(figure)
     type(table_type), intent(in) :: table
     character(len=*), intent(in) :: names(:)
@@ -51,7 +51,7 @@ contains
 
   contains
 
-    !> Part of the plot command that draws bar number i of each probe, from this `column`.
+    !> Part of the plot command that draws bar number i of each probe. The height of the bar is the value in `column`.
     pure function boxes(column, title) result(words)
       character(len=*), intent(in) :: column, title
       character(len=:), allocatable :: words
@@ -62,7 +62,7 @@ contains
 
   end function plot_limits
 
-  !> Picture of the table probes_history.csv: displacement, velocity and acceleration along all axes.
+  !> The picture of the table probes_history.csv: displacement, velocity and acceleration along all axes.
   function plot_histories(table, names, axes, frame) result(figure)
     type(table_type), intent(in) :: table
     !> Names of the probes
@@ -90,12 +90,13 @@ contains
       & // turns_in_words(frame%mechanism%turns), lines // "unset multiplot" // newline, width=880, height=nint(height_of(3)))
   end function plot_histories
 
-  !> Picture of the table probes_harmonics.csv: amplitudes of the velocity over the orders.
+  !> The picture of the table probes_harmonics.csv: amplitudes of the velocity for each order.
   function plot_orders(table, names, axes, harmonics, turns) result(figure)
     type(table_type), intent(in) :: table
     !> Names of the probes
     character(len=*), intent(in) :: names(:)
-    !> `axes`: number of axes (2 or 3). `harmonics`: highest harmonic of the period. `turns`: turns of the crank in the period
+    !> `axes`: number of axes (2 or 3). `harmonics`: highest harmonic of the period in the picture. `turns`: number of turns that
+    !> the crank makes in the period
     integer, intent(in) :: axes, harmonics, turns
     type(figure_type) :: figure
     character(len=:), allocatable :: lines

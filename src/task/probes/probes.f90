@@ -1,4 +1,4 @@
-!> The part of the task `response` that computes the vibration at probes, points of the frame, and compares it with limits.
+!> The part of the task `response` that computes the vibration at the probes (points of the frame) and compares it with limits.
 module gestell_task_probes
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
@@ -19,7 +19,7 @@ module gestell_task_probes
   implicit none (type, external)
   private
 
-  !> The part of the task `response` that deals with probes.
+  !> The part of the task `response` that computes the vibration at the probes.
   type, extends(task_type), public :: probes_task
   contains
     procedure :: describe
@@ -27,7 +27,7 @@ module gestell_task_probes
     procedure :: run
   end type probes_task
 
-  !> Units of displacement, velocity and acceleration
+  !> Units of displacement, velocity and acceleration in tables
   type(unit_type), parameter :: units(3) = [metre, metre_per_s, metre_per_s2]
   character(len=*), parameter :: kinds(3) = [character(len=12) :: "displacement", "velocity", "acceleration"]
   real(dp), parameter :: mm = 1000
@@ -43,7 +43,7 @@ contains
     self%brief = .true.
   end subroutine describe
 
-  !> Requests the accelerations of the motion if the task is requested and there are probes.
+  !> Requests the accelerations if the task is requested and the input has probes.
   subroutine read_probes(self, configuration, error)
     class(probes_task), intent(inout) :: self
     type(configuration_type), intent(inout) :: configuration
@@ -53,7 +53,7 @@ contains
     if (self%requested) configuration%analysis%rows = max(configuration%analysis%rows, accelerations)
   end subroutine read_probes
 
-  !> Computes the vibration at the probes, and adds tables, pictures and report to the result.
+  !> Computes the vibration at the probes, and adds tables, pictures and report to `result`.
   subroutine run(self, context, result, error)
     class(probes_task), intent(inout) :: self
     type(context_type), intent(inout) :: context
@@ -107,7 +107,7 @@ contains
       harmonics = new_table("probes_harmonics", "Harmonics at the probes", &
         & "Amplitudes and phases of the motion at the probes for each order of the crank.")
       call add_orders(harmonics, frame, last)
-      ! Two columns, amplitude and phase, for the components along the axes. The magnitude of the vector has none.
+      ! Each component along an axis has two columns, amplitude and phase. The magnitude of the vector has no columns.
       call harmonics%expect(2 * 3 * axes * size(responses))
       do i = 1, size(responses)
         do k = 1, size(responses(i)%parts)
@@ -132,7 +132,7 @@ contains
     end associate
   end subroutine run
 
-  !> Table probes.csv, with a row for each probe.
+  !> The table probes.csv, which has one row for each probe.
   pure type(table_type) function summary(responses) result(table)
     type(probe_response_type), intent(in) :: responses(:)
     character(len=*), parameter :: axes(3) = ["x", "y", "z"]

@@ -14,10 +14,10 @@ module gestell_task_probes_report
 
 contains
 
-  !> Table of all probes, then a line for each probe on its band and on its limit. A `period` (s) consists of `turns` turns of the
-  !> crank.
+  !> Table of all probes, followed by a line for each probe on its band and on its limit. `period`: the period (s). `turns`: number
+  !> of turns that the crank makes in it.
   pure function probe_lines(responses, period, turns, verdict) result(lines)
-    !> Results at each probe
+    !> Vibration at each probe
     type(probe_response_type), intent(in) :: responses(:)
     real(dp), intent(in) :: period
     integer, intent(in) :: turns
@@ -44,15 +44,15 @@ contains
       & // bands%whole()
   end function probe_lines
 
-  !> Lines for one probe: comparison with its limit, and orders of the crank within its band.
+  !> Lines for one probe: comparison with its limit, and the orders of the crank that lie within its band.
   pure function band_lines(response, period, turns, verdict) result(lines)
     type(probe_response_type), intent(in) :: response
     real(dp), intent(in) :: period
     integer, intent(in) :: turns
     character(len=*), intent(in) :: verdict
     character(len=:), allocatable :: lines
-    !> The report warns that the band excludes much of the velocity if the rms of all orders exceeds the rms in the band by this
-    !> factor
+    !> If the rms over all orders exceeds the rms within the band by this factor, the report warns that the band excludes much of
+    !> the velocity
     real(dp), parameter :: significant_ratio = 1.5_dp
     real(dp) :: orders(2), whole
 
@@ -72,12 +72,13 @@ contains
     end associate
   end function band_lines
 
-  !> Words that compare the velocity at a probe with its limit.
+  !> Text that compares the velocity at a probe with its limit.
   pure function limit_comparison(response) result(words)
     type(probe_response_type), intent(in) :: response
     character(len=:), allocatable :: words, limit
     real(dp) :: ratio
-    !> If the velocity differs from the limit by less than this fraction, the difference is given instead of the ratio
+    !> If the relative difference between the velocity and the limit is smaller than this, the difference is printed instead of the
+    !> ratio
     real(dp), parameter :: near = 0.01_dp
 
     limit = "the limit of " // concise(1000 * response%probe%limit) // " mm/s"

@@ -1,4 +1,5 @@
-!> Computes what a vibration meter would read at points of the frame (probes), and compares the velocity with limits.
+!> Computes the vibration at points of the frame (probes) as a vibration meter would measure it, and compares the velocity with
+!> limits.
 module gestell_task_probes_response
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
@@ -15,14 +16,14 @@ module gestell_task_probes_response
   public :: find_responses
 
   !> Quantities of a probe in the plane: displacement, velocity and acceleration, each along x, along y and as magnitude.
-  !> `probe_parts`: their number. `velocity_part`: index of the magnitude of the velocity.
+  !> `probe_parts`: number of these quantities. `velocity_part`: index of the magnitude of the velocity among them.
   integer, parameter, public :: probe_parts = 9, velocity_part = 6
   character(len=2), parameter, public :: probe_part_names(probe_parts) = &
     & [character(len=2) :: "x", "y", "d", "vx", "vy", "v", "ax", "ay", "a"]
 
   !> Vibration at a probe.
   type, public :: probe_response_type
-    !> The probe with its band and limit
+    !> The probe, with its frequency band and its limit
     type(probe_type) :: probe
     !> Names of the quantities: displacement, velocity and acceleration, each along all axes and as magnitude
     character(len=2), allocatable :: parts(:)
@@ -47,9 +48,9 @@ contains
     type(probe_type), intent(in) :: probes(:)
     type(probe_response_type), allocatable, intent(out) :: responses(:)
     type(error_type), allocatable, intent(out) :: error
-    !> Displays the progress if there are thousands of probes
+    !> Displays the progress, which is useful if there are thousands of probes
     class(executor_type), intent(inout), optional :: executor
-    !> Number of probes after which the progress display is updated
+    !> Number of probes between two updates of the progress display
     integer, parameter :: many = 500
     type(quantity_type) :: quantity
     real(dp), allocatable :: history(:)
@@ -84,14 +85,15 @@ contains
       associate (velocity => responses(i)%statistics(2 * n / 3))
         call band_rms(velocity, frame%period, probes(i)%band, responses(i)%band(:n / 3 - 1), responses(i)%maximum, error)
         if (allocated(error)) return
-        ! The mean square of some orders of an error does not exceed the square of its maximum.
+        ! If only some orders of an error are included, their mean square does not exceed the square of the error's maximum.
         responses(i)%error = velocity%error
       end associate
     end do
     if (present(executor) .and. size(probes) >= many) call executor%show("probes", 1.0_dp)
   end subroutine find_responses
 
-  !> "within" or "above" the limit, or "undecided" if the error bound includes the limit; empty without a limit.
+  !> States whether the velocity is "within" or "above" the limit. "undecided" if the error bound includes the limit; empty if there
+  !> is no limit.
   pure character(len=9) function verdict(self)
     class(probe_response_type), intent(in) :: self
 

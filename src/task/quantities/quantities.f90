@@ -1,4 +1,4 @@
-!> The part of the task `response` that evaluates quantities named in the input.
+!> The part of the task `response` that evaluates those quantities that the input requests by name.
 module gestell_task_quantities
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -22,7 +22,7 @@ module gestell_task_quantities
   !> The part of the task `response` that evaluates requested quantities.
   type, extends(task_type), public :: quantities_task
     private
-    !> Requested quantities; each states whether its peak, its rms or its rms within a band is reported
+    !> The requested quantities. Each has a measure: its peak, its rms, or its rms within a band
     type(measure_type), allocatable :: measures(:)
   contains
     procedure :: describe
@@ -41,7 +41,8 @@ contains
     self%brief = .true.
   end subroutine describe
 
-  !> Reads the requested quantities, and requests the motion data that they need. Fails if a quantity is invalid.
+  !> Reads the requested quantities, and requests the rows of the motion from which they are computed. Fails if a quantity is
+  !> invalid.
   subroutine read_task(self, configuration, error)
     class(quantities_task), intent(inout) :: self
     type(configuration_type), intent(inout) :: configuration
@@ -62,7 +63,7 @@ contains
     if (self%requested) configuration%analysis%rows = max(configuration%analysis%rows, rows)
   end subroutine read_task
 
-  !> Evaluates the requested quantities, and adds table and report to the result.
+  !> Evaluates the requested quantities, and adds table and report to `result`.
   subroutine run(self, context, result, error)
     class(quantities_task), intent(inout) :: self
     type(context_type), intent(inout) :: context
@@ -97,7 +98,7 @@ contains
     end if
     do i = 1, size(self%measures)
       associate (measure => self%measures(i), unit => new_unit(trim(self%measures(i)%unit)))
-        ! another task may have added this quantity
+        ! another task may already have added this quantity
         if (result%brief%number_of(trim(measure%name()) // "_" // trim(unit%suffix)) > 0) cycle
         call result%brief%add(trim(measure%name()), unit, trim(measure%meaning()), values(1:1, i))
         call result%brief%add(trim(measure%name()) // "_error", unit, "bound on its error", values(2:2, i))

@@ -1,4 +1,4 @@
-!> Columns requested for each point of a sweep: the solution method (`engine`), columns by name, and measured quantities of the
+!> Reads what is requested for each point of a sweep: the solution method (`engine`), columns by name, and quantities of the
 !> vibration by name.
 module gestell_task_range_columns
   use gestell_base_error, only: error_type
@@ -23,16 +23,16 @@ module gestell_task_range_columns
 
 contains
 
-  !> Reads the solution method (`engine`), the columns and the measures; any of the groups &sweep may contain these keys. The
-  !> mechanism of the frame need not be able to turn. Fails if the groups request different values, or if a name is neither a column
-  !> nor a quantity.
+  !> Reads the solution method (`engine`), the columns and the measures. Any of the groups &sweep may contain these keys. The
+  !> mechanism of the frame is not evaluated, so it need not be able to turn. Fails if the groups request different values, or if a
+  !> name is neither a column nor a quantity.
   subroutine read_sweep_options(groups, frame, probes, options, error)
     type(group_type), intent(in) :: groups(:)
-    !> Frame whose quantities may be requested
+    !> The frame whose quantities may be requested
     class(frame_type), intent(in) :: frame
-    !> Probes whose quantities may be requested
+    !> The probes whose quantities may be requested
     type(probe_type), intent(in) :: probes(:)
-    !> Solution method (`engine`), columns and measures
+    !> Solution method (`engine`), columns and measures of the sweep
     type(sweep_options), intent(out) :: options
     type(error_type), allocatable, intent(out) :: error
     character(len=word_length), allocatable :: columns(:), quantities(:)
@@ -53,7 +53,7 @@ contains
       if (allocated(error)) return
       quantities = pack(columns, [(all(fixed_names /= columns(i)), i = 1, size(columns))])
       options%columns = [(any(columns == fixed_names(i)), i = 1, size(fixed_names))]
-      ! A peak is only reported together with a verdict on the vibration to which it belongs.
+      ! A peak is reported only together with the verdict on the vibration to which it belongs.
       options%verdict_last = .not. options%columns(verdict) .and. (any(options%columns(xi_peak:last_peak)) &
         & .or. size(quantities) > 0)
       options%columns(verdict) = options%columns(verdict) .or. options%verdict_last
@@ -64,8 +64,8 @@ contains
     options%probes = probes
   end subroutine read_sweep_options
 
-  !> Finds the group from which to read a key that any of the groups may contain: the first group that has the key, or else the
-  !> first group. Fails if the groups give different values.
+  !> Finds the group from which to read a key that any of the groups may contain. This is the first group that contains the key; if
+  !> no group does, the first group. Fails if the groups give different values.
   subroutine find_group(groups, key, group, error)
     type(group_type), intent(in) :: groups(:)
     character(len=*), intent(in) :: key

@@ -1,4 +1,4 @@
-!> Keys of the input group &sweep.
+!> Defines the keys of the input group &sweep.
 module gestell_task_range_keys
   use gestell_base_key, only: integer_key, key_type, range_type, real_key, text_key
   use gestell_base_kinds, only: dp

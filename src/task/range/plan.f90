@@ -1,4 +1,4 @@
-!> Input groups &sweep: the varied parameters, their ranges, and the results requested for each point.
+!> Reads the input groups &sweep: the varied parameters, their ranges, and the results requested for each point.
 module gestell_task_range_plan
   use gestell_base_error, only: error_type, invalid_input
   use gestell_base_kinds, only: dp
@@ -25,31 +25,31 @@ module gestell_task_range_plan
 
   public :: find_number, limit_points, overlap, read_speeds, read_sweep, refuse_standstill
 
-  !> Plan of a sweep. Its `options` include accuracy and model, which come from their own input groups.
+  !> Plan of a sweep. Its component `options` includes accuracy and model, which have input groups of their own.
   type, public :: sweep_plan_type
-    !> Paths of the varied parameters, as in the header of sweep.csv; shape (number of axes).
+    !> Paths of the varied parameters, as written in the header of sweep.csv; shape (number of axes).
     character(len=:), allocatable :: paths(:)
-    !> Units of the parameters in the input; empty for parameters without a unit.
+    !> Units in which the input gives the parameters; empty for parameters without a unit.
     character(len=16), allocatable :: units(:)
     type(grid_type) :: grid
     type(sweep_options) :: options
-    !> Format of the table: 'csv' or 'npy'.
+    !> Format of the table of the sweep: 'csv' or 'npy'.
     character(len=:), allocatable :: format
     type(document_family_type) :: family
-    !> Parameters of the machine in the input; size 0 if this machine is not a member of the family.
+    !> Values of the parameters for the machine of the input. Size 0 if this machine does not belong to the family.
     real(dp), allocatable :: base(:)
   contains
     procedure :: period_varies
   end type sweep_plan_type
 
-  !> Maximum number of values of an axis that are checked before the computation.
+  !> Maximum number of values of an axis that are checked before the computation starts.
   integer, parameter :: most_checked = 10000
-  !> Maximum number of points of a sweep. It ensures that the number of tiles fits a default integer.
+  !> Maximum number of points of a sweep. With more points, the number of tiles might not fit a default integer.
   integer(int64), parameter :: max_points = 10_int64**11
 
 contains
 
-  !> True if a gear ratio is varied: the number of turns of the drive in a period then varies too.
+  !> True if the sweep varies a gear ratio. The number of turns that the drive makes in a period then varies, too.
   pure logical function period_varies(self)
     class(sweep_plan_type), intent(in) :: self
     integer :: k
@@ -57,16 +57,16 @@ contains
     period_varies = any([(index(lower(self%paths(k)), ").ratio") > 0, k = 1, size(self%paths))])
   end function period_varies
 
-  !> Reads the sweep of a checked document. The mechanism of the frame need not be able to turn. Fails without a group &sweep or
-  !> with more than two. Also fails if a path cannot be varied or occurs twice, a range is empty, a value is invalid, or a column
-  !> does not exist.
+  !> Reads the sweep from a checked document. The mechanism of the frame is not evaluated, so it need not be able to turn. Fails if
+  !> there is no group &sweep, or if there are more than two. Fails also if a path cannot be varied or occurs twice, a range is
+  !> empty, a value is invalid, or a column does not exist.
   subroutine read_sweep(doc, schema, units, frame, probes, plan, error)
     type(document_type), intent(in) :: doc
     type(schema_type), intent(in) :: schema
     type(units_type), intent(in) :: units
-    !> Frame whose quantities may be requested
+    !> The frame whose quantities may be requested
     class(frame_type), intent(in) :: frame
-    !> Probes whose quantities may be requested
+    !> The probes whose quantities may be requested
     type(probe_type), intent(in) :: probes(:)
     !> Plan of the sweep
     type(sweep_plan_type), intent(out) :: plan
@@ -121,14 +121,15 @@ contains
     call new_document_family(plan%family, doc, schema, units, plan%paths, error, first)
     call read_base(doc, schema, plan)
     if (allocated(error)) then
-      ! Errors of the mechanism already refer to a line of the input; errors of a path do not, and get a reference to the group.
+      ! Error messages on the mechanism refer to a line of the input already. Messages on a path do not, so the group is added to
+      ! them.
       call locate_in_group(groups(1), error)
       return
     end if
     call check_values(groups, plan, error)
   end subroutine read_sweep
 
-  !> Limits the size of a grid. Fails if the grid has more than `most` points.
+  !> Checks the size of a grid. Fails if the grid has more than `most` points.
   subroutine limit_points(grid, groups, most, error)
     type(grid_type), intent(in) :: grid
     type(group_type), intent(in) :: groups(:)
@@ -143,8 +144,8 @@ contains
       & // " can be computed", error)
   end subroutine limit_points
 
-  !> Checks the parameters of `plan` for tasks over the speed. Fails unless the speed is the only parameter, has at least two
-  !> values, and its range excludes standstill.
+  !> Checks whether the sweep of `plan` is suitable for tasks over the speed. Fails unless the speed is its only parameter, has two
+  !> or more values, and has a range that excludes standstill.
   subroutine read_speeds(doc, plan, error)
     type(document_type), intent(in) :: doc
     type(sweep_plan_type), intent(in) :: plan
@@ -162,7 +163,7 @@ contains
     if (.not. allocated(error)) call refuse_standstill(groups, plan, error)
   end subroutine read_speeds
 
-  !> Fails if a range of speeds includes zero.
+  !> Checks the ranges of speeds. Fails if a range includes zero.
   subroutine refuse_standstill(groups, plan, error)
     type(group_type), intent(in) :: groups(:)
     type(sweep_plan_type), intent(in) :: plan
@@ -176,8 +177,8 @@ contains
     end do
   end subroutine refuse_standstill
 
-  !> Reads the values of the parameters in the document into `plan`. Their size is 0 if the document gives no value, or several
-  !> values, for one of the parameters.
+  !> Reads the values of the parameters from the document into `plan`. The list of values has the size 0 if the document gives no
+  !> value, or more than one, for a parameter.
   subroutine read_base(doc, schema, plan)
     type(document_type), intent(in) :: doc
     type(schema_type), intent(in) :: schema
@@ -199,15 +200,15 @@ contains
     plan%base = base
   end subroutine read_base
 
-  !> Finds the number to which a path under the `key` of a group refers. Fails if the path does not refer to a number of the machine
-  !> that can be varied.
+  !> Finds the number of the input to which the path in the `key` of a group refers. Fails if the path does not refer to a number of
+  !> the machine that can be varied.
   subroutine find_number(doc, schema, group, key, path, target, error)
     type(document_type), intent(in) :: doc
     type(schema_type), intent(in) :: schema
-    !> Group of the input that contains the path, for error messages
+    !> Group of the input that contains the path; error messages refer to it
     type(group_type), intent(in) :: group
     character(len=*), intent(in) :: key, path
-    !> Position of the number in the input
+    !> The number of the input to which the path refers
     type(target_type), intent(out) :: target
     type(error_type), allocatable, intent(out) :: error
     type(error_type), allocatable :: reason
@@ -252,7 +253,7 @@ contains
     if (allocated(reason)) call input_error(group, trim(merge("count", "to   ", count == 1)), reason%message, error)
   end subroutine read_axis
 
-  !> True if two paths refer to the same number.
+  !> True if two paths refer to the same number of the input.
   pure logical function overlap(doc, targets)
     type(document_type), intent(in) :: doc
     type(target_type), intent(in) :: targets(2)
@@ -266,12 +267,13 @@ contains
     do k = 1, 2
       chosen(targets(k)%groups, k) = .true.
     end do
-    ! A group that is missing in the file has a single instance.
+    ! If the file does not contain a group, defaults apply as if it contained the group once.
     overlap = any(chosen(:, 1) .and. chosen(:, 2)) .or. .not. any(chosen)
   end function overlap
 
-  !> Checks the values of each axis together with the first value of the other axis, and the last values of both together. Of a long
-  !> axis, only samples are checked. They include the ends and zero, because most keys allow a range of values and some forbid zero.
+  !> Checks the values of each axis together with the first value of the other axis, and the last values of both axes together. On a
+  !> long axis only some values are checked. They include the end values and zero, because most keys allow a range of values, and
+  !> some do not allow zero.
   subroutine check_values(groups, plan, error)
     type(group_type), intent(in) :: groups(:)
     type(sweep_plan_type), intent(in) :: plan
@@ -287,7 +289,7 @@ contains
           & real(axis%count, dp)))
         checked = min(axis%count, most_checked)
         do i = 0, checked
-          ! Evenly spaced values from end to end, and the value closest to zero.
+          ! Select evenly spaced values from end to end, and the value closest to zero.
           chosen = zero
           if (i < checked) chosen = 1 + int(int(i, int64) * (axis%count - 1) / max(1, checked - 1))
           values(k) = axis%value(chosen)
@@ -301,7 +303,7 @@ contains
 
   contains
 
-    !> Checks one set of values. Fails if the values are invalid; the message refers to this group.
+    !> Checks one set of values. Fails if the values are invalid; the error message refers to `group`.
     subroutine check_point(group)
       type(group_type), intent(in) :: group
 

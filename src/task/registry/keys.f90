@@ -1,4 +1,4 @@
-!> Defines the input groups shared by several tasks, and the schema that combines them with the groups of the machine.
+!> Defines the input groups that several tasks share, and the schema, which combines them with the groups of the machine.
 module gestell_task_registry_keys
   use gestell_input_machine_groups, only: machine_schema
   use gestell_input_schema, only: group_rule, schema_type
@@ -24,9 +24,9 @@ module gestell_task_registry_keys
 
 contains
 
-  !> Schema of the input file, still without the groups that belong to a single task.
+  !> Schema of the input file without those groups that belong to a single task.
   function schema_of(tasks, meanings) result(schema)
-    !> Names of the tasks that can be requested, and a sentence on each
+    !> Names of the tasks that can be requested, and for each task a sentence that explains what it computes
     character(len=*), intent(in) :: tasks(:), meanings(:)
     type(schema_type) :: schema
 

@@ -1,4 +1,4 @@
-!> Writes report.html: one self-contained page with input, verdict, tables and pictures of a run.
+!> Writes report.html, a self-contained page with the input, the verdict, the tables and the pictures of a run.
 module gestell_task_registry_page
   use gestell_base_base64, only: base64
   use gestell_base_error, only: error_type
@@ -30,7 +30,7 @@ module gestell_task_registry_page
 
 contains
 
-  !> Writes report.html with the results and the pictures. `report` is the text report. The page shows the name of the input file
+  !> Writes report.html with the results and the pictures. `report`: text of the report. The page shows the name of the input file
   !> without its folder. Fails if the file cannot be written.
   subroutine write_page(context, result, report, error)
     type(context_type), intent(in) :: context
@@ -52,7 +52,7 @@ contains
       state = trim(result%headlines(i)%state)
       words = result%headlines(i)%words
       line = escaped(words)
-      ! A state at the beginning of the headline is a verdict and is set in bold.
+      ! If the headline begins with a state, this state is the verdict and is set in bold.
       if (index(words, state // ":") == 1) line = "<strong>" // state // "</strong>" // escaped(words(len(state) + 1:))
       if (state == "") state = "note"
       call page%append("<p class=""verdict " // state // """>" // line // "</p>" // newline)
@@ -70,7 +70,7 @@ contains
     call page%complete(error)
   end subroutine write_page
 
-  !> HTML for lines of a report that stay hidden until the reader opens them.
+  !> HTML for lines of a report that are hidden until the reader opens them.
   pure function folded(summary, lines) result(words)
     character(len=*), intent(in) :: summary, lines
     character(len=:), allocatable :: words
@@ -78,7 +78,7 @@ contains
     words = "<details><summary>" // summary // "</summary>" // newline // "<pre>" // escaped(lines) // "</pre></details>" // newline
   end function folded
 
-  !> HTML with the crank speed, the natural frequencies and the peak force on the ground, as far as they are available.
+  !> HTML with those key figures that are available: the crank speed, the natural frequencies, and the peak force on the ground.
   function key_figures(context) result(words)
     type(context_type), intent(in) :: context
     character(len=:), allocatable :: words
@@ -97,7 +97,7 @@ contains
 
   contains
 
-    !> HTML for one of the key figures.
+    !> HTML for one key figure.
     pure function figure(name, value) result(item)
       character(len=*), intent(in) :: name, value
       character(len=:), allocatable :: item
@@ -107,7 +107,7 @@ contains
 
   end function key_figures
 
-  !> Peak forces along the axes and peak magnitude of the force, in words.
+  !> Text with the peak forces along the axes, and the peak of the force's magnitude.
   pure function force_peaks(total) result(words)
     type(reaction_type), intent(in) :: total
     character(len=:), allocatable :: words
@@ -117,7 +117,7 @@ contains
     words = words // ", magnitude " // concise(total%statistics(force_magnitude)%peak, 4) // " N"
   end function force_peaks
 
-  !> HTML section with the picture of a table and, if the page shows it, the table itself.
+  !> HTML section with the picture of a table. It includes the table itself if the page shows it.
   function section(folder, table) result(words)
     character(len=*), intent(in) :: folder
     type(table_type), intent(in) :: table
@@ -157,7 +157,7 @@ contains
     if (status /= 0) bytes = ""
   end function content_hash
 
-  !> HTML table of the input as typed, with units, preceded by the settings from the command line.
+  !> HTML table of the input as the user typed it, with units. The settings from the command line come first.
   function input_table(configuration, settings) result(words)
     type(configuration_type), intent(in) :: configuration
     type(setting_type), intent(in) :: settings(:)

@@ -1,4 +1,4 @@
-!> Lists all tasks in the order in which they run and appear in the report. A new task needs one line in this module.
+!> Lists all tasks in the order in which they run and appear in the report. To add a task, add one line to this module.
 module gestell_task_registry
   use gestell_base_error, only: error_type
   use gestell_base_words, only: word_length
@@ -35,12 +35,12 @@ module gestell_task_registry
 
   public :: all_tables, all_tasks, input_schema, requests_any, read_configuration, read_input
 
-  !> Maximum number of tasks.
+  !> Maximum number of tasks in the list.
   integer, parameter :: most = 50
 
 contains
 
-  !> Makes the list of all tasks, with their names, tables and other fixed components.
+  !> Creates the list of all tasks, with their names, tables and other constant components.
   subroutine all_tasks(tasks)
     type(any_task_type), allocatable, intent(out) :: tasks(:)
     integer :: n
@@ -79,16 +79,16 @@ contains
 
   end subroutine all_tasks
 
-  !> Reads the tasks and the machine from a checked input document. Fails if a value in the document is invalid; the error names its
-  !> place in the input file.
+  !> Reads the tasks and the machine from a checked input document. Fails if a value in the document is invalid; the error message
+  !> states where it is in the input file.
   subroutine read_input(doc, schema, tasks, configuration, error)
     !> The checked input document
     type(document_type), intent(in) :: doc
-    !> Groups and keys that an input may contain
+    !> Groups and keys that are allowed in an input
     type(schema_type), intent(in) :: schema
-    !> All tasks; those that the document requests are marked
+    !> All tasks. `requested` is true for those that the document requests
     type(any_task_type), allocatable, intent(out) :: tasks(:)
-    !> The machine and the settings shared by all tasks
+    !> The machine, and the settings shared by all tasks
     type(configuration_type), intent(out) :: configuration
     type(error_type), allocatable, intent(out) :: error
     character(len=word_length), allocatable :: names(:)
@@ -117,7 +117,7 @@ contains
     end do
   end subroutine read_input
 
-  !> Names of all tables that a run may write.
+  !> Names of all tables that the tasks of a run may write.
   function all_tables() result(names)
     character(len=longest_table), allocatable :: names(:)
     type(any_task_type), allocatable :: tasks(:)
@@ -144,7 +144,7 @@ contains
     end do
   end function input_schema
 
-  !> Reads only the machine and the shared settings from a checked input document.
+  !> Reads only the machine and the shared settings from a checked input document, not the keys of single tasks.
   subroutine read_configuration(doc, configuration, error)
     type(document_type), intent(in) :: doc
     type(configuration_type), intent(out) :: configuration
@@ -154,7 +154,7 @@ contains
     call read_input(doc, input_schema(), tasks, configuration, error)
   end subroutine read_configuration
 
-  !> True if a task is requested that examines these machines (a value of `scope`, for example `own_machine`).
+  !> True if a requested task examines the machines `scope` (a constant such as `own_machine`).
   pure logical function requests_any(tasks, scope)
     type(any_task_type), intent(in) :: tasks(:)
     integer, intent(in) :: scope
@@ -163,7 +163,7 @@ contains
     requests_any = any([(tasks(i)%task%requested .and. tasks(i)%task%scope == scope, i = 1, size(tasks))])
   end function requests_any
 
-  !> Names of all tasks that can be requested, each name once.
+  !> Names of all tasks that can be requested. Each name occurs once.
   pure function names_of(tasks) result(names)
     type(any_task_type), intent(in) :: tasks(:)
     character(len=11), allocatable :: names(:)
@@ -173,7 +173,7 @@ contains
     names = pack(names, [(all(names(:i - 1) /= names(i)), i = 1, size(names))])
   end function names_of
 
-  !> Sentences that say what the tasks compute, in the order of `names_of`.
+  !> Sentences that explain what the tasks compute, in the order of `names_of`.
   pure function meanings_of(tasks) result(meanings)
     type(any_task_type), intent(in) :: tasks(:)
     character(len=longest_meaning), allocatable :: meanings(:)

@@ -11,14 +11,14 @@ module gestell_task_registry_run
 
   public :: run_tasks
 
-  !> An object that receives the results of a run as soon as they are available, for example to print them.
+  !> Receives the results of a run as soon as they are available, for example in order to print them.
   type, abstract, public :: listener_type
   contains
     procedure(receive), deferred :: receive
   end type listener_type
 
   abstract interface
-    !> Receives the part of the report in `result` that was added since the last call.
+    !> Receives that part of the report in `result` that was added after the previous call.
     subroutine receive(self, result)
       import :: listener_type, result_type
       implicit none (type, external)
@@ -33,14 +33,14 @@ contains
 
   !> Runs the tasks one after the other. If a task fails, its error is returned and later tasks are not started.
   subroutine run_tasks(tasks, context, result, error, listener)
-    !> All tasks; those that are not requested are skipped
+    !> All tasks; those that neither the input nor a picture requires are skipped
     type(any_task_type), intent(inout) :: tasks(:)
     !> The machine, the options and the executor
     type(context_type), intent(inout) :: context
     !> Collects the reports, tables and pictures
     type(result_type), intent(inout) :: result
     type(error_type), allocatable, intent(out) :: error
-    !> Is called with the results of each task as soon as they are complete
+    !> Receives the results of each task as soon as they are complete
     class(listener_type), intent(inout), optional :: listener
     logical :: parts, others
     integer :: i
@@ -60,7 +60,8 @@ contains
         if (.not. (task%requested .or. task%needed_for_picture) .or. parts .and. .not. task%shareable) cycle
         if (context%one_line .and. .not. task%brief) cycle
         if (allocated(context%configuration%impossible) .and. task%scope == own_machine) cycle
-        ! Results for the machine of the input are reported together, after its headlines; results of other tasks at once.
+        ! Results for the machine of the input are passed on together, after their headlines. Results of other tasks are passed on
+        ! at once.
         if (present(listener) .and. task%scope /= own_machine) call listener%receive(result)
         call task%run(context, result, error)
       end associate

@@ -29,16 +29,16 @@ module gestell_task_resonance_curve
 
   public :: solve_curve, start_curve
 
-  !> A resonance curve and the state of its refinement.
+  !> A resonance curve with the state of its refinement.
   type, public, extends(curve_points_type) :: resonance_curve_type
     type(speed_options) :: options
-    !> Speeds of the grid (1/min) before the first round; not allocated afterwards
+    !> Speeds of the grid (1/min). Allocated only before the first round
     real(dp), allocatable :: grid(:)
-    !> Number of rounds of refinement
+    !> Number of rounds of refinement that have been made
     integer :: rounds = 0
-    !> True if the refinement is complete; false if it reached the maximum number of speeds or rounds
+    !> True if the refinement is complete; false if it ended because of the maximum number of speeds or rounds
     logical :: complete = .true.
-    !> Prominent maxima, sorted by quantity and speed; `finish` sets this list
+    !> Maxima that stand out, sorted by quantity and speed. `finish` sets this list
     type(maximum_type), allocatable :: maxima(:)
   contains
     procedure :: choose_speeds
@@ -46,7 +46,7 @@ module gestell_task_resonance_curve
     procedure :: finish
   end type resonance_curve_type
 
-  !> Parallel work: each piece solves one speed of a round.
+  !> Parallel work: each piece solves the machine at one speed of a round.
   type, extends(work_type) :: round_type
     class(family_type), pointer :: family => null()
     type(speed_options) :: options
@@ -59,18 +59,18 @@ module gestell_task_resonance_curve
 
   !> `most_refined`: maximum number of speeds added to the grid. `max_rounds`: maximum number of rounds
   integer, parameter, public :: most_refined = 6000, max_rounds = 100
-  !> Minimum height of a listed maximum above each of its flanks, in ln(peak)
+  !> A maximum is listed if it exceeds each of its flanks by at least this much, in ln(peak)
   real(dp), parameter, public :: standing_out = 0.05_dp
-  !> Relative accuracy of a speed at which the state of the machine changes
+  !> Relative accuracy of the speeds at which the state of the machine changes
   real(dp), parameter :: border = 1.0e-4_dp
-  !> Minimum width of an interval, relative to the speed, where the vibration may be unbounded: at a stability boundary, or without
-  !> damping
+  !> Minimum width of an interval in which the vibration may be unbounded, relative to the speed. Such intervals lie at a stability
+  !> boundary, or at a resonance without damping
   real(dp), parameter :: coarsest = 1.0e-6_dp
 
 contains
 
-  !> Initialises an empty curve over `speeds` (1/min). Fails if the speeds differ in sign or are neither ascending nor descending,
-  !> or if an order is invalid.
+  !> Initialises a curve over `speeds` (1/min) that has no points yet. Fails if the speeds differ in sign, if they are neither
+  !> ascending nor descending, or if an order is invalid.
   subroutine start_curve(curve, options, speeds, error)
     type(resonance_curve_type), intent(out) :: curve
     type(speed_options), intent(in) :: options
@@ -86,7 +86,7 @@ contains
     allocate(curve%points(0))
   end subroutine start_curve
 
-  !> Returns the speeds of the next round, in the order of the grid. If there are none, the refinement has ended.
+  !> Returns the speeds of the next round in the order of the grid. The refinement has ended if there are none.
   subroutine choose_speeds(self, speeds)
     class(resonance_curve_type), intent(inout) :: self
     real(dp), allocatable, intent(out) :: speeds(:)
@@ -101,7 +101,7 @@ contains
     end if
     n = size(self%points) - 1
     associate (p => self%points)
-      ! Between neighbours in different states the vibration appears, disappears or changes its stability.
+      ! If neighbouring points have different states, the vibration appears, disappears or changes its stability between them.
       more = [real(dp) :: crossing_speeds(self%curve_points_type), pack([((p(i)%speed + p(i + 1)%speed) / 2, i = 1, n)], &
         & p(:n)%state /= p(2:)%state .and. [(abs(p(i)%speed - p(i + 1)%speed) > border * abs(p(i)%speed), i = 1, n)])]
       do q = 1, size(self%options%names)
@@ -120,13 +120,14 @@ contains
     if (size(speeds) > room) speeds = speeds(:room)
   end subroutine choose_speeds
 
-  !> Finds the intervals in which the curve is not resolved (`bent`). The straight line through the two points before an interval is
-  !> extrapolated to its far end. The computed point there differs by h times the change of slope (h: width of the interval). The
-  !> same is done from the other side.
+  !> Finds the intervals in which the curve is not resolved (`bent`). A straight line through the two points before an interval is
+  !> extrapolated to the far end of the interval. Its difference from the value computed there is h times the change of slope (h:
+  !> width of the interval). A straight line from the other side of the interval gives a second difference.
   !>
-  !> Within the interval a single bend deviates by at most half of the larger difference; such a bend occurs where two maxima over
-  !> the period are equal. A curve of constant curvature deviates by at most a quarter. If only one side is known, its difference
-  !> counts twice; if neither is known, the interval is divided. No straight line crosses a jump.
+  !> If the curve has one bend within the interval, it deviates by at most half of the larger difference. Such a bend occurs where
+  !> two maxima over the period are equal. A curve of constant curvature deviates by at most a quarter. If only one side is known,
+  !> its difference counts twice. If neither side is known, the interval is divided. Straight lines are not extrapolated across a
+  !> jump.
   subroutine bent_intervals(self, level, known, bent)
     class(resonance_curve_type), intent(in) :: self
     real(dp), intent(in) :: level(:)
@@ -154,7 +155,7 @@ contains
     end do
   end subroutine bent_intervals
 
-  !> True if the interval between the neighbours `a` and `b` is wide enough to be divided.
+  !> True if the interval between the neighbouring points `a` and `b` is wide enough to be divided.
   pure logical function divisible(a, b)
     type(curve_point_type), intent(in) :: a, b
     real(dp) :: least
@@ -164,7 +165,7 @@ contains
     divisible = abs(a%speed - b%speed) > least * abs(a%speed)
   end function divisible
 
-  !> Adds the points of a round to the curve.
+  !> Adds the points of a round to the curve, at the speeds that `choose_speeds` has returned.
   subroutine add(self, points)
     class(resonance_curve_type), intent(inout) :: self
     type(speed_point_type), intent(in) :: points(:)
@@ -172,7 +173,7 @@ contains
     call self%insert(points, refined=self%rounds > 0)
   end subroutine add
 
-  !> Finds the prominent maxima of all quantities.
+  !> Finds the maxima of all quantities that stand out, after the last round.
   subroutine finish(self)
     class(resonance_curve_type), intent(inout) :: self
     type(maximum_type), allocatable :: found(:)
@@ -189,9 +190,9 @@ contains
     end do
   end subroutine finish
 
-  !> Computes the whole curve. Fails as `start_curve` does, or if the family rejects a speed.
+  !> Computes a resonance curve with all its rounds. Fails if `start_curve` fails, or if the family rejects a speed.
   subroutine solve_curve(family, options, speeds, curve, error, executor)
-    !> Machines as a function of the speed (1/min). With an `executor`, threads may request members at the same time.
+    !> Machines as a function of the speed (1/min). With an `executor`, several threads may request members at the same time
     class(family_type), intent(in), target :: family
     type(speed_options), intent(in) :: options
     !> Speeds of the grid (1/min), all of one sign, ascending or descending
@@ -225,7 +226,7 @@ contains
     call solve_speed_point(self%family, self%speeds(k), self%options, self%points(k), error)
   end subroutine compute
 
-  !> Writes a point to a record, or reads it from there.
+  !> Writes point number `k` to a record, or reads it from a record.
   subroutine exchange(self, k, record)
     class(round_type), intent(inout) :: self
     integer, intent(in) :: k

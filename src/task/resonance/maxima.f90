@@ -15,55 +15,58 @@ module gestell_task_resonance_maxima
 
   !> A maximum of a resonance curve.
   type, public :: maximum_type
-    !> Number of the quantity
+    !> Number of the quantity that has the maximum
     integer :: quantity = 0
     !> Number of the point of the curve at which the maximum lies
     integer :: point = 0
-    !> Verdict on the vibration at this point
+    !> Verdict on the vibration at this point of the curve
     type(verdict_type) :: state
-    !> Harmonic of the period with the largest amplitude at this point
+    !> Number of the harmonic of the period that has the largest amplitude at this point
     integer :: strongest_order = 0
-    !> `speed`: speed of the maximum (1/min). `value`: the quantity's peak P_0 at this speed
+    !> `speed`: speed of the maximum (1/min). `value`: value P_0 of the quantity's peak at this speed
     real(dp) :: speed = 0, value = 0
-    !> `half`: speeds on both sides at which the peak P has fallen to P_0 / sqrt(2). `width`: their distance (1/min).
-    !> `damping_ratio`: half the width divided by the speed; correct for a single resonance. NaN if the curve rises or ends before.
+    !> `half`: the two speeds, one on each side, at which the peak P has fallen to P_0 / sqrt(2). `width`: difference between them
+    !> (1/min). `damping_ratio`: half the width divided by the speed, which is correct for a single resonance. NaN if the curve
+    !> rises again or ends before it has fallen so far.
     real(dp) :: half(2) = 0, width = 0, damping_ratio = 0
-    !> Height above the higher of its two flanks, in ln(peak)
+    !> Height of the maximum above the higher one of its two flanks, in ln(peak)
     real(dp) :: rise = 0
-    !> `resolved`: true if the intervals next to the maximum are resolved. `unbounded`: true if the vibration is unbounded at this
-    !> speed, as at a stability boundary
+    !> `resolved`: true if the intervals on both sides of the maximum are resolved. `unbounded`: true if the vibration at this speed
+    !> is unbounded, for example at a stability boundary
     logical :: resolved = .true., unbounded = .false.
-    !> True if the motion is small enough for linearised equations
+    !> True if the motion is so small that linearised equations describe it
     logical :: small = .true.
-    !> `jump`: true if the exact frame jumps to another vibration at this speed; `value` is then the larger one. `fold`: true if the
-    !> vibration on one side ceases to exist there.
+    !> `jump`: true if the vibration of the exact frame jumps at this speed; `value` is then the larger one of the two values.
+    !> `fold`: true if the vibration on one side of the jump ceases to exist there.
     logical :: jump = .false., fold = .false.
-    !> Value of the quantity on the other side of the jump; NaN without a jump.
+    !> Value of the quantity on the side of the jump where it is smaller; NaN if there is no jump.
     real(dp) :: other_side = 0
   end type maximum_type
 
-  !> A vibration next to a jump ends in a fold if one of its multipliers is closer to 1 than this
+  !> Next to a jump, a vibration ceases to exist (fold) if one of its multipliers is closer to 1 than this
   real(dp), parameter :: at_fold = 1.0e-3_dp
 
-  !> A maximum is accurate if the next step is below `position` times the speed and raises it by less than `gain` times the value.
+  !> The speed of a maximum is accurate if the next step is below `position` times the speed, and raises the maximum by less than
+  !> `gain` times its value.
   real(dp), parameter, public :: position = 1.0e-7_dp
-  !> `gain`: largest relative gain in height that ends the search for a maximum. `half_power`: largest difference of (P_0 / P)^2 - 1
-  !> from 1 at a half-power speed.
+  !> `gain`: the search for a maximum ends if the relative gain in height is smaller. `half_power`: a half-power speed is accurate
+  !> if (P_0 / P)^2 - 1 differs from 1 by no more than this.
   real(dp), parameter :: gain = 1.0e-9_dp, half_power = 1.0e-4_dp
 
 contains
 
-  !> Finds the maxima of quantity `q`, and the jumps of the exact frame. For linearised equations, an unresolved maximum at which
-  !> the stability changes or is uncertain counts as unbounded. A jump is listed at its larger side, even if this is no maximum.
+  !> Finds the maxima of quantity number `q`, and the jumps of the exact frame. For linearised equations, a maximum counts as
+  !> unbounded if it is not resolved and the stability changes there or is uncertain. A jump is listed at the side with the larger
+  !> value, even if this value is not a maximum.
   subroutine find_maxima(curve, q, level, known, bent, least, maxima)
     class(curve_points_type), intent(in) :: curve
     integer, intent(in) :: q
-    !> ln(peak) at each point
+    !> ln(peak) at each point of the curve
     real(dp), intent(in) :: level(:)
-    !> `known`: true for points that have a value, shape (points). `bent`: true for intervals that are not resolved, shape (points -
-    !> 1)
+    !> `known`: true for points at which the quantity has a value, shape (points). `bent`: true for intervals that are not resolved,
+    !> shape (points - 1)
     logical, intent(in) :: known(:), bent(:)
-    !> Minimum height of a maximum above both flanks, or minimum height of a jump, in ln(peak)
+    !> Minimum height of a maximum above both of its flanks, and minimum height of a jump, both in ln(peak)
     real(dp), intent(in) :: least
     type(maximum_type), allocatable, intent(out) :: maxima(:)
     type(maximum_type) :: found(size(level))
@@ -80,7 +83,7 @@ contains
     end do
     do i = 1, size(level)
       if (known(max(i - 1, 1)) .and. .not. known(i)) then
-        ! the gap from the first point without a value to the last
+        ! find the last point of the gap, which extends from the first to the last point without a value
         last = i - 2 + findloc([known(i:), .true.], .true., dim=1)
         if (rises_into(curve, level, known, i, last, least)) then
           n = n + 1
@@ -108,8 +111,8 @@ contains
     maxima = found(:n)
   end subroutine find_maxima
 
-  !> True if point `i` is higher than both neighbours, and higher than both flanks by more than `least`. For the exact frame, points
-  !> at which no vibration was found are skipped.
+  !> True if the value at point number `i` is larger than at both neighbours, and exceeds both flanks by more than `least`. For the
+  !> exact frame, points at which no vibration was found are skipped.
   pure logical function is_top(curve, level, known, i, least)
     class(curve_points_type), intent(in) :: curve
     real(dp), intent(in) :: level(:), least
@@ -128,7 +131,7 @@ contains
     is_top = min(descent(curve, level, known, i, -1), descent(curve, level, known, i, 1)) > least
   end function is_top
 
-  !> Number of the nearest point with a value on one side of point `i` (`step` = -1 or 1); 0 if there is none.
+  !> Number of the nearest point that has a value, before point `i` (`step` = -1) or after it (`step` = 1); 0 if there is none.
   pure integer function neighbour(known, i, step) result(k)
     logical, intent(in) :: known(:)
     integer, intent(in) :: i, step
@@ -141,8 +144,8 @@ contains
     k = 0
   end function neighbour
 
-  !> Determines whether a maximum of the exact frame lies at a jump or next to points without a vibration. Sets the value on the
-  !> other side.
+  !> Determines whether a maximum of the exact frame lies at a jump, or next to points without a vibration. At a jump, sets the
+  !> value on the other side.
   pure subroutine describe_jump(curve, known, jump, maximum)
     class(curve_points_type), intent(in) :: curve
     logical, intent(in) :: known(:), jump(0:)
@@ -164,7 +167,8 @@ contains
     end associate
   end subroutine describe_jump
 
-  !> Maximum for the points `first` to `last`, which have no value: there the vibration of the linearised equations is unbounded.
+  !> Creates the maximum for the points `first` to `last`, which have no value because the vibration of the linearised equations is
+  !> unbounded.
   type(maximum_type) function unbounded_maximum(curve, q, first, last) result(maximum)
     class(curve_points_type), intent(in) :: curve
     integer, intent(in) :: q, first, last
@@ -182,8 +186,8 @@ contains
     maximum%small = .false.
   end function unbounded_maximum
 
-  !> True if the points `first` to `last`, which have no value, are a resonance: the curve rises towards them on both sides by more
-  !> than `least`.
+  !> True if the points `first` to `last`, which have no value, lie in a resonance: on both sides the curve rises towards them by
+  !> more than `least`.
   pure logical function rises_into(curve, level, known, first, last, least)
     class(curve_points_type), intent(in) :: curve
     real(dp), intent(in) :: level(:), least
@@ -198,8 +202,8 @@ contains
     rises_into = min(descent(curve, level, known, first - 1, -1), descent(curve, level, known, last + 1, 1)) > least
   end function rises_into
 
-  !> Depth, in ln(peak), to which the curve falls on one side of point `i`, before it rises above this point or is unknown. For the
-  !> exact frame, points without a vibration are skipped.
+  !> Depth, in ln(peak), to which the curve falls on one side of point number `i`. It ends where the curve rises above this point or
+  !> is unknown. For the exact frame, points without a vibration are skipped.
   pure real(dp) function descent(curve, level, known, i, step)
     class(curve_points_type), intent(in) :: curve
     real(dp), intent(in) :: level(:)
@@ -217,7 +221,8 @@ contains
     end do
   end function descent
 
-  !> Half-power speed on one side of the maximum at point `i`. NaN if the curve rises or jumps before this speed.
+  !> Half-power speed on one side of the maximum at point number `i`. NaN if the curve rises again or jumps before this speed is
+  !> reached.
   real(dp) function half_power_speed(curve, level, known, jump, i, step) result(speed)
     class(curve_points_type), intent(in) :: curve
     real(dp), intent(in) :: level(:)
@@ -232,7 +237,7 @@ contains
     do while (k >= 1 .and. k <= size(level))
       if (.not. known(k) .or. jump(min(k, k - step))) return
       if (level(k) > level(k - step)) return
-      ! sqrt((P_i / P_k)^2 - 1)
+      ! computes sqrt((P_i / P_k)^2 - 1), which is a linear function of the speed at a single resonance
       u = [u(2), sqrt(max(0.0_dp, exp(min(2 * (level(i) - level(k)), 600.0_dp)) - 1))]
       if (u(2) >= 1) then
         associate (s => curve%points(k - step)%speed, t => curve%points(k)%speed)
@@ -244,7 +249,7 @@ contains
     end do
   end function half_power_speed
 
-  !> Interpolated speeds of those maxima that are resolved but not yet accurate.
+  !> Speeds, interpolated, of those maxima that are resolved but not yet accurate.
   function top_speeds(curve, maxima) result(speeds)
     class(curve_points_type), intent(in) :: curve
     type(maximum_type), intent(in) :: maxima(:)
@@ -263,13 +268,13 @@ contains
     end do
   end function top_speeds
 
-  !> Computes the step (1/min) from the point of a maximum to the top of the parabola through it and its neighbours, and the
-  !> relative gain in height. Both are zero if the parabola has no maximum.
+  !> Computes the step (1/min) from the point of a maximum to the vertex of the parabola through this point and its neighbours, and
+  !> the relative gain in height. Both are zero if the parabola has no maximum.
   pure subroutine step_to_top(curve, maximum, step, gain_of_step)
     class(curve_points_type), intent(in) :: curve
-    !> Maximum whose point has neighbours on both sides
+    !> A maximum at a point that has neighbours on both sides
     type(maximum_type), intent(in) :: maximum
-    !> `step`: step (1/min). `gain_of_step`: relative gain in height
+    !> `step`: step to the vertex (1/min). `gain_of_step`: relative gain in height by this step
     real(dp), intent(out) :: step, gain_of_step
     real(dp) :: h(2), rise(2), a, b
 
@@ -277,7 +282,7 @@ contains
     gain_of_step = 0
     associate (i => maximum%point, q => maximum%quantity)
       h = [maximum%speed - curve%points(i - 1)%speed, curve%points(i + 1)%speed - maximum%speed]
-      ! (P_0 / P)^2 - 1 of both neighbours = a h^2 +- b h
+      ! (P_0 / P)^2 - 1 at both neighbours is equal to a h^2 +- b h
       rise = [excess_power(curve, q, i, i - 1), excess_power(curve, q, i, i + 1)]
     end associate
     a = (rise(1) / h(1) + rise(2) / h(2)) / (h(1) + h(2))
@@ -287,7 +292,7 @@ contains
     gain_of_step = b**2 / (8 * a)
   end subroutine step_to_top
 
-  !> (P_i / P_k)^2 - 1 for the peaks P at points `i` and `k`, computed without loss of digits if it is small.
+  !> The value of (P_i / P_k)^2 - 1 for the peaks P at points `i` and `k`. No digits are lost if it is small.
   pure real(dp) function excess_power(curve, q, i, k)
     class(curve_points_type), intent(in) :: curve
     integer, intent(in) :: q, i, k
@@ -297,7 +302,7 @@ contains
     end associate
   end function excess_power
 
-  !> Interpolated half-power speeds of the resolved maxima, except those to which an existing point is close enough.
+  !> Half-power speeds, interpolated, of the resolved maxima. Those to which an existing point is close enough are omitted.
   function half_power_speeds(curve, maxima, bent) result(speeds)
     class(curve_points_type), intent(in) :: curve
     type(maximum_type), intent(in) :: maxima(:)

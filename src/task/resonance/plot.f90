@@ -1,4 +1,4 @@
-!> Pictures of results over the speed: resonance curves and their maxima.
+!> Draws the pictures of results over the speed: resonance curves and their maxima.
 module gestell_task_resonance_plot
   use gestell_base_verdict, only: failed, impossible, in_resonance, operator(/=), operator(==), state_word, undamped, undecided, &
     & unstable, verdict_type
@@ -19,34 +19,35 @@ module gestell_task_resonance_plot
 
   public :: plot_peaks, plot_resonance
 
-  !> Rows of a quantity's values that contain peak and rms; the amplitudes of the orders follow
+  !> Rows of a quantity's values that contain its peak (`of_peak`) and its rms (`of_rms`). The amplitudes of the orders follow
   integer, parameter :: of_peak = 1, of_rms = 3
-  !> Maximum numbers: panels in one column, all panels, orders that are drawn, and labelled maxima of a quantity
+  !> `most_below`: maximum number of panels in one column. `most_panels`: maximum number of panels. `max_orders`: maximum number of
+  !> orders that are drawn. `most_labelled`: maximum number of labelled maxima of a quantity
   integer, parameter :: most_below = 4, most_panels = 10, max_orders = 6, most_labelled = 8
-  !> Lower end of a panel: the larger of `depth` times its maximum and `below` times the lowest peak or rms
+  !> The lower end of a panel is the larger of two values: `depth` times its maximum, and `below` times the lowest peak or rms
   real(dp), parameter :: depth = 1.0e-4_dp, below = 0.5_dp
   !> Height of the legend in pixels
   integer, parameter :: legend = 62
 
-  !> States of points that get special marks, in the order of the marks
+  !> States of points that have special marks, in the order of the marks in the legend
   type(verdict_type), parameter :: marked(6) = [undamped, undecided, unstable, in_resonance, impossible, failed]
 
 contains
 
-  !> Picture of the table `resonance`: one panel for each quantity.
+  !> The picture of the table `resonance`, which has one panel for each quantity.
   function plot_resonance(table, quantities, curve, turns, input) result(figure)
     type(table_type), intent(in) :: table
     type(quantity_type), intent(in) :: quantities(:)
     type(resonance_curve_type), intent(in) :: curve
-    !> Number of turns of the crank in the period
+    !> Number of turns that the crank makes in the period
     integer, intent(in) :: turns
-    !> Speed of the input (1/min), or empty
+    !> Speed that the input gives (1/min); empty if the input gives no speed
     real(dp), intent(in) :: input(:)
     type(figure_type) :: figure
     character(len=:), allocatable :: lines
     type(marks_type) :: marks
-    !> `found`: states that occur. `visible`: orders that are visible in each panel. `parts`: whether some motions are small, and
-    !> whether some are not
+    !> `found`: true for states that occur. `visible`: true for orders that are visible in a panel. `parts`: whether some motions
+    !> are small, and whether some are not
     logical :: found(size(marked)), visible(max_orders, most_panels), parts(2)
     logical :: small(size(curve%points))
     integer, allocatable :: harmonics(:)
@@ -87,7 +88,7 @@ contains
 
   contains
 
-    !> Entries of the legend that all panels share. `orders`: true for visible orders.
+    !> Entries of the legend that all panels share. `orders`: true for orders that are visible.
     pure function key(orders) result(words)
       logical, intent(in) :: orders(:)
       character(len=:), allocatable :: words
@@ -104,7 +105,7 @@ contains
       end do
     end function key
 
-    !> Panel of one quantity, on a logarithmic axis of at most four decades.
+    !> The panel of one quantity. Its logarithmic axis covers at most four decades.
     pure function curve_panel(quantity, orders) result(lines)
       type(quantity_type), intent(in) :: quantity
       logical, intent(in) :: orders(:)
@@ -131,8 +132,8 @@ contains
       end do
     end function curve_panel
 
-    !> Plot element for a column times `factor`; grey where the motion is not small. Small and other motions are separate elements,
-    !> because a colour for each point would lose the dashes.
+    !> Part of a plot command that draws a column times `factor`. The line is grey where the motion is not small. Small and other
+    !> motions are drawn separately, because lines with a colour for each point would lose their dashes.
     pure function line(name, style, width, factor) result(words)
       character(len=*), intent(in) :: name, width, factor
       integer, intent(in) :: style
@@ -154,7 +155,7 @@ contains
 
   end function plot_resonance
 
-  !> Marks for the speed of the input and for ranges in which the machine is unstable.
+  !> Marks on the speed axis: the speed that the input gives, and ranges of speeds in which the machine is unstable.
   pure type(marks_type) function marks_of(curve, input) result(marks)
     type(resonance_curve_type), intent(in) :: curve
     real(dp), intent(in) :: input(:)
@@ -164,7 +165,7 @@ contains
     end associate
   end function marks_of
 
-  !> True for the orders whose rms reaches the lower end of the quantity's panel.
+  !> True for the orders whose rms reaches the lower end of the quantity's panel, so that they are visible.
   pure function visible_orders(curve, quantity) result(visible)
     type(resonance_curve_type), intent(in) :: curve
     integer, intent(in) :: quantity
@@ -188,7 +189,7 @@ contains
     visible = most > max(depth * high, below * low)
   end function visible_orders
 
-  !> Entry of the legend in a plot command.
+  !> Part of a plot command that creates an entry of the legend.
   pure function entry(style, name) result(words)
     character(len=*), intent(in) :: style, name
     character(len=:), allocatable :: words
@@ -196,7 +197,7 @@ contains
     words = ", keyentry with " // style // " title '" // name // "'"
   end function entry
 
-  !> Name of a quantity with its unit in parentheses.
+  !> Name of a quantity, followed by its unit in parentheses.
   pure function label_of(quantity) result(label)
     type(quantity_type), intent(in) :: quantity
     character(len=:), allocatable :: label
@@ -204,11 +205,12 @@ contains
     label = trim(quantity%name) // " (" // trim(quantity%unit) // ")"
   end function label_of
 
-  !> Picture of the table `peaks`: the maxima and their values over the speed. `input`: speed of the input (1/min), or empty.
+  !> The picture of the table `peaks`: the maxima and their values over the speed. `input`: speed that the input gives (1/min);
+  !> empty if it gives no speed.
   function plot_peaks(table, quantities, curve, input) result(figure)
     type(table_type), intent(in) :: table
     type(quantity_type), intent(in) :: quantities(:)
-    !> Curve that contains the list of maxima
+    !> The curve, with the list of its maxima
     type(resonance_curve_type), intent(in) :: curve
     real(dp), intent(in) :: input(:)
     type(figure_type) :: figure
@@ -229,7 +231,7 @@ contains
     lines = lines // tics(labels, 1) // ")" // newline // "set lmargin " // text(min(44, 2 + maxval([(character_count( &
       & trim(labels(i))), i = 1, size(labels))]))) // "; set bmargin 6; set key at screen 0.5,screen 0.01 bottom center " &
       & // "horizontal samplen 2" // newline // marks%lines // values(curve, range)
-    ! gnuplot function that returns the number of the quantity in a row of the file
+    ! define a gnuplot function that returns the number of the quantity in a row of the file
     lines = lines // "of(row) = int(word('"
     do i = 1, size(curve%maxima)
       lines = lines // text(curve%maxima(i)%quantity) // " "
@@ -248,7 +250,7 @@ contains
 
   contains
 
-    !> Plot element with those maxima of quantity `i` for which `condition` is true.
+    !> Part of a plot command that draws those maxima of quantity number `i` for which `condition` is true.
     pure function dots(condition, colour) result(words)
       character(len=*), intent(in) :: condition, colour
       character(len=:), allocatable :: words
@@ -259,7 +261,7 @@ contains
 
   end function plot_peaks
 
-  !> Labels that state the values of the maxima, spaced so that they do not overlap.
+  !> Labels with the values of the maxima. Labels that would overlap are moved apart.
   pure function values(curve, range) result(lines)
     type(resonance_curve_type), intent(in) :: curve
     real(dp), intent(in) :: range(2)

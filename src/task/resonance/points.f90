@@ -1,4 +1,4 @@
-!> Points of a resonance curve in the order of their speeds.
+!> Stores the points of a resonance curve in the order of their speeds.
 module gestell_task_resonance_points
   use gestell_base_verdict, only: has_vibration
   use gestell_base_kinds, only: dp
@@ -13,15 +13,15 @@ module gestell_task_resonance_points
 
   !> A point of a resonance curve.
   type, public, extends(speed_point_type) :: curve_point_type
-    !> True if the point was added between the points of the grid
+    !> True if the point was inserted between the points of the grid
     logical :: refined = .false.
   end type curve_point_type
 
-  !> Points of a resonance curve.
+  !> The points of a resonance curve.
   type, public :: curve_points_type
-    !> Points in the order of the grid
+    !> Points in the order of the grid of speeds
     type(curve_point_type), allocatable :: points(:)
-    !> True if the speeds decrease from point to point
+    !> True if the speed decreases from each point to the next
     logical :: descends = .false.
   contains
     procedure :: insert
@@ -31,14 +31,14 @@ module gestell_task_resonance_points
     procedure :: jumps
   end type curve_points_type
 
-  !> Speeds count as equal if their relative distance is smaller than this; intervals below four times this distance are not divided
+  !> Two speeds count as equal if their relative difference is smaller. Intervals narrower than four times this are not divided
   real(dp), parameter, public :: same = 1.0e-10_dp
-  !> Maximum deviation of the curve from a straight line between neighbours, in ln(peak)
+  !> Allowed deviation of the curve from a straight line between neighbouring points, in ln(peak)
   real(dp), parameter, public :: straight = 0.01_dp
 
 contains
 
-  !> Inserts points at new speeds. The new points must be in the order of the grid.
+  !> Inserts points at new speeds. The new points must be given in the order of the grid.
   subroutine insert(self, points, refined)
     class(curve_points_type), intent(inout) :: self
     type(speed_point_type), intent(in) :: points(:)
@@ -66,8 +66,8 @@ contains
     call move_alloc(all, self%points)
   end subroutine insert
 
-  !> Selects those `speeds` that lie within the range and are farther from each existing point than the relative distance `same`.
-  !> The result `new` is in the order of the grid.
+  !> Selects those `speeds` that lie within the range and differ from every existing point by more than the relative distance
+  !> `same`. The result `new` is in the order of the grid.
   subroutine select_new(self, speeds, same, new)
     class(curve_points_type), intent(in) :: self
     real(dp), intent(in) :: speeds(:), same
@@ -96,8 +96,8 @@ contains
     allocate(new, source=sorted(:n))
   end subroutine select_new
 
-  !> Computes ln(peak) of quantity `q` at all points. `known`: true where a vibration exists and its peak exceeds the error bound;
-  !> elsewhere `level` is 0.
+  !> Computes ln(peak) of quantity number `q` at all points. `known`: true where a vibration exists and its peak exceeds the error
+  !> bound. At all other points `level` is 0.
   subroutine levels(self, q, level, known)
     class(curve_points_type), intent(in) :: self
     integer, intent(in) :: q
@@ -114,8 +114,8 @@ contains
     end do
   end subroutine levels
 
-  !> True for the intervals, shape (points - 1), in which the exact frame jumps to another vibration: the interval is too short to
-  !> be divided, but ln(peak) changes by more than `straight`.
+  !> True for those intervals, shape (points - 1), in which the exact frame jumps to another vibration. Such an interval is too
+  !> short to be divided, but ln(peak) changes in it by more than `straight`.
   pure function jumps(self, level, known)
     class(curve_points_type), intent(in) :: self
     real(dp), intent(in) :: level(:)
@@ -131,7 +131,7 @@ contains
     end do
   end function jumps
 
-  !> True for the points at which a vibration was found.
+  !> True for each point at which a vibration was found.
   pure function has_values(self) result(known)
     class(curve_points_type), intent(in) :: self
     logical :: known(size(self%points))
@@ -139,8 +139,7 @@ contains
     known = has_vibration(self%points%state)
   end function has_values
 
-  !> Writes a point to a record, or reads it from there, so that a run can be continued. Of the measurements, only the requested
-  !> quantities are stored.
+  !> Writes a point to a record, or reads it from a record. Of its measures only the requested ones are stored.
   subroutine exchange_point(point, record)
     type(speed_point_type), intent(inout) :: point
     type(record_type), intent(inout) :: record

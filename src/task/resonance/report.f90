@@ -1,4 +1,4 @@
-!> Report of the task `resonance`: resonance curves.
+!> Writes the report of the task `resonance`: the resonance curves.
 module gestell_task_resonance_report
   use gestell_base_verdict, only: failed, has_vibration, impossible, in_resonance, not_judged, operator(/=), operator(==), stable, &
     & state_word, verdict_type
@@ -17,22 +17,22 @@ module gestell_task_resonance_report
 
   public :: report_resonance, curve_verdict
 
-  !> Maximum number of maxima listed for each quantity
+  !> Maximum number of maxima that are listed for each quantity
   integer, parameter :: max_listed = 8
 
 contains
 
-  !> Section of the report about the curves, quantity by quantity.
+  !> Section of the report on the resonance curves, quantity by quantity.
   pure function report_resonance(quantities, curve, turns, verdict, warning, model) result(report)
     type(quantity_type), intent(in) :: quantities(:)
     type(resonance_curve_type), intent(in) :: curve
-    !> Number of turns of the crank in the period
+    !> Number of turns that the crank makes in the period
     integer, intent(in) :: turns
     !> `verdict`: verdict on the vibrations. `warning`: warning that some motions are too large for the linearised equations.
     !> `model`: model of the frame
     character(len=*), intent(in) :: verdict, warning, model
     character(len=:), allocatable :: report
-    !> States of speeds at which there is no vibration
+    !> States of a point that have no vibration
     type(verdict_type), parameter :: missing(3) = [in_resonance, impossible, failed]
     character(len=*), parameter :: reasons(3) = [character(len=46) :: "no periodic vibration exists (resonance)", &
       & "the mechanism cannot be assembled", "the computation failed"]
@@ -56,7 +56,7 @@ contains
     end do
   end function report_resonance
 
-  !> Worst verdict on the vibrations of the curve. It is printed at the head of the curve and of its files.
+  !> The worst verdict on the vibrations of the curve. It is printed at the head of the report on the curve and in its files.
   pure type(judgement_type) function curve_verdict(curve) result(judgement)
     type(resonance_curve_type), intent(in) :: curve
     real(dp) :: speeds(size(curve%points))
@@ -67,7 +67,7 @@ contains
       & "disturbances of these vibrations grow")
   end function curve_verdict
 
-  !> Lines of the report about quantity `q`: its largest maxima, its jumps and its minimum.
+  !> Lines of the report on quantity number `q`: its largest maxima, its jumps and its minimum.
   pure function curve_lines(curve, q, quantity, turns, model) result(report)
     type(resonance_curve_type), intent(in) :: curve
     integer, intent(in) :: q, turns

@@ -8,21 +8,21 @@ module gestell_task_resonance_seeds
 
   public :: crossing_speeds, swings_of_modes
 
-  !> Highest order of the crank speed whose crossings are searched
+  !> Highest order of the crank speed for which resonances are sought
   integer, parameter, public :: max_orders = 60
-  !> A point lies on a crossing if the detuning is below `part_of_damping` times the damping, or below `part_of_turns` times the
-  !> number of oscillations
+  !> A point counts as lying on a resonance if the detuning is below `part_of_damping` times the damping, or below `part_of_turns`
+  !> times the number of oscillations in the period
   real(dp), parameter :: part_of_damping = 0.25_dp, part_of_turns = 1.0e-7_dp
 
 contains
 
-  !> Speeds to compute next. Between two neighbours the frequency of each mode is interpolated linearly; each crossing with a
-  !> harmonic of the period gives a speed. Once a point lies on a crossing, the speeds at one and three half widths from it are
-  !> added. Otherwise a low maximum could be missed.
+  !> Speeds to compute next. Between two neighbouring points the frequency of each mode is interpolated linearly. Each intersection
+  !> with a harmonic of the period is a resonance, whose speed is included. When a point lies on a resonance, the speeds at one and
+  !> three half widths from it are included as well, because a low maximum could be missed otherwise.
   function crossing_speeds(curve, pairs, counts) result(speeds)
     class(curve_points_type), intent(in) :: curve
-    !> `pairs`: true to search for sums of two frequencies that equal a harmonic (parametric resonance). `counts`, shape (points):
-    !> true if the details of a crossing at this point are needed; by default all are
+    !> `pairs`: true to search also for sums of two frequencies that equal a harmonic (parametric resonance). `counts`, shape
+    !> (points): true if the neighbourhood of a resonance at this point is needed; by default it is needed at all points
     logical, intent(in), optional :: pairs, counts(:)
     real(dp), allocatable :: speeds(:), swings(:, :), damping(:, :)
     logical :: selected(size(curve%points))
@@ -46,7 +46,7 @@ contains
             else if (found(b, damping(j, i + 1), k)) then
               if (selected(i + 1)) speeds = [speeds, around(curve, t, damping(j, i + 1) / k)]
             else
-              ! a s + (b t - a s) (x - s) / (t - s) = k x
+              ! intersection of the straight line with the harmonic: a s + (b t - a s) (x - s) / (t - s) = k x
               speeds = [speeds, s + (t - s) * (a - k) * s / ((a - k) * s - (b - k) * t)]
             end if
           end do
@@ -55,7 +55,7 @@ contains
     end do
   end function crossing_speeds
 
-  !> Replaces the modes by all sums of two modes: numbers of oscillations and dampings are added.
+  !> Replaces the modes by all sums of two modes. Their numbers of oscillations are added, and their dampings, too.
   pure subroutine add_modes(swings, damping)
     real(dp), allocatable, intent(inout) :: swings(:, :), damping(:, :)
     real(dp), dimension(size(swings, 1) * (size(swings, 1) + 1) / 2, size(swings, 2)) :: sums, dampings
@@ -73,8 +73,8 @@ contains
     damping = dampings
   end subroutine add_modes
 
-  !> Speeds at one and three half widths from a resonance at `speed`, except those that have a point close by. `half_width` is
-  !> relative to the speed.
+  !> Speeds at one and three half widths from a resonance at `speed`. A speed is omitted if a point is close to it. `half_width`:
+  !> half width of the resonance, relative to the speed.
   function around(curve, speed, half_width) result(speeds)
     class(curve_points_type), intent(in) :: curve
     real(dp), intent(in) :: speed, half_width
@@ -86,7 +86,7 @@ contains
     speeds = pack(all, [(minval(abs(curve%points%speed - all(i))) > half_width / 2 * abs(speed), i = 1, 4)])
   end function around
 
-  !> True if a point lies on the crossing of the mode with harmonic `k`.
+  !> True if some point lies on the resonance of the mode with harmonic number `k`.
   pure logical function found(swings, damping, k)
     real(dp), intent(in) :: swings, damping
     integer, intent(in) :: k
@@ -94,11 +94,11 @@ contains
     found = abs(swings - k) <= max(part_of_damping * damping, part_of_turns * k)
   end function found
 
-  !> Computes, for each mode, the number of oscillations in the period (`swings`) and the damping |ln |rho|| / 2 pi in the same
-  !> measure. Both have the shape (modes, points); points without multipliers get -1.
+  !> Computes two numbers for each mode, shape (modes, points). `swings`: number of oscillations in the period. `damping`: |ln
+  !> |rho|| / 2 pi, in the same unit. Both are -1 at points without multipliers.
   !>
-  !> The multipliers determine the number of oscillations only up to an integer. Starting at the fastest speed, where the integer is
-  !> unambiguous, it is chosen from speed to speed such that the frequency changes least.
+  !> The multipliers determine the number of oscillations only up to an integer. At the highest speed the integer is unambiguous.
+  !> From there it is chosen from speed to speed so that the frequency changes least.
   subroutine swings_of_modes(curve, swings, damping)
     class(curve_points_type), intent(in) :: curve
     real(dp), allocatable, intent(out) :: swings(:, :), damping(:, :)
@@ -130,8 +130,8 @@ contains
     end do
   end subroutine swings_of_modes
 
-  !> Assigns to each mode a multiplier and a whole number of turns, nearest to the `expected` number of oscillations. The nearest
-  !> pairs are assigned first.
+  !> Assigns a multiplier and a whole number of turns to each mode, so that the number of oscillations is nearest to the `expected`
+  !> one. The best matches are assigned first.
   pure subroutine assign(turns, growth, expected, swings, damping)
     real(dp), intent(in) :: turns(:), growth(:), expected(:)
     real(dp), intent(out) :: swings(:), damping(:)

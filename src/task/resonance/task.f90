@@ -1,4 +1,4 @@
-!> The task `resonance`: vibration over the crank speed.
+!> The task `resonance`: computes the vibration as a function of the crank speed.
 module gestell_task_resonance_task
   use gestell_base_error, only: error_type
   use gestell_base_verdict, only: has_vibration, operator(/=), stable, state_word
@@ -47,7 +47,7 @@ contains
     self%gives_verdict = .true.
   end subroutine describe
 
-  !> Reads the quantities of the curves. Fails if a quantity is invalid.
+  !> Reads the quantities whose curves are requested. Fails if a quantity is invalid.
   subroutine read_resonance(self, configuration, error)
     class(resonance_task), intent(inout) :: self
     type(configuration_type), intent(inout) :: configuration
@@ -57,7 +57,7 @@ contains
       & self%quantities, error)
   end subroutine read_resonance
 
-  !> Computes the resonance curves and adds tables, pictures and report.
+  !> Computes the resonance curves, and adds tables, pictures and report to `result`.
   subroutine run(self, context, result, error)
     class(resonance_task), intent(inout) :: self
     type(context_type), intent(inout) :: context
@@ -117,7 +117,7 @@ contains
     end associate
   end subroutine run
 
-  !> Table resonance.csv of the curves. The period has `turns` turns of the crank.
+  !> The table resonance.csv of the curves. `turns`: number of turns that the crank makes in the period.
   pure type(table_type) function curve_table(quantities, curve, turns, verdict) result(table)
     type(quantity_type), intent(in) :: quantities(:)
     type(resonance_curve_type), intent(in) :: curve
@@ -150,7 +150,7 @@ contains
 
   contains
 
-    !> Value number `i` of quantity `k` at all speeds.
+    !> Value number `i` of quantity number `k`, at all speeds.
     pure function row(i)
       integer, intent(in) :: i
       real(dp) :: row(size(curve%points))

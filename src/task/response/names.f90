@@ -1,4 +1,4 @@
-!> Defines how the quantities of a vibration are named in tables, reports and pictures.
+!> Defines the names of the quantities of a vibration in tables, reports and pictures.
 module gestell_task_response_names
   use gestell_base_kinds, only: dp
   use gestell_model_frame, only: dof_names
@@ -9,21 +9,21 @@ module gestell_task_response_names
 
   public :: names_of, peak_heads, peak_units, peak_words
 
-  !> Names and units of one quantity, in tables, reports and pictures.
+  !> Names and units of one quantity of the vibration in tables, reports and pictures.
   type, public :: name_type
-    !> Key of the table column, without the unit that is appended to it
+    !> Key of the table column, without the unit (the unit is appended to it)
     character(len=11) :: column = ""
     !> Unit of the table column
     type(unit_type) :: unit
-    !> Meaning of the table column
+    !> Meaning of the table column in words
     character(len=64) :: meaning = ""
-    !> Name in the report
+    !> Name of the quantity in the report
     character(len=24) :: words = ""
-    !> Unit in the report
+    !> Unit of the quantity in the report
     character(len=6) :: small_unit = ""
-    !> Factor by which the value in SI units is multiplied to give the value in the report
+    !> Factor from the value in SI units to the value in the report
     real(dp) :: factor = 1
-    !> Symbol in pictures
+    !> Symbol of the quantity in pictures
     character(len=10) :: symbol = ""
   end type name_type
 
@@ -33,8 +33,8 @@ module gestell_task_response_names
 
 contains
 
-  !> Names for a frame with `dofs` degrees of freedom, shape (3 dofs): first the degrees of freedom, then their velocities, then the
-  !> forces and moments on the ground.
+  !> Names of the quantities of a frame with `dofs` degrees of freedom, shape (3 dofs). The order is: degrees of freedom, their
+  !> velocities, forces and moments on the ground.
   pure function names_of(dofs) result(names)
     integer, intent(in) :: dofs
     type(name_type) :: names(3 * dofs)
@@ -65,7 +65,7 @@ contains
     end do
   end function names_of
 
-  !> Headings of the columns with the peaks of the degrees of freedom; each begins with a comma.
+  !> Headings of the columns with the peaks of the degrees of freedom. Each heading begins with a comma.
   pure function peak_heads(dofs) result(heads)
     integer, intent(in) :: dofs
     character(len=:), allocatable :: heads
@@ -74,13 +74,13 @@ contains
     heads = ""
     do i = 1, dofs
       heads = heads // ","
-      ! six columns are too wide with the word "peak"
+      ! with the word "peak", six columns would be too wide
       if (dofs == 3) heads = heads // "peak "
       heads = heads // trim(dof_names(i))
     end do
   end function peak_heads
 
-  !> Units of the peaks of the degrees of freedom in a report; each begins with a comma.
+  !> Units of the peaks of the degrees of freedom in a report. Each unit begins with a comma.
   pure function peak_units(dofs) result(units)
     integer, intent(in) :: dofs
     character(len=:), allocatable :: units

@@ -1,4 +1,4 @@
-!> Plots the periodic vibration: its course over the period, and its harmonics.
+!> Plots the periodic vibration over the period, and its harmonics.
 module gestell_task_response_plot
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, either, newline, text
@@ -17,7 +17,7 @@ module gestell_task_response_plot
 
 contains
 
-  !> Picture of the table response.csv: motion of the frame and forces on the ground over the crank angle.
+  !> The picture of the table response.csv: motion of the frame and forces on the ground over the crank angle.
   function plot_response(table, frame, vibration) result(figure)
     type(table_type), intent(in) :: table
     class(frame_type), intent(in) :: frame
@@ -41,8 +41,7 @@ contains
       first = n * ((k - 1) / n) + 1
       unit = pick_unit(trim(names(k)%unit%words), vibration%peak(k))
       scale = unit%factor * zero_if_noise(vibration%peak(k), vibration%peak_error(k), maxval(vibration%peak(first:first + n - 1)))
-      ! variations below the error bound, or below rounding error relative to the quantities of the same kind, are not shown
-      ! enlarged
+      ! variations are not enlarged if they are below the error bound, or below the rounding error of quantities of the same kind
       noise = 2 * vibration%peak_error(k)
       if (k < first + 2) noise = max(noise, 1.0e-9_dp * maxval(vibration%peak(first:first + 1)))
       if (i == 2 * n - 1) lines = lines // "set format x; set xlabel 'crank angle (deg)'" // newline
@@ -57,11 +56,11 @@ contains
       & // "unset multiplot" // newline, width=880, height=220 * n)
   end function plot_response
 
-  !> Picture of the table harmonics.csv: amplitudes over the orders.
+  !> The picture of the table harmonics.csv: amplitudes of the quantities for each order.
   function plot_harmonics(table, frame, harmonics, vibration) result(figure)
     type(table_type), intent(in) :: table
     class(frame_type), intent(in) :: frame
-    !> Highest harmonic shown
+    !> Highest harmonic that is drawn
     integer, intent(in) :: harmonics
     type(vibration_type), intent(in) :: vibration
     type(figure_type) :: figure
@@ -88,8 +87,8 @@ contains
       & lines // "unset multiplot" // newline, width=880, height=640)
   end function plot_harmonics
 
-  !> Panel of the picture that shows `n` quantities, number `first` + 1 and following, as bars. Its logarithmic axis covers six
-  !> decades below the maximum.
+  !> A panel of the picture. It shows `n` quantities as bars, beginning with quantity number `first` + 1. Its logarithmic axis
+  !> covers six decades below the maximum.
   pure function panel(table, vibration, harmonics, step, n, first) result(lines)
     type(table_type), intent(in) :: table
     type(vibration_type), intent(in) :: vibration

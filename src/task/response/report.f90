@@ -1,4 +1,4 @@
-!> Reports the periodic vibration.
+!> Writes the report on the periodic vibration.
 module gestell_task_response_report
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, newline
@@ -16,7 +16,7 @@ module gestell_task_response_report
 
 contains
 
-  !> Table of the quantities of the vibration: peak, error, rms and strongest order.
+  !> Table of the quantities of the vibration: peak, error bound, rms, and the order with the largest amplitude.
   pure function vibration_lines(vibration, frame) result(lines)
     type(vibration_type), intent(in) :: vibration
     class(frame_type), intent(in) :: frame
@@ -48,7 +48,8 @@ contains
       & // newline
   end function vibration_lines
 
-  !> Line on the accuracy of the periodic solution: its condition, and how well the motion repeats after `turns` turns of the crank.
+  !> Line on the accuracy of the periodic solution: its condition number, and the difference of the motion after `turns` turns of
+  !> the crank from the motion at the start.
   pure function closing_lines(vibration, turns, averaged) result(line)
     type(vibration_type), intent(in) :: vibration
     integer, intent(in) :: turns
@@ -65,8 +66,8 @@ contains
     end if
   end function closing_lines
 
-  !> Largest peak among the quantities of the same kind as quantity `i`, in its unit. The frame's radius of gyration converts
-  !> between displacements and rotations, and between forces and moments.
+  !> Largest peak among the quantities of the same kind as quantity number `i`, in the unit of that quantity. The frame's radius of
+  !> gyration converts between displacements and rotations, and between forces and moments.
   pure real(dp) function largest_of_kind(vibration, frame, i) result(maximum)
     type(vibration_type), intent(in) :: vibration
     class(frame_type), intent(in) :: frame

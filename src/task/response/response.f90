@@ -1,4 +1,4 @@
-!> The task `response`: the periodic vibration of the frame.
+!> The task `response`: computes the periodic vibration of the frame.
 module gestell_task_response
   use gestell_base_error, only: error_type
   use gestell_output_report_orders, only: turns_in_words
@@ -16,7 +16,7 @@ module gestell_task_response
   implicit none (type, external)
   private
 
-  !> The part of the task `response` that deals with the vibration of the frame.
+  !> The part of the task `response` that computes the vibration of the frame as a whole.
   type, extends(task_type), public :: response_task
   contains
     procedure :: describe
@@ -36,7 +36,7 @@ contains
     self%brief = .true.
   end subroutine describe
 
-  !> Requests the periodic vibration if the task was requested.
+  !> Requests the periodic vibration if the task is requested.
   subroutine read_response(self, configuration, error)
     class(response_task), intent(inout) :: self
     type(configuration_type), intent(inout) :: configuration
@@ -45,7 +45,7 @@ contains
     configuration%analysis%response = self%requested
   end subroutine read_response
 
-  !> Adds tables, pictures and report of the periodic vibration to the result.
+  !> Adds tables, pictures and report of the periodic vibration to `result`.
   subroutine run(self, context, result, error)
     class(response_task), intent(inout) :: self
     type(context_type), intent(inout) :: context

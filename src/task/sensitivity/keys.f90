@@ -1,4 +1,4 @@
-!> Keys of the input group &sensitivity.
+!> Defines the keys of the input group &sensitivity.
 module gestell_task_sensitivity_keys
   use gestell_base_key, only: key_type, text_key
   implicit none (type, external)

@@ -20,19 +20,19 @@ module gestell_task_sensitivity_plan
 
   !> Plan of a sensitivity analysis.
   type, public :: sensitivity_plan_type
-    !> Paths of the parameters, such as "frame.mass"; if a path matches several numbers, all of them change together.
+    !> Paths of the parameters, for example "frame.mass". If a path refers to several numbers, all of them change together.
     character(len=word_length), allocatable :: paths(:)
     !> The machine as a function of relative changes of the parameters.
     type(document_family_type) :: family
   end type sensitivity_plan_type
 
-  !> If there are more supports than this, the default parameters do not vary each support separately.
+  !> Maximum number of supports that are varied one by one by default. If there are more, only all supports together are varied.
   integer, parameter :: most_supports = 100
 
 contains
 
-  !> Reads the plan from a checked input document. Fails if a path does not name a number of the machine, names only zeros, or is
-  !> given twice.
+  !> Reads the plan from a checked input document. Fails if a path does not refer to a number of the machine, refers only to zeros,
+  !> or is given twice.
   subroutine read_sensitivity(doc, schema, units, plan, error)
     !> The checked input document
     type(document_type), intent(in) :: doc
@@ -62,7 +62,7 @@ contains
     if (allocated(error) .and. has(group, "parameters")) call locate_in_group(group, error)
   end subroutine read_sensitivity
 
-  !> Fails if a path does not name a number of the machine, or names only numbers that are zero or missing.
+  !> Checks a path. Fails if it does not refer to a number of the machine, or refers only to numbers that are zero or missing.
   subroutine check_path(doc, schema, group, path, error)
     type(document_type), intent(in) :: doc
     type(schema_type), intent(in) :: schema
@@ -83,7 +83,7 @@ contains
     end if
   end subroutine check_path
 
-  !> True if at least one of the numbers that `target` names is given and is not zero.
+  !> True if at least one of the numbers to which `target` refers is given and is not zero.
   pure logical function is_nonzero(doc, target)
     type(document_type), intent(in) :: doc
     type(target_type), intent(in) :: target
@@ -102,7 +102,8 @@ contains
     end do
   end function is_nonzero
 
-  !> Finds the default parameters: speed, masses, moments of inertia, stiffness and damping, as far as they are given and not zero.
+  !> Finds the parameters that are varied by default: those among speed, masses, moments of inertia, stiffness and damping that are
+  !> given and not zero.
   subroutine default_paths(doc, schema, paths)
     type(document_type), intent(in) :: doc
     type(schema_type), intent(in) :: schema
@@ -134,7 +135,7 @@ contains
 
   contains
 
-    !> Adds a path to the list if it names a number that is not zero.
+    !> Adds a path to the list if it refers to a number that is not zero.
     subroutine add(path)
       character(len=*), intent(in) :: path
       type(target_type) :: target

@@ -1,4 +1,4 @@
-!> Plots a sensitivity analysis: the change of the peaks with each parameter.
+!> Plots a sensitivity analysis: how much each parameter changes the peaks.
 module gestell_task_sensitivity_plot
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, text
@@ -20,13 +20,13 @@ module gestell_task_sensitivity_plot
 
 contains
 
-  !> Plot of the table sensitivity.csv: one row for each parameter of `paths`, with a point for each quantity.
+  !> The plot of the table sensitivity.csv. It has one row for each parameter of `paths`, with a point for each quantity.
   function plot_sensitivity(table, quantities, paths, derivatives) result(figure)
     !> The table sensitivity.csv
     type(table_type), intent(in) :: table
-    !> Paths of the parameters, such as "frame.mass"
+    !> Paths of the parameters, for example "frame.mass"
     character(len=*), intent(in) :: paths(:)
-    !> The quantities
+    !> The quantities that were differentiated
     type(quantity_type), intent(in) :: quantities(:)
     !> Derivatives with respect to each parameter, shape (parameters)
     type(sensitivity_type), intent(in) :: derivatives(:)
@@ -41,7 +41,7 @@ contains
       changes(:, i) = derivatives(i)%slope(1, :)
       effects(i) = maxval([0.0_dp, abs(changes(:, i))], mask=ieee_is_finite([0.0_dp, changes(:, i)]))
     end do
-    ! Rows are sorted by the largest change; parameters without effect come last.
+    ! Rows are sorted by the largest change. Parameters without effect come last.
     order = ascending(-effects)
     rows(order) = [(i, i = 1, size(paths))]
     longest = maxval([10, (character_count(trim(paths(i))), i = 1, size(paths))])

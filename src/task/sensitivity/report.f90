@@ -17,10 +17,11 @@ module gestell_task_sensitivity_report
 
 contains
 
-  !> Section of the report on a sensitivity analysis. `warning`: text on motions too large for the linearised equations, or empty.
+  !> The section of the report on a sensitivity analysis. `warning`: text on motions too large for the linearised equations;
+  !> otherwise empty.
   pure function report_sensitivity(quantities, paths, base, derivatives, warning) result(report)
     type(quantity_type), intent(in) :: quantities(:)
-    !> Paths of the parameters, such as "frame.mass"
+    !> Paths of the parameters, for example "frame.mass"
     character(len=*), intent(in) :: paths(:)
     !> Peaks, rms values and verdict of the unchanged machine
     type(sensitivity_base_type), intent(in) :: base
@@ -43,7 +44,7 @@ contains
     end do
   end function report_sensitivity
 
-  !> Rows of the table for quantity number `i`, largest change first; parameters without a result come last.
+  !> Rows of the table for quantity number `i`, sorted by the change, largest first. Parameters without a result come last.
   pure function rows(i, paths, derivatives) result(report)
     integer, intent(in) :: i
     character(len=*), intent(in) :: paths(:)

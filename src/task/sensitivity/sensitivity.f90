@@ -22,37 +22,40 @@ module gestell_task_sensitivity
 
   public :: solve_base, solve_parameter, solve_sensitivity
 
-  !> Number of derivatives for each quantity: of the peak and of the rms.
+  !> Number of derivatives for each quantity: one of its peak and one of its rms.
   integer, parameter, public :: changes = 2
 
-  !> Results of the unchanged machine, from which the changes are measured, and the steps of the differences.
+  !> Results of the unchanged machine, with which those of changed machines are compared, and the steps of the differences.
   type, public :: sensitivity_base_type
     type(speed_options) :: options
-    !> Number of parameters.
+    !> Number of parameters with respect to which results are differentiated.
     integer :: parameters = 0
     type(verdict_type) :: state
-    !> How far the frame moves, to judge whether linearised equations suffice.
+    !> Largest displacement and rotation of the frame. They show whether linearised equations are sufficient.
     type(moved_type) :: moved
-    !> `values`: peak and rms, shape (changes, quantities). `relative_error`: relative error of the peak, shape (quantities).
+    !> `values`: peaks and rms values, shape (changes, quantities). `relative_error`: relative errors of the peaks, shape
+    !> (quantities).
     real(dp), allocatable :: values(:, :), relative_error(:)
     !> `step`: largest relative change of a parameter. `rounding`: rounding error of a logarithm. `enough`: a derivative is accurate
-    !> enough if its error, relative to the larger of the derivative and 1, is at most this.
+    !> enough if its error does not exceed `enough` times the larger of the derivative and 1.
     real(dp) :: step = 0, rounding = 0, enough = 0
   end type sensitivity_base_type
 
-  !> Derivatives with respect to one parameter; arrays have the shape (changes, quantities).
+  !> Derivatives of the results with respect to one parameter; arrays have the shape (changes, quantities).
   type, public :: sensitivity_type
-    !> Derivative d ln(value) / d ln(parameter) and its estimated error; NaN if there is none, for example if the value is zero.
+    !> Derivative d ln(value) / d ln(parameter) and its estimated error. NaN if the derivative does not exist, for example because
+    !> the value is zero.
     real(dp), allocatable :: slope(:, :), error(:, :)
-    !> True if the value has a kink: its slopes on both sides differ, and `slope` is their mean.
+    !> True if the value as a function of the parameter has a kink. The slopes on both sides then differ, and `slope` is their mean.
     logical, allocatable :: bend(:, :)
-    !> True for a quantity that is zero within its error, shape (quantities). Nothing excites it, so it has no relative change.
+    !> True for a quantity that is zero within its error, shape (quantities). Nothing excites it, so a relative change is not
+    !> defined.
     logical, allocatable :: zero(:)
   contains
     procedure :: state
   end type sensitivity_type
 
-  !> Work of the sensitivity analysis; each piece computes the derivatives with respect to one parameter.
+  !> Parallel work: each piece computes the derivatives with respect to one parameter.
   type, extends(work_type) :: parameters_type
     class(family_type), pointer :: family => null()
     type(sensitivity_base_type) :: base
@@ -62,16 +65,16 @@ module gestell_task_sensitivity
     procedure :: exchange
   end type parameters_type
 
-  !> A derivative is undecided if its error, relative to the larger of the derivative and 1, exceeds this.
+  !> A derivative is undecided if its error exceeds this value times the larger of the derivative and 1.
   real(dp), parameter :: max_error = 0.02_dp
 
-  !> Minimum and maximum number of steps h, h/2, ...; steps are added until the derivatives are accurate enough.
+  !> Minimum and maximum number of steps h, h/2, h/4, ... Further steps are used until the derivatives are accurate enough.
   integer, parameter :: fewest_steps = 3, steps = 7
-  !> `max_step`: largest relative change of a parameter. `part_of_distance`: a step may move a multiplier by at most this
-  !> fraction of its distance from 1.
+  !> `max_step`: largest relative change of a parameter. `part_of_distance`: a change of a parameter may move a multiplier by at
+  !> most this fraction of its distance from 1.
   real(dp), parameter :: max_step = 1.0e-2_dp, part_of_distance = 0.1_dp
   !> `sharp`: tolerance of the solutions, unless the user requests a smaller one. `least_rounding`: rounding error of a logarithm
-  !> that remains then, far from resonance.
+  !> with this tolerance, far from resonance.
   real(dp), parameter :: sharp = 1.0e-12_dp, least_rounding = 1.0e-13_dp
 
 contains
@@ -98,14 +101,14 @@ contains
     class(family_type), intent(in), target :: family
     !> Number of parameters
     integer, intent(in) :: parameters
-    !> Quantities to differentiate, probes, and accuracy of the solutions
+    !> Quantities to differentiate, their probes, and the accuracy of the solutions
     type(speed_options), intent(in) :: options
-    !> Results of the unchanged machine, from which the changes are measured
+    !> Results of the unchanged machine, with which those of changed machines are compared
     type(sensitivity_base_type), intent(out) :: base
     !> Derivatives with respect to each parameter, shape (parameters)
     type(sensitivity_type), allocatable, intent(out) :: derivatives(:)
     type(error_type), allocatable, intent(out) :: error
-    !> Distributes the parameters over threads; several threads may then request members of the family
+    !> Distributes the parameters over threads, which may request members of `family` at the same time
     class(executor_type), intent(inout), optional :: executor
     type(parameters_type) :: work
 
@@ -145,14 +148,14 @@ contains
   end subroutine exchange
 
   !> Solves the unchanged machine and chooses the largest step. A relative change p of a parameter shifts the phase of a free
-  !> vibration with N cycles per turn by at most 2 pi N p; this must be small compared with the distance of its multiplier from 1.
-  !> Fails if there are no parameters, if there is no periodic vibration, or as `solve_response` does.
+  !> vibration with N cycles per turn by at most 2 pi N p. This shift must be small compared with the distance of its multiplier
+  !> from 1. Fails if there are no parameters, if there is no periodic vibration, or if `solve_response` fails.
   subroutine solve_base(family, parameters, options, base, error)
     !> The machine as a function of relative changes of its parameters
     class(family_type), intent(in) :: family
     !> Number of parameters
     integer, intent(in) :: parameters
-    !> Quantities to differentiate, probes, and accuracy of the solutions
+    !> Quantities to differentiate, their probes, and the accuracy of the solutions
     type(speed_options), intent(in) :: options
     !> Results of the unchanged machine, and the steps of the differences
     type(sensitivity_base_type), intent(out) :: base
@@ -191,12 +194,12 @@ contains
     base%step = min(max_step, part_of_distance * distance / (2 * pi * swings))
   end subroutine solve_base
 
-  !> Computes the derivatives with respect to parameter `number`. Fails if there is no such parameter, if `base` was not solved by
-  !> `solve_base`, or as `solve_response` does.
+  !> Computes the derivatives with respect to parameter number `number`. Fails if there is no such parameter, if `base` was not
+  !> computed by `solve_base`, or if `solve_response` fails.
   subroutine solve_parameter(family, base, number, derivatives, error)
     !> The machine as a function of relative changes of its parameters
     class(family_type), intent(in) :: family
-    !> Results of the unchanged machine, from `solve_base`
+    !> Results of the unchanged machine, computed by `solve_base`
     type(sensitivity_base_type), intent(in) :: base
     !> Number of the parameter
     integer, intent(in) :: number
@@ -237,8 +240,8 @@ contains
 
   contains
 
-    !> Computes the logarithms of peaks and rms values after the relative change `p` of the parameter. `known` is false if there is
-    !> no vibration.
+    !> Computes the logarithms of peaks and rms values of the machine in which the parameter has the relative change `p`. `known` is
+    !> false if this machine has no vibration.
     subroutine logarithms(p, values, known)
       real(dp), intent(in) :: p
       real(dp), intent(out) :: values(:, :)
@@ -258,8 +261,8 @@ contains
 
   end subroutine solve_parameter
 
-  !> Computes the derivative at 0 of a function from its values at 0 (`middle`), h (`above`) and -h (`below`); each h is half the
-  !> one before it. `noise`: error of each value. `bend`: true if the function has a kink at 0.
+  !> Computes the derivative at 0 of a function from its values at 0 (`middle`), at h (`above`) and at -h (`below`). Each h is half
+  !> the previous one. `noise`: error of each value. `bend`: true if the function has a kink at 0.
   pure subroutine differentiate(h, above, below, middle, noise, slope, error, bend)
     real(dp), intent(in) :: h(:), above(:), below(:), middle, noise
     real(dp), intent(out) :: slope, error
@@ -281,7 +284,7 @@ contains
         slope = table(i, k)
       end do
     end do
-    ! The difference between the slopes on the two sides is proportional to h, unless there is a kink.
+    ! Without a kink, the difference between the slopes on both sides is proportional to h.
     gap = abs(above - middle + (below - middle)) / h
     bend = gap(n) > 0.75_dp * gap(n - 2) .and. gap(n) / 2 > max_error * max(abs(slope), 1.0_dp)
     if (.not. bend) return

@@ -1,4 +1,4 @@
-!> The task `sensitivity`: how much the vibration changes with each parameter of the machine.
+!> The task `sensitivity`: computes how much the vibration changes with each parameter of the machine.
 module gestell_task_sensitivity_task
   use gestell_base_error, only: error_type
   use gestell_base_verdict, only: state_word, verdict_length
@@ -25,12 +25,12 @@ module gestell_task_sensitivity_task
   implicit none (type, external)
   private
 
-  !> The task `sensitivity` and its settings.
+  !> The task `sensitivity` with its plan from the input.
   type, extends(task_type), public :: sensitivity_task
     private
-    !> Quantities whose changes are computed.
+    !> Quantities whose relative changes are computed.
     type(quantity_type), allocatable :: quantities(:)
-    !> Parameters that are changed.
+    !> Parameters that are changed, and the family of changed machines.
     type(sensitivity_plan_type) :: plan
   contains
     procedure :: describe
@@ -61,7 +61,7 @@ contains
     type(configuration_type), intent(inout) :: configuration
     type(error_type), allocatable, intent(out) :: error
 
-    ! If the task is not requested, its group is only read to report errors in it.
+    ! If the task is not requested, its group is read only to report the errors in it.
     if (.not. (self%requested .or. count_groups(configuration%document, "sensitivity") > 0)) return
     call read_quantities(configuration%document, sensitivity_keys, configuration%frame, configuration%probes, .false., &
       & self%quantities, error)
@@ -103,7 +103,7 @@ contains
     end associate
   end subroutine run
 
-  !> Headline on the parameter with the largest effect on the peak of quantity number `q`; empty if no effect could be computed.
+  !> Headline on the parameter that has the largest effect on the peak of quantity number `q`. Empty if no effect could be computed.
   pure function strongest_influence(quantity, q, paths, derivatives) result(line)
     type(quantity_type), intent(in) :: quantity
     integer, intent(in) :: q
@@ -119,7 +119,7 @@ contains
       & // concise(derivatives(i)%slope(1, q), 3) // " % per 1 %"
   end function strongest_influence
 
-  !> Table sensitivity.csv with a row for each quantity and parameter.
+  !> The table sensitivity.csv, which has one row for each parameter of every quantity.
   pure type(table_type) function table_of(quantities, paths, base, derivatives, verdict) result(table)
     type(quantity_type), intent(in) :: quantities(:)
     character(len=*), intent(in) :: paths(:), verdict

@@ -1,4 +1,4 @@
-!> Keys of the input group &separation.
+!> Defines the keys of the input group &separation.
 module gestell_task_separation_keys
   use gestell_base_key, only: integer_key, key_type, range_type, real_key
   use gestell_base_kinds, only: dp

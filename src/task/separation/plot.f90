@@ -12,20 +12,20 @@ module gestell_task_separation_plot
 
   public :: plot_separation
 
-  !> `narrow`: relative width of the range that is drawn for a single speed. `side_margin`: relative width of the plot beyond each
-  !> end of the range
+  !> `narrow`: width of the speed range that is drawn for a single speed, relative to this speed. `side_margin`: width of the plot
+  !> beyond each end of the range, relative to the range
   real(dp), parameter :: narrow = 0.04_dp, side_margin = 0.2_dp
 
 contains
 
-  !> Picture separation.gp: frequencies of the modes over the speed, and the lines of the orders. Within the range of operation the
-  !> margins of the orders are shaded.
+  !> The picture separation.gp: frequencies of the modes over the speed, and the lines of the orders. Within the range of operation,
+  !> the region in which a frequency is too near to an order is shaded.
   function plot_separation(separations, campbell, harmonics, turns, margin) result(figure)
     type(separation_type), intent(in) :: separations(:)
     type(campbell_type), intent(in) :: campbell
-    !> `harmonics`: numbers of the harmonics of the period. `turns`: turns of the crank in the period
+    !> `harmonics`: numbers of the harmonics of the period. `turns`: number of turns that the crank makes in the period
     integer, intent(in) :: harmonics(:), turns
-    !> Margin (%)
+    !> Required distance of a mode from an order (%)
     real(dp), intent(in) :: margin
     type(figure_type) :: figure
     character(len=:), allocatable :: lines, curves

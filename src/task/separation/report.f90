@@ -1,4 +1,4 @@
-!> Writes the report of the task `separation`: modes and orders of the crank speed.
+!> Writes the report of the task `separation` on the distance of the modes from the orders of the crank speed.
 module gestell_task_separation_report
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, either, fixed, newline, text
@@ -11,18 +11,18 @@ module gestell_task_separation_report
 
   public :: report_separation, separation_headline
 
-  !> Maximum number of pairs listed in the report that fail or are undecided
+  !> Maximum number of pairs that the report lists among those that fail or are undecided
   integer, parameter :: max_listed = 30
 
 contains
 
-  !> Table of the modes, each with its nearest order, followed by a table of the pairs of mode and order that do not pass.
+  !> Table of the modes, each with its nearest order, followed by a table of those pairs of mode and order that do not pass.
   pure function report_separation(separations, speeds, orders, margin, verdict, remark) result(lines)
     type(separation_type), intent(in) :: separations(:)
-    !> Speeds that are examined (1/min), and required distance (%)
+    !> `speeds`: speeds that are examined (1/min). `margin`: required distance (%)
     real(dp), intent(in) :: speeds(:), margin
-    !> `orders`: range of the orders in words. `verdict`: verdict on the machine. `remark`: text below the table of modes, in space
-    !> only
+    !> `orders`: range of the orders as text. `verdict`: verdict on the machine. `remark`: text below the table of modes, only for a
+    !> frame in space
     character(len=*), intent(in) :: orders, verdict, remark
     character(len=:), allocatable :: lines, rows, heads, parts
     integer :: first, each, i, listed
@@ -73,7 +73,7 @@ contains
     if (listed > max_listed) lines = lines // "  ... all pairs in separation.csv" // newline
   end function report_separation
 
-  !> Index of the order nearest to a mode, whose pairs with all orders are given; 1 if the mode was not identified.
+  !> Index of the order that is nearest to a mode, among the pairs of this mode with all orders. 1 if the mode was not identified.
   pure integer function nearest_row(mode)
     type(separation_type), intent(in) :: mode(:)
 
@@ -97,7 +97,8 @@ contains
     row = row // number(100 * one%distance, 3) // tab // trim(one%state) // newline
   end function mode_row
 
-  !> Line that lists the coupled modes of a frame in space: those in which no degree of freedom has enough of the kinetic energy.
+  !> Line that lists the coupled modes of a frame in space. A mode is coupled if no degree of freedom has a sufficient share of the
+  !> kinetic energy.
   pure function coupled_line(modes) result(line)
     type(separation_type), intent(in) :: modes(:)
     character(len=:), allocatable :: line
@@ -114,7 +115,7 @@ contains
     line = "  coupled modes, largest share below " // text(decoupled) // " %: " // line(3:) // newline
   end function coupled_line
 
-  !> The number as text, or a question mark if it is not finite.
+  !> The number as text, or a question mark if the number is not finite.
   pure function number(value, digits) result(words)
     real(dp), intent(in) :: value
     integer, intent(in) :: digits
@@ -123,11 +124,11 @@ contains
     words = either(concise(value, digits), "?", ieee_is_finite(value))
   end function number
 
-  !> Writes the headline on the mode nearest to an order. `state`: "unstable" if a mode is too near to an order, otherwise "stable"
-  !> or "undecided".
+  !> Writes the headline on the mode that is nearest to an order. `state`: "unstable" if a mode is too near to an order, otherwise
+  !> "stable" or "undecided".
   pure subroutine separation_headline(separations, margin, state, words)
     type(separation_type), intent(in) :: separations(:)
-    !> Minimum distance (%)
+    !> Required distance of a mode from an order (%)
     real(dp), intent(in) :: margin
     character(len=:), allocatable, intent(out) :: state, words
     integer :: i

@@ -11,12 +11,13 @@ module gestell_task_separation
 
   public :: find_separations, is_decoupled
 
-  !> A mode counts as decoupled if one motion has at least this share (%) of its kinetic energy, a common requirement for mounts
+  !> A mode counts as decoupled if one degree of freedom has at least this share (%) of its kinetic energy. This value is a common
+  !> requirement for mounts
   integer, parameter, public :: decoupled = 80
 
-  !> A mode of frequency f (Hz) and an order k of the crank speed n (1/s). Their distance is d = |f / (k n) - 1|.
+  !> A pair of a mode with the frequency f (Hz) and an order k of the crank speed n (1/s). Their distance is d = |f / (k n) - 1|.
   type, public :: separation_type
-    !> `mode`: number of the mode. `harmonic`: the order as a multiple of the frequency of the period
+    !> `mode`: number of the mode. `harmonic`: number of the harmonic of the period that is the order
     integer :: mode = 0, harmonic = 0
     !> The order k, as a multiple of the crank speed
     real(dp) :: order = 0
@@ -24,34 +25,35 @@ module gestell_task_separation
     real(dp) :: speed = 0
     !> The mode at this speed
     type(mode_type) :: at
-    !> `frequency`: f (Hz). `excitation`: k n (Hz). `distance`: d. `error`: error bound of d. NaN if the mode is not identified at
-    !> any speed
+    !> `frequency`: f (Hz). `excitation`: k n (Hz). `distance`: d. `error`: error bound of d. All are NaN if the mode is not
+    !> identified at any speed
     real(dp) :: frequency = 0, excitation = 0, distance = 0, error = 0
     !> Share of each degree of freedom in the mode's kinetic energy
     real(dp) :: energy(max_dofs) = 0
     !> Number of degrees of freedom
     integer :: dofs = 3
-    !> For a frame in space: share of the rotation about the torque-roll axis in the kinetic energy; negative if unknown
+    !> For a frame in space: share of the rotation about the torque-roll axis in the mode; negative if unknown
     real(dp) :: torque_roll = -1
-    !> "pass", "fail", or "undecided" if the error bound includes the margin
+    !> "pass" or "fail"; "undecided" if the error bound of the distance includes the required distance
     character(len=9) :: state = "undecided"
   end type separation_type
 
 contains
 
-  !> True if a share of the kinetic energy (0 to 1), rounded to whole per cent as printed, is large enough for a decoupled mode.
+  !> True if a share of the kinetic energy (0 to 1) is large enough for a decoupled mode. The share is first rounded to whole per
+  !> cent, as it is printed.
   pure logical function is_decoupled(part)
     real(dp), intent(in) :: part
 
     is_decoupled = nint(100 * part) >= decoupled
   end function is_decoupled
 
-  !> Distances of all modes of a Campbell diagram from these harmonics, sorted by mode and harmonic. The distance is zero if the
-  !> mode and the order cross at one of `crossings`.
+  !> Distances of all modes of a Campbell diagram from the given harmonics, sorted by mode and harmonic. The distance is zero if the
+  !> mode and the order cross in one of the `crossings`.
   pure function find_separations(campbell, crossings, harmonics, turns, margin) result(separations)
     type(campbell_type), intent(in) :: campbell
     type(crossing_type), intent(in) :: crossings(:)
-    !> `harmonics`: numbers of the harmonics of the period. `turns`: turns of the crank in the period
+    !> `harmonics`: numbers of the harmonics of the period. `turns`: number of turns that the crank makes in the period
     integer, intent(in) :: harmonics(:), turns
     !> Required distance, relative to the frequency of the order
     real(dp), intent(in) :: margin
@@ -84,7 +86,7 @@ contains
     end do
   end function find_separations
 
-  !> Updates the pair if its mode is nearer to the order at this speed than at the speeds before.
+  !> Updates the pair if its mode is nearer to the order at this speed than at all previous speeds.
   pure subroutine update_nearest(self, speed, mode)
     type(separation_type), intent(inout) :: self
     real(dp), intent(in) :: speed
@@ -111,9 +113,9 @@ contains
     self%excitation = excitation
   end subroutine update_nearest
 
-  !> Computes the shares of the degrees of freedom in the kinetic energy of a vibration q with the mean mass matrix M: Re(conj(q_i)
-  !> (M q)_i) / q* M q. The shares add up to 1; one can be negative if M couples two degrees of freedom. M does not depend on the
-  !> speed.
+  !> Computes the shares of the degrees of freedom in the kinetic energy of a vibration q: Re(conj(q_i) (M q)_i) / q* M q, where M
+  !> is the mean mass matrix, which does not depend on the speed. The shares add up to 1. A share can be negative if M couples two
+  !> degrees of freedom.
   pure subroutine share_energy(campbell, self)
     type(campbell_type), intent(in) :: campbell
     type(separation_type), intent(inout) :: self

@@ -1,5 +1,5 @@
-!> The task `separation`: distance of the modes from the orders of the crank speed, at the operating speed or over a range of
-!> speeds.
+!> The task `separation`: computes the distances of the modes from the orders of the crank speed, at the operating speed or over a
+!> range of speeds.
 module gestell_task_separation_task
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp, pi
@@ -76,7 +76,7 @@ contains
       & separation_keys)
   end subroutine extend
 
-  !> Reads the group &separation and the speeds. Fails if a value is out of range or if the sweep over the speed is invalid.
+  !> Reads the group &separation and the speeds. Fails if a value is out of range, or if the sweep over the speed is invalid.
   subroutine read_separation(self, configuration, error)
     class(separation_task), intent(inout) :: self
     type(configuration_type), intent(inout) :: configuration
@@ -99,7 +99,7 @@ contains
     end associate
   end subroutine read_separation
 
-  !> True if the speed is the only parameter of the sweep.
+  !> True if the sweep varies the speed and nothing else.
   logical function runs_over_speed(doc)
     type(document_type), intent(in) :: doc
     type(group_type), allocatable :: groups(:)
@@ -114,7 +114,7 @@ contains
     if (.not. allocated(error)) runs_over_speed = lower(trim(adjustl(path))) == speed_path
   end function runs_over_speed
 
-  !> Computes the distances between modes and orders, and adds tables, picture and report to the result.
+  !> Computes the distances between modes and orders, and adds tables, picture and report to `result`.
   subroutine run(self, context, result, error)
     class(separation_task), intent(inout) :: self
     type(context_type), intent(inout) :: context
@@ -150,7 +150,7 @@ contains
       & torque_roll_line(separations(::size(options%harmonics)))))
   end subroutine run
 
-  !> Table separation.csv with a row for each mode and order.
+  !> The table separation.csv, which has one row for each order of every mode.
   pure type(table_type) function table_of(separations, turns, model, verdict) result(table)
     type(separation_type), intent(in) :: separations(:)
     integer, intent(in) :: turns

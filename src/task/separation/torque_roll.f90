@@ -18,8 +18,8 @@ module gestell_task_separation_torque_roll
 
 contains
 
-  !> Computes the share of the rotation about the torque-roll axis in each mode, as the modal assurance criterion of the mode and
-  !> this rotation. Does nothing unless all six degrees of freedom are free.
+  !> Computes the share of the rotation about the torque-roll axis in each mode. The share is the modal assurance criterion of the
+  !> mode and this rotation. Does nothing unless all six degrees of freedom are free.
   subroutine share_torque_roll(frame, campbell, separations)
     class(frame_type), intent(in) :: frame
     type(campbell_type), intent(in) :: campbell
@@ -41,11 +41,11 @@ contains
     end associate
   end subroutine share_torque_roll
 
-  !> Line that lists the modes containing rotation about the torque-roll axis; empty if no share was computed.
+  !> Line that lists the modes that contain rotation about the torque-roll axis; empty if no share was computed.
   pure function torque_roll_line(modes) result(line)
     type(separation_type), intent(in) :: modes(:)
     character(len=:), allocatable :: line
-    !> Modes with a smaller share are not listed
+    !> A mode is not listed if the share of the rotation is smaller
     real(dp), parameter :: least = 0.05_dp
     integer :: i, most
 
@@ -74,7 +74,7 @@ contains
       & // ") m" // newline)
   end function axis_line
 
-  !> Table torque_roll.csv with one row for the axis; it has no row if the axis is unknown.
+  !> The table torque_roll.csv, which has one row for the axis. It has no row if the axis is unknown.
   type(table_type) function axis_table(frame) result(table)
     class(frame_type), intent(in) :: frame
     character(len=*), parameter :: names(3) = ["x", "y", "z"]
@@ -105,7 +105,7 @@ contains
     call find_torque_roll(mass(in_frame, in_frame), frame%space%planes(1)%axes(:, 3), roll)
   end subroutine find_axis
 
-  !> Three values separated by commas.
+  !> Three values as text, separated by commas.
   pure function listed(values) result(words)
     real(dp), intent(in) :: values(3)
     character(len=:), allocatable :: words
@@ -113,7 +113,7 @@ contains
     words = concise(clean(values(1)), 4) // ", " // concise(clean(values(2)), 4) // ", " // concise(clean(values(3)), 4)
   end function listed
 
-  !> The value, or 0 if it is smaller than 1e-12, which is rounding error for values near 1.
+  !> The value, or 0 if the value is smaller than 1e-12, because it is then rounding error (the values are about 1).
   elemental real(dp) function clean(value)
     real(dp), intent(in) :: value
 

@@ -1,4 +1,4 @@
-!> Plots the multipliers.
+!> Plots the multipliers of the vibration.
 module gestell_task_stability_plot
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, newline
@@ -15,7 +15,8 @@ module gestell_task_stability_plot
 
 contains
 
-  !> Picture multipliers.gp: the multipliers in the complex plane with the unit circle, and ln |rho| over their argument.
+  !> The picture multipliers.gp. Left panel: the multipliers in the complex plane, with the unit circle. Right panel: ln |rho| over
+  !> the argument of the multiplier.
   function plot_multipliers(frame, multipliers) result(figure)
     class(frame_type), intent(in) :: frame
     type(multipliers_type), intent(in) :: multipliers
@@ -26,7 +27,7 @@ contains
 
     modulus = abs(multipliers%rho)
     words = trim(multipliers%verdict()) // ", |ρ|max = " // concise(modulus(1), 7)
-    ! Multipliers that are too large for a plot with the unit circle appear only in the right panel.
+    ! Multipliers that are too large for a panel with the unit circle appear only in the right panel.
     visible = modulus < 20
     half_width = 1.25_dp
     if (any(visible)) half_width = max(half_width, 1.1_dp * maxval(modulus, mask=visible))

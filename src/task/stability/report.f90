@@ -11,21 +11,21 @@ module gestell_task_stability_report
 
   public :: modulus, multiplier_lines, modulus_of
 
-  !> If |ln |rho|| exceeds this, rho overflows or underflows double precision and is printed as a power of e
+  !> If |ln |rho|| is larger than this, rho overflows or underflows double precision and is printed as a power of e
   real(dp), parameter, public :: out_of_range = 700
 
-  !> A mode counts as having several frequencies if its strongest component has less than this share of its mean square
+  !> A mode counts as having several frequencies if the share of its strongest component in its mean square is smaller than this
   real(dp), parameter :: half = 0.5_dp
 
 contains
 
-  !> Table of the multipliers: a row for each real multiplier or conjugate pair, with the frequency of its mode.
+  !> Table of the multipliers. It has one row for each real multiplier or conjugate pair, with the frequency of the mode.
   pure function multiplier_lines(multipliers, modes, speed, turns) result(lines)
     type(multipliers_type), intent(in) :: multipliers
     type(mode_type), intent(in) :: modes(:)
     !> Angular frequency 2 pi / T of the period T (rad/s)
     real(dp), intent(in) :: speed
-    !> Number of turns of the crank in the period
+    !> Number of turns that the crank makes in the period
     integer, intent(in) :: turns
     character(len=:), allocatable :: lines
     real(dp) :: error
@@ -58,7 +58,7 @@ contains
     if (any(multipliers%lost())) lines = lines // "  lost: the error bound exceeds |rho|, no digit is reliable" // newline
   end function multiplier_lines
 
-  !> Modulus of multiplier `k` as text; as a power of e if it overflows or underflows double precision.
+  !> Modulus of multiplier number `k` as text. It is written as a power of e if it overflows or underflows double precision.
   pure function modulus_of(multipliers, k, digits) result(words)
     type(multipliers_type), intent(in) :: multipliers
     integer, intent(in) :: k, digits
@@ -68,7 +68,7 @@ contains
     if (abs(multipliers%log_abs(k)) > out_of_range) words = "e^" // concise(multipliers%log_abs(k), digits)
   end function modulus_of
 
-  !> A modulus, given by its logarithm, as text; as a power of e if it overflows or underflows double precision.
+  !> A modulus as text, given its logarithm. It is written as a power of e if it overflows or underflows double precision.
   pure function modulus(log_abs, digits) result(words)
     real(dp), intent(in) :: log_abs
     integer, intent(in) :: digits
@@ -81,8 +81,8 @@ contains
     end if
   end function modulus
 
-  !> Three cells of the table: the frequency of a mode (Hz), its ratio to the crank speed `speed` (rad/s), and the kind of
-  !> vibration.
+  !> Three cells of the table: the frequency of a mode (Hz), its ratio to the crank speed, and the kind of vibration. `speed`: crank
+  !> speed (rad/s).
   pure function frequency_columns(mode, speed) result(columns)
     type(mode_type), intent(in) :: mode
     real(dp), intent(in) :: speed

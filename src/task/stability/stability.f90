@@ -1,4 +1,4 @@
-!> The task `stability`: multipliers of the vibration and the verdict on its stability.
+!> The task `stability`: computes the multipliers of the vibration and the verdict on its stability.
 module gestell_task_stability
   use gestell_base_error, only: error_type
   use gestell_output_result, only: result_type
@@ -32,7 +32,7 @@ contains
     self%brief = .true.
   end subroutine describe
 
-  !> Requests the multipliers if the task was requested.
+  !> Requests the multipliers if the task is requested.
   subroutine read_stability(self, configuration, error)
     class(stability_task), intent(inout) :: self
     type(configuration_type), intent(inout) :: configuration
@@ -41,7 +41,7 @@ contains
     configuration%analysis%stability = configuration%analysis%stability .or. self%requested
   end subroutine read_stability
 
-  !> Adds the table, picture and report of the multipliers to the result.
+  !> Adds the table, picture and report of the multipliers to `result`.
   subroutine run(self, context, result, error)
     class(stability_task), intent(inout) :: self
     type(context_type), intent(inout) :: context

@@ -32,19 +32,19 @@ module gestell_task_sweep_checkpoint
 
   public :: open_campaign
 
-  !> A sweep and the state of its files.
+  !> A sweep, and the state of its files in the folder sweep.blocks.
   type, public :: campaign_type
-    !> `done`: true for finished tiles. `damaged`: true for tiles whose rows or marks are damaged. Shape (tiles); valid only for
-    !> tiles that were examined.
+    !> `done`: true for finished tiles. `damaged`: true for tiles whose rows or marks are damaged. Both have shape (tiles) and are
+    !> valid only for tiles that were examined.
     logical, allocatable :: done(:), damaged(:)
     type(layout_type) :: layout
     !> Path of the folder sweep.blocks.
     character(len=:), allocatable, private :: blocks
     type(sweep_options), private :: options
     integer(int64), private :: content = 0, fingerprint = 0
-    !> Length of the table's header in bytes, read from `origin`.
+    !> Length of the table's header in bytes, as read from `origin`.
     integer(int64), private :: head = 0
-    !> True if the table has been completed.
+    !> True if the table is complete.
     logical, private :: finished = .false.
   contains
     procedure :: begin
@@ -56,13 +56,13 @@ module gestell_task_sweep_checkpoint
   end type campaign_type
 
   character, parameter :: newline = new_line("a")
-  !> Maximum number of missing tiles that a message lists.
+  !> Maximum number of missing tiles that an error message lists.
   integer, parameter :: most_named = 10
 
 contains
 
-  !> Examines the state of a sweep in `folder` without changing anything. Fails if the folder contains points of another input or
-  !> version.
+  !> Examines the state of a sweep in `folder` without changing anything. Fails if the folder contains points computed from another
+  !> input or by another version of the program.
   subroutine open_campaign(campaign, folder, plan, content, error, selected)
     type(campaign_type), intent(out) :: campaign
     !> Folder that contains sweep.blocks
@@ -71,7 +71,7 @@ contains
     !> Hash of the input
     integer(int64), intent(in) :: content
     type(error_type), allocatable, intent(out) :: error
-    !> True for the tiles to examine; by default all
+    !> True for the tiles to examine; by default all tiles are examined
     logical, intent(in), optional :: selected(:)
 
     campaign%blocks = folder // "/sweep.blocks"
@@ -85,7 +85,7 @@ contains
     if (.not. allocated(error)) call campaign%look(selected)
   end subroutine open_campaign
 
-  !> Finds the finished tiles among the `selected` ones. A tile is finished if its mark is valid and the checksum of its rows
+  !> Finds out which of the `selected` tiles are finished. A tile is finished if its mark is valid and the checksum of its rows
   !> agrees.
   subroutine look(self, selected)
     class(campaign_type), intent(inout) :: self
@@ -124,7 +124,7 @@ contains
     name = campaign%blocks // "/" // file
   end function file_of
 
-  !> First lines of `origin`: version of the program and hash of the input.
+  !> The first lines of `origin`: version of the program and hash of the input.
   pure function first_lines(campaign) result(lines)
     type(campaign_type), intent(in) :: campaign
     character(len=len(version) + 18) :: lines
@@ -134,8 +134,8 @@ contains
     lines = version // newline // word // newline
   end function first_lines
 
-  !> Reads the file `origin` and determines the length of the table's header. Fails if `origin` belongs to another input or version,
-  !> or if the folder contains other files.
+  !> Reads the file `origin` and determines the length of the table's header. Fails if `origin` belongs to another input or to
+  !> another version of the program, or if the folder contains other files.
   subroutine compare_origin(campaign, error)
     type(campaign_type), intent(inout) :: campaign
     type(error_type), allocatable, intent(out) :: error
@@ -163,7 +163,7 @@ contains
       & "; remove this folder to start again, or choose another with --output", wrong_usage)
   end subroutine compare_origin
 
-  !> Fails if the folder sweep.blocks no longer exists, or as `compare_origin` does.
+  !> Checks the folder sweep.blocks. Fails if it no longer exists, or if `compare_origin` fails.
   subroutine check_folder_exists(campaign, error)
     type(campaign_type), intent(inout) :: campaign
     type(error_type), allocatable, intent(out) :: error
@@ -174,7 +174,7 @@ contains
       & failed_computation)
   end subroutine check_folder_exists
 
-  !> Reads the file `origin` into `note`, which is empty if the file cannot be read.
+  !> Reads the file `origin` into `note`; `note` is empty if the file cannot be read.
   subroutine read_note(campaign, note)
     type(campaign_type), intent(in) :: campaign
     character(len=:), allocatable, intent(out) :: note
@@ -189,8 +189,8 @@ contains
     if (handle >= 0) call close_file(handle, done)
   end subroutine read_note
 
-  !> Makes the folder and its files before the first tile is stored. `preamble`: complete comment lines for the top of the table,
-  !> given by the process that begins the sweep. Fails if the files cannot be written.
+  !> Creates the folder and its files before the first tile is stored. `preamble`: complete comment lines for the top of the table.
+  !> The process that begins the sweep supplies them. Fails if the files cannot be written.
   subroutine begin(self, preamble, error)
     class(campaign_type), intent(inout) :: self
     character(len=*), intent(in) :: preamble
@@ -201,13 +201,13 @@ contains
     call make_folder(self%blocks, error)
     if (allocated(error)) return
     call lock_file(file_of(self, "lock"), lock, shared=.false.)
-    ! Another process may have begun in the meantime.
+    ! Another process may have begun the sweep in the meantime.
     call compare_origin(self, error)
     if (.not. (self%has_begun() .or. allocated(error))) then
       call write_file(file_of(self, "rows"), "", error)
       if (.not. allocated(error)) call write_file(file_of(self, "marks"), "", error)
       head = self%layout%header
-      ! An array of NumPy has no place for comments.
+      ! A file of a NumPy array cannot contain comments.
       if (.not. self%layout%binary) head = preamble // head
       if (.not. allocated(error)) call write_file(file_of(self, "origin"), first_lines(self) // head, error)
       self%head = len(head)
@@ -215,14 +215,14 @@ contains
     call unlock_file(lock)
   end subroutine begin
 
-  !> True if the sweep has been begun, that is, if the file `origin` exists.
+  !> True if a process has begun the sweep, so that the file `origin` exists.
   logical function has_begun(self)
     class(campaign_type), intent(in) :: self
 
     has_begun = file_size(file_of(self, "origin")) >= 0
   end function has_begun
 
-  !> Stores the results of a tile. Several threads may call this procedure. Fails if the results cannot be written.
+  !> Stores the results of a tile. Several threads may call this procedure at the same time. Fails if the results cannot be written.
   subroutine store(self, number, results, error)
     class(campaign_type), intent(inout) :: self
     integer, intent(in) :: number
@@ -250,15 +250,15 @@ contains
     self%done(number) = .not. allocated(error)
   end subroutine store
 
-  !> Completes the table: writes its header and gives it its name in the folder `staging`. It also keeps its name in sweep.blocks
-  !> until `clear` is called. Fails if tiles are missing or a file cannot be written.
+  !> Completes the table: writes its header, and gives the file its name in the folder `staging`. The file also keeps its name in
+  !> sweep.blocks until `clear` is called. Fails if tiles are missing, or if a file cannot be written.
   subroutine finish(self, staging, summary, error, values)
     class(campaign_type), intent(inout) :: self
-    !> Folder for the finished table
+    !> Folder in which the finished table is placed
     character(len=*), intent(in) :: staging
     type(summary_type), intent(out) :: summary
     type(error_type), allocatable, intent(out) :: error
-    !> All points, shape (numbers, points of the second axis, points of the first axis); size 0 if they are not needed
+    !> Values at all points, shape (numbers, points of the second axis, points of the first axis). Size 0 if they are not needed
     real(dp), intent(inout), optional :: values(:, :, :)
     character(len=:), allocatable :: list
     integer(c_int) :: lock
@@ -287,7 +287,7 @@ contains
     call unlock_file(lock)
   end subroutine finish
 
-  !> Combines the summaries of all tiles. Fails if a mark has changed or is damaged.
+  !> Adds up the summaries of all tiles. Fails if a mark has changed or is damaged.
   subroutine sum_up(campaign, summary, error)
     type(campaign_type), intent(in) :: campaign
     type(summary_type), intent(inout) :: summary
@@ -311,8 +311,8 @@ contains
       & failed_computation)
   end subroutine sum_up
 
-  !> Writes the header into the file of the rows, and adds the name of the table as a hard link. If the run is killed before
-  !> `clear`, all files still exist. If the file system has no hard links, the file is renamed.
+  !> Writes the header into the file of the rows, and adds the name of the table as a hard link to this file. If the run is killed
+  !> before `clear`, all files still exist. If the file system does not support hard links, the file is renamed.
   subroutine publish_table(campaign, name, error)
     type(campaign_type), intent(in) :: campaign
     character(len=*), intent(in) :: name
@@ -334,8 +334,8 @@ contains
     error%write_failed = .true.
   end subroutine publish_table
 
-  !> Removes the folder after `finish`, when the table has its final name. Keeps the files if another run has begun with another
-  !> input.
+  !> Removes the folder after `finish`, when the table has its final name. If another run with another input has used the folder in
+  !> the meantime, its files are kept.
   subroutine clear(self)
     class(campaign_type), intent(inout) :: self
     type(error_type), allocatable :: another

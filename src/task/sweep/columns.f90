@@ -1,4 +1,4 @@
-!> Columns of a sweep's table: the parameters, the results at each point, and measures with their error bounds.
+!> Defines the columns of a sweep's table: the parameters, the results at each point, and measures with their error bounds.
 module gestell_task_sweep_columns
   use gestell_base_kinds, only: dp
   use gestell_base_verdict, only: verdict_length, verdict_numbered, verdict_type
@@ -13,23 +13,23 @@ module gestell_task_sweep_columns
 
   public :: columns_of, column_table, table_of, verdict_word
 
-  !> A column of the table of a sweep.
+  !> A column in the table of a sweep.
   type, public :: column_type
-    !> `name`: name of the column. `error`: name of the column that contains its error bound
+    !> `name`: name of the column. `error`: name of the column that contains the error bound
     character(len=word_length + 16) :: name = "", error = ""
     type(unit_type) :: unit
     character(len=64) :: meaning = ""
     logical :: is_verdict = .false.
-    !> Number of characters of the column in a CSV file
+    !> Width of the column in a CSV file, in characters
     integer :: width = number_width
   end type column_type
 
-  !> Number of characters of a number without a sign.
+  !> Width of a number without a sign, in characters.
   integer, parameter, public :: unsigned_width = number_width - 1
 
 contains
 
-  !> All columns of the table in their order: first the parameters, then the numbers of a point.
+  !> All columns of the table in the order in which they are written: first the parameters, then the numbers of a point.
   pure function columns_of(plan) result(columns)
     type(sweep_plan_type), intent(in) :: plan
     type(column_type) :: columns(size(plan%grid%axes) + plan%options%numbers())
@@ -70,7 +70,7 @@ contains
     end do
   end function columns_of
 
-  !> Meaning of column `number` of the records.
+  !> Meaning of column number `number` of the records, in words.
   pure function meaning_of(number) result(words)
     integer, intent(in) :: number
     character(len=:), allocatable :: words
@@ -87,8 +87,8 @@ contains
     end select
   end function meaning_of
 
-  !> Table of the points in the order of the grid; the first parameter varies slowest. `values` has the shape (numbers, points of
-  !> the second axis, points of the first axis).
+  !> Creates the table of the points in the order of the grid, in which the first parameter varies slowest. `values` has the shape
+  !> (numbers, points of the second axis, points of the first axis).
   pure type(table_type) function table_of(plan, values) result(table)
     type(sweep_plan_type), intent(in) :: plan
     real(dp), intent(in) :: values(:, :, :)
@@ -115,7 +115,8 @@ contains
     end do
   end function table_of
 
-  !> Table with one row for each column of `table`: it explains the columns of a file without names (sweep.npy).
+  !> Creates a table that explains the columns of `table`, with one row for each. The file sweep.npy needs it, because it contains
+  !> no names.
   pure type(table_type) function column_table(table)
     type(table_type), intent(in) :: table
     character(len=word_length + 16) :: names(size(table%columns))
@@ -136,7 +137,7 @@ contains
     call column_table%add("meaning", "meaning of the numbers", meanings)
   end function column_table
 
-  !> Verdict in words. `number`: the verdict as a number in the results of a sweep.
+  !> Name of a verdict. `number`: the number that represents this verdict in the results of a sweep.
   elemental character(len=verdict_length) function verdict_word(number) result(word)
     real(dp), intent(in) :: number
     type(verdict_type) :: point_verdict

@@ -1,6 +1,6 @@
-!> Lines of sweep.csv. They are written in pieces of any length, so that only one piece is in memory. All lines have the same width:
-!> numbers are padded on the left. For a short verdict, the preceding number is padded instead, because readers of CSV keep blanks
-!> in words.
+!> Formats the lines of sweep.csv. They are written in pieces of any length, so that only one piece is in memory. All lines have the
+!> same width, because numbers are padded on the left. If a verdict is short, the preceding number is padded instead, because
+!> programs that read CSV keep the blanks in words.
 module gestell_task_sweep_csv
   use gestell_base_kinds, only: dp
   use gestell_base_verdict, only: verdict_length, verdict_named, verdict_type
@@ -17,7 +17,7 @@ module gestell_task_sweep_csv
 
   character, parameter :: newline = new_line("a")
 
-  !> Text of a field and its length. It is a verdict, or a parameter that is formatted once for many rows.
+  !> Text of a field and its length. The text is a verdict, or the value of a parameter, which is formatted once for many rows.
   type :: field_type
     character(len=number_width) :: word = ""
     integer :: length = 0
@@ -25,7 +25,7 @@ module gestell_task_sweep_csv
 
 contains
 
-  !> Line with the names of the columns.
+  !> The line with the names of the columns.
   pure function header(plan) result(line)
     type(sweep_plan_type), intent(in) :: plan
     character(len=:), allocatable :: line
@@ -40,7 +40,7 @@ contains
     end do
   end function header
 
-  !> Lines of a block of points that begins at the indices `first` on the axes. `values` has the shape (numbers, points of the
+  !> The lines of a block of points that begins at the indices `first` on the axes. `values` has the shape (numbers, points of the
   !> second axis, points of the first axis).
   pure function csv_rows(grid, columns, first, values) result(lines)
     type(grid_type), intent(in) :: grid
@@ -81,7 +81,7 @@ contains
     end do
   end function csv_rows
 
-  !> Reads the numbers that follow the parameters in a line.
+  !> Reads the numbers that follow the parameters in a line of the file.
   pure subroutine csv_values(line, columns, values)
     character(len=*), intent(in) :: line
     type(column_type), intent(in) :: columns(:)
@@ -103,7 +103,7 @@ contains
     end do
   end subroutine csv_values
 
-  !> Text of a parameter's value.
+  !> Text of the value of a parameter.
   pure type(field_type) function parameter_field(value) result(text)
     real(dp), intent(in) :: value
     character(len=:), allocatable :: line
@@ -136,7 +136,7 @@ contains
     integer, intent(in) :: width
     integer :: begin, last
 
-    ! Nearly all numbers have this number of characters, so they are written directly in place.
+    ! Nearly all numbers have this many characters, so that they can be written directly to their final position.
     begin = max(n, n + width - merge(number_width, unsigned_width, sign(1.0_dp, value) < 0))
     last = begin
     call put_number(lines, last, value)

@@ -1,8 +1,8 @@
-!> Positions of the points of a sweep in the file of its table. All rows have the same width. The place of each tile is therefore
-!> known before the computation, and each process writes its tiles directly there.
+!> Positions of the points of a sweep in the file of its table. All rows have the same width. The position of each tile is therefore
+!> known before the computation, and each process writes its tiles directly to their positions.
 !>
 !> Rows are lines of CSV, or rows of a NumPy array (format version 1.0 of numpy.lib.format) of shape (points, columns). The array
-!> consists of eight-byte numbers; verdicts are numbers too.
+!> consists of eight-byte numbers, which also represent verdicts.
 module gestell_task_sweep_layout
   use gestell_base_kinds, only: dp
   use gestell_study_grid, only: grid_type, tile_type
@@ -17,9 +17,9 @@ module gestell_task_sweep_layout
 
   !> Layout of the file that contains a sweep's table.
   type, public :: layout_type
-    !> `file`: name of the file. `header`: header before the rows, without comment lines.
+    !> `file`: name of the file. `header`: text before the rows, without comment lines.
     character(len=:), allocatable :: file, header
-    !> Bytes of a row.
+    !> Number of bytes of a row.
     integer :: width = 0
     logical :: binary = .false.
     type(grid_type) :: grid
@@ -31,20 +31,20 @@ module gestell_task_sweep_layout
     procedure :: values
   end type layout_type
 
-  !> A piece: points that are contiguous in the file, with indices `first` to `last` on both axes.
+  !> A piece of the file: points that are contiguous in it, with the indices `first` to `last` on both axes.
   type, public :: piece_type
     integer :: first(2) = 1, last(2) = 1
   end type piece_type
 
   !> Maximum number of rows of a piece.
   integer, parameter :: max_rows = 4096
-  !> `number_bytes`: bytes of a number. `head_bytes`: bytes of the header of an array; the format requires a multiple of 64, and 128
-  !> suffice for every shape. `before_text`: bytes of the header before its text.
+  !> `number_bytes`: number of bytes of a number. `head_bytes`: number of bytes of an array's header; the format requires a multiple
+  !> of 64, and 128 are sufficient for every shape. `before_text`: number of bytes of the header before its text.
   integer, parameter :: number_bytes = 8, head_bytes = 128, before_text = 10
 
 contains
 
-  !> Layout of the file for the plan of a sweep.
+  !> Layout of the file for a sweep with this plan.
   pure type(layout_type) function new_layout(plan) result(layout)
     type(sweep_plan_type), intent(in) :: plan
 
@@ -75,7 +75,7 @@ contains
     head = char(147) // "NUMPY" // achar(1) // achar(0) // achar(len(text)) // achar(0) // text
   end function npy_head
 
-  !> Offset in bytes of the row of point (i, j) from the first row.
+  !> Distance in bytes of the row of point (i, j) from the first row.
   pure integer(int64) function place(self, point)
     class(layout_type), intent(in) :: self
     integer, intent(in) :: point(2)
@@ -86,7 +86,7 @@ contains
     place = self%width * ((point(1) - 1_int64) * fast + point(2) - 1)
   end function place
 
-  !> Pieces of a tile, in the order of their positions in the file.
+  !> The pieces of a tile, in the order of their positions in the file.
   pure function pieces(self, tile)
     class(layout_type), intent(in) :: self
     type(tile_type), intent(in) :: tile
@@ -94,7 +94,7 @@ contains
     integer :: along, i, k
 
     along = 1
-    ! Rows of tiles that span the whole second axis are contiguous.
+    ! If a tile extends over the whole second axis, all its rows are contiguous.
     if (self%place([2, 1]) == self%width * (tile%last(2) - tile%first(2) + 1_int64)) then
       along = max(1, max_rows / (tile%last(2) - tile%first(2) + 1))
     end if
@@ -105,8 +105,8 @@ contains
     end do
   end function pieces
 
-  !> Rows of a block of points that begins at the indices `first` on the axes. `values` has the shape (numbers, points of the second
-  !> axis, points of the first axis).
+  !> The rows of a block of points that begins at the indices `first` on the axes. `values` has the shape (numbers, points of the
+  !> second axis, points of the first axis).
   pure function rows(self, first, values)
     class(layout_type), intent(in) :: self
     integer, intent(in) :: first(2)
@@ -128,8 +128,8 @@ contains
     rows = transfer(numbers, repeat(" ", number_bytes * size(numbers)))
   end function rows
 
-  !> Reads the numbers from rows, point after point. `numbers` has the shape (numbers, points of the second axis, points of the
-  !> first axis).
+  !> Reads the numbers from rows, point by point. `numbers` has the shape (numbers, points of the second axis, points of the first
+  !> axis).
   pure subroutine values(self, rows, numbers)
     class(layout_type), intent(in) :: self
     character(len=*), intent(in) :: rows

@@ -1,5 +1,5 @@
-!> Marks of the finished tiles of a sweep. Their file consists of sealed records (with checksum) of equal length, each at the
-!> position of its tile.
+!> Marks of the finished tiles of a sweep. Their file consists of sealed records (records with a checksum) of equal length. The mark
+!> of each tile has a fixed position.
 module gestell_task_sweep_marks
   use gestell_base_error, only: error_type
   use gestell_base_files, only: open_to_write, read_at, write_bytes
@@ -14,15 +14,15 @@ module gestell_task_sweep_marks
 
   public :: read_mark, write_mark
 
-  !> Mark of a finished tile.
+  !> Mark that shows that a tile is finished.
   type, public :: mark_type
     !> Hash of the input and of the version of the program.
     integer(int64) :: fingerprint = 0
     integer :: tile = 0
-    !> Checksum of the rows of the tile.
+    !> Checksum of the rows that belong to the tile.
     integer(int64) :: checksum = 0
     type(summary_type) :: summary
-    !> `none`: true if there is no mark. `sound`: true if the mark is complete and not damaged.
+    !> `none`: true if the tile has no mark. `sound`: true if the mark is complete and not damaged.
     logical :: none = .true., sound = .false.
   end type mark_type
 
@@ -31,7 +31,7 @@ module gestell_task_sweep_marks
 
 contains
 
-  !> Writes a mark at its position in the file `name`. Fails if it cannot be written.
+  !> Writes a mark to the position of its tile in the file `name`. Fails if the mark cannot be written.
   subroutine write_mark(name, mark, error)
     character(len=*), intent(in) :: name
     type(mark_type), intent(in) :: mark

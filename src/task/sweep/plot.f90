@@ -1,4 +1,4 @@
-!> Plots of sweeps: curves over one parameter, charts over two.
+!> Plots sweeps: as curves over one parameter, or as charts over two parameters.
 module gestell_task_sweep_plot
   use gestell_base_kinds, only: dp
   use gestell_base_verdict, only: failed, impossible, operator(==), undamped, undecided, unstable, unstable_number, verdict_type
@@ -18,14 +18,14 @@ module gestell_task_sweep_plot
   public :: plot_sweep
 
   character, parameter :: newline = new_line("a")
-  !> Coordinate outside every plot that is still finite.
+  !> A finite coordinate outside every plot.
   character(len=*), parameter :: nowhere = "1e290"
-  !> Maximum number of measures in one panel.
+  !> Maximum number of measures that are drawn in one panel.
   integer, parameter :: most_measures = 4
 
 contains
 
-  !> Plot sweep.gp of the requested columns of sweep.csv. `turns`: number of turns of the drive in a period.
+  !> The plot sweep.gp of the requested columns of sweep.csv. `turns`: number of turns that the drive makes in a period.
   function plot_sweep(plan, turns, summary) result(figure)
     type(sweep_plan_type), intent(in) :: plan
     integer, intent(in) :: turns
@@ -40,7 +40,7 @@ contains
     counts = summary%tally()
     if (counts /= "") counts = ": " // counts
     ordered = plan%options%ordered()
-    ! Numbers of the columns in sweep.csv; 0 for a column that was not requested.
+    ! Numbers of the columns in sweep.csv; 0 for each column that was not requested.
     column = 0
     column(ordered) = [(size(plan%paths) + k, k = 1, size(ordered))]
     if (size(plan%grid%axes) > 1 .and. all(plan%grid%axes%count > 1)) then
@@ -50,8 +50,8 @@ contains
     end if
   end function plot_sweep
 
-  !> Curves over parameter `k`, the only one that varies. `label`: axis label of the growth. `counts`: verdicts that the title
-  !> lists.
+  !> Plots curves over parameter number `k`, the only one that varies. `label`: axis label for the growth. `counts`: verdicts that
+  !> the title lists.
   function plot_curves(plan, k, column, label, counts, summary) result(figure)
     type(sweep_plan_type), intent(in) :: plan
     integer, intent(in) :: k, column(sweep_columns)
@@ -61,7 +61,8 @@ contains
     type(marks_type) :: marks
     character(len=:), allocatable :: lines, x, style, axis_lines, half, unstable_rows, margins
     character(len=16) :: symbols(xi_peak:last_peak)
-    !> Width of the shading boxes relative to the distance of the values: slightly wider boxes leave no gaps.
+    !> Width of the boxes for shading, relative to the distance of the values. It is slightly larger than 1, so that there are no
+    !> gaps.
     real(dp), parameter :: overlap = 1.05_dp
     logical :: growth, peaks, bounds
     real(dp) :: ends(2), height
@@ -112,7 +113,7 @@ contains
   contains
 
     !> Adds a panel with a logarithmic axis. `columns`: numbers of columns in sweep.csv, 0 for none. `factor`: factor on their
-    !> values. Of several panels, only the last one labels the parameter.
+    !> values. Only the last one of several panels has a label for the parameter.
     subroutine add(columns, titles, factor, label)
       integer, intent(in) :: columns(:)
       character(len=*), intent(in) :: titles(:), factor, label
@@ -122,7 +123,7 @@ contains
       lines = lines // logarithmic_panel(columns, titles, factor, label, x, style, shades("bottom", "top"))
     end subroutine add
 
-    !> Plot elements that shade the unstable ranges, and their legend entries.
+    !> Parts of the plot command that shade the unstable ranges, and their legend entries.
     pure function shades(low, high) result(words)
       character(len=*), intent(in) :: low, high
       character(len=:), allocatable :: words
@@ -132,7 +133,7 @@ contains
     end function shades
   end function plot_curves
 
-  !> Panel of ln |rho| over the parameter. Points whose verdict is not stable are marked.
+  !> The panel of ln |rho| over the parameter. Points whose verdict is not `stable` are marked.
   pure function growth_panel(column, x, style, label, summary, shades) result(lines)
     integer, intent(in) :: column(sweep_columns)
     character(len=*), intent(in) :: x, style, label, shades
@@ -182,14 +183,14 @@ contains
     lines = lines // newline // "unset object 1; unset arrow 1; set ytics" // newline
   end function growth_panel
 
-  !> Title that states a measure and its unit.
+  !> Title of a measure: its name and its unit.
   elemental character(len=word_length + 16) function title_of(measure) result(title)
     type(measure_type), intent(in) :: measure
 
     title = trim(measure%quantity) // " " // trim(measure_names(measure%kind)) // " (" // trim(measure%unit) // ")"
   end function title_of
 
-  !> Panel with a logarithmic axis. It shows columns of sweep.csv, given by their numbers (0 for none) and multiplied by `factor`.
+  !> A panel with a logarithmic axis. It shows columns of sweep.csv, given by their numbers (0 for none) and multiplied by `factor`.
   pure function logarithmic_panel(column, titles, factor, label, x, style, shades) result(lines)
     integer, intent(in) :: column(:)
     character(len=*), intent(in) :: titles(:), factor, label, x, style, shades
@@ -215,7 +216,7 @@ contains
     lines = lines // newline
   end function logarithmic_panel
 
-  !> Charts over two parameters: one for ln |rho|, and one for each other column that the input requests.
+  !> Plots charts over two parameters: one for ln |rho|, and one for each other column that the input requests.
   function plot_chart(plan, column, growth_label, counts) result(figure)
     type(sweep_plan_type), intent(in) :: plan
     integer, intent(in) :: column(sweep_columns)
@@ -260,7 +261,7 @@ contains
 
   contains
 
-    !> Adds a chart of the gnuplot expression `value`. `signed`: true if its values are negative at stable points.
+    !> Adds a chart of the gnuplot expression `value`. `signed`: true if its values at stable points are negative.
     subroutine add(value, label, signed)
       character(len=*), intent(in) :: value, label
       logical, intent(in) :: signed
@@ -279,7 +280,7 @@ contains
       charts = charts // "plot 'sweep.csv' using (X(column(1))):(Y(column(2))):(" // value // ") with image @over" // newline
     end subroutine add
 
-    !> Adds a chart of the decimal logarithm of column `number`.
+    !> Adds a chart of the decimal logarithm of column number `number`.
     subroutine add_decades(number, name)
       integer, intent(in) :: number
       character(len=*), intent(in) :: name
@@ -289,7 +290,7 @@ contains
 
   end function plot_chart
 
-  !> Gnuplot expression for ln |rho| of the largest multiplier.
+  !> Gnuplot expression for ln |rho|, where rho is the multiplier with the largest modulus.
   pure function growth_of(column) result(expression)
     integer, intent(in) :: column(sweep_columns)
     character(len=:), allocatable :: expression

@@ -1,4 +1,4 @@
-!> Text report on a sweep.
+!> Writes the report on a sweep.
 module gestell_task_sweep_report
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise
@@ -18,7 +18,7 @@ module gestell_task_sweep_report
 
 contains
 
-  !> Heading of the report: axes, number of points and of tiles, solution method (`engine`).
+  !> Heading of the report: the axes, the number of points and of tiles, and the solution method (`engine`).
   pure function report_grid(plan) result(report)
     type(sweep_plan_type), intent(in) :: plan
     character(len=:), allocatable :: report
@@ -36,8 +36,8 @@ contains
     end do
   end function report_grid
 
-  !> Results in the report: number of points with each verdict, range of rho_max, and motions too large for the linearised
-  !> equations.
+  !> Results in the report: number of points with each verdict, range of rho_max, and number of points at which the motion is too
+  !> large for the linearised equations.
   pure function report_sweep(plan, summary) result(report)
     type(sweep_plan_type), intent(in) :: plan
     type(summary_type), intent(in) :: summary
@@ -84,7 +84,7 @@ contains
     line = line // newline
   end function evidence_line
 
-  !> Text of a modulus |rho|, or a note that it overflows.
+  !> A modulus |rho| as text, or a note that it overflows.
   pure function modulus_text(value) result(words)
     real(dp), intent(in) :: value
     character(len=:), allocatable :: words

@@ -1,4 +1,4 @@
-!> Rows of a sweep in the file that becomes its table. Each tile has its own positions in the file.
+!> Reads and writes the rows of a sweep in the file that becomes its table. Each tile has its own positions in the file.
 module gestell_task_sweep_rows
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_files, only: close_file, system_message, open_to_read, open_to_write, read_at, write_bytes
@@ -16,7 +16,8 @@ module gestell_task_sweep_rows
 
 contains
 
-  !> Checksum of a tile's rows in the open file `rows`, whose header has `head` bytes; 0 if the rows cannot be read.
+  !> Checksum of those rows in the open file `rows` that belong to a tile; 0 if they cannot be read. `head`: length of the file's
+  !> header in bytes.
   integer(int64) function checksum_of(layout, rows, head, tile) result(checksum)
     type(layout_type), intent(in) :: layout
     integer(c_int), intent(in) :: rows
@@ -50,14 +51,14 @@ contains
     call read_at(rows, head + layout%place(piece%first) + 1, bytes, done)
   end subroutine read_piece
 
-  !> Reads the numbers of all points into memory. Fails if they cannot be read.
+  !> Reads the numbers of all points from the file. Fails if they cannot be read.
   subroutine read_values(layout, name, head, values, error)
     type(layout_type), intent(in) :: layout
     !> Path of the file
     character(len=*), intent(in) :: name
-    !> Number of bytes of the header before the rows
+    !> Length of the header before the rows, in bytes
     integer(int64), intent(in) :: head
-    !> Results, shape (numbers, points of the second axis, points of the first axis)
+    !> Numbers of all points, shape (numbers, points of the second axis, points of the first axis)
     real(dp), intent(inout) :: values(:, :, :)
     type(error_type), allocatable, intent(out) :: error
     type(piece_type), allocatable :: pieces(:)
@@ -83,17 +84,17 @@ contains
     if (.not. done) call fatal_error(error, name // ": can no longer be read", failed_computation)
   end subroutine read_values
 
-  !> Writes the rows of a tile. Fails if they cannot be written.
+  !> Writes the rows of a tile to the file. Fails if they cannot be written.
   subroutine write_tile(layout, name, head, tile, values, checksum, error)
     type(layout_type), intent(in) :: layout
     !> Path of the file
     character(len=*), intent(in) :: name
-    !> Bytes of the header before the rows
+    !> Length of the header before the rows, in bytes
     integer(int64), intent(in) :: head
     type(tile_type), intent(in) :: tile
     !> Results of the tile, shape (numbers, points of the second axis, points of the first axis)
     real(dp), contiguous, intent(in) :: values(:, :, :)
-    !> Checksum of the written bytes
+    !> Checksum of the bytes that were written
     integer(int64), intent(out) :: checksum
     type(error_type), allocatable, intent(out) :: error
     type(piece_type), allocatable :: pieces(:)
@@ -108,7 +109,7 @@ contains
     done = handle >= 0
     do k = 1, size(pieces)
       if (.not. done) exit
-      ! A piece extends over the whole second axis of its tile.
+      ! Each piece extends over the whole second axis of the tile.
       first = pieces(k)%first(1) - tile%first(1) + 1
       last = pieces(k)%last(1) - tile%first(1) + 1
       rows = layout%rows(pieces(k)%first, values(:, :, first:last))
@@ -118,8 +119,8 @@ contains
     call end_writing(handle, done, name // ": tile " // text(tile%number), error)
   end subroutine write_tile
 
-  !> Closes a file that was opened for writing. Fails, with `name` in the message, if the last write was not `done` or closing
-  !> fails.
+  !> Closes a file that was opened for writing. Fails if the last write was not completed (`done` is false), or if the file cannot
+  !> be closed. The error message contains `name`.
   subroutine end_writing(handle, done, name, error)
     integer(c_int), intent(in) :: handle
     logical, intent(in) :: done

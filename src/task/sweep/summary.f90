@@ -1,4 +1,4 @@
-!> Summary of the points of a sweep.
+!> Summarises the points of a sweep.
 module gestell_task_sweep_summary
   use gestell_base_kinds, only: dp
   use gestell_base_verdict, only: last_number, verdict_numbered, verdict_type
@@ -19,23 +19,25 @@ module gestell_task_sweep_summary
     integer(int64) :: points = 0
   end type verdict_count_type
 
-  !> Summary of points. All components consist of eight-byte elements, so that `transfer` can convert a summary to words of a file.
+  !> Summary of some points of a sweep. Each component has eight-byte elements, so that `transfer` can convert a summary to 64-bit
+  !> words of a file.
   type, public :: summary_type
     integer(int64) :: points = 0
-    !> Number of points with each verdict; the index is the number of the verdict. Zeros if the verdict is not requested.
+    !> Number of points with each verdict. The index is the number that represents the verdict. All are 0 if the verdict is not
+    !> requested.
     integer(int64) :: verdicts(0:last_number) = 0
-    !> Smallest and largest rho_max. If there is no value, `least` > `most`.
+    !> Smallest (`least`) and largest (`most`) rho_max. If there is no value, `least` exceeds `most`.
     real(dp) :: least = huge(1.0_dp), most = -huge(1.0_dp)
     !> Indices, on each axis, of the point with the largest rho_max.
     integer(int64) :: where(2) = 0
-    !> `turned`: number of points at which the frame rotates too far for linearised equations. `furthest`: degree of freedom with
-    !> the largest rotation.
+    !> `turned`: number of points at which the frame rotates too far for linearised equations. `furthest`: number of the degree of
+    !> freedom that has the largest rotation.
     integer(int64) :: turned = 0, furthest = 0
-    !> Peak of the largest rotation (rad).
+    !> Largest rotation of the frame at any point (rad).
     real(dp) :: max_turn = 0
-    !> Sums over all tiles: number of solutions, and of comparisons with separate solutions.
+    !> `solutions`: number of solutions for all tiles. `checks`: number of points that were compared with separate solutions.
     integer(int64) :: solutions = 0, checks = 0
-    !> Largest deviation in these comparisons, relative to the separate solution.
+    !> Largest deviation found in the comparisons with separate solutions, relative to the separate solution.
     real(dp) :: deviation = 0
   contains
     procedure :: add_tile
@@ -46,12 +48,12 @@ module gestell_task_sweep_summary
   end type summary_type
 
   type(summary_type), parameter :: nothing = summary_type()
-  !> Number of 64-bit words of a summary.
+  !> Number of 64-bit words that a summary occupies.
   integer, parameter, public :: summary_words = storage_size(nothing) / storage_size(0_int64)
 
 contains
 
-  !> Adds the statistics of the computation of one tile.
+  !> Adds the numbers of solutions and checks of one tile, and updates the largest deviation.
   pure subroutine add_tile(self, results)
     class(summary_type), intent(inout) :: self
     type(tile_results_type), intent(in) :: results
@@ -92,7 +94,7 @@ contains
         end associate
       case (xi_peak:last_peak)
         if (.not. is_rotation(ordered(k) - xi_peak + 1)) cycle
-        ! A comparison with NaN would raise a floating-point exception.
+        ! A comparison with NaN would raise a floating-point exception, so NaN is replaced by 0.
         associate (peaks => merge(0.0_dp, values(k, :, :), ieee_is_nan(values(k, :, :))))
           turns = turns .or. peaks > small_turn
           maximum = maxval([0.0_dp, peaks])
@@ -101,13 +103,13 @@ contains
         self%max_turn = maximum
         self%furthest = ordered(k) - xi_peak + 1
       case default
-        ! The summary does not use the other columns.
+        ! Other columns do not contribute to the summary.
       end select
     end do
     self%turned = self%turned + count(turns)
   end subroutine add_points
 
-  !> Verdicts that occur and their numbers of points, in the order of the verdicts' numbers in files.
+  !> The verdicts that occur, each with its number of points, in the order of the numbers that represent them in files.
   pure function verdict_counts(self) result(list)
     class(summary_type), intent(in) :: self
     type(verdict_count_type), allocatable :: list(:)
@@ -116,7 +118,7 @@ contains
     list = pack([(verdict_count_type(verdict_numbered(k), self%verdicts(k)), k = 0, last_number)], self%verdicts > 0)
   end function verdict_counts
 
-  !> Adds the summary of other points. Of several equal maxima, the first in the order of the grid is kept.
+  !> Adds the summary of other points. If several maxima are equal, the first one in the order of the grid is kept.
   pure subroutine add(self, other)
     class(summary_type), intent(inout) :: self
     type(summary_type), intent(in) :: other
@@ -136,7 +138,7 @@ contains
     self%deviation = max(self%deviation, other%deviation)
   end subroutine add
 
-  !> Text that states the number of points with each verdict.
+  !> Text with the number of points for each verdict.
   pure function tally(self) result(words)
     class(summary_type), intent(in) :: self
     character(len=:), allocatable :: words

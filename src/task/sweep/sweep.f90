@@ -1,4 +1,4 @@
-!> Solves a tile of a sweep: by expansions over cells where these are faster, otherwise point by point.
+!> Solves a tile of a sweep. Cells for which an expansion is faster are solved by expansions, all other points one by one.
 module gestell_task_sweep
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
@@ -19,25 +19,26 @@ module gestell_task_sweep
 
   public :: solve_tile
 
-  !> Minimum number of points of a cell for which an expansion is planned: planning takes as long as several hundred solutions.
+  !> An expansion is planned only for cells with at least this number of points, because planning takes as long as several hundred
+  !> solutions.
   integer, parameter :: least_points = 400
-  !> Number of points of each expanded cell that are compared with separate solutions.
+  !> Number of points of each expanded cell at which the expansion is compared with a separate solution.
   integer, parameter :: checked_points = 3
 
   character(len=*), parameter :: engines(3) = [character(len=9) :: "auto", "expansion", "direct"]
 
 contains
 
-  !> Solves the points of `tile`. Fails if the grid, the tile, the solution method (`engine`), the accuracy or the parameters of a
+  !> Solves all points of `tile`. Fails if the grid, the tile, the solution method (`engine`), the accuracy, or the parameters of a
   !> point are invalid.
   subroutine solve_tile(family, grid, tile, options, results, error)
     !> Machines as a function of the parameters of the grid
     class(family_type), intent(in), target :: family
     type(grid_type), intent(in) :: grid
     type(tile_type), intent(in) :: tile
-    !> Solution method (`engine`), columns, measures and accuracy
+    !> Solution method (`engine`), columns, measures and accuracy of the sweep
     type(sweep_options), intent(in) :: options
-    !> Results at the points, number of solutions, and largest deviation found by the checks
+    !> Results at the points, number of solutions, and largest deviation that the checks have found
     type(tile_results_type), intent(out), target :: results
     type(error_type), allocatable, intent(out) :: error
     type(problem_type) :: problem
@@ -97,7 +98,8 @@ contains
     end select
   end subroutine solve_cell
 
-  !> Solves a cell by an expansion. If the expansion is not accurate enough, `plan` becomes the axis along which to split the cell.
+  !> Solves a cell by an expansion. If the expansion is not accurate enough, `plan` is set to the axis along which to split the
+  !> cell.
   subroutine expand_cell(problem, cell, variables, points, sampler, plan, error)
     type(problem_type), intent(in) :: problem
     type(tile_type), intent(in) :: cell
@@ -122,9 +124,9 @@ contains
     call evaluate(problem, cell, sampler, expansion, perturbations, error)
   end subroutine expand_cell
 
-  !> Compares the expansion with separate solutions at random points. `fits`: true if no deviation of Phi(T), or of [Phi(T) x_p(T)],
-  !> exceeds its bound in `perturbations` plus the error bound of the separate solution (x_p: motion forced from rest). `deviation`:
-  !> largest deviation relative to the separate solution.
+  !> Compares the expansion with separate solutions at random points. `fits`: true if the deviations of Phi(T) and of [Phi(T)
+  !> x_p(T)] do not exceed the sum of two bounds: the one in `perturbations`, and the error bound of the separate solution (x_p:
+  !> motion forced from rest). `deviation`: largest deviation, relative to the separate solution.
   subroutine check_cell(problem, cell, expansion, perturbations, sampler, deviation, fits)
     type(problem_type), intent(in) :: problem
     type(tile_type), intent(in) :: cell
@@ -139,7 +141,7 @@ contains
     integer :: ends(2), part
 
     deviation = 0
-    ! Phi(T) alone, and together with x_p(T).
+    ! Compares Phi(T) alone, and then together with x_p(T).
     ends = [size(sampler%scale)**2, size(own)]
     points = random_points(cell, checked_points)
     do k = 1, checked_points
@@ -158,8 +160,8 @@ contains
     end do
   end subroutine check_cell
 
-  !> Compares the peaks from the expansion with those of a separate solution. `fits`: true if they agree, or if the expansion gives
-  !> no peaks.
+  !> Compares the peaks that the expansion gives with those of a separate solution. `fits`: true if they agree, or if the expansion
+  !> gives no peaks.
   subroutine check_peaks(problem, parameters, sampler, numbers, perturbation, fits)
     type(problem_type), intent(in) :: problem
     real(dp), intent(in) :: parameters(:), numbers(:), perturbation

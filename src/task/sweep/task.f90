@@ -1,4 +1,4 @@
-!> The task `sweep`: solves many machines tile by tile. Several threads, processes or separate runs may share the work, and an
+!> The task `sweep`: solves many machines, tile by tile. Several threads, processes or separate runs may share the work. An
 !> interrupted run can be continued.
 module gestell_task_sweep_task
   use gestell_base_error, only: error_type, failed_computation, fatal_error, wrong_usage
@@ -27,7 +27,7 @@ module gestell_task_sweep_task
   implicit none (type, external)
   private
 
-  !> The task, and the files that store its finished tiles.
+  !> The task `sweep`, and the files that store its finished tiles.
   type, extends(task_type), public :: sweep_task
     private
     type(campaign_type) :: campaign
@@ -39,12 +39,12 @@ module gestell_task_sweep_task
     procedure :: conclude
   end type sweep_task
 
-  !> Parallel work: each piece computes one tile. The results are stored in files, or in `values` if this is allocated.
+  !> Parallel work: each piece computes one tile. Its results are stored in files or, if `values` is allocated, in `values`.
   type, extends(work_type) :: tiles_type
     type(locked_family_type) :: family
     type(sweep_plan_type) :: plan
     type(campaign_type) :: campaign
-    !> Results of all points, shape (numbers, points of the second axis, points of the first axis).
+    !> Results at all points, shape (numbers, points of the second axis, points of the first axis).
     real(dp), allocatable :: values(:, :, :)
   contains
     procedure :: compute
@@ -66,7 +66,7 @@ contains
     self%shareable = .true.
   end subroutine describe
 
-  !> Checks the options of the run. Fails if the exit code depends on the verdict but the verdict is not among the requested
+  !> Checks the options of the run. Fails if the exit code should depend on the verdict, but the verdict is not one of the requested
   !> columns.
   subroutine prepare(context, error)
     type(context_type), intent(in) :: context
@@ -122,7 +122,7 @@ contains
           return
         end if
         if (context%executor%has_many_processes) then
-          ! Some file systems lose data if two processes write to neighbouring places.
+          ! Some file systems lose data if two processes write to adjacent positions.
           call self%campaign%look(context%executor%share_of(size(own_tiles)))
           call context%executor%share_marks(self%campaign%done)
           if (.not. all(self%campaign%done)) then
@@ -150,9 +150,9 @@ contains
     if (judgement%verdict /= not_judged) call result%judge(judgement)
   end subroutine run
 
-  !> Opens the campaign (the stored tiles of the sweep) for the tiles `own_tiles`. If it is new, one process begins it. Then each
-  !> process examines its share of the tiles. Fails if the stored tiles do not belong to this input, or if the folder cannot be made
-  !> or is not visible to all processes.
+  !> Opens the campaign (the stored tiles of the sweep) for the tiles `own_tiles`. If nothing is stored yet, one process begins the
+  !> campaign. Then each process examines its share of the tiles. Fails if the stored tiles do not belong to this input, if the
+  !> folder cannot be created, or if it is not visible to all processes.
   subroutine open_shared_campaign(context, own_tiles, campaign, error)
     type(context_type), intent(in) :: context
     logical, intent(in) :: own_tiles(:)
@@ -181,8 +181,8 @@ contains
     call context%executor%share_marks(campaign%damaged)
   end subroutine open_shared_campaign
 
-  !> Reports the finished sweep: adds the table, its picture and the text. Fails if tiles are missing or the table cannot be
-  !> written.
+  !> Reports the finished sweep: adds the table, its picture and the text to `result`. Fails if tiles are missing or the table
+  !> cannot be written.
   subroutine report_finished_sweep(context, campaign, summary, result, error)
     type(context_type), intent(in) :: context
     type(campaign_type), intent(inout) :: campaign
@@ -203,7 +203,8 @@ contains
     end associate
   end subroutine report_finished_sweep
 
-  !> Allocates memory for all points. Fails if there is not enough memory; the message names the `option` that should be omitted.
+  !> Allocates memory for the results at all points. Fails if there is not enough memory. The error message names the `option` that
+  !> should be omitted.
   subroutine allocate_values(plan, option, values, error)
     type(sweep_plan_type), intent(in) :: plan
     character(len=*), intent(in) :: option
@@ -248,7 +249,7 @@ contains
     call self%campaign%clear()
   end subroutine conclude
 
-  !> Computes and stores those of the tiles `own_tiles` that are not finished.
+  !> Computes and stores those tiles of `own_tiles` that are not finished yet.
   subroutine compute_tiles(context, campaign, own_tiles, error)
     type(context_type), intent(inout) :: context
     type(campaign_type), intent(inout) :: campaign
@@ -263,11 +264,11 @@ contains
     work%campaign = campaign
     call context%executor%distribute(work, pending, error, points_of(work%plan, pending))
     campaign = work%campaign
-    ! Other processes have finished some of them.
+    ! Other processes have computed those of these tiles that this process has not.
     if (.not. allocated(error)) campaign%done(pending) = .true.
   end subroutine compute_tiles
 
-  !> Computes all points at once, without storing them in files.
+  !> Computes all points in one go, without storing tiles in files.
   subroutine compute_all(context, summary, table, error)
     type(context_type), intent(inout) :: context
     type(summary_type), intent(out) :: summary
@@ -313,7 +314,7 @@ contains
     end if
   end subroutine compute
 
-  !> Number of points of each of the given tiles.
+  !> Number of points in each of the given tiles.
   pure function points_of(plan, tiles) result(points)
     type(sweep_plan_type), intent(in) :: plan
     integer, intent(in) :: tiles(:)

@@ -1,5 +1,5 @@
-!> Compares the models on the user's own machine: errors and time saved with averaged coefficients, and result and time of each
-!> model of the frame.
+!> Compares models with each other for the machine of the input: errors and saving of time with averaged coefficients, and result
+!> and computing time of each model of the frame.
 module gestell_task_trade_model_trade
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -17,12 +17,12 @@ module gestell_task_trade_model_trade
 
   public :: measure_frame_models, measure_model
 
-  !> Results of the model with periodic or with averaged coefficients.
+  !> Results of the model with periodic coefficients, or of the model with averaged coefficients.
   type, public :: finding_type
     character(len=9) :: verdict = ""
-    !> Natural logarithm of the largest modulus of the multipliers, and its error bound
+    !> Natural logarithm of the largest modulus of a multiplier, and its error bound
     real(dp) :: log_rho = 0, log_rho_error = 0
-    !> Peaks of the vibration and their error bounds, in the order of `vibration_type`; unallocated if there is no periodic
+    !> Peaks of the vibration and their error bounds, in the order of `vibration_type`. Unallocated if there is no periodic
     !> vibration
     real(dp), allocatable :: peak(:), peak_error(:)
     !> Median computing time of one solution (s)
@@ -31,11 +31,12 @@ module gestell_task_trade_model_trade
 
   !> Comparison of averaged with periodic coefficients.
   type, public :: model_trade_type
-    !> Results with periodic and with averaged coefficients
+    !> Results with periodic coefficients, and results with averaged coefficients
     type(finding_type) :: periodic, averaged
-    !> Errors of Phi(T), of the multipliers and of x0 due to averaging, defined as in `trade_row_type`
+    !> Errors of Phi(T), of the multipliers and of x0 that are caused by averaging. They are defined in the same way as the errors
+    !> in `trade_row_type`
     real(dp) :: error_phi = 0, error_rho = 0, error_x0 = 0
-    !> Number of evaluations of the coefficients from which the means were computed
+    !> Number of evaluations of the coefficients from which the averages were computed
     integer :: evaluations = 0
     !> Reason why the averaged model has no periodic vibration; unallocated if it has one
     character(len=:), allocatable :: resonance
@@ -46,29 +47,29 @@ module gestell_task_trade_model_trade
     procedure :: worst_difference
   end type model_trade_type
 
-  !> Results of one of the `frame_models`.
+  !> Results of one of the models in `frame_models`.
   type, public :: model_finding_type
     !> Name of the model
     character(len=11) :: model = ""
-    !> Verdict; empty if the model has no result
+    !> Verdict on the vibration; empty if the model has no result
     character(len=9) :: verdict = ""
-    !> Reason for a missing verdict or vibration
+    !> Reason why there is no verdict or no vibration
     character(len=:), allocatable :: reason
-    !> Natural logarithm of the largest modulus of the multipliers
+    !> Natural logarithm of the largest modulus of a multiplier
     real(dp) :: log_rho = 0
     !> Peaks of the degrees of freedom (m, rad), in the frame's order
     real(dp), allocatable :: peak(:)
-    !> Median computing time of verdict and vibration (s)
+    !> Median of the computing times of verdict and vibration (s)
     real(dp) :: seconds = 0
   end type model_finding_type
 
-  !> Number of solutions whose times give the median
+  !> Number of solutions from whose computing times the median is taken
   integer, parameter :: runs = 5
 
 contains
 
-  !> Solves the frame with periodic coefficients to `accuracy`, and with averaged ones. Fails if the first solution fails or if the
-  !> averaged model has no multipliers.
+  !> Solves the frame with periodic coefficients to `accuracy`, and with averaged coefficients. Fails if the solution with periodic
+  !> coefficients fails, or if the averaged model has no multipliers.
   subroutine measure_model(frame, accuracy, trade, error)
     class(frame_type), intent(in) :: frame
     type(accuracy_type), intent(in) :: accuracy
@@ -109,8 +110,8 @@ contains
     end associate
   end subroutine measure_model
 
-  !> Solves one model and measures its computing time. Fails if there is no periodic vibration; `finding` still has the verdict if
-  !> the multipliers exist.
+  !> Solves the frame with one model and measures the computing time. Fails if there is no periodic vibration. Even then `finding`
+  !> contains the verdict if the multipliers exist.
   subroutine solve_model(frame, options, accuracy, analysis, finding, error)
     class(frame_type), intent(in) :: frame
     type(analysis_options), intent(in) :: options
@@ -148,7 +149,7 @@ contains
     finding%seconds = median(times)
   end subroutine solve_model
 
-  !> Solves the frame with each of the `frame_models`, and measures the computing times.
+  !> Solves the frame with each of the models in `frame_models`, and measures the computing times.
   subroutine measure_frame_models(frame, accuracy, findings)
     class(frame_type), intent(in) :: frame
     type(accuracy_type), intent(in) :: accuracy
@@ -177,8 +178,8 @@ contains
     end do
   end subroutine measure_frame_models
 
-  !> Relative error of a peak due to averaging. Zero if it is within the error bounds of both models, or if the averaged model has
-  !> no vibration.
+  !> Relative error of a peak that is caused by averaging. It is zero if it lies within the error bounds of both models, or if the
+  !> averaged model has no vibration.
   pure real(dp) function peak_difference(self, quantity) result(miss)
     class(model_trade_type), intent(in) :: self
     integer, intent(in) :: quantity
@@ -192,8 +193,8 @@ contains
     end associate
   end function peak_difference
 
-  !> Relative error of ln rho_max due to averaging: of the decay rate of the slowest free vibration, or of the growth rate of the
-  !> fastest. Zero if it is within the error bounds.
+  !> Relative error of ln rho_max that is caused by averaging. It is the error of the decay rate of the slowest free vibration, or
+  !> of the growth rate of the fastest. Zero if it lies within the error bounds.
   pure real(dp) function log_rho_difference(self) result(miss)
     class(model_trade_type), intent(in) :: self
     real(dp) :: difference
@@ -205,7 +206,7 @@ contains
     end associate
   end function log_rho_difference
 
-  !> Relative error of rho_max due to averaging; zero if it is within the error bounds.
+  !> Relative error of rho_max that is caused by averaging; zero if it lies within the error bounds.
   pure real(dp) function rho_difference(self) result(miss)
     class(model_trade_type), intent(in) :: self
 
@@ -213,7 +214,7 @@ contains
     if (abs(self%log_rho_difference()) > 0) miss = exp(min(self%averaged%log_rho - self%periodic%log_rho, 700.0_dp)) - 1
   end function rho_difference
 
-  !> Largest magnitude among the relative errors of ln rho_max and of all peaks due to averaging.
+  !> The largest magnitude among the relative errors of ln rho_max and of all peaks that are caused by averaging.
   pure real(dp) function worst_difference(self) result(miss)
     class(model_trade_type), intent(in) :: self
     integer :: i, n

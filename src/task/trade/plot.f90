@@ -12,7 +12,8 @@ module gestell_task_trade_plot
 
 contains
 
-  !> Picture trade.gp: error of Phi(T) over the number of evaluations and over the time in seconds, with a line for each method.
+  !> The picture trade.gp: error of Phi(T) over the number of evaluations, and over the computing time in seconds. Each method has a
+  !> line.
   function plot_trade(trade, with_averaged) result(figure)
     type(trade_type), intent(in) :: trade
     !> True if the table has a row for the averaged model
@@ -49,7 +50,7 @@ contains
     figure = new_figure("trade", "Measured error of Φ(T) against work", lines, width=960, height=520)
   end function plot_trade
 
-  !> Gnuplot range that contains all positive values, with a factor of 2 at both ends.
+  !> Gnuplot range that contains all positive values. At both ends it is wider than they require by a factor of 2.
   pure function decades(values) result(range)
     real(dp), intent(in) :: values(:)
     character(len=:), allocatable :: range
@@ -59,7 +60,7 @@ contains
       & // "]"
   end function decades
 
-  !> Part of the plot command that draws the points of one method.
+  !> Part of the plot command that draws the points of one method as a line.
   pure function curve(method, number) result(words)
     character(len=*), intent(in) :: method
     integer, intent(in) :: number

@@ -15,7 +15,7 @@ module gestell_task_trade_report
 
 contains
 
-  !> Table of the fastest method for each of several accuracies, and the additional time for one more digit.
+  !> Table of the fastest method for each of several accuracies, followed by the additional time for one more digit.
   function report_trade(trade) result(lines)
     type(trade_type), intent(in) :: trade
     character(len=:), allocatable :: lines, rows
@@ -37,7 +37,7 @@ contains
     end do
     lines = newline // "SPEED AGAINST ACCURACY: Phi(T) and x_p(T) of this machine on this computer" // newline &
       & // tabulated("rlrrr", "errors of Phi(T),fastest,steps,evaluations,time" // newline // "and x0 below,method,,,ms", rows)
-    ! If one row serves both accuracies, more digits cost nothing.
+    ! If the same row is the fastest for both accuracies, more digits cost nothing.
     if (all(best([1, 3]) > 0) .and. best(1) /= best(3)) lines = lines // "  between 1e-3 and 1e-9 each further digit takes " &
       & // concise(100 * ((trade%rows(best(3))%seconds / trade%rows(best(1))%seconds)**(1.0_dp / 6) - 1), 2) &
       & // " % more time" // newline
@@ -45,8 +45,8 @@ contains
       & // " (Phi(T)) and " // concise(trade%floor_x0, 1) // " (x0)" // newline
   end function report_trade
 
-  !> Table of the errors due to averaging, and advice whether the periodic coefficients are needed. `turns`: turns of the crank in
-  !> the period.
+  !> Table of the errors caused by averaging, and advice whether the periodic coefficients are needed. `turns`: number of turns that
+  !> the crank makes in the period.
   pure function report_model(trade, turns) result(lines)
     type(model_trade_type), intent(in) :: trade
     integer, intent(in) :: turns
@@ -88,8 +88,8 @@ contains
       & // "resonance." // newline
   end function report_model
 
-  !> Row of the table: a value with periodic and with averaged coefficients, and their relative difference. `difference` is 0 if
-  !> they agree within the error bounds.
+  !> Row of the table: a value with periodic coefficients, the value with averaged coefficients, and their relative difference.
+  !> `difference` is 0 if the values agree within the error bounds.
   pure function line(name, periodic, averaged, difference) result(row)
     character(len=*), intent(in) :: name
     real(dp), intent(in) :: periodic, averaged, difference
@@ -99,7 +99,7 @@ contains
       & // either(concise(100 * difference, 2) // " %", "within the error", abs(difference) > 0) // newline
   end function line
 
-  !> Table of the frame's models with verdict, largest modulus, peaks and computing time.
+  !> Table of the models of the frame: verdict, largest modulus, peaks and computing time of each.
   pure function report_frame_models(findings) result(lines)
     type(model_finding_type), intent(in) :: findings(:)
     character(len=:), allocatable :: lines, peaks
@@ -126,7 +126,7 @@ contains
       lines = tabulated("llrrrrrl", "model,verdict,|rho|" // peak_heads(dofs) // ",time" // newline // ",," // peak_units(dofs) &
         & // ",ms", lines)
     else
-      ! the peaks of six degrees of freedom need a table of their own
+      ! the peaks of six degrees of freedom are written in a separate table
       lines = tabulated("llrrl", "model,verdict,|rho|,time" // newline // ",,,ms", lines)
       if (peaks /= "") lines = lines // "  peaks" // newline // tabulated("l" // repeat("r", dofs), "model" // peak_heads(dofs) &
         & // newline // peak_units(dofs), peaks)
@@ -135,7 +135,7 @@ contains
 
   contains
 
-    !> Cells with the peaks of the degrees of freedom (mm, mrad).
+    !> Table cells with the peaks of the degrees of freedom (mm, mrad).
     pure function peaks_of(found) result(cells)
       type(model_finding_type), intent(in) :: found
       character(len=:), allocatable :: cells

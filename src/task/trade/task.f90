@@ -1,4 +1,4 @@
-!> The task `trade`: computing time against accuracy, measured on the user's own machine.
+!> The task `trade`: measures computing time against accuracy for the machine of the input.
 module gestell_task_trade_task
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -22,7 +22,7 @@ module gestell_task_trade_task
     procedure :: run
   end type trade_task
 
-  !> Approximate computing time for all measurements (s)
+  !> Approximate computing time for all measurements together (s)
   real(dp), parameter :: budget = 10
 
 contains
@@ -35,7 +35,7 @@ contains
     self%tables = [character(len=longest_table) :: "trade"]
   end subroutine describe
 
-  !> Measures integration methods and models, and adds table, picture and report to the result.
+  !> Measures integration methods and models, and adds table, picture and report to `result`.
   subroutine run(self, context, result, error)
     class(trade_task), intent(inout) :: self
     type(context_type), intent(inout) :: context
@@ -51,7 +51,7 @@ contains
       call measure_trade(context%analysis%frame, budget, trade, error, context%executor)
       if (.not. allocated(error)) call measure_model(configuration%frame, configuration%accuracy, model, error)
       if (allocated(error)) return
-      ! The last row is the averaged model, if it has a periodic vibration.
+      ! The averaged model, if it has a periodic vibration, becomes the last row.
       rows = trade%rows
       if (.not. allocated(model%resonance)) rows = [rows, trade_row_type("averaged", 0, 0, model%evaluations, model%error_phi, &
         & model%error_rho, model%error_x0, model%averaged%seconds)]

@@ -1,4 +1,4 @@
-!> Measures computing time against accuracy on the user's own machine.
+!> Measures computing time against accuracy for the machine of the input.
 module gestell_task_trade
   use gestell_base_error, only: error_type, fatal_error, failed_computation, invalid_input
   use gestell_base_kinds, only: dp
@@ -23,16 +23,17 @@ module gestell_task_trade
 
   public :: cheapest, measure_row, measure_trade, median
 
-  !> Result of one method with one number of steps. Errors are relative to the converged solution.
+  !> Result of one method with a given number of steps. Errors are relative to the converged solution.
   type, public :: trade_row_type
     !> Name of the method
     character(len=name_length) :: method = ""
-    !> Order of convergence, number of steps in the period, and number of evaluations of the coefficients in the period
+    !> `order`: order of convergence. `steps`: number of steps in the period. `evaluations`: number of evaluations of the
+    !> coefficients in the period
     integer :: order = 0, steps = 0, evaluations = 0
-    !> `error_phi`: error of Phi(T) relative to its norm, and `error_x0`: error of x0 relative to its norm, both in balanced units.
-    !> `error_rho`: largest relative error of a multiplier
+    !> `error_phi`: error of Phi(T), relative to its norm. `error_x0`: error of x0, relative to its norm. Both are in balanced
+    !> units. `error_rho`: largest relative error of a multiplier
     real(dp) :: error_phi = 0, error_rho = 0, error_x0 = 0
-    !> Median computing time of one solution for Phi(T) and x_p(T) (s)
+    !> Median of the computing times of one solution for Phi(T) and x_p(T) (s)
     real(dp) :: seconds = 0
   end type trade_row_type
 
@@ -43,26 +44,28 @@ module gestell_task_trade
     type(periodic_solution_type) :: solution
   end type converged_type
 
-  !> All measurements.
+  !> All measurements for one machine.
   type, public :: trade_type
-    !> A row for each method and number of steps
+    !> One row for each number of steps of every method
     type(trade_row_type), allocatable :: rows(:)
-    !> Error bounds of the converged solution, defined as the errors in `trade_row_type`; smaller errors cannot be measured
+    !> Error bounds of the converged solution, for the same quantities as the errors in `trade_row_type`. Errors below these bounds
+    !> cannot be measured
     real(dp) :: floor_phi = 0, floor_rho = 0, floor_x0 = 0
   end type trade_type
 
 contains
 
-  !> Measures every method with more and more steps, and the method "reduced" if it applies. A method ends when its error reaches
-  !> that of the converged solution or when half of its share of the time is spent; before its first row, ten times as much may be
-  !> spent. Fails if the budget is not positive and finite, if there is no converged solution, or at resonance.
+  !> Measures every method with increasing numbers of steps, and the method "reduced" if it is applicable. The measurement of a
+  !> method ends when its error reaches that of the converged solution, or when half of its share of the time is spent. Before its
+  !> first row is complete, it may spend ten times as much. Fails if the budget is not positive and finite, if there is no converged
+  !> solution, or at resonance.
   subroutine measure_trade(frame, budget, trade, error, executor)
     class(frame_type), intent(in) :: frame
-    !> Approximate computing time for all methods (s)
+    !> Approximate computing time for all methods together (s)
     real(dp), intent(in) :: budget
     type(trade_type), intent(out) :: trade
     type(error_type), allocatable, intent(out) :: error
-    !> Displays the progress
+    !> Displays the progress of the measurements
     class(executor_type), intent(inout), optional :: executor
     type(converged_type) :: converged
     class(method_type), allocatable :: method
@@ -96,7 +99,7 @@ contains
     if (size(trade%rows) == 0) call fatal_error(error, "no method finished within the time budget", failed_computation)
   end subroutine measure_trade
 
-  !> Measures one method with more and more steps: each number is 1.5 times the one before.
+  !> Measures one method with increasing numbers of steps: each number is 1.5 times the previous one.
   subroutine measure_method(frame, method, converged, budget, trade)
     class(frame_type), intent(in) :: frame
     class(method_type), intent(in) :: method
@@ -112,25 +115,25 @@ contains
     call survey_system(frame, survey, error)
     if (allocated(error)) return
     before = size(trade%rows)
-    ! No method converges while the fastest vibration advances by more than `order` radians in a step.
+    ! No method converges if the fastest vibration advances by more than `order` radians in a step.
     steps = max(frame%least_steps, nint(survey%phase_advance / method%order))
     spent = 0
     do
       call measure_row(frame, method, steps, converged, row, time_needed, error)
-      ! A step that is too long can make the equations singular or overflow. The next number of steps is then tried.
+      ! If a step is too long, the equations may become singular or overflow. The next number of steps is then tried.
       spent = spent + time_needed
       if (.not. allocated(error)) then
         if (row%error_phi < 1) trade%rows = [trade%rows, row]
         if (row%error_phi <= 2 * trade%floor_phi) exit
       end if
-      ! A method without a row may spend ten times as much, so that a busy computer does not exclude it.
+      ! A method that has no row yet may spend ten times as much, so that it is not excluded if the computer is busy.
       if (spent > merge(0.5_dp, 5.0_dp, size(trade%rows) > before) * budget) exit
       steps = ceiling(1.5_dp * steps)
     end do
   end subroutine measure_method
 
-  !> Measures one row: the median computing time of at least three solutions, and their errors. Fails if matrices are singular or
-  !> not finite, or at resonance.
+  !> Measures one row: the errors of at least three solutions with the same number of steps, and the median of their computing
+  !> times. Fails if matrices are singular or not finite, or at resonance.
   subroutine measure_row(frame, method, steps, converged, row, spent, error)
     class(frame_type), intent(in) :: frame
     class(method_type), intent(in) :: method
@@ -139,7 +142,7 @@ contains
     !> Converged solution with which the row is compared
     type(converged_type), intent(in) :: converged
     type(trade_row_type), intent(out) :: row
-    !> Total computing time of the solutions made for this row (s)
+    !> Total computing time of all solutions that were made for this row (s)
     real(dp), intent(out) :: spent
     type(error_type), allocatable, intent(out) :: error
     integer, parameter :: most = 9
@@ -151,7 +154,7 @@ contains
     integer :: runs
 
     coarse = converged%monodromy
-    ! The copy still has this component of the converged solution.
+    ! The copy still contains this component of the converged solution.
     if (allocated(coarse%phi_change)) deallocate(coarse%phi_change)
     coarse%nodes = mesh(frame, steps)
     spent = 0
@@ -177,7 +180,8 @@ contains
     if (.not. allocated(error)) call compare(coarse%phi, its_multipliers, its_solution, converged, row)
   end subroutine measure_row
 
-  !> Adds a row for the method "reduced" if it applies to this machine. Phi(T) is composed from its multipliers and eigenvectors.
+  !> Adds a row for the method "reduced" if it is applicable to this machine. Phi(T) is composed from its multipliers and
+  !> eigenvectors.
   subroutine measure_reduction(frame, converged, trade)
     class(frame_type), intent(in) :: frame
     type(converged_type), intent(in) :: converged
@@ -234,7 +238,7 @@ contains
     end associate
   end subroutine compare
 
-  !> Index of the fastest row whose errors of Phi(T) and x0 are at most `allowed`; 0 if there is none.
+  !> Index of the fastest row among those whose errors of Phi(T) and x0 do not exceed `allowed`; 0 if there is none.
   pure integer function cheapest(rows, allowed)
     type(trade_row_type), intent(in) :: rows(:)
     real(dp), intent(in) :: allowed
@@ -242,7 +246,7 @@ contains
     cheapest = minloc(rows%seconds, dim=1, mask=rows%error_phi <= allowed .and. rows%error_x0 <= allowed)
   end function cheapest
 
-  !> Median of the values; of an even number of values, the lower of the two in the middle.
+  !> Median of the values. If their number is even, it is the lower one of the two values in the middle.
   pure real(dp) function median(values)
     real(dp), intent(in) :: values(:)
     real(dp) :: sorted(size(values))

@@ -1,4 +1,4 @@
-!> Cells of a tile. A cell is the range of points that one expansion covers.
+!> Divides a tile into cells. A cell is the range of points that one expansion covers.
 module gestell_task_sweep_expansion_cell
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -14,7 +14,7 @@ module gestell_task_sweep_expansion_cell
 
   public :: cell_points, halves, plan_cell, random_points
 
-  !> A tile to be solved: the machines, their grid, the requested columns, and the results so far.
+  !> A tile to be solved: the machines, their grid, the requested columns, and the results that have been computed.
   type, public :: problem_type
     class(family_type), pointer :: family => null()
     type(grid_type) :: grid
@@ -25,22 +25,23 @@ module gestell_task_sweep_expansion_cell
     procedure :: solve_single
   end type problem_type
 
-  !> Decisions on a cell: expand it, or solve it point by point. A positive number is the axis along which to split it.
+  !> Decisions on a cell. `expand_it`: compute it by an expansion. `solve_it`: solve it point by point. A positive number is the
+  !> axis along which to split the cell.
   integer, parameter, public :: expand_it = 0, solve_it = -1
-  !> Part of the tolerance that the sum of the omitted terms may reach on a line; it is small because a cell has more terms than a
-  !> line.
+  !> Fraction of the tolerance that the sum of the omitted terms may reach on a line. It is small because the series of a cell has
+  !> more terms than that of a line.
   real(dp), parameter :: part_of_tolerance = 1 / 16.0_dp
-  !> Points added to those that a line needs, so that the last terms of the cell's series can serve to estimate the truncation
-  !> error.
+  !> Number of points that are added to those that a line needs. With them the last terms of the cell's series serve to estimate the
+  !> truncation error.
   integer, parameter :: margin = 2
-  !> Minimum number of points on each axis if there are two axes.
+  !> Minimum number of points on each axis if the cell has two axes.
   integer, parameter :: fewest = 5
-  !> If the expansion in the first variable needs more points than this, all variables are tried.
+  !> If the expansion in the first variable needs more points than this, the other variables are tried too.
   integer, parameter :: few_points = 20
 
 contains
 
-  !> Solves the single point (i, j). Fails as `solve_point` does.
+  !> Solves the single point (i, j). Fails if `solve_point` fails.
   subroutine solve_single(self, i, j, error)
     class(problem_type), intent(in) :: self
     integer, intent(in) :: i, j
@@ -55,32 +56,33 @@ contains
     end associate
   end subroutine solve_single
 
-  !> Number of points of a cell.
+  !> Number of points in a cell.
   pure integer function cell_points(cell)
     type(tile_type), intent(in) :: cell
 
     cell_points = product(cell%last - cell%first + 1)
   end function cell_points
 
-  !> Decides how to solve a cell, from expansions along lines through it: both edges and the middle, along each axis. `plan`:
-  !> `expand_it` (then the variables and their numbers of points are set), `solve_it`, or the axis along which to split.
+  !> Decides how to solve a cell. For this it makes expansions along lines through the cell: along both edges and through the
+  !> middle, for each axis. `plan`: `expand_it` (then the variables and their numbers of points are set), `solve_it`, or the axis
+  !> along which to split.
   subroutine plan_cell(problem, cell, sampler, variables, points, plan)
     !> The tile to be solved
     type(problem_type), intent(in) :: problem
     !> The cell, a part of the tile
     type(tile_type), intent(in) :: cell
-    !> Sampler that integrates all machines of the cell by the same method
+    !> Sampler that integrates all machines of the cell with the same method
     type(sampler_type), intent(out) :: sampler
-    !> Variable in which the expansion is made, for each axis
+    !> For each axis, the variable in which the expansion is made
     type(variable_type), allocatable, intent(out) :: variables(:)
-    !> `points`: number of Chebyshev points along each axis. `plan`: the decision
+    !> `points`: number of Chebyshev points along each axis. `plan`: the decision on the cell
     integer, intent(out) :: points(2), plan
     logical :: fits
     integer :: axis, side, needed, most, middle(2), tried(2)
     real(dp) :: line(size(problem%grid%axes)), tolerance
 
     points = 1
-    ! By default split along the axis with the most points.
+    ! By default the cell is split along the axis with the most points.
     plan = maxloc(cell%last - cell%first, dim=1)
     middle = (cell%first + cell%last) / 2
     associate (grid => problem%grid, options => problem%options)
@@ -117,13 +119,13 @@ contains
       end do
     end associate
     plan = expand_it
-    ! One solution with its error bound costs at least as much as three points of an expansion.
+    ! One solution with its error bound takes at least as long as three points of an expansion.
     if (problem%options%engine == "auto" .and. 2 * product(points) > cell_points(cell)) plan = solve_it
   end subroutine plan_cell
 
-  !> Determines whether an expansion may be faster than separate solutions: at least one of two axes must need no more points than
-  !> the square root of the number that `max_useful_points` returns. `tried`: number of points that an axis needs; 0: too many; -1:
-  !> not tried.
+  !> Determines whether an expansion may be faster than separate solutions. The limit is the square root of the number that
+  !> `max_useful_points` returns. One of the two axes must not need more points than that. `tried`: number of points that each axis
+  !> needs; 0 if it needs too many; -1 if it was not tried.
   subroutine check_cost(sampler, middle, tolerance, variables, options, cell, tried, fits)
     type(sampler_type), intent(inout) :: sampler
     real(dp), intent(in) :: middle(:), tolerance
@@ -144,8 +146,8 @@ contains
     end do
   end subroutine check_cost
 
-  !> Largest number of points along an axis, with `others` points along the other axis, for which an expansion is taken to be faster
-  !> than separate solutions: in total, at most half of the points of the cell.
+  !> Largest number of points along an axis, with `others` points along the other axis, for which an expansion is assumed to be
+  !> faster than separate solutions. In total there may be half as many points as the cell has.
   pure integer function max_useful_points(options, cell, others) result(most)
     type(sweep_options), intent(in) :: options
     type(tile_type), intent(in) :: cell
@@ -155,7 +157,7 @@ contains
     if (options%engine == "auto") most = cell_points(cell) / (2 * others)
   end function max_useful_points
 
-  !> Finds the variable in which the expansion needs the fewest points along a line.
+  !> Finds that variable in which the expansion along a line needs the fewest points.
   subroutine best_variable(sampler, axis, line, tolerance, most, variable, points, fits)
     type(sampler_type), intent(inout) :: sampler
     integer, intent(in) :: axis
@@ -166,8 +168,8 @@ contains
     logical, intent(out) :: fits
     type(variable_type) :: other
     integer :: kind, needed
-    !> Other variables are tried only if the ratio of the ends of the range exceeds this; for smaller ratios the variables hardly
-    !> differ.
+    !> Other variables are tried only if the ratio of the limits of the range exceeds this value. For smaller ratios the variables
+    !> hardly differ.
     real(dp), parameter :: wide = 1.5_dp
 
     call count_points(sampler, axis, variable, line, tolerance, most, points, fits)
@@ -186,7 +188,7 @@ contains
     end do
   end subroutine best_variable
 
-  !> Parameters at the corners and in the middle of a cell, shape (axes, corners).
+  !> Parameters at the corners and at the centre of a cell, shape (axes, corners).
   pure function corners(grid, cell)
     type(grid_type), intent(in) :: grid
     type(tile_type), intent(in) :: cell
@@ -201,7 +203,7 @@ contains
     if (size(grid%axes) == 1) corners = corners(:, [1, 2, 5])
   end function corners
 
-  !> The two halves of a cell that is split along an axis.
+  !> The two halves into which a cell is split along an axis.
   pure function halves(cell, axis)
     type(tile_type), intent(in) :: cell
     integer, intent(in) :: axis
@@ -212,8 +214,8 @@ contains
     halves(2)%first(axis) = halves(1)%last(axis) + 1
   end function halves
 
-  !> Random points of a cell, equal in every run; shape (2, n). (Generator of S. K. Park and K. W. Miller, Communications of the ACM
-  !> 31 (1988) 1192.)
+  !> Random points of a cell, which are the same in every run; shape (2, n). (Generator of S. K. Park and K. W. Miller,
+  !> Communications of the ACM 31 (1988) 1192.)
   pure function random_points(cell, n) result(points)
     type(tile_type), intent(in) :: cell
     integer, intent(in) :: n

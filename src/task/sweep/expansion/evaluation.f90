@@ -21,18 +21,18 @@ module gestell_task_sweep_expansion_evaluation
 
 contains
 
-  !> Computes the results in `cell`, a part of the tile. Near a resonance the expansion may not be accurate enough for the
-  !> vibration; such points are solved separately. Fails if such a solution fails.
+  !> Computes the results at the points of `cell`. Near a resonance the expansion may not be accurate enough for the vibration. The
+  !> points concerned are solved separately. Fails if such a solution fails.
   subroutine evaluate(problem, cell, sampler, expansion, perturbations, error)
-    !> The tile and its results
+    !> The tile that contains the cell, and its results
     type(problem_type), intent(in) :: problem
     !> The cell: range of the points
     type(tile_type), intent(in) :: cell
-    !> Sampler that has integrated all machines of the cell by the same method
+    !> Sampler that has integrated all machines of the cell with the same method
     type(sampler_type), intent(in) :: sampler
     !> Chebyshev series over the cell
     type(expansion_type), intent(in) :: expansion
-    !> Bounds on the errors, in norm, of Phi(T) and of all numbers of the expansion
+    !> Bounds on the error norms of Phi(T) (element 1) and of all numbers of the expansion (element 2)
     real(dp), intent(in) :: perturbations(2)
     type(error_type), allocatable, intent(out) :: error
     real(dp), allocatable :: lines(:, :, :), points(:, :, :), blocks(:, :, :), eight(:, :, :), columns(:, :)
@@ -42,7 +42,7 @@ contains
     along = cell%last - cell%first + 1
     first = cell%first - problem%tile%first + 1
     associate (grid => problem%grid, axes => size(problem%grid%axes), values => problem%results%values)
-      ! A single axis is the second axis of the expansion.
+      ! If there is a single axis, it is the second axis of the expansion.
       if (axes == 1) along = [1, along(1)]
       lines = expansion%factors(1, grid%axes(1)%value([(cell%first(1) + i, i = 0, along(1) - 1)]))
       points = expansion%factors(2, grid%axes(axes)%value([(cell%first(axes) + i, i = 0, along(2) - 1)]))
@@ -58,7 +58,7 @@ contains
         end do
       end do
       if (.not. sampler%parts%forced) return
-      ! Solve the points without a peak separately.
+      ! Solve those points separately at which the expansion gave no peak.
       last = findloc(ordered >= xi_peak, .true., dim=1, back=.true.)
       do i = cell%first(1), cell%last(1)
         do j = cell%first(2), cell%last(2)
@@ -70,15 +70,15 @@ contains
     end associate
   end subroutine evaluate
 
-  !> Computes the columns along a line of points, shape (points, columns), from the values `line` at the points of the series and
-  !> the interpolation `factors`.
+  !> Computes the columns at the points along a line, shape (points, columns). `line`: values at the support points of the series on
+  !> this line. `factors`: interpolation factors.
   subroutine set_columns(options, sampler, factors, line, perturbations, columns)
     type(sweep_options), intent(in) :: options
     type(sampler_type), intent(in) :: sampler
     real(dp), contiguous, intent(in) :: factors(:, :, :), line(:, :)
     real(dp), intent(in) :: perturbations(2)
     real(dp), contiguous, intent(inout) :: columns(:, :)
-    ! Memory aligned for vectors: the numbers of eight points, and their motions.
+    ! Memory with the alignment that vector instructions need: the numbers of eight points, and their motions.
     real(dp), allocatable, target :: room(:)
     integer :: numbers, border
 
@@ -129,7 +129,7 @@ contains
       call peaks_of_motion(sampler, values, motion, filled, perturbations(2), peak_limit(options), peaks, known)
       do i = 1, filled
         if (.not. known(i)) then
-          ! A locked degree of freedom is at rest, but is also marked as unknown.
+          ! Peaks that could not be computed, and those of locked degrees of freedom, which are at rest, are marked as unknown.
           columns(first + i - 1, xi_peak:last_peak) = ieee_value(1.0_dp, ieee_quiet_nan)
         else
           columns(first + i - 1, xi_peak - 1 + sampler%free) = peaks(i, :)

@@ -1,5 +1,5 @@
-!> Chebyshev series for the motion of a family over a cell, a range of one or two parameters. The matrices of the parts of a period
-!> are analytic functions of nearly all parameters. Their eigenvalues are not; therefore the matrices are expanded.
+!> Chebyshev series for the motion of a family over a cell, which is a range of one or two parameters. The matrices of the parts of
+!> a period are analytic functions of nearly all parameters. Their eigenvalues are not, so the matrices are expanded.
 module gestell_task_sweep_expansion
   use gestell_math_series_chebyshev, only: chebyshev_coefficients, chebyshev_points, chebyshev_values
   use gestell_base_kinds, only: dp
@@ -12,14 +12,14 @@ module gestell_task_sweep_expansion
 
   public :: expand
 
-  !> Chebyshev series for the numbers by which a sampler represents the motion.
+  !> Chebyshev series for those numbers by which a sampler represents the motion.
   type, public :: expansion_type
-    !> Variables in which the two axes are expanded; a single axis is the second.
+    !> Variables in which the two axes are expanded. If there is a single axis, it is the second one.
     type(variable_type) :: variables(2)
-    !> `points`: number of points of the series along each axis. `numbers`: how many numbers are expanded.
+    !> `points`: number of points of the series along each axis. `numbers`: number of quantities that are expanded.
     integer :: points(2) = 1, numbers = 0
-    !> Numbers at the points of the series, shape (points(2), numbers, points(1)). The second extent is at least eight and padded to
-    !> a multiple of four. A single axis is the second.
+    !> Values of the numbers at the points of the series, shape (points(2), numbers, points(1)). The extent for the numbers is at
+    !> least eight and padded to a multiple of four. If there is a single axis, it is the second one.
     real(dp), allocatable :: values(:, :, :)
     !> `rest`: bound on the norm of the sum of the omitted terms. `maximum`: largest norms, at the points, of Phi(T) and of [Phi(T)
     !> x_p(T)] (x_p: motion forced from rest). `least`: smallest norm of Phi(T) at the points.
@@ -33,8 +33,8 @@ module gestell_task_sweep_expansion
 
 contains
 
-  !> Computes the numbers that represent the motion, at points(1) times points(2) Chebyshev points. `fits` is false if a member of
-  !> the family has no solution.
+  !> Computes the numbers that represent the motion at points(1) times points(2) Chebyshev points. Sets `fits` to false if a member
+  !> of the family has no solution.
   subroutine expand(expansion, sampler, variables, points, fits)
     type(expansion_type), intent(out) :: expansion
     type(sampler_type), intent(inout) :: sampler
@@ -74,7 +74,7 @@ contains
         end do
       end do
     end associate
-    ! Truncation errors of the parts add up in Phi(T).
+    ! The truncation errors of the parts of the period add up in Phi(T).
     expansion%rest = reach * sqrt(real(sampler%parts%parts, dp)) * omitted(expansion)
   end subroutine expand
 
@@ -103,8 +103,8 @@ contains
     end do
   end function omitted
 
-  !> Factors that interpolate between the points of an axis at the given parameters. They form groups of eight, in which the last
-  !> parameter is repeated; shape (lanes, points, groups).
+  !> Factors that interpolate between the points of an axis to the given parameters, shape (lanes, points, groups). A group contains
+  !> eight parameters; the last one is repeated to fill the group.
   pure function factors(self, axis, parameters)
     class(expansion_type), intent(in) :: self
     integer, intent(in) :: axis
@@ -141,8 +141,8 @@ contains
     end do
   end function blocks
 
-  !> Interpolates at eight positions on the first axis, which have the `factors` (lanes, points(1)). Returns `values` at the points
-  !> of the second axis, shape (points(2) * size(values, 2), lanes).
+  !> Interpolates to eight positions on the first axis. `factors`: interpolation factors of these positions, shape (lanes,
+  !> points(1)). `values`: results at the points of the second axis, shape (points(2) * size(values, 2), lanes).
   pure subroutine lines(self, blocks, factors, values)
     class(expansion_type), intent(in) :: self
     real(dp), contiguous, intent(in) :: blocks(:, :, :), factors(:, :)
@@ -153,7 +153,7 @@ contains
     terms = transpose(factors)
     do block = 1, size(blocks, 3)
       call combine(self%points(1), lanes, blocks(:, :, block), terms, sums)
-      ! The last block ends with the last value, so it may overlap the block before.
+      ! The last block ends with the last value, so it may overlap the previous block.
       first = min(lanes * (block - 1), size(values, 1) - lanes) + 1
       do lane = 1, lanes
         values(first:first + lanes - 1, lane) = sums(:, lane)
@@ -170,7 +170,7 @@ contains
     real(dp), allocatable :: first(:, :, :), second(:, :, :)
     integer :: i
 
-    ! A single axis is the second axis; the first axis then has one point.
+    ! If there is a single axis, it is the second one, and the first axis has one point.
     first = self%factors(1, parameters(:1))
     second = self%factors(2, parameters(size(parameters):))
     at = 0

@@ -1,11 +1,11 @@
-!> The motion over a period as a list of numbers. The period is divided into parts, in which phases of vibrations change less than
-!> in the whole period; therefore series in the parameters are shorter. Part k has two kinds of numbers, in balanced units: the map
-!> x -> A_k x + b_k over the part, and the maps from the state at its beginning to the positions at times within it. b_k is present
-!> if the periodic vibration is requested; it has a unit of its own.
+!> Represents the motion over a period as a list of numbers. The period is divided into parts. Phases of vibrations change less
+!> within a part than within the whole period, so the series in the parameters need fewer terms. For part k there are two kinds of
+!> numbers, in balanced units: the map x -> A_k x + b_k over the part, and the maps from the state at the beginning of the part to
+!> the positions at times within it. b_k exists if the periodic vibration is requested; it has a unit of its own.
 !>
-!> An error of A_k affects the state at the beginning of part j by the factor A_(j-1) ... A_(k+1), times the state before part k.
-!> The numbers of a part are therefore multiplied by weights: the product of the norms of both factors. Errors and omitted terms of
-!> a series then count by their effect on the motion.
+!> An error dA of A_k changes the state at the beginning of part j by A_(j-1) ... A_(k+1) dA x_k, where x_k is the state before part
+!> k. Each number of part k is therefore multiplied by a weight: the product of the norms of A_(j-1) ... A_(k+1) and of x_k. Errors
+!> and omitted terms of a series then count by their effect on the motion.
 module gestell_task_sweep_expansion_parts
   use gestell_base_kinds, only: dp
   use gestell_base_processor, only: vector_length
@@ -14,9 +14,9 @@ module gestell_task_sweep_expansion_parts
   implicit none (type, external)
   private
 
-  !> Structure and weights of the list of numbers that represent the motion. For each part it contains the map [A_k b_k], row by
-  !> row, then the rows of the maps to the positions at each of the `between` times within the part. Column b_k exists only if
-  !> `forced`.
+  !> Structure and weights of the list of numbers that represent the motion. For each part of the period, the list contains the map
+  !> [A_k b_k], row by row, and then the rows of the maps to the positions at each of the `between` times within the part. Column
+  !> b_k exists only if `forced` is true.
   type, public :: parts_type
     !> `states`: number of states. `parts`: number of parts of the period. `between`: number of times within a part at which
     !> positions are computed.
@@ -40,7 +40,7 @@ module gestell_task_sweep_expansion_parts
 
 contains
 
-  !> Number of columns of [A_k b_k]: one for each state, and one more if `forced`.
+  !> Number of columns of [A_k b_k]: one for each state, and one more if `forced` is true.
   pure integer function columns(self)
     class(parts_type), intent(in) :: self
 
@@ -54,14 +54,14 @@ contains
     numbers = self%times_at(self%parts + 1, 1) - 1 - self%states * self%columns()
   end function numbers
 
-  !> Number of elements of the monodromy matrix Phi(T) and, if `forced`, of the motion x_p(T) that is forced from rest.
+  !> Number of elements of the monodromy matrix Phi(T) and, if `forced` is true, of the motion x_p(T), which is forced from rest.
   pure integer function numbers_of_period(self)
     class(parts_type), intent(in) :: self
 
     numbers_of_period = self%states * self%columns()
   end function numbers_of_period
 
-  !> Index, in the list, of the first number of the map of a part.
+  !> Index, in the list, of the first number that belongs to the map of a part.
   pure integer function map_at(self, part)
     class(parts_type), intent(in) :: self
     integer, intent(in) :: part
@@ -77,7 +77,7 @@ contains
     times_at = 1 + self%columns() * (part * self%states + ((part - 1) * self%between + time - 1) * (self%states / 2))
   end function times_at
 
-  !> Sets the weights, from unweighted numbers of shape (numbers, samples).
+  !> Computes the weights from numbers that are not yet weighted, shape (numbers, samples).
   pure subroutine set_weights(self, values)
     class(parts_type), intent(inout) :: self
     real(dp), intent(in) :: values(:, :)
@@ -93,7 +93,7 @@ contains
     end do
   end subroutine set_weights
 
-  !> The list of numbers that represent the motion, multiplied by their weights; shape (numbers).
+  !> Multiplies the list of numbers that represent the motion by the weights; shape (numbers).
   pure function weighted(self, values)
     class(parts_type), intent(in) :: self
     real(dp), intent(in) :: values(:)
@@ -108,7 +108,8 @@ contains
     end do
   end function weighted
 
-  !> Phi(T), column by column, and the motion x_p(T) forced from rest, computed from weighted numbers; shape (numbers_of_period).
+  !> Phi(T), column by column, and the motion x_p(T), which is forced from rest, both computed from weighted numbers; shape
+  !> (numbers_of_period).
   pure function period(self, values)
     class(parts_type), intent(in) :: self
     real(dp), intent(in) :: values(:)
@@ -134,7 +135,7 @@ contains
     end associate
   end function phi
 
-  !> Factor (at least 1) by which the weights would have to be larger for the given weighted numbers.
+  !> Factor (at least 1) by which the weights are too small for the given weighted numbers.
   pure real(dp) function reach(self, values)
     class(parts_type), intent(in) :: self
     real(dp), intent(in) :: values(:)
@@ -153,7 +154,7 @@ contains
     end do
   end function reach
 
-  !> Computes the weights for the given unweighted numbers.
+  !> Computes the weights for given numbers that are not weighted.
   pure subroutine find_weights(self, values, of_map, of_times)
     class(parts_type), intent(in) :: self
     real(dp), intent(in) :: values(:)
@@ -180,11 +181,12 @@ contains
       of_map(k) = max(of_map(k) * of_times(k), tiny(1.0_dp))
       before = moved(self, maps(:, :, k), before)
     end do
-    ! The root makes norms over few times and over many times comparable.
+    ! The division by the root makes norms over few times comparable with norms over many times.
     of_times = max(of_times, tiny(1.0_dp)) / sqrt(real(self%parts * self%between + 1, dp))
   end subroutine find_weights
 
-  !> Largest norm that a state of norm 1 can reach after any of the given maps, applied one after another. `n`: number of states.
+  !> Largest norm that a state of norm 1 can have after any number of the given maps, which are applied one after another. `n`:
+  !> number of states.
   pure real(dp) function max_amplification(n, maps) result(maximum)
     integer, intent(in) :: n
     real(dp), intent(in) :: maps(:, :, :)
@@ -207,7 +209,7 @@ contains
     norm_bound = sqrt(maxval(sum(abs(matrix), dim=1)) * maxval(sum(abs(matrix), dim=2)))
   end function norm_bound
 
-  !> Initial motion [E 0].
+  !> The initial motion [E 0]: transition matrix E, and state 0.
   pure function unit_motion(self) result(motion)
     class(parts_type), intent(in) :: self
     real(dp) :: motion(self%states, self%columns())
@@ -227,8 +229,8 @@ contains
     end associate
   end function map_of
 
-  !> Motion [A Phi, A x + b] after the map [A b], given the `motion` [Phi x] before it. Phi: transition matrix, x: motion forced
-  !> from rest.
+  !> The motion [A Phi, A x + b] after the map [A b]. `motion`: the motion [Phi x] before the map, with the transition matrix Phi
+  !> and the motion x that is forced from rest.
   pure function moved(self, map, motion)
     class(parts_type), intent(in) :: self
     real(dp), intent(in) :: map(:, :), motion(:, :)
@@ -240,8 +242,8 @@ contains
     end associate
   end function moved
 
-  !> Computes [Phi x_p] (transition matrix, motion forced from rest) at the ends of all parts for eight machines, shape (lanes,
-  !> states, columns, 0:parts). `values`: their weighted numbers, shape (lanes, numbers).
+  !> Computes [Phi x_p], the transition matrix and the motion forced from rest, at the ends of all parts for eight machines, shape
+  !> (lanes, states, columns, 0:parts). `values`: weighted numbers of these machines, shape (lanes, numbers).
   pure subroutine compose(self, values, motion)
     class(parts_type), intent(in) :: self
     real(dp), contiguous, intent(in) :: values(:, :)
@@ -255,7 +257,7 @@ contains
     do i = 1, n
       motion(:, i, i, 0) = 1
     end do
-    ! The first map acts on E and 0.
+    ! The first map acts on the matrix E and the state 0.
     do i = 1, n
       motion(:, i, :, 1) = values(:, columns * (i - 1) + 1:columns * i) / self%of_map(1)
     end do

@@ -1,4 +1,4 @@
-!> Peak displacements of the periodic vibration, computed for eight machines at once from the numbers that represent their motions.
+!> Computes the peak displacements of the periodic vibration from the numbers that represent the motion, for eight machines at once.
 module gestell_task_sweep_expansion_peaks
   use gestell_base_kinds, only: dp
   use gestell_math_lanes_equations, only: solve_equations
@@ -14,16 +14,16 @@ module gestell_task_sweep_expansion_peaks
 contains
 
   !> Computes max |q(t)| for each position q of the periodic motion x(t) = Phi(t) x0 + x_p(t), x0 = (E - Phi(T))^-1 x_p(T), in units
-  !> of the states. x_p is the motion forced from rest. Digits are lost near resonance, where E - Phi(T) is nearly singular.
+  !> of the states. x_p is the motion forced from rest. Digits are lost near a resonance, where E - Phi(T) is nearly singular.
   subroutine peaks_of_motion(sampler, values, motion, filled, perturbation, limit, peaks, known)
-    !> Provides the sizes, units and times of the numbers that represent the motions
+    !> Defines the sizes, units and times of the numbers that represent the motions
     type(sampler_type), intent(in) :: sampler
-    !> `values`: weighted numbers that represent the motions, shape (lanes, numbers). `motion`: [Phi x_p] at the ends of the parts,
-    !> shape (lanes, states, columns, 0:parts)
+    !> `values`: weighted numbers that represent the motions, shape (lanes, numbers). `motion`: [Phi x_p] at the ends of the parts
+    !> of the period, shape (lanes, states, columns, 0:parts)
     real(dp), contiguous, intent(in) :: values(:, :), motion(:, :, :, 0:)
-    !> Number of machines; the remaining lanes are not used
+    !> Number of machines; lanes after this number are not used
     integer, intent(in) :: filled
-    !> `perturbation`: bound on the error of the numbers, in norm. `limit`: allowed relative error of the initial state x0
+    !> `perturbation`: bound on the error norm of the numbers. `limit`: allowed relative error of the initial state x0
     real(dp), intent(in) :: perturbation, limit
     !> Peaks, shape (lanes, states / 2); 0 where the initial state x0 is not accurate enough
     real(dp), intent(out) :: peaks(:, :)
@@ -43,8 +43,8 @@ contains
     end do
   end subroutine peaks_of_motion
 
-  !> Computes the initial state x0 of the periodic motion in the unit of x_p, shape (lanes, states); zero for machines that are not
-  !> `known`.
+  !> Computes the initial state x0 of the periodic motion in the unit of x_p, shape (lanes, states). It is set to zero for machines
+  !> that are not `known`.
   pure subroutine start(sampler, motion, filled, perturbation, limit, x0, known)
     type(sampler_type), intent(in) :: sampler
     real(dp), contiguous, intent(in) :: motion(:, :, :, 0:)
@@ -56,7 +56,7 @@ contains
     integer :: lane, i
 
     associate (n => size(x0, 2))
-      ! Equations (E - Phi) x0 = x_p.
+      ! Sets up the equations (E - Phi) x0 = x_p.
       equations = motion(:, :, :, sampler%parts%parts)
       equations(:, :, :n) = -equations(:, :, :n)
       do i = 1, n
@@ -71,8 +71,7 @@ contains
     end associate
   end subroutine start
 
-  !> Computes the positions `q` at all times, shape (lanes, times, states / 2). They follow from the state at the beginning of each
-  !> part.
+  !> Computes the positions `q` at all times from the state at the beginning of each part, shape (lanes, times, states / 2).
   pure subroutine move(sampler, values, motion, x0, q)
     type(sampler_type), intent(in) :: sampler
     real(dp), contiguous, intent(in) :: values(:, :), motion(:, :, :, 0:), x0(:, :)
@@ -91,7 +90,7 @@ contains
           end do
         end do
         q(:, (k - 1) * (parts%between + 1) + 1, :) = x(:, :f)
-        ! Remove the weights from the numbers of the times.
+        ! Remove the weights from the numbers that belong to times within the part.
         x(:, :n) = x(:, :n) / parts%of_times(k)
         x(:, n + 1) = 1 / parts%of_times(k)
         do time = 1, parts%between
@@ -103,8 +102,8 @@ contains
     end associate
   end subroutine move
 
-  !> Computes q = P x + p for each lane. `rows`: [P p], shape (lanes, n + 1, n / 2). `x`: [x 1], shape (lanes, n + 1). `q`: shape
-  !> (lanes, n / 2).
+  !> Computes q = P x + p for each lane. `rows`: [P p], shape (lanes, n + 1, n / 2). `x`: [x 1], shape (lanes, n + 1). `q`: result,
+  !> shape (lanes, n / 2).
   pure subroutine apply(n, rows, x, q)
     integer, intent(in) :: n
     real(dp), intent(in) :: rows(lanes, n + 1, n / 2), x(lanes, n + 1)
@@ -112,7 +111,7 @@ contains
     real(dp) :: s1, s2, s3
     integer :: lane, i, i2, i3, j
 
-    ! Three rows at a time; if fewer remain, the last row is computed repeatedly.
+    ! Three rows are computed at a time. If fewer remain, the last row is computed repeatedly.
     do i = 1, n / 2, 3
       i2 = min(i + 1, n / 2)
       i3 = min(i + 2, n / 2)

@@ -1,4 +1,4 @@
-!> Number of Chebyshev points that an expansion along a line through a cell needs.
+!> Determines how many Chebyshev points an expansion along a line through a cell needs.
 module gestell_task_sweep_expansion_pilot
   use gestell_math_series_chebyshev, only: chebyshev_coefficients, chebyshev_points
   use gestell_base_kinds, only: dp
@@ -9,26 +9,26 @@ module gestell_task_sweep_expansion_pilot
 
   public :: count_points, max_points
 
-  !> Number of points of the first trial, and maximum number. Each trial doubles the number of intervals, so that earlier values are
-  !> reused.
+  !> Number of points of the first trial, and maximum number of points. Each trial doubles the number of intervals, so that earlier
+  !> values are used again.
   integer, parameter :: first_trial = 9, max_points = 129
 
 contains
 
-  !> Determines the number of Chebyshev points of a series along a line. The sum of its omitted terms must be below `tolerance`
+  !> Determines the number of Chebyshev points of a series along a line. The sum of the omitted terms must be below `tolerance`
   !> times the smallest norm of Phi(T) on the line.
   subroutine count_points(sampler, axis, variable, fixed, tolerance, most, needed, fits)
-    !> Integrates the machines
+    !> Integrates the machines on the line
     type(sampler_type), intent(inout) :: sampler
     !> Number of the parameter that varies along the line
     integer, intent(in) :: axis
     !> Variable in which this parameter is expanded
     type(variable_type), intent(in) :: variable
-    !> `fixed`: all parameters; those that do not vary keep these values. `tolerance`: relative tolerance
+    !> `fixed`: values of all parameters; the parameters that do not vary keep them. `tolerance`: relative tolerance
     real(dp), intent(in) :: fixed(:), tolerance
-    !> Maximum number of points of a trial
+    !> Maximum number of points that a trial may use
     integer, intent(in) :: most
-    !> Number of points; 0 if the trials do not suffice, or if `fits` is false
+    !> Number of points that the series needs; 0 if the trials do not suffice, or if `fits` is false
     integer, intent(out) :: needed
     !> False if a member of the family on the line has no solution
     logical, intent(out) :: fits
@@ -66,7 +66,7 @@ contains
     end do
   end subroutine count_points
 
-  !> Smallest number of terms of the series through `values`, shape (numbers, points), such that the sum of the remaining terms is
+  !> Smallest number of terms of the series through `values`, shape (numbers, points), for which the sum of the remaining terms is
   !> below `limit`. It may be up to twice the number of points. 0 if the series is too short to decide.
   pure integer function needed_points(values, limit) result(needed)
     real(dp), intent(in) :: values(:, :), limit
@@ -81,7 +81,7 @@ contains
       rest = rest + size_of_term(k)
       if (.not. rest <= limit) exit
     end do
-    ! At least two terms, one even and one odd, must be small before the following ones are assumed to be small.
+    ! Two terms, one even and one odd, must be small before the following terms are assumed to be small, too.
     if (k <= n - 3) then
       needed = k + 1
     else
@@ -89,18 +89,18 @@ contains
     end if
   end function needed_points
 
-  !> Number of terms needed, extrapolated from terms that are not yet small enough. For cos(h x) the terms are Bessel functions
-  !> J_k(h), which finally decrease by the factor h / 2k per term. 0 if the terms do not decrease fast enough.
+  !> Number of terms that are needed, extrapolated from terms that are not yet small enough. For cos(h x) the terms are Bessel
+  !> functions J_k(h), which finally decrease by the factor h / 2k from term to term. 0 if the terms do not decrease fast enough.
   pure integer function extrapolated_count(size_of_term, limit) result(needed)
     real(dp), intent(in) :: size_of_term(:), limit
-    !> Largest ratio of successive terms for which the extrapolation is reliable.
+    !> The extrapolation is reliable if the ratio of successive terms does not exceed this value.
     real(dp), parameter :: telling = 0.5_dp
     real(dp) :: fall, term, pair
     integer :: n, k
 
     needed = 0
     n = size(size_of_term)
-    ! Pairs of an even and an odd term; the last term is only half its proper value and is left out.
+    ! Sums of an even and an odd term. The last term is left out, because it is only half of its true value.
     pair = sum(size_of_term(n - 2:n - 1))
     if (.not. pair > 0) return
     fall = (pair / sum(size_of_term(n - 6:n - 5)))**0.25_dp

@@ -1,5 +1,5 @@
-!> Represents the motion over a period by numbers that depend smoothly on the parameters (see `parts_type`). The numbers of all
-!> members of a family are computed by the same method.
+!> Represents the motion over a period by numbers that depend smoothly on the parameters (see `parts_type`). These numbers are
+!> computed with the same method for all members of a family.
 module gestell_task_sweep_expansion_sampler
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -24,71 +24,72 @@ module gestell_task_sweep_expansion_sampler
 
   public :: new_sampler
 
-  !> Integrates the members of a family by one method. The number of steps is proportional to the phase advance of the fastest
-  !> motion. If this number is constant, the integration errors depend smoothly on the parameters. Where it changes, the errors
-  !> jump, by at most a sixteenth of the largest integration error.
+  !> Integrates the members of a family with the same method. The number of steps is proportional to the phase advance of the
+  !> fastest motion. As long as this number is constant, the integration errors depend smoothly on the parameters. Where it changes,
+  !> the errors jump by at most a sixteenth of the largest integration error.
   type, public :: sampler_type
     class(family_type), pointer :: family => null()
     class(method_type), allocatable :: method
-    !> Possible numbers of steps, ascending. The last one suffices for a member whose fastest motion is `fastest`.
+    !> Numbers of steps that may be used, ascending. The last one is sufficient for a member whose fastest motion is `fastest`.
     integer, allocatable :: steps(:)
-    !> `fastest`: fastest motion that was measured. `fewest`: number of nodes of the least demanding member; no member has fewer.
+    !> `fastest`: phase advance of the fastest motion of all members that were measured. `fewest`: smallest number of nodes that any
+    !> member needs.
     real(dp) :: fastest = 0, fewest = huge(1.0_dp)
     !> Structure of the list of numbers that represent the motion over a period.
     type(parts_type) :: parts
-    !> Units in which the states have balanced magnitudes, shape (n).
+    !> Units of the states in which their magnitudes are balanced, shape (n).
     real(dp), allocatable :: scale(:)
-    !> Bound on the relative error, due to integration and rounding, of the numbers that represent the motion. It comes from the
-    !> members for which it was determined.
+    !> Bound on the relative error, due to integration and rounding, of the numbers that represent the motion. It is the error of
+    !> those members for which the error was determined.
     real(dp) :: error = 0
-    !> Number of solutions computed so far.
+    !> Number of solutions that have been computed.
     integer :: solutions = 0
     !> Number of times within a period at which the periodic vibration is evaluated; 0 if the vibration is not requested.
     integer :: times = 0
-    !> Matrix that transforms the values at these times within a period to harmonics.
+    !> Matrix that transforms the values at the times within a period to harmonics.
     real(dp), allocatable :: transform(:, :)
-    !> Unit in which x_p(T), the motion forced from rest, is expressed.
+    !> Unit of x_p(T), the motion forced from rest.
     real(dp) :: unit = 1
     !> True if the machines at all corners of the cell are undamped (`conserves` in gestell_system_periodic).
     logical :: conserves = .true.
-    !> Degrees of freedom (1: xi, 2: eta, 3: psi, ...) to which the positions belong.
+    !> Degree of freedom (1: xi, 2: eta, 3: psi, ...) to which each position belongs.
     integer, allocatable :: free(:)
-    !> Member with the stored motion of the mechanism; allocated if all members share the mechanism.
+    !> A member with the stored functions of the mechanism. Allocated if all members have the same mechanism.
     type(frame_type), allocatable :: remembered
   contains
     procedure :: sample
     procedure :: check
   end type sampler_type
 
-  !> Maximum phase (rad) of the vibrations within the period. Above it, expansions need too many points, and order reduction is
-  !> better.
+  !> Maximum phase advance (rad) of the vibrations over the period. Above it expansions need too many points, and order reduction is
+  !> faster.
   real(dp), parameter :: max_turns = 700
   !> Rounding error of a series for numbers of magnitude 1.
   real(dp), parameter :: rounded = 16 * epsilon(1.0_dp)
-  !> Largest number of times within a period for which expansions are worthwhile.
+  !> Maximum number of times within a period for which expansions are worthwhile.
   integer, parameter :: most_times = 256
   !> Maximum number of parts of a period.
   integer, parameter :: most_parts = 16
-  !> `least_terms`: number of terms of a series in which no phase changes. `solution`, `composition`: costs of a solution and of
-  !> composing the parts, relative to the cost of one term of a part at a point.
+  !> `least_terms`: number of terms of a series in which no phase changes. `solution`: cost of a solution. `composition`: cost of
+  !> composing the parts. Both costs are relative to the cost of one term of a part at a point.
   real(dp), parameter :: least_terms = 17, solution = 20000, composition = 6
 
 contains
 
-  !> Sets up a sampler that is accurate at all corners of a cell: the most demanding corner determines the number of steps.
+  !> Sets up a sampler that is accurate at all corners of a cell. The corner that needs most steps determines their number.
   subroutine new_sampler(sampler, family, corners, accuracy, forced, points, fits)
     type(sampler_type), intent(out) :: sampler
     !> Machines as a function of the parameters
     class(family_type), intent(in), target :: family
-    !> Parameters of the corners, shape (parameters, corners)
+    !> Values of the parameters at the corners, shape (parameters, corners)
     real(dp), intent(in) :: corners(:, :)
-    !> Tolerance of the sweep
+    !> Accuracy requested for the sweep
     type(accuracy_type), intent(in) :: accuracy
     !> True if the periodic vibration is requested
     logical, intent(in) :: forced
-    !> Number of points of the cell
+    !> Number of points in the cell
     integer, intent(in) :: points
-    !> False if the cell cannot be expanded
+    !> False if no expansion is possible over the cell
     logical, intent(out) :: fits
     class(periodic_system), allocatable :: system
     type(survey_type) :: survey
@@ -101,9 +102,9 @@ contains
     fits = .false.
     most = -1
     sampler%family => family
-    ! The integration gets an eighth of the tolerance, because most of it is left to the expansion. With the periodic vibration it
-    ! gets a 64th: errors grow near resonance, and a point with too large an error must be solved separately, which takes a hundred
-    ! times as long.
+    ! The integration may use an eighth of the tolerance, because most of the tolerance is left for the expansion. If the periodic
+    ! vibration is requested, the integration may use a 64th. The reason: errors grow near a resonance, and each point with too
+    ! large an error is solved separately, which takes a hundred times as long.
     sharper = accuracy
     sharper%tolerance = max(accuracy%tolerance / merge(64, 8, forced), 10 * epsilon(1.0_dp))
     do k = 1, size(corners, 2)
@@ -121,7 +122,7 @@ contains
       if (allocated(error)) return
       sampler%error = max(sampler%error, monodromy%error / monodromy%norm)
       if (forced) then
-        ! A very small Phi(T) is lost in the rounding errors of Phi(t), which begins with E.
+        ! A very small Phi(T) is lost in the rounding errors of Phi(t), which is E at the beginning of the period.
         if (accuracy%tolerance * monodromy%norm < rounded) return
         call look_at_vibration(sampler, system, accuracy, fits)
         if (.not. fits) return
@@ -141,7 +142,7 @@ contains
     associate (parts => sampler%parts)
       parts%states = size(sampler%scale)
       parts%forced = sampler%times > 0
-      ! Steps between breaks have different lengths, so the period is not divided.
+      ! If there are breaks, the steps between them have different lengths, so the period is not divided into parts.
       if (.not. allocated(system%breaks)) parts%parts = cheapest_parts((maxval(turns) - minval(turns)) / 2, points, sampler%times)
       parts%between = max(sampler%times, parts%parts) / parts%parts - 1
     end associate
@@ -150,7 +151,7 @@ contains
     call weigh(sampler, corners, fits)
   end subroutine new_sampler
 
-  !> Stores the motion of the mechanism, if `system` is a planar frame.
+  !> Stores the functions of the mechanism if `system` is a planar frame.
   subroutine remember(sampler, system)
     type(sampler_type), intent(inout) :: sampler
     class(periodic_system), intent(in) :: system
@@ -167,8 +168,9 @@ contains
     end select
   end subroutine remember
 
-  !> Chooses the possible numbers of steps. Steps end at the ends of the parts and at the required times, and they fill the vector
-  !> lanes. Each number exceeds the previous one by at least a tenth. The last one gives the most demanding corner its `most` nodes.
+  !> Chooses the numbers of steps that may be used. Steps must end at the ends of the parts and at the required times, and their
+  !> number must fill the vector lanes. Each number exceeds the previous one by at least a tenth. With the last one the corner that
+  !> needs most steps has `most` nodes.
   pure subroutine choose_steps(sampler, most)
     type(sampler_type), intent(inout) :: sampler
     real(dp), intent(in) :: most
@@ -185,15 +187,15 @@ contains
     sampler%steps = [sampler%steps, last]
   end subroutine choose_steps
 
-  !> Factor on the number of steps that reduces the error to a sixteenth. Interpolation may amplify an error that is not smooth by
-  !> about this much: the Lebesgue constant is 4 for a hundred points on an axis.
+  !> Factor on the number of steps by which the error falls to a sixteenth. Interpolation may amplify an error that is not smooth by
+  !> a factor of this size: the Lebesgue constant is 4 for a hundred points on an axis.
   pure real(dp) function reserve(self)
     class(sampler_type), intent(in) :: self
 
     reserve = 16**(1.0_dp / self%method%order)
   end function reserve
 
-  !> Number of steps that suffices for the coefficients of `system` and for its fastest motion.
+  !> Number of steps that is sufficient for the coefficients of `system` and for its fastest motion.
   pure integer function enough(self, fastest, system)
     class(sampler_type), intent(in) :: self
     real(dp), intent(in) :: fastest
@@ -207,9 +209,9 @@ contains
     enough = self%steps(k)
   end function enough
 
-  !> Number of parts for which `points` points cost least; it divides `times`. Along an axis the phase of the fastest vibration at
-  !> the end of the period changes by +-`half_turn`. The series of a function cos(z + x h) needs somewhat more than h terms (Bessel
-  !> functions J_k(h)).
+  !> Number of parts for which the cost of `points` points is lowest. It must divide `times`. Along an axis the phase of the fastest
+  !> vibration at the end of the period changes by +-`half_turn`. The series of a function cos(z + x h) needs slightly more than h
+  !> terms (Bessel functions J_k(h)).
   pure integer function cheapest_parts(half_turn, points, times) result(cheapest)
     real(dp), intent(in) :: half_turn
     integer, intent(in) :: points, times
@@ -228,7 +230,7 @@ contains
     end do
   end function cheapest_parts
 
-  !> Sets the weights of the parts such that they reflect the propagation of errors at the corners.
+  !> Computes the weights of the parts so that they represent the propagation of errors at the corners.
   subroutine weigh(sampler, corners, fits)
     type(sampler_type), intent(inout) :: sampler
     real(dp), intent(in) :: corners(:, :)
@@ -244,13 +246,14 @@ contains
     call sampler%parts%set_weights(values)
   end subroutine weigh
 
-  !> Determines the number of times at which the vibration of a frame must be computed. `fits` is false for other systems.
+  !> Determines the number of times at which the vibration of a frame must be computed. Sets `fits` to false if `system` is not a
+  !> frame.
   subroutine look_at_vibration(sampler, system, accuracy, fits)
     type(sampler_type), intent(inout) :: sampler
     class(periodic_system), intent(in) :: system
     type(accuracy_type), intent(in) :: accuracy
     logical, intent(out) :: fits
-    !> Harmonics below this fraction of the largest amplitude do not affect the peak.
+    !> Harmonics that are smaller than this fraction of the largest amplitude do not affect the peak.
     real(dp), parameter :: small = 1.0e-9_dp
     type(floquet_type) :: floquet
     type(vibration_type) :: vibration
@@ -269,15 +272,15 @@ contains
         associate (amplitude => vibration%series(system%free(i))%amplitude)
           order = findloc(amplitude > min(small, accuracy%tolerance) * maxval(amplitude), .true., dim=1, back=.true.)
         end associate
-        ! Two more orders, and a multiple of eight.
+        ! Adds two orders, and rounds up to a multiple of eight.
         sampler%times = max(sampler%times, 8 * ((2 * (order + 2)) / 8 + 1))
       end do
       fits = .true.
     end select
   end subroutine look_at_vibration
 
-  !> Computes the weighted numbers that represent the motion of the machine with these parameters. `fits` is false if it has no
-  !> solution.
+  !> Computes the weighted numbers that represent the motion of the machine with these parameters. Sets `fits` to false if the
+  !> machine has no solution.
   subroutine sample(self, parameters, values, fits)
     class(sampler_type), intent(inout) :: self
     real(dp), intent(in) :: parameters(:)
@@ -305,7 +308,7 @@ contains
     if (fits) values = self%parts%weighted(numbers_of(self, maps))
   end subroutine sample
 
-  !> Exchanges the mechanism of a member with the mechanism whose motion is stored. A second call reverses the exchange.
+  !> Exchanges the mechanism of a member with the mechanism whose functions are stored. A second call reverses the exchange.
   pure subroutine exchange(self, system)
     class(sampler_type), intent(inout) :: self
     class(periodic_system), intent(inout) :: system
@@ -317,17 +320,17 @@ contains
     end select
   end subroutine exchange
 
-  !> Computes Phi(T), and the motion x_p(T) forced from rest, by a separate solution, with a bound on their error relative to their
-  !> norms.
+  !> Computes Phi(T), and the motion x_p(T) that is forced from rest, by a separate solution. Also computes a bound on their errors
+  !> relative to their norms.
   subroutine check(self, parameters, accuracy, values, bound, fits)
     class(sampler_type), intent(inout) :: self
     !> Parameters of the machine
     real(dp), intent(in) :: parameters(:)
-    !> Tolerance of the sweep
+    !> Accuracy requested for the sweep
     type(accuracy_type), intent(in) :: accuracy
-    !> `values`: Phi(T), column by column, and x_p(T), unweighted. `bound`: bound on their relative error
+    !> `values`: Phi(T), column by column, and x_p(T), not weighted. `bound`: bound on their relative error
     real(dp), intent(out) :: values(:), bound
-    !> False if there is no solution
+    !> False if the machine has no solution
     logical, intent(out) :: fits
     class(periodic_system), allocatable :: system
     type(monodromy_type) :: monodromy
@@ -349,8 +352,8 @@ contains
     fits = .true.
   end subroutine check
 
-  !> The numbers that represent the motion, computed from `maps` that start at the beginning of each part, shape (n, columns, parts
-  !> * (between + 1)).
+  !> The numbers that represent the motion, computed from `maps` that start at the beginning of each part of the period, shape (n,
+  !> columns, parts * (between + 1)).
   pure function numbers_of(self, maps) result(values)
     class(sampler_type), intent(in) :: self
     real(dp), contiguous, intent(in) :: maps(:, :, :)
@@ -359,7 +362,7 @@ contains
     integer :: n, k, i, at, time
 
     n = size(maps, 1)
-    ! Balanced units: D^-1 A D and D^-1 b / unit.
+    ! In balanced units the map is D^-1 A D, and its constant term is D^-1 b / unit.
     unit = spread(1 / self%scale, 2, size(maps, 2))
     unit(:, :n) = unit(:, :n) * spread(self%scale, 1, n)
     unit(:, n + 1:) = unit(:, n + 1:) / self%unit

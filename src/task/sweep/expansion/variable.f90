@@ -1,5 +1,5 @@
-!> Variables in which a parameter can be expanded. The motion over a period is smoother in one variable than in another. For
-!> example, the phase of vibrations within a period is proportional to the inverse of the speed.
+!> Variables in which a parameter can be expanded. The motion over a period is a smoother function of some variables than of others.
+!> For example, the phase of vibrations within a period is proportional to the inverse of the speed.
 module gestell_task_sweep_expansion_variable
   use gestell_base_kinds, only: dp
   implicit none (type, external)
@@ -7,7 +7,7 @@ module gestell_task_sweep_expansion_variable
 
   integer, parameter, public :: itself = 1, inverse = 2, logarithm = 3
 
-  !> A variable in which a parameter is expanded; its range is mapped to x in [-1, 1].
+  !> A variable in which a parameter is expanded. Its range is mapped to x in [-1, 1].
   type, public :: variable_type
     real(dp) :: from = 0, to = 0
     integer :: kind = itself
@@ -19,14 +19,14 @@ module gestell_task_sweep_expansion_variable
 
 contains
 
-  !> True if the variable is defined on the whole range.
+  !> True if the variable is defined in the whole range of the parameter.
   pure logical function is_applicable(self)
     class(variable_type), intent(in) :: self
 
     is_applicable = self%kind == itself .or. self%from * self%to > 0
   end function is_applicable
 
-  !> Coordinate x of a parameter: 1 at the end `to` of the range, -1 at `from`.
+  !> Coordinate x that belongs to a value of the parameter: 1 at the end `to` of the range, -1 at the end `from`.
   elemental real(dp) function x_of(self, parameter) result(x)
     class(variable_type), intent(in) :: self
     real(dp), intent(in) :: parameter
@@ -40,7 +40,7 @@ contains
     x = max(-1.0_dp, min(1.0_dp, ((u - a) - (b - u)) / (b - a)))
   end function x_of
 
-  !> Parameter at the coordinate `x`; inverse of `x_of`.
+  !> Value of the parameter at the coordinate `x`; the inverse of `x_of`.
   elemental real(dp) function parameter_of(self, x) result(parameter)
     class(variable_type), intent(in) :: self
     real(dp), intent(in) :: x
@@ -55,7 +55,7 @@ contains
     case default
       parameter = u
     end select
-    ! Rounding must not lead out of the range.
+    ! Rounding must not move the parameter out of its range.
     parameter = max(min(self%from, self%to), min(max(self%from, self%to), parameter))
   end function parameter_of
 
