@@ -59,7 +59,7 @@ module gestell_api_guarded
 
 contains
 
-  !> Makes `guarded` a system that passes all calls to `system` and records faults in `watch`. `system` and `watch` must exist as
+  !> Makes `guarded` a system that forwards all calls to `system` and records faults in `watch`. `system` and `watch` must exist as
   !> long as `guarded` is used.
   subroutine guard(system, watch, guarded)
     class(periodic_system), intent(in), target :: system

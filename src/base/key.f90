@@ -41,7 +41,7 @@ module gestell_base_key
     !> Number of values in the short form of a vector (its first elements) or of a matrix (its upper left square block). 0 if the
     !> key has no short form
     integer :: shorter = 0
-    !> True if every group of this name must contain the key
+    !> True if the key must be given in every group to which it belongs
     logical :: required = .false.
     !> Code of the quantity that the key gives (`of_length`, ...). 0 if the key has no unit, or the fixed unit `symbol`
     integer :: unit = 0

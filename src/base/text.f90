@@ -188,7 +188,7 @@ contains
     string = fixed_line(value, decimals)
   end function fixed
 
-  !> Decimal digits of an integer.
+  !> Text of an integer: its decimal digits and, if it is negative, the sign.
   pure function text(value) result(string)
     integer, intent(in) :: value
     character(len=len_trim(integer_line(value))) :: string

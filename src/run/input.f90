@@ -41,7 +41,7 @@ contains
     call read_tasks(doc, schema, tasks, configuration, error)
   end subroutine read_input
 
-  !> Checks whether the tasks support the options. If they do not, fails with the error code for wrong usage.
+  !> Checks whether the tasks support the options. If they do not, `error` has the code for wrong usage.
   subroutine check_options(options, tasks, has_many_processes, error)
     type(options_type), intent(in) :: options
     !> All tasks that exist, whether the input requests them or not

@@ -49,7 +49,7 @@ contains
 
   !> Prevents two signals from ending the program, so that it can report an error instead. One signal means that a file exceeds the
   !> limit of ulimit -f, the other that nobody reads from a pipe. Also opens each closed standard stream on /dev/null for reading,
-  !> so that no result file gets its number; writing to this stream then fails.
+  !> so that no result file receives the number of the stream. Writing to such a stream then fails.
   subroutine prepare_process()
     integer(c_intptr_t) :: before
     integer(c_int) :: handle

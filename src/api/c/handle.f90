@@ -27,7 +27,7 @@ contains
     call move_alloc(error, holder%error)
   end function code_of
 
-  !> Sets `error`: a C pointer is null. The message calls this pointer `what`.
+  !> Returns the error that a C pointer is null. The message calls this pointer `what`.
   pure subroutine report_null_pointer(what, error)
     character(len=*), intent(in) :: what
     type(error_type), allocatable, intent(out) :: error
@@ -49,7 +49,7 @@ contains
     if (.not. allocated(error)) count = int(found, c_int)
   end subroutine return_count
 
-  !> Sets `error`: the array called `what` has only `has_elements` elements, but `needed` elements are required.
+  !> Returns the error that the array called `what` has `has_elements` elements although it must have `needed` elements.
   pure subroutine report_wrong_size(what, has_elements, needed, error)
     character(len=*), intent(in) :: what
     integer, intent(in) :: has_elements, needed

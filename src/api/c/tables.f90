@@ -164,7 +164,7 @@ contains
     code = code_of(error, failure)
   end function get_words
 
-  !> Number of characters of the longest word of a column with this number of rows; at least 1.
+  !> Number of characters of the longest word in the first `rows` rows of a column; at least 1.
   integer function longest_word(column, rows) result(longest)
     type(column_type), intent(in) :: column
     integer, intent(in) :: rows

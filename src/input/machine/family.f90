@@ -104,7 +104,7 @@ contains
     end do
   end subroutine new_document_family
 
-  !> Which part of the input a group describes: `option_group`, `frame_group` or `mechanism_group`.
+  !> Part of the input that a group describes: `option_group`, `frame_group` or `mechanism_group`.
   pure integer function subject(schema, group)
     type(schema_type), intent(in) :: schema
     character(len=*), intent(in) :: group
@@ -115,8 +115,8 @@ contains
     if (i > 0) subject = schema%groups(i)%subject
   end function subject
 
-  !> Selects the groups that are read for each member. &mechanism and &repeat are always selected, because a frame in space depends
-  !> on the positions of its mechanisms.
+  !> Selects the groups that are read for each member. &mechanism and &repeat are always selected, because a frame that moves in
+  !> three dimensions depends on the positions of its mechanisms.
   pure subroutine select_groups(doc, schema, mechanism, selected)
     type(document_type), intent(in) :: doc
     type(schema_type), intent(in) :: schema

@@ -130,8 +130,8 @@ contains
     end if
   end subroutine read_frame
 
-  !> Builds a frame that moves in space. Fails if the mechanism is given by mass functions. Also fails if the drive requires a
-  !> mechanism with ratio 1 and there is none.
+  !> Builds a frame that moves in three dimensions. Fails if the mechanism is given by mass functions. Also fails if the drive
+  !> requires a mechanism with ratio 1 and there is none.
   subroutine read_frame_in_space(doc, units, data, mechanism, frame, error)
     type(document_type), intent(in) :: doc
     type(units_type), intent(in) :: units
@@ -168,7 +168,7 @@ contains
   end subroutine read_frame_in_space
 
   !> Reads drive, frame, foundation, supports and gravity. Fails if a value is invalid. Also fails if the frame moves in its plane
-  !> and a value is allowed only for a frame in space.
+  !> and a value is allowed only for a frame that moves in three dimensions.
   subroutine read_drive_and_frame(doc, units, data, error)
     type(document_type), intent(in) :: doc
     type(units_type), intent(in) :: units
@@ -292,8 +292,8 @@ contains
     end do
   end function note_on_ignored_values
 
-  !> Reads the supports. Their axes can be tilted out of the plane only if the frame moves in space (`in_space`). Fails if a value
-  !> is invalid, or if a support is so far from F that its stiffness or damping about F overflows.
+  !> Reads the supports. Their axes can be tilted out of the plane only if the frame moves in three dimensions (`in_space`). Fails
+  !> if a value is invalid, or if a support is so far from F that its stiffness or damping about F overflows.
   subroutine read_supports(doc, units, in_space, supports, error)
     type(document_type), intent(in) :: doc
     type(units_type), intent(in) :: units

@@ -219,7 +219,7 @@ contains
     end do
   end subroutine check_keys
 
-  !> Fails if a key of a group refers to a joint that is unknown or listed too late.
+  !> Fails if a key refers to a joint that is unknown, or that is not among the first `allowed_count` joints.
   subroutine check_joint_references(group, key, references, joints, names, allowed_count, error)
     !> `group`: the group whose key refers to joints. `joints`: groups of all joints in the input
     type(group_type), intent(in) :: group, joints(:)

@@ -70,8 +70,8 @@ contains
     end do
   end subroutine read_foundation
 
-  !> Fails if the group &foundation contains an element for zeta, rot_xi or rot_eta. Only a frame in space has these degrees of
-  !> freedom.
+  !> Fails if the group &foundation contains an element for zeta, rot_xi or rot_eta. Only a frame that moves in three dimensions has
+  !> these degrees of freedom.
   subroutine refuse_space_elements(group, error)
     type(group_type), intent(in) :: group
     type(error_type), allocatable, intent(out) :: error
@@ -126,7 +126,7 @@ contains
     !> The groups &gravity of the input: an empty array or one group
     type(group_type), intent(in) :: groups(:)
     type(units_type), intent(in) :: units
-    !> True if the frame moves in space
+    !> True if the frame moves in three dimensions, not only in its plane
     logical, intent(in) :: in_space
     !> Components of the acceleration of gravity along xi, eta, zeta (m/s^2)
     real(dp), intent(out) :: gravity(3)

@@ -34,7 +34,7 @@ module gestell_input_namelist_document
     type(value_type), allocatable :: values(:)
     !> Number of subscripts that an element of the key has
     integer :: rank = 0
-    !> Number of rows of a matrix
+    !> Number of rows, if the key is a matrix
     integer :: rows = 1
   end type entry_type
 

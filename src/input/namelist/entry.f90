@@ -171,7 +171,7 @@ contains
     value%line = entry%line
   end subroutine parse_value
 
-  !> Sets `error`: `message` describes an error in the text of a group at the line with this number.
+  !> Returns an error for the text of a group at line number `line`. `message` says what is wrong.
   pure subroutine refuse(group, line, message, error)
     type(group_type), intent(in) :: group
     integer, intent(in) :: line

@@ -12,8 +12,8 @@ module gestell_input_namelist_message
 
 contains
 
-  !> Sets `error` for a wrong value of a key. The message has the form "file:line: &group 'name': key = value: message". For a value
-  !> that comes from --set, the form is "--set path=value: message".
+  !> Returns an error for a wrong value of a key. The message has the form "file:line: &group 'name': key = value: message". For a
+  !> value that comes from --set, the form is "--set path=value: message".
   pure subroutine input_error(group, key, message, error, element)
     type(group_type), intent(in) :: group
     !> `key`: name of the key, or empty if the error concerns the whole group. `message`: what is wrong
@@ -48,7 +48,7 @@ contains
     error%message = location(group%file, group%line) // own // error%message
   end subroutine locate_in_group
 
-  !> Sets `error` for a wrong value of `entry`. The message has the same form as that of `input_error`.
+  !> Returns an error for a wrong value of `entry`. The message has the same form as that of `input_error`.
   pure subroutine refuse_entry(group, entry, message, error, element)
     type(group_type), intent(in) :: group
     type(entry_type), intent(in) :: entry

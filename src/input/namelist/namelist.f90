@@ -185,7 +185,7 @@ contains
     end if
   end subroutine parse_group
 
-  !> Sets `error` for a group that does not end with a /, and explains the probable reason.
+  !> Returns an error for a group that does not end with a /. The message states the probable reason.
   pure subroutine refuse_end(scanner, group, token, error)
     type(scanner_type), intent(inout) :: scanner
     type(group_type), intent(in) :: group

@@ -94,7 +94,7 @@ contains
     character(len=*), intent(in) :: text
     integer, intent(out) :: exponent
     logical, intent(out) :: ok
-    !> Replaces every larger exponent. It is far outside the range of double precision, but small enough that sums of exponents do
+    !> Any larger exponent is replaced by this one. It is far outside the range of double precision, but sums of such exponents do
     !> not overflow.
     integer, parameter :: enough = 10000000
     character(len=:), allocatable :: digits

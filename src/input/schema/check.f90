@@ -48,7 +48,7 @@ contains
     type(document_type), intent(inout) :: doc
     type(schema_type), intent(in) :: schema
     type(error_type), allocatable, intent(out) :: error
-    !> For each group of the schema: number of groups of this name that precede those of this document; 0 if absent
+    !> For each group of the schema: number of groups of this name that precede those of this document. If absent, none precede them
     integer, intent(in), optional :: before(:)
     integer :: i
 

@@ -22,7 +22,7 @@ module gestell_input_schema
     integer :: subject = option_group
   end type group_rule
 
-  !> Describes one of the words that a key accepts, such as a type of joints.
+  !> Describes one of the words that a key accepts, such as the joint type RRR.
   type, public :: variant_type
     !> `name`: the word. `group`, `key`: group and key that accept this word
     character(len=16) :: group, key, name

@@ -155,7 +155,7 @@ contains
     allocate(names, source=pack(table%name, table%quantity == quantity))
   end function unit_names
 
-  !> Unit of a quantity that has this name.
+  !> Unit called `name` of the quantity with the code `quantity`.
   pure type(unit_type) function find_unit(quantity, name)
     integer, intent(in) :: quantity
     character(len=*), intent(in) :: name

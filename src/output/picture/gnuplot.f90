@@ -15,8 +15,8 @@ module gestell_output_picture_gnuplot
 
 contains
 
-  !> Draws pictures by running their gnuplot scripts in the folder `staging`. Fails if gnuplot is missing or cannot draw a picture.
-  !> In the second case the other pictures are still drawn, and the first failure is returned.
+  !> Draws pictures by running their gnuplot scripts in the folder `staging`. Fails if gnuplot is missing. If gnuplot cannot draw a
+  !> picture, the other pictures are still drawn and the first failure is returned.
   subroutine draw_pictures(staging, folder, figures, drawn, error)
     !> `staging`: folder that contains the scripts. `folder`: folder in which they will be published, which messages name
     character(len=*), intent(in) :: staging, folder

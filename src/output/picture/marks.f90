@@ -73,7 +73,7 @@ contains
     marks = own_marks(coordinate(axis, [axis%from, axis%to]), value, coordinate(axis, value), unit, "front")
   end function input_marks
 
-  !> A vertical line at the value of the input, provided that this value lies in the range.
+  !> Marks with a vertical line at the value of the input. They are empty if this value lies outside the range.
   pure type(marks_type) function own_marks(range, value, position, unit, layer) result(marks)
     real(dp), intent(in) :: range(2), value(:), position(:)
     character(len=*), intent(in) :: unit, layer

@@ -7,7 +7,7 @@ module gestell_output_picture_regions
 
   public :: left_side
 
-  !> Number of rows of boxes, and also number of columns of boxes
+  !> Number of rows, and of columns, into which the unit square is divided
   integer, parameter :: rows = 160
   !> Overlap of neighbouring boxes, divided by their width; it prevents visible seams
   real(dp), parameter :: overlap = 0.1_dp

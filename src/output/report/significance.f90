@@ -1,4 +1,4 @@
-!> Decides which reported numbers are only rounding errors, and states the share of an order in a vibration.
+!> Decides which reported numbers are only rounding errors, and states how much an order contributes to a vibration.
 module gestell_output_report_significance
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise

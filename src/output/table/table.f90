@@ -10,8 +10,7 @@ module gestell_output_table
 
   !> One column of a table. One of `numbers`, `integers` and `words` is allocated; it contains a value for every row.
   type, public :: column_type
-    !> `key`: name of the column in files, which includes the unit. `label`: name for readers, without the unit. `meaning`:
-    !> explanation
+    !> `key`: name of the column in files, including the unit. `label`: name for readers, without the unit. `meaning`: explanation
     character(len=:), allocatable :: key, label, meaning
     !> Unit of the values
     type(unit_type) :: unit
