@@ -153,7 +153,7 @@ contains
       if (.not. next > t) then
         next = min(1.0_dp, minval(ends(1, :), mask=ends(1, :) > t + narrow))
         call add_open(axis, t, next, rest)
-        ! The part of the range that begins at this end is already listed as a gap.
+        ! The branches that end at this gap need no further part of the range.
         where (abs(ends(2, :) - t) <= narrow) lost(2, :) = .false.
         where (abs(ends(1, :) - next) <= narrow) lost(1, :) = .false.
       end if

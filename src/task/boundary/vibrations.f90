@@ -143,7 +143,7 @@ contains
       if (associated(family%executor)) call family%executor%show(following, at%lambda)
       target = merge(1.0_dp, 0.0_dp, at%rise > 0)
       if (abs(target - at%lambda) <= short_arc) then
-        ! The path is complete only if its last point lies exactly at the end of the range.
+        ! The path is complete if its last point lies exactly at the end of the range.
         trail%lost = abs(target - at%lambda) > 0
         if (.not. trail%lost) return
         arc = (target - at%lambda) / at%rise

@@ -149,7 +149,7 @@ contains
         if (critical%outcome == self_excited) critical%verdict = unstable
         if (critical%outcome == unbounded) critical%verdict = merge(undamped, undecided, mode%neutral)
         if (critical%outcome == unbounded) then
-          ! if the order does not excite the mode just next to an undamped crossing, there is no peak
+          ! there is no peak if the order does not excite the mode close to an undamped crossing
           call solve_at_speed(self%family, options, crossing%speed * (1 + aside), crossing%harmonic, nearby, error)
           if (.not. allocated(error) .and. has_vibration(nearby%state)) then
             if (nearby%values(part_of_order, amplitude) < options%accuracy%tolerance) critical%outcome = no_peak

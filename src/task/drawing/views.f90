@@ -29,7 +29,7 @@ module gestell_task_drawing_views
   character(len=2), parameter :: axes(3) = ["ξ", "η", "ζ"]
   character(len=*), parameter :: headings(3) = [character(len=16) :: "from the front", "from the left", "from above"]
   !> Sizes in pixels. `wide`: width of the picture. `side`, `between`, `above`, `below`: margins around and between the views.
-  !> `tallest`: maximum height
+  !> `tallest`: maximum height of the picture
   real(dp), parameter :: wide = 960, side = 70, between = 75, above = 80, below = 60, tallest = 1100
   !> Maximum number of links that the legend names
   integer, parameter :: longest_key = 12

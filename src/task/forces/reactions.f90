@@ -92,7 +92,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     !> Displays the progress, which is useful if there are thousands of supports
     class(executor_type), intent(inout), optional :: executor
-    !> Number of supports between two updates of the progress display
+    !> Number of supports between two updates of the progress display. With fewer supports, progress is not displayed
     integer, parameter :: many = 500
     type(quantity_type), allocatable :: parts(:), guide(:)
     real(dp), allocatable :: positions(:, :)

@@ -351,7 +351,8 @@ contains
     line = line // newline
   end function newton_line
 
-  !> Line that warns that the verdict is wrong: the exact model gives another verdict than the cheaper `model`. Empty if both agree.
+  !> Line that warns that the cheaper `model` is not accurate enough, because the exact model gives another result. Empty if
+  !> `exact` is not allocated, that is if both models agree.
   pure function model_warning(exact, model) result(line)
     type(multipliers_type), intent(in), allocatable :: exact
     character(len=*), intent(in) :: model

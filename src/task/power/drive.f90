@@ -31,7 +31,7 @@ module gestell_task_power_drive
     type(torque_type) :: actual, rigid
     !> Error bound of the peak torque of the drive on the vibrating frame (N m)
     real(dp) :: peak_error = 0
-    !> `drive_mean`: mean power of the drive (W). `dampers_mean`: mean power that the dampers absorb (W). `greatest`: maximum power
+    !> `drive_mean`: mean power of the drive (W). `dampers_mean`: mean power that the dampers absorb (W). `maximum`: maximum power
     !> of the drive (W)
     real(dp) :: drive_mean = 0, dampers_mean = 0, maximum = 0
     !> True if the torque includes the effect of gravity on links and frame

@@ -25,7 +25,7 @@ module gestell_task_power_flywheel
     real(dp), allocatable :: history(:)
     !> Largest and smallest difference of the drive speed from its mean (rad/s)
     real(dp) :: maximum = 0, least = 0
-    !> Coefficient of irregularity, (maximum - least) / |mean speed|, and its error bound
+    !> Coefficient of irregularity, (`maximum` - `least`) / |mean speed|, and its error bound
     real(dp) :: irregularity = 0, error = 0
     !> Moment of inertia of the flywheel plus mean reduced inertia of the mechanism (kg m^2)
     real(dp) :: inertia = 0

@@ -36,7 +36,7 @@ contains
       & // "set xtics 90; set format x ''" // newline &
       & // "set xrange [0:" // text(nint(sign(360.0_dp, frame%speed)) * frame%mechanism%turns) // "]" // newline
     do i = 1, 2 * n
-      ! each coordinate stands next to the force or moment along it
+      ! place each coordinate next to the force or moment in its direction
       k = (i + 1) / 2 + merge(0, 2 * n, mod(i, 2) == 1)
       first = n * ((k - 1) / n) + 1
       unit = pick_unit(trim(names(k)%unit%words), vibration%peak(k))

@@ -12,8 +12,8 @@ module gestell_task_separation_plot
 
   public :: plot_separation
 
-  !> `narrow`: width of the speed range that is drawn for a single speed, relative to this speed. `side_margin`: width of the plot
-  !> beyond each end of the range, relative to the range
+  !> `narrow`: width of the speed range that is drawn for a single speed, relative to this speed. `side_margin`: distance by which
+  !> the plot extends beyond each end of the range, relative to the speed at this end
   real(dp), parameter :: narrow = 0.04_dp, side_margin = 0.2_dp
 
 contains

@@ -264,7 +264,7 @@ contains
     work%campaign = campaign
     call context%executor%distribute(work, pending, error, points_of(work%plan, pending))
     campaign = work%campaign
-    ! Other processes have computed those of these tiles that this process has not.
+    ! All pending tiles are finished: this process has computed some of them, other processes the rest.
     if (.not. allocated(error)) campaign%done(pending) = .true.
   end subroutine compute_tiles
 

@@ -35,8 +35,7 @@ module gestell_task_boundary_line_search
     procedure :: compute => close_gap
   end type gaps_type
 
-  !> Initial nodes of a search on a short line. They are deliberately not symmetric about its middle, because a border is often
-  !> close to the middle.
+  !> Initial nodes of a search on a short line. They are deliberately not symmetric about its middle.
   real(dp), parameter, public :: short_nodes(5) = [0.0_dp, 0.27_dp, 0.5_dp, 0.74_dp, 1.0_dp]
 
 contains

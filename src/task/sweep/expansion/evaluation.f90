@@ -21,8 +21,8 @@ module gestell_task_sweep_expansion_evaluation
 
 contains
 
-  !> Computes the results at the points of `cell`. Near a resonance the expansion may not be accurate enough for the vibration. The
-  !> points concerned are solved separately. Fails if such a solution fails.
+  !> Computes the results at the points of `cell` from the expansion. Near a resonance the expansion may not be accurate enough for
+  !> the vibration; points without an accurate vibration are solved separately. Fails if a separate solution fails.
   subroutine evaluate(problem, cell, sampler, expansion, perturbations, error)
     !> The tile that contains the cell, and its results
     type(problem_type), intent(in) :: problem
