@@ -3,17 +3,18 @@
 !> A motion u exp(z t) satisfies M z^2 u + B z u + C u = 0, and so z^2 + 2 d z + k = 0 with scalars d and k. The fastest motion has
 !> the largest k. It dominates (M^-1 C)^16, which is computed where C is largest. Take the column and the row of this matrix that
 !> contain its largest diagonal element: the column is the shape u, the row times M^-1 is the left vector y. At other phases the
-!> shape differs. Two-sided Rayleigh quotients with u and y still have only an error of the order of the product of the errors of
-!> both (A. M. Ostrowski, Arch. Rational Mech. Anal. 3 (1959), 325):
+!> shape differs from u. Two-sided Rayleigh quotients with u and y still have only an error of the order of the product of the
+!> errors of u and y (A. M. Ostrowski, Arch. Rational Mech. Anal. 3 (1959), 325):
 !>
 !>     k = y C u / y M u,   2 d = y B u / y M u,   w^2 = -Re z^2 = k - 2 d^2.
 !>
-!> Without positions, x' = P x, u and y are a column and a row of P^16, to which both conjugate motions z contribute. So t_j = y P^j
-!> u satisfies t_j+2 = 2 Re z t_j+1 - |z|^2 t_j. Two such equations give Re z and |z|^2, and w^2 = |z|^2 - 2 (Re z)^2.
+!> For a system without positions, x' = P x, the vectors u and y are a column and a row of P^16, to which both conjugate motions z
+!> contribute. So t_j = y P^j u satisfies t_j+2 = 2 Re z t_j+1 - |z|^2 t_j. Two equations of this form give Re z and |z|^2, and w^2
+!> = |z|^2 - 2 (Re z)^2.
 !>
-!> In a step of length h a method with s stages has a phase error c (w h)^(2 s + 1). If it is fitted to a motion of frequency v
-!> (gestell_floquet_integrator_tableau), the error is nearly c (w h)^(2 s - 1) (w^2 - v^2) h^2. The sum of these errors over the
-!> steps is zero for
+!> In a step of length h a method with s stages has a phase error c (w h)^(2 s + 1). If the method is fitted to a motion of
+!> frequency v (gestell_floquet_integrator_tableau), its phase error is nearly c (w h)^(2 s - 1) (w^2 - v^2) h^2. The sum of these
+!> errors over the steps is zero for
 !>
 !>     v^2 = sum of w^(2 s + 1) / sum of w^(2 s - 1).
 module gestell_floquet_integrator_pace

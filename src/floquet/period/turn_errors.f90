@@ -1,18 +1,19 @@
 !> Bounds the error of a periodic motion over the whole period by comparison with a second solution whose steps are half as long.
 !>
-!> The motion is computed in segments, each from its own start x_k. From these starts, steps half as long give y(t) = x(t) + l(t).
-!> At the end of segment k the motion y differs from the next start by the defect d_k. With the maps A_k of the segments, the
-!> periodic motion with the shorter steps is
+!> The motion x is computed in segments; segment k starts from its own state x_k. From these starts, steps half as long give y(t) =
+!> x(t) + l(t). At the end of segment k the motion y differs from the next start by the defect d_k. With the maps A_k of the
+!> segments, the periodic motion with the shorter steps is
 !>
 !>     x^(t) = y(t) + Phi(t, t_k) z_k,   z_{k+1} = A_k z_k + d_k,   z_{K+1} = z_1.
 !>
 !> So local errors are measured where they arise, with their signs, even if they die out quickly. For a method of order p, x^ still
-!> has an error of about 2^-p (x^ - x). Periodicity makes the error of equal steps smaller than that of unequal steps. Therefore all
-!> steps between equidistant phases are equal, and the defects are computed with steps half as long as those from which the starts
-!> were computed.
+!> has an error of about 2^-p (x^ - x). Periodicity makes the error smaller with equal steps than with unequal steps. Therefore all
+!> steps between equidistant phases are equal. The starts were computed with longer steps; the defects are computed with steps half
+!> as long.
 !>
 !> A motion computed from the same starts with more steps and phases has the same errors due to the starts and smaller local errors.
-!> Its error lies between the error of x and the error of a motion without local errors. Bounds are therefore computed for both.
+!> Its error is between two limits: the error of x, and the error of a motion without local errors. Bounds are therefore computed
+!> for both limits.
 module gestell_floquet_period_turn_errors
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp

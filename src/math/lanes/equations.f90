@@ -41,8 +41,8 @@ contains
     call substitute(n, n, equations, pivot, x)
   end subroutine solve_equations
 
-  !> Applies the Householder reflection E - beta u u' that changes column `k`, rows `k` to `n`, to `pivot` followed by zeros. u is
-  !> stored in these rows of the column.
+  !> Applies the Householder reflection E - beta u u' that reduces rows `k` to `n` of column `k` to `pivot` in row `k` and zeros
+  !> below it. Afterwards the vector u is stored in these rows of the column.
   pure subroutine reflect(n, k, a, pivot)
     integer, intent(in) :: n, k
     real(dp), intent(inout) :: a(lanes, n, n + 1)

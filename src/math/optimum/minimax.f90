@@ -178,7 +178,8 @@ contains
     rounding_of = noise * max(floor_of_size, abs(merit))
   end function rounding_of
 
-  !> Initialises B in such a way that the step that B predicts for the steepest objective remains within the bounds.
+  !> Initialises B in such a way that the first step, for the objective with the steepest gradient, changes no parameter by more
+  !> than a fifth of its range.
   subroutine guess(search, here)
     type(search_type), intent(inout) :: search
     type(point_type), intent(in) :: here

@@ -49,8 +49,8 @@ module gestell_math_optimum_scaled
     end subroutine evaluate_at
   end interface
 
-  !> An evaluated point s, whose components lie between 0 and 1: values and gradients of all branches, and the value of each group,
-  !> in scaled units
+  !> A point s of the scaled problem, with components between 0 and 1, and the results of evaluating it: values and gradients of all
+  !> branches, and the value of each group. All of them are in scaled units
   type, public :: point_type
     !> `s`: the point, shape (parameters). `value`: values, shape (branches). `slope`: gradients, shape (parameters, branches).
     !> `maximum`: value of each group, shape (groups).

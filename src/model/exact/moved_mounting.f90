@@ -102,7 +102,8 @@ contains
     c(:, 3, 3) = c(:, 3, 3) - cross(turn, g_turn) + real(conjg(turn) * g)      ! the moment arm rotates
   end subroutine add_mounting
 
-  !> Does the work of `add_mounting` for one support whose axes turn with the frame.
+  !> Subtracts the force and moment of one support whose axes turn with the frame, and their derivatives, from r, b and c;
+  !> `add_mounting` calls it for each of these supports.
   pure subroutine add_in_frame(support, q, v, turn, r, b, c)
     type(support_type), intent(in) :: support
     real(dp), intent(in) :: q(:, :), v(:, :)

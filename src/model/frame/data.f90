@@ -1,4 +1,4 @@
-!> Checks the data of a frame: numbers, free degrees of freedom, mechanism.
+!> Checks the data of a frame: its numbers, its free degrees of freedom and its mechanism.
 module gestell_model_frame_data
   use gestell_base_error, only: error_type, fatal_error, impossible_mechanism, invalid_input
   use gestell_base_kinds, only: dp, pi

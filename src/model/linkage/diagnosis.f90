@@ -199,7 +199,8 @@ contains
     report%margin = track%margin%least
   end function joint_report
 
-  !> Computes Gruebler's count: adds the links and pairs of all joints to the frame, which counts as one link.
+  !> Computes Gruebler's count. The frame counts as one link, the links and pairs of all joints are added, and each shaft after the
+  !> first adds a pair of gears.
   subroutine count_links(linkage, diagnosis)
     class(linkage_type), intent(in) :: linkage
     type(diagnosis_type), intent(inout) :: diagnosis

@@ -179,7 +179,7 @@ contains
     if (reason /= "") call fatal_error(error, reason, invalid_input)
   end subroutine moving_guide
 
-  !> Finds the indices of two different joints by their names. `name`: name of the guide or link that refers to them, for the error
+  !> Finds the indices of two different joints by their names. `name`: the joint or guide that refers to them, for the error
   !> message.
   subroutine find_both(self, name, names, joints, error)
     class(linkage_type), intent(in) :: self

@@ -27,9 +27,9 @@ module gestell_model_mechanism_shaking
 contains
 
   !> Computes the shaking forces at a speed (rad/s): the force -Omega^2 S'' with the first moment S = (a1, a2), and the moment about
-  !> O. The moment is -Omega^2 a4, or -Omega^2 (a4 - K'/2) if the drive's torque does not act on the frame. Fails if the mechanism
-  !> is not ready (see its `check`), or if the speed is not finite. (Lowen, Berkof, Survey of investigations into the balancing of
-  !> linkages, J. Mechanisms 3, 1968, 221-231.)
+  !> O. The moment is -Omega^2 a4, or -Omega^2 (a4 - K'/2) if the drive's torque does not act on the frame. Fails if the mechanism's
+  !> `check` fails, its `angle_scale` is not positive, or the speed is not finite. (Lowen, Berkof, Survey of investigations into the
+  !> balancing of linkages, J. Mechanisms 3, 1968, 221-231.)
   subroutine shaking(mechanism, speed, computed, error, uniform_in_space)
     class(mechanism_type), intent(in) :: mechanism
     real(dp), intent(in) :: speed

@@ -79,7 +79,7 @@ contains
     allocate(forces%weights(exact_rows(frame), frame%dofs()), forces%rounding(exact_rows(frame), frame%dofs()), source=0.0_dp)
   end function new_ground_forces
 
-  !> Indices, among the frame's degrees of freedom, of the displacements along x, y and, in space, z.
+  !> Indices of the displacements among the frame's degrees of freedom: those along xi, eta and, in space, zeta.
   pure function shifts_of(frame) result(shifts)
     class(frame_type), intent(in) :: frame
     integer, allocatable :: shifts(:)
@@ -88,7 +88,8 @@ contains
     shifts = pack([(k, k = 1, frame%dofs())], .not. is_rotation([(k, k = 1, frame%dofs())]))
   end function shifts_of
 
-  !> Indices, among the frame's degrees of freedom, of the rotations about x, y, z in space, or of the one rotation in the plane.
+  !> Indices of the rotations among the frame's degrees of freedom. In the plane there is one rotation; in space the rotations are
+  !> about xi, eta and zeta.
   pure function rotations_of(frame) result(rotations)
     class(frame_type), intent(in) :: frame
     integer, allocatable :: rotations(:)

@@ -1,8 +1,8 @@
 !> What keeps the speed of the drive of a frame in space constant, and the torque on its shaft; (50) and (51) of doc/theory.md.
 !>
-!> The angle of the drive relative to the frame is phi = Omega t - chi. If the drive turns q times per turn of the mechanisms, their
-!> angle is phi = Omega t - chi/q, and chi and b below are stored divided by q. The shaft has the axis n, fixed in the frame; w is
-!> the frame's angular velocity along the frame's axes.
+!> The angle of the drive relative to the frame is phi = Omega t - chi. If the drive turns q times per turn of the mechanisms, the
+!> angle of the mechanisms is phi = Omega t - chi/q. The variables for chi and b then contain chi/q and b/q. The shaft has the axis
+!> n, fixed in the frame; w is the frame's angular velocity along the frame's axes.
 !>
 !> | held by    | chi                                                           | b                   |
 !> |------------|---------------------------------------------------------------|---------------------|
