@@ -105,7 +105,7 @@ contains
     !$omp end critical (gestell_api)
   end subroutine add
 
-  !> Parses the text `groups` and appends the groups to `added`. Fails as `add` does.
+  !> Parses the text `groups` and appends the groups to `added`. Fails if the groups are invalid.
   subroutine append(self, groups, error)
     class(machine_type), intent(inout) :: self
     character(len=*), intent(in) :: groups
@@ -141,7 +141,7 @@ contains
     self%checked = .false.
   end subroutine append
 
-  !> Updates `counts`, the number of groups of each name, by these groups. Their names must occur in the schema.
+  !> Adds these groups to `counts`, the number of groups of each name. The names of the groups must occur in the schema.
   subroutine count_names(self, groups)
     class(machine_type), intent(inout) :: self
     type(group_type), intent(in) :: groups(:)

@@ -41,7 +41,7 @@ module gestell_output_result
     type(figure_type), allocatable :: figures(:)
     !> Sentences that stand at the top of the report
     type(headline_type), allocatable :: headlines(:)
-    !> Texts of all headlines. It is used to add each headline only once
+    !> Texts of all headlines, by which a repeated headline is recognised and not added again
     type(dictionary_type), private :: headline_texts
     !> Result files that are not tables
     type(attachment_type), allocatable, private :: attachments(:)

@@ -12,7 +12,7 @@ module gestell_api_c_tables
 
   public :: count_tables, describe_column, get_integers, get_numbers, get_words, name_table, shape_table
 
-  !> Codes by which C learns of which kind the values of a column are: real numbers, integers or words.
+  !> Codes that tell C the kind of a column's values: real numbers, integers or words.
   integer, parameter :: numbers_kind = 0, integers_kind = 1, words_kind = 2
 
 contains

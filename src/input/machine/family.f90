@@ -70,8 +70,8 @@ contains
     character(len=*), intent(in) :: paths(:)
     type(error_type), allocatable, intent(out) :: error
     !> If present, each parameter is the number at its path, and `start` contains a valid value of each parameter. If absent, each
-    !> parameter is the relative change of all numbers at its path. For 0 the machine is that of the document. Numbers that the
-    !> document does not contain stay missing
+    !> parameter is the relative change of all numbers at its path. If all parameters are 0, the machine is that of the document.
+    !> Numbers that the document does not contain stay missing
     real(dp), intent(in), optional :: start(:)
     integer :: k
     logical :: moves

@@ -186,7 +186,7 @@ contains
   end subroutine read_placed_mechanisms
 
   !> Unit vectors along x, y and the normal of a plane. The direction of x is the projection of `x_axis` on the plane. If `x_axis`
-  !> is zero, consider the shortest rotation from zeta to the normal: it rotates xi into x.
+  !> is zero, x is the direction into which the shortest rotation from zeta to the normal turns xi.
   pure function plane_axes(axis, x_axis) result(axes)
     real(dp), intent(in) :: axis(3), x_axis(3)
     real(dp) :: axes(3, 3), n(3), x(3)

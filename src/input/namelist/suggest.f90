@@ -1,4 +1,4 @@
-!> Suggests the correct word for a misspelt one.
+!> Suggests correct words for a misspelt word.
 module gestell_input_namelist_suggest
   use gestell_input_wording, only: lower
   implicit none (type, external)

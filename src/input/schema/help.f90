@@ -27,8 +27,8 @@ contains
   subroutine help_on(schema, topic, text, error)
     !> All groups and keys of the input
     type(schema_type), intent(in) :: schema
-    !> Name of a group; GROUP.KEY for a key; KEY for the keys of this name in all groups; "groups" for the list of groups; or
-    !> "tables" for all tables of the manual in Markdown
+    !> GROUP for help on a group; GROUP.KEY for a key; KEY for all keys of this name; "groups" for a list of all groups; "tables"
+    !> for the manual's tables in Markdown
     character(len=*), intent(in) :: topic
     character(len=:), allocatable, intent(out) :: text
     type(error_type), allocatable, intent(out) :: error

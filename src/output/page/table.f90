@@ -1,5 +1,5 @@
-!> Converts result tables to HTML: words are unchanged, numbers have six digits, errors have two, and units stand in the heading
-!> row.
+!> Converts result tables to HTML: words are unchanged, numbers have six digits, error bounds have two, and units stand in the
+!> heading row.
 module gestell_output_page_table
   use gestell_base_text, only: concise, newline, text
   use gestell_output_page_html, only: cell, escaped, row

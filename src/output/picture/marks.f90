@@ -31,8 +31,8 @@ module gestell_output_picture_marks
 
 contains
 
-  !> Marks of a picture with a parameter as abscissa: a line at the value of the input, and shades over the unstable points. A shade
-  !> extends halfway to the neighbouring points.
+  !> Marks of a picture with a parameter as abscissa: a line at the value of the input, and shaded areas over the unstable points. A
+  !> shaded area extends halfway to the neighbouring points.
   pure type(marks_type) function chart_marks(range, input, unit, at, unstable) result(marks)
     !> `range`: ends of the x axis. `input`: value of the parameter in the input, or empty. `at`: values of the parameter at the
     !> points, in ascending or descending order

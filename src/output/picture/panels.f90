@@ -103,7 +103,7 @@ contains
     !> `label`: label of the y axis. `factor`: gnuplot expression for a factor. `columns`: names of the columns. `titles`: titles of
     !> the curves
     character(len=*), intent(in) :: label, factor, columns(:), titles(:)
-    !> Numbers of the curves' line types. If absent, 1, 2, ...
+    !> Numbers of the curves' line types. If absent, the curves have the line types 1, 2, ...
     integer, intent(in), optional :: styles(:)
     character(len=:), allocatable :: lines
     type(growing_text_type) :: curves

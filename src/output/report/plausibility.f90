@@ -210,8 +210,8 @@ contains
     end associate
   end function link_warnings
 
-  !> True if the distance between the joints `one` and `other` may change because one of them slides along a moving body or in the
-  !> slot of a yoke.
+  !> True if the distance between the joints `one` and `other` may change, because one of these joints slides along a moving body or
+  !> in the slot of a yoke.
   function slides(mechanism, one, other)
     class(linkage_type), intent(in) :: mechanism
     integer, intent(in) :: one, other

@@ -34,7 +34,7 @@ contains
     text = all%whole()
   end function wrapped
 
-  !> Appends one line to a text and breaks it if necessary. The second and later parts are indented to the right of the line's
+  !> Appends one line to a text and breaks the line if necessary. The second and later parts are indented to the right of the line's
   !> label.
   pure subroutine append_broken(text, line)
     type(growing_text_type), intent(inout) :: text
