@@ -92,7 +92,7 @@ contains
     integer :: i
 
     if (size(crossings) == 0) then
-      report = newline // "  no natural frequency equals a multiple of the crank speed within the range" // newline
+      report = newline // "  no natural frequency crosses a requested order of the crank within the range" // newline
       return
     end if
     rows = ""

@@ -36,7 +36,7 @@ contains
     if (verdict /= "stable" .and. verdict /= "") report = report // "  " // verdict // newline
     report = report // warning
     if (size(critical) == 0) then
-      report = report // "  no natural frequency equals a multiple of the crank speed within the range" // newline
+      report = report // "  no natural frequency crosses a requested order of the crank within the range" // newline
       return
     end if
     rows = ""
