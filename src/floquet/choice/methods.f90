@@ -12,11 +12,10 @@ module gestell_floquet_choice_methods
 
   public :: find_method, method_names, new_method, stages_of
 
-  !> A method is taken to converge from the number of steps at which a solution differs from one with more steps by less than this
-  !> fraction.
+  !> Convergence is assumed as soon as a solution differs from a solution with more steps by less than this fraction.
   real(dp), parameter, public :: begun = 0.01_dp
-  !> Embedded methods are taken to converge if the results of the first and the second embedded method differ by less than this
-  !> fraction.
+  !> For embedded methods, convergence is assumed as soon as the results of the first and the second embedded method differ by less
+  !> than this fraction.
   real(dp), parameter, public :: pair_begun = 3 * begun
 
 contains

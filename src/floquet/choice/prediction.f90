@@ -73,8 +73,8 @@ contains
   end function steps_to_resolve
 
   !> Distance (rad) from the real axis up to which the coefficients (`which` = 1) or the loads (`which` = 2) are analytic. If the
-  !> samples of the survey are too few, they make the distance appear too small. The result is therefore at least 7 / m if the
-  !> fastest change takes 1 / m of the period; random linkages do not fall below this value.
+  !> samples of the survey are too few, they make the distance appear too small. The result is therefore never below 7 / m, where
+  !> the fastest change takes 1 / m of the period; in no random linkage was the distance smaller.
   pure real(dp) function width_of(system, survey, which) result(width)
     class(periodic_system), intent(in) :: system
     type(survey_type), intent(in) :: survey

@@ -70,8 +70,8 @@ module gestell_floquet_reduction
     real(dp) :: distance = 0
   end type decoupled_type
 
-  !> Minimum and maximum number of phases are `fewest` and `most`. Predicted numbers are used up to `max_predicted`; above it the
-  !> number is doubled.
+  !> `fewest`, `most`: minimum and maximum number of phases. `max_predicted`: largest predicted number that is used; if more phases
+  !> are needed, their number is doubled.
   integer, parameter :: fewest = 32, max_predicted = 128, most = 1024
   !> Estimated roundoff of a residual, relative to its terms, in units of epsilon |S| |S^-1|.
   real(dp), parameter :: rounding = 32

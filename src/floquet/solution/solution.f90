@@ -185,7 +185,8 @@ contains
     call arrange(multipliers)
   end subroutine multipliers_of_floquet
 
-  !> Computes the start of the periodic motion. Fails if `floquet` was solved without forcing or one of the parts is at resonance.
+  !> Computes the initial state of the periodic motion. Fails if `floquet` was solved without forcing or one of the parts is at
+  !> resonance.
   subroutine periodic_of_floquet(floquet, solution, error)
     type(floquet_type), intent(in) :: floquet
     type(periodic_solution_type), intent(out) :: solution

@@ -16,7 +16,7 @@ module gestell_math_batch_quadratic_factors
   integer, parameter :: max_iterations = 30
   !> The iteration ends when a step, relative to the mean radius of the roots, is at most this number. Convergence is quadratic.
   real(dp), parameter :: last_step = 1.0e-6_dp
-  !> Minimum absolute value of the divisor in a step; a smaller divisor is not used
+  !> Minimum absolute value of the divisor in a step; it replaces a smaller divisor
   real(dp), parameter :: min_divisor = 1.0e-100_dp
 
 contains

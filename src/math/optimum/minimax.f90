@@ -275,8 +275,8 @@ contains
 
   end subroutine find_step
 
-  !> Searches along `d`, beginning at point `here`, for a point where Phi is small enough. Computes gradients at this point,
-  !> `there`. If the search fails, `there%known` is false.
+  !> Searches along `d`, beginning at point `here`, for a point where Phi is small enough. `there`: this point, with its gradients.
+  !> If the search fails, `there%known` is false.
   subroutine line_search(problem, search, here, d, descent, there, error)
     class(minimax_problem), intent(inout) :: problem
     type(search_type), intent(inout) :: search

@@ -108,9 +108,10 @@ contains
     end associate
   end subroutine add_in_space
 
-  !> Does the work of `add_supports` for one support whose axes turn with the frame. With y and e as in the header of this module,
-  !> dy = R^T du + y x dalpha and de' = R^T dv - w x R^T du + y x dalpha' + e' x dalpha. The left sides r contain only the changes
-  !> of the static force and of its moment from their values at rest.
+  !> Subtracts the force and moment of one support whose axes turn with the frame, and their derivatives, from r, b and c;
+  !> `add_supports` calls it for each of these supports. With y and e as in the header of this module, dy = R^T du + y x dalpha and
+  !> de' = R^T dv - w x R^T du + y x dalpha' + e' x dalpha. The left sides r contain only the changes of the static force and of its
+  !> moment from their values at rest.
   pure subroutine add_in_frame(support, u, v, turn, w, r, b, c)
     type(support_type), intent(in) :: support
     real(dp), intent(in) :: u(3), v(3), turn(3, 3), w(3)

@@ -20,7 +20,8 @@ contains
     !> `from`, `to`: start and end of each step, as phases. `c`: relative positions in a step, ascending from 0 to 1.
     real(dp), intent(in) :: from(:), to(:), c(:)
     logical, intent(in) :: forced
-    !> Index of the sample at the relative position number i of step k: its coefficients are p(:, :, at(i, k)) and f(:, at(i, k))
+    !> `at(i, k)`: index of the sample at the relative position `c(i)` in step k; the coefficients of this sample are p(:, :, at(i,
+    !> k)) and f(:, at(i, k))
     integer, intent(out) :: at(:, :)
     !> `p`: samples of the matrix P, shape (n, n, points). `f`: samples of the forcing f, shape (n, points); unallocated unless
     !> `forced`.
