@@ -21,8 +21,8 @@ module gestell_task_sweep_expansion
     !> Values of the numbers at the points of the series, shape (points(2), numbers, points(1)). The extent for the numbers is at
     !> least eight and padded to a multiple of four. If there is a single axis, it is the second one.
     real(dp), allocatable :: values(:, :, :)
-    !> `rest`: bound on the norm of the sum of the omitted terms. `maximum`: largest norms, among the points of the series, of Phi(T)
-    !> and of [Phi(T) x_p(T)], where x_p is the motion forced from rest. `least`: smallest norm of Phi(T) among these points.
+    !> `rest`: bound on the norm of the sum of the omitted terms. `maximum`: largest norms, among the points of the series, of
+    !> Phi(T) and of [Phi(T) x_p(T)], where x_p is the motion forced from rest. `least`: smallest norm of Phi(T) among these points.
     real(dp) :: rest = 0, maximum(2) = 0, least = 0
   contains
     procedure :: factors
