@@ -41,7 +41,7 @@ contains
   end function no_shared_mechanism
 
   !> Returns the member of `family` at these parameters after checking it. All studies obtain their systems through this procedure.
-  !> Fails if the family fails or returns no system, or if the system is invalid.
+  !> Fails if `member` of the family fails or returns no system, or if the system is invalid.
   subroutine create_member(family, parameters, system, error)
     class(family_type), intent(in) :: family
     !> Parameters, shape (number of parameters)

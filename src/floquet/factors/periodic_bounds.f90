@@ -76,7 +76,8 @@ contains
     end if
   end subroutine periodic_bounds
 
-  !> Adds to each factor a pseudo-random matrix about as large as the error bound of the factor; `moved` is the result.
+  !> Adds to each factor a pseudo-random matrix that is about as large as the error bound of the factor. `moved`: the changed
+  !> factors.
   pure subroutine move(factors, errors, moved)
     complex(dp), intent(in) :: factors(:, :, :)
     real(dp), intent(in) :: errors(:)

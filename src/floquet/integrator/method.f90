@@ -23,8 +23,8 @@ module gestell_floquet_integrator_method
     !> `fitted(1)`, `fitted(2)`: sums over the steps of the squares and of the fourth powers of the phase advances (radians per
     !> step) to which the steps are fitted
     real(dp) :: fitted(2) = 0
-    !> Bounds on the changes of the last f states due to the error of the loads, shape (f). If there are positions, these states are
-    !> the velocities.
+    !> Bounds on the changes of the last f states due to the error of the loads, shape (f). In a system with positions these states
+    !> are the velocities.
     real(dp), allocatable :: velocity_errors(:)
   end type unresolved_type
 
@@ -75,7 +75,8 @@ module gestell_floquet_integrator_method
       class(periodic_system), intent(in) :: system
       !> Start and end of each step, as phases t / T
       real(dp), intent(in) :: from(:), to(:)
-      !> Maps [A b], shape (steps or more, n, n + 1). If no forced solution is requested: A alone, shape (steps or more, n, n)
+      !> Maps [A b] of the steps, shape (steps or more, n, n + 1); or A alone, shape (steps or more, n, n), if no forced solution is
+      !> requested
       real(dp), contiguous, intent(out) :: map(:, :, :)
       type(error_type), allocatable, intent(out) :: error
     end subroutine step_maps

@@ -123,7 +123,8 @@ contains
     end do
   end subroutine copy_from_lanes
 
-  !> Finds the step `peak_step` after which the norm of D^-1 Phi D is largest, and this norm. x_p is not included.
+  !> Finds `peak_step`, the step after which the norm of D^-1 Phi D is largest, and this norm. The column x_p is not included in the
+  !> norm.
   pure subroutine find_peak_step(n, scale, motion, peak_step, norm)
     integer, intent(in) :: n
     real(dp), intent(in) :: scale(n)

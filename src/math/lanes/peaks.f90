@@ -75,9 +75,9 @@ contains
     end do
   end subroutine find_next
 
-  !> Raises `maximum` to the maximum of |f| near the samples `at`, where |f| is at least as large as one spacing away on both
-  !> sides. Newton's iteration for f' = 0 is kept between a point from which |f| rises towards the maximum and a point beyond the
-  !> maximum. It ends when the next step would raise |f| by less than its rounding.
+  !> Computes the maximum of |f| near the samples `at`, where |f| is at least as large as one spacing away on both sides. `maximum`
+  !> becomes this value if it was smaller. Newton's iteration for f' = 0 is confined to the interval from a point where |f| rises
+  !> towards the maximum to a point beyond the maximum. It ends when the next step would raise |f| by less than its rounding error.
   pure subroutine refine(n, mean, harmonics, at, maximum)
     integer, intent(in) :: n
     real(dp), contiguous, intent(in) :: harmonics(:, :)

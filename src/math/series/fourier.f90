@@ -221,7 +221,7 @@ contains
   end subroutine find_candidates
 
   !> Maximum of |f| near `start`, where |f| is at least as large as one `step` away on both sides. Newton's iteration for f' = 0 is
-  !> kept between a point from which |f| rises towards the maximum and a point beyond the maximum.
+  !> confined to the interval from a point where |f| rises towards the maximum to a point beyond the maximum.
   pure real(dp) function refine_maximum(mean, cosine, sine, start, step)
     real(dp), intent(in) :: mean, cosine(:), sine(:), start, step
     real(dp) :: theta, rising, falling, f(3)

@@ -426,7 +426,7 @@ contains
   end function ground_forces
 
   !> Three complex numbers. The first is E = exp(i psi), which rotates vectors of the plane with the frame, to first order in psi.
-  !> The second is dE/dpsi at rest. The third is E to second order in psi, which the weights require.
+  !> The second is dE/dpsi at rest. The third is E to second order in psi, as needed for the effect of gravity.
   pure function rotations(self, psi)
     class(frame_type), intent(in) :: self
     real(dp), intent(in) :: psi

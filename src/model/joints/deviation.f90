@@ -21,7 +21,7 @@ module gestell_model_joints_deviation
 
 contains
 
-  !> Maximum component of the vectors in the set along a unit direction.
+  !> Maximum component of the vectors in the parallelogram along a unit direction.
   pure real(dp) function along(self, direction)
     class(deviation_type), intent(in) :: self
     real(dp), intent(in) :: direction(2)

@@ -39,7 +39,7 @@ module gestell_model_linkage_diagnosis
   !> Results of the kinematic diagnosis of a linkage.
   type, public :: diagnosis_type
     !> Gruebler's count. `links`: number of links including the frame. `pairs`: number of pairs with one degree of freedom.
-    !> `higher_pairs`: number of pairs with two. `mobility` = 3 (links - 1) - 2 pairs - higher_pairs.
+    !> `higher_pairs`: number of pairs with two degrees of freedom. `mobility` = 3 (links - 1) - 2 pairs - higher_pairs.
     integer :: links = 0, pairs = 0, higher_pairs = 0, mobility = 0
     !> Grashof's class of a four-bar linkage; empty for other mechanisms.
     character(len=40) :: grashof = ""

@@ -19,7 +19,7 @@ module gestell_model_linkage_diagram
     logical :: slides = .false.
   end type bar_type
 
-  !> A joint that slides on a guide, with the minimum and maximum of its distance from the guide's point (m).
+  !> A joint that slides on a guide. `travel`: minimum and maximum of its distance from the guide's point (m).
   type, public :: slider_type
     integer :: joint = 0
     type(guide_type) :: guide
