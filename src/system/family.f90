@@ -16,9 +16,9 @@ module gestell_system_family
   end type family_type
 
   abstract interface
-    !> Creates the system at these parameters, shape (number of parameters). At any time only one thread calls this procedure. The
-    !> code of `error` is `impossible_mechanism` if the mechanism cannot be assembled, `invalid_input` if the parameters are
-    !> invalid, and `failed_computation` if the vibration about which the system is linearised cannot be computed.
+    !> Creates the system at these parameters, shape (number of parameters). At any time only one thread calls this procedure.
+    !> `error` has one of three codes. `impossible_mechanism`: the mechanism cannot be assembled. `invalid_input`: the parameters
+    !> are invalid. `failed_computation`: the vibration about which the system is linearised cannot be computed.
     subroutine member_at(self, parameters, system, error)
       import :: dp, error_type, family_type, periodic_system
       implicit none (type, external)

@@ -72,9 +72,9 @@ contains
   !>     error = min(max(rest, part change) + change / 50, change) min(max(2 c, (1 + part) / 32), 1) + change missed,
   !>     c = change / next,   part = rest / change of Phi(T).
   !>
-  !> The last term is the leading error term. The product before it has two factors: the part of `change` that the leading term does
-  !> not explain, and a bound on the ratio of the error of the method to the error of the first embedded method. As long as `next`
-  !> exceeds `pair_begun`, the methods do not converge yet, and the estimate is `change` itself.
+  !> The last term is the leading error term. The product before it has two factors. The first is the part of `change` that the
+  !> leading term does not explain. The second bounds the ratio of the error of the method to the error of the first embedded
+  !> method. As long as `next` exceeds `pair_begun`, the methods do not converge yet, and the estimate is `change` itself.
   !>
   !> x_p(T) may have a small change or rest by chance. Therefore its c and its part are at least as large as those of Phi(T), and
   !> its change counts as at least c next.

@@ -362,8 +362,8 @@ contains
     call defect_of(system, self%steps, reshape(self%phi, [shape(self%phi), 1]), defect, error)
   end subroutine liouville_defect
 
-  !> True if the error of Phi(T) is too large for its smallest multipliers, so that factors of Phi(T) are required
-  !> (gestell_floquet_factors): |Phi| |Phi^-1| or the transient growth reaches `max_spread`.
+  !> True if the error of Phi(T) is too large for its smallest multipliers, because |Phi| |Phi^-1| or the transient growth reaches
+  !> `max_spread`. Factors of Phi(T) are then required (gestell_floquet_factors).
   !>
   !> The determinant gives a cheap first test. For |Phi| = 1 the smallest singular value is at least |det Phi| (n - 1)^((n - 1) /
   !> 2), because the product of the other singular values is largest if they are equal.

@@ -37,8 +37,8 @@ contains
     class(frame_type), intent(in) :: frame
     !> `phases`: phases of the period. `motion`: q, q', q'' at these phases, shape (18, phases)
     real(dp), contiguous, intent(in) :: phases(:), motion(:, :)
-    !> Rows, shape (5, phases): torque on the drive's shaft, and this torque if the frame were rigid (N m); power of the drive, and
-    !> power dissipated by the dampers (W); energy of mechanisms, frame and springs (J)
+    !> Rows, shape (5, phases). 1: torque on the drive's shaft (N m). 2: this torque if the frame were rigid (N m). 3: power of the
+    !> drive (W). 4: power dissipated by the dampers (W). 5: energy of mechanisms, frame and springs (J)
     real(dp), intent(out) :: power(:, :)
     !> Error bounds of the rows of `motion`, shape (18)
     real(dp), intent(in), optional :: errors(:)
