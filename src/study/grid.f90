@@ -1,5 +1,5 @@
-!> The points of a sweep: one or two parameter axes and the tiles into which their grid is divided.
-!> A tile is computed, written and restarted as a whole. Tiles depend on the grid alone, not on the number of threads or ranks.
+!> The points of a sweep: one or two axes of parameters, and the tiles into which the grid of points is divided. A tile is always
+!> computed, written and restarted as a whole. The tiles depend only on the grid, not on the number of threads or processes.
 module gestell_study_grid
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
@@ -34,7 +34,8 @@ module gestell_study_grid
     procedure :: parameters
   end type grid_type
 
-  !> A tile: points first(1) ... last(1) of the first axis combined with points first(2) ... last(2) of the second axis.
+  !> A tile: all grid points with indices from first(1) to last(1) on the first axis and from first(2) to last(2) on the second
+  !> axis.
   type, public :: tile_type
     integer :: number = 0, first(2) = 1, last(2) = 1
   end type tile_type
@@ -135,7 +136,7 @@ contains
     end do
   end subroutine check_grid
 
-  !> Fails if the tile is not one of the grid's tiles.
+  !> Checks a tile. Fails if it is not one of the grid's tiles.
   pure subroutine check_tile(grid, tile, error)
     type(grid_type), intent(in) :: grid
     type(tile_type), intent(in) :: tile

@@ -1,5 +1,5 @@
-!> Reduces a quantity of the vibration to one number: its peak over the turn, its rms over the turn, or its rms within the frequency
-!> band of a probe, as a vibration meter shows it.
+!> Reduces a quantity of the vibration to one number. This number is its peak over the turn, its rms over the turn, or its rms
+!> within the frequency band of a probe, as a vibration meter displays it.
 module gestell_study_measure
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
@@ -101,7 +101,8 @@ contains
     end do
   end subroutine new_measure
 
-  !> Number of rows of the motion (gestell_model_quantity_rows) that the measures need. Fails in the same cases as `new_measure`.
+  !> Number of rows of the motion (gestell_model_quantity_rows) from which the measures are computed. Fails in the same cases as
+  !> `new_measure`.
   pure subroutine rows_of(frame, probes, measures, rows, error)
     class(frame_type), intent(in) :: frame
     type(probe_type), intent(in) :: probes(:)
@@ -132,7 +133,7 @@ contains
     !> Each measure and a bound on its error, shape (2, measures); 0 if `system` is neither a frame nor its averaged model
     real(dp), intent(out) :: values(:, :)
     type(error_type), allocatable, intent(out) :: error
-    !> Minimum number of rows of the motion that `vibration` must hold
+    !> Minimum number of rows of the motion that `vibration` must contain
     integer, intent(in), optional :: least_rows
     integer, parameter :: points = 64, harmonics = 20
     class(frame_type), pointer :: frame
@@ -151,7 +152,7 @@ contains
   end subroutine solve_measures
 
   !> Computes each measure of a vibration of the frame and a bound on its error, in the unit of the measure; shape (2, measures).
-  !> Fails if a quantity does not exist, or if the vibration lacks rows of the motion that the measures need.
+  !> Fails if a quantity does not exist, or if the vibration lacks rows of the motion from which the measures are computed.
   subroutine compute_measures(frame, probes, vibration, measures, values, error)
     class(frame_type), intent(in) :: frame
     type(probe_type), intent(in) :: probes(:)

@@ -83,7 +83,7 @@ contains
     class(family_type), intent(in) :: family
     real(dp), intent(in) :: parameters(:)
     type(sweep_options), intent(in) :: options
-    !> Values of all columns
+    !> Values of all columns for this point
     real(dp), intent(out) :: values(sweep_columns)
     type(error_type), allocatable, intent(out) :: error
     !> Each measure and a bound on its error, shape (2, measures)

@@ -29,7 +29,7 @@ module gestell_study_speed_point
   type, public :: speed_options
     !> Names of the quantities as the user gave them (gestell_model_quantity)
     character(len=word_length), allocatable :: names(:)
-    !> Probes to which the quantities and measures refer
+    !> Probes to which the names and measures may refer
     type(probe_type), allocatable :: probes(:)
     !> Number of harmonics of the period whose amplitudes are reported. If the crank makes one turn in the period, the harmonics are
     !> orders of the crank
@@ -37,7 +37,7 @@ module gestell_study_speed_point
     !> If allocated, the amplitudes of the harmonics with these numbers are reported instead of 1 ... `orders`
     integer, allocatable :: harmonics(:)
     type(accuracy_type) :: accuracy
-    !> Further measures of quantities of the vibration
+    !> Measures of quantities that are reported in addition
     type(measure_type), allocatable :: measures(:)
   contains
     procedure :: reported_harmonics
@@ -47,10 +47,10 @@ module gestell_study_speed_point
   type, public :: speed_point_type
     !> The speed, which is the parameter of the family
     real(dp) :: speed = 0
-    !> The verdict on the vibration, or the reason why there is none
+    !> The verdict on the vibration, or the reason why there is no vibration
     type(verdict_type) :: state = failed
-    !> Peak, bound on its error, rms and amplitudes of the harmonics of each quantity, shape (3 + harmonics, quantities); NaN if
-    !> there is no vibration
+    !> Values for each quantity, shape (3 + harmonics, quantities): peak, bound on the error of the peak, rms, and amplitudes of the
+    !> harmonics. NaN if there is no vibration
     real(dp), allocatable :: values(:, :)
     !> Number of the harmonic with the largest amplitude of all, shape (quantities)
     integer, allocatable :: strongest(:)

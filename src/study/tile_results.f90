@@ -1,4 +1,4 @@
-!> Defines the columns of a sweep, with one record for each column, and the results of one tile.
+!> Defines the columns of a sweep, with one record for each column, and stores the results of one tile.
 module gestell_study_tile_results
   use gestell_base_kinds, only: dp
   implicit none (type, external)

@@ -1,18 +1,18 @@
-!> Computes the shaking forces of a linkage on rigid ground and how counterweights on its links change them.
+!> Computes the shaking forces of a linkage on rigid ground, and how they are changed by counterweights on its links.
 !>
 !> A counterweight has the unbalance u = m c = rho exp(i alpha). Its radius r = |c| is given, so its mass is m = rho / r (symbols as
-!> in gestell_study_balance_bodies). It changes the force S'', the sum of m r'' over the masses, and the moment A' - K'/2
-!> (gestell_model_mechanism_shaking) by
+!> in gestell_study_balance_bodies). It changes two functions: the force S'', which is the sum of m r'' over the masses, and the
+!> moment A' - K'/2 (gestell_model_mechanism_shaking). The change is
 !>
 !>     rho [f_0(phi) + f_1(phi) cos alpha + f_2(phi) sin alpha].
 !>
-!> K'/2 acts only if the crank turns evenly in space. For given m all terms are affine in c except m |c|^2, which is rho r for every
-!> alpha. Therefore unit unbalances at alpha = 0, pi/2 and pi determine f_0, f_1, f_2. In complex form the counterweight adds u
-!> (exp(i theta))'' + m P'' to S''; at a pivot P'' = 0 (doc/theory.md, equations 55 and 56).
+!> The term K'/2 exists only if the speed of the crank is constant relative to the ground. For given m all terms are affine in c
+!> except m |c|^2, which is rho r for every alpha. Therefore unit unbalances at alpha = 0, pi/2 and pi determine f_0, f_1, f_2. In
+!> complex form the counterweight adds u (exp(i theta))'' + m P'' to S''; at a pivot P'' = 0 (doc/theory.md, equations 55 and 56).
 !>
 !> On a frame in space the force S'' and the moment H' have three rows each (gestell_model_space). Gravity is omitted. What keeps
-!> the speed constant (motor, outside drive or flywheel) decides which part of the moment acts on the frame. A counterweight lies
-!> at the z of its link, and a body has one counterweight in every plane in which it has links.
+!> the speed constant (motor, outside drive or flywheel) decides which part of the moment acts on the frame. A counterweight has the
+!> same z as its link. A body has one counterweight in every plane in which it has links.
 module gestell_study_balance
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp, pi
@@ -43,7 +43,7 @@ module gestell_study_balance
     real(dp), allocatable :: found(:, :)
     !> Bodies that can carry counterweights, each with the effect of its counterweight
     type(turning_body_type), allocatable :: bodies(:)
-    !> Rounding error of the rms force (kg m) and of the rms moment (kg m^2)
+    !> Bounds on the rounding errors of the rms force (kg m) and of the rms moment (kg m^2)
     real(dp) :: rounding(2) = 0
   contains
     procedure :: kinds
@@ -53,9 +53,9 @@ module gestell_study_balance
   type, public :: residual_shaking_type
     !> Fourier series of each row over the crank angle (N or N m), shape (rows)
     type(fourier_type), allocatable :: series(:)
-    !> Kind of each row: 1 force, 2 moment
+    !> Kind of each row of `series`: 1 force, 2 moment
     integer, allocatable :: kinds(:)
-    !> Peak and rms of the magnitude of the force (N) and of the moment (N m)
+    !> Peak and rms of two magnitudes: of the force (N, element 1) and of the moment (N m, element 2)
     real(dp) :: peak(2) = 0, rms(2) = 0
   contains
     procedure :: order_rms
@@ -77,7 +77,7 @@ contains
   !> Computes the shaking forces and moments of a linkage on rigid ground and the effects of counterweights on its bodies. The
   !> number of crank angles is doubled, up to 8192, until it resolves the shaking and the effects. Fails if `linkage%check` fails.
   subroutine examine(linkage, uniform_in_space, about, rigid, error, links, radii, space)
-    !> The linkage, already prepared
+    !> The linkage, after its `prepare`
     class(linkage_type), intent(in) :: linkage
     !> True if the speed of the crank is constant relative to the ground; false if it is constant relative to the frame
     logical, intent(in) :: uniform_in_space
@@ -86,7 +86,7 @@ contains
     real(dp), intent(in) :: about(:)
     type(rigid_ground_type), intent(out) :: rigid
     type(error_type), allocatable, intent(out) :: error
-    !> Indices of links. If present, bodies without any of these links are left out
+    !> Indices of links. If present, only bodies that contain one of these links can carry counterweights
     integer, intent(in), optional :: links(:)
     !> Radii of the counterweights (m), one for all bodies or one for each of `links`; by default each radius is the length of the
     !> link
@@ -291,7 +291,7 @@ contains
   !> Computes the shaking forces and moments that remain after the counterweights are added, at a given speed (rad/s). Rows below
   !> their rounding error are set to zero.
   pure subroutine measure_residual(rigid, weights, speed, residual)
-    !> Shaking of the linkage and effects of counterweights
+    !> Shaking of the linkage on rigid ground, and the effects of counterweights
     type(rigid_ground_type), intent(in) :: rigid
     type(counterweight_type), intent(in) :: weights(:)
     real(dp), intent(in) :: speed

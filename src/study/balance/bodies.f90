@@ -1,8 +1,8 @@
 !> Finds the rotating bodies of a linkage and places counterweights on them.
 !>
-!> A counterweight is a point mass m on a body that rotates by theta(phi), phi the crank angle. Its position is P + c exp(i theta),
-!> with c complex in the axes of the body. P(phi) is the body's pivot, a point of the body that rests. If no point of the body
-!> rests, P is the joint at the origin of its axes (doc/theory.md, "Balancing").
+!> A counterweight is a point mass m on a body that rotates by the angle theta(phi), where phi is the crank angle. Its position is P
+!> + c exp(i theta); the complex number c is the position in the axes of the body. P(phi) is the body's pivot, a point of the body
+!> that is at rest. If no point of the body is at rest, P is the joint at the origin of its axes (doc/theory.md, "Balancing").
 module gestell_study_balance_bodies
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -24,16 +24,16 @@ module gestell_study_balance_bodies
     logical :: pivoted = .false.
     !> Position of the point at rest in the body's axes (m); 0 if no point is at rest
     complex(dp) :: pivot = 0
-    !> Distance of the counterweight from the pivot (m)
+    !> Distance at which a counterweight is placed from the pivot (m)
     real(dp) :: radius = 0
     !> Effect of a counterweight of unit unbalance on forces (dimensionless) and moments (m): the functions f_0, f_1, f_2 of
     !> gestell_study_balance, shape (rows, angles, 3)
     real(dp), allocatable :: effect(:, :, :)
   end type turning_body_type
 
-  !> A counterweight: a point mass on a body.
+  !> A counterweight: a point mass that is fixed to a rotating body.
   type, public :: counterweight_type
-    !> Index of the body
+    !> Index of the body that carries the counterweight
     integer :: body = 0
     !> Unbalance rho relative to the body's pivot (kg m), and its angle alpha in the body's axes (rad)
     real(dp) :: unbalance = 0, angle = 0
@@ -57,7 +57,7 @@ contains
     mass = self%unbalance / body%radius
   end function mass
 
-  !> Position of the counterweight in the body's axes (m).
+  !> Position of the counterweight in the axes of its body (m).
   pure function center(self, body)
     class(counterweight_type), intent(in) :: self
     type(turning_body_type), intent(in) :: body
@@ -80,7 +80,7 @@ contains
     !> True: links form one body only if they also have the same z and the same plane
     logical, intent(in) :: by_place
     type(turning_body_type), allocatable, intent(out) :: bodies(:)
-    !> If present, bodies without any of these links are left out
+    !> If present, only bodies that contain one of these links are listed
     integer, intent(in), optional :: links(:)
     !> Radii of the counterweights (m): one for all bodies, or one for each of `links`. By default the radius is the length of the
     !> body

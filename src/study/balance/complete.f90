@@ -1,16 +1,16 @@
 !> Finds counterweights on several bodies that together minimise the shaking force (doc/theory.md, "Balancing").
 !>
 !> Each counterweight adds u (exp(i theta))'' + m P'' to S''. For bodies with a pivot P'' = 0, so the complex unbalances u solve a
-!> linear least-squares problem. If a force above rounding remains, as with a slider-crank, bodies without a pivot (floating bodies)
-!> get counterweights too. Their term m P'' with m = |u| / r depends on |u| and is found by iteration, which converges in a few
-!> steps if P moves with other bodies. In the least-squares problem each body has one column. A body whose column is a combination
-!> of earlier columns, such as a four-bar's coupler, gets no counterweight. Complete balance is possible if every link is connected
-!> to the ground by a chain of turning pairs (R. S. Berkof, G. G. Lowen, J. Eng. Ind. 91, 1969, 21-26; F. R. Tepper, G. G. Lowen, J.
-!> Eng. Ind. 94, 1972, 789-796).
+!> linear least-squares problem. With a slider-crank, for example, a force above rounding error remains. In this case bodies without
+!> a pivot (floating bodies) get counterweights too. Their term m P'' with m = |u| / r depends on |u|. It is found by iteration,
+!> which converges in a few steps if P moves with other bodies. In the least-squares problem each body has one column. If the column
+!> of a body is a combination of earlier columns, as for the coupler of a four-bar linkage, the body gets no counterweight. Complete
+!> balance is possible if every link is connected to the ground by a chain of turning pairs (R. S. Berkof, G. G. Lowen, J. Eng. Ind.
+!> 91, 1969, 21-26; F. R. Tepper, G. G. Lowen, J. Eng. Ind. 94, 1972, 789-796).
 !>
 !> In space the bodies of one shaft lie side by side, and many sets of counterweights have the same effect on the force. Among these
-!> sets the one with the smallest moment is chosen; if several remain, the one with the smallest sum of squared unbalances. So
-!> bodies share an unbalance, and the outermost planes balance a couple.
+!> sets the one with the smallest moment is chosen; if several remain, the one with the smallest sum of squared unbalances.
+!> Therefore several bodies share an unbalance, and the outermost planes balance a couple.
 module gestell_study_balance_complete
   use gestell_base_kinds, only: dp
   use gestell_study_balance, only: rigid_ground_type, residual_rows
@@ -32,7 +32,7 @@ contains
   !> counterweights on pivoted bodies that minimise the mean square of the force. In space the solution with the smallest moment is
   !> chosen.
   subroutine balance_force(rigid, weights, state, pivoted)
-    !> Shaking of the linkage and effects of counterweights
+    !> Shaking of the linkage on rigid ground, and the effects of counterweights
     type(rigid_ground_type), intent(in) :: rigid
     type(counterweight_type), allocatable, intent(out) :: weights(:)
     !> Result of the search: `balanced_already`, `balanced`, `not_balanced` or `no_pivots`

@@ -1,16 +1,16 @@
-!> Finds the best single counterweight on a body (doc/theory.md, "Balancing").
+!> Finds the best counterweight on a single body (doc/theory.md, "Balancing").
 !>
-!> The rows of the shaking force and moment are multiplied by weights. With an unbalance rho at the angle alpha their mean square is
+!> The rows of the shaking force and moment are multiplied by factors. With an unbalance rho at the angle alpha their mean square is
 !>
 !>     J = J_0 + 2 rho B(alpha) + rho^2 A(alpha),   B = b . v,   A = v . G v,   v = (1, cos alpha, sin alpha).
 !>
-!> b holds the means of the products of the shaking with the effects of the counterweight. G holds the means of the products of the
-!> effects with each other.
+!> b contains the means of the products of the shaking with the effects of the counterweight. G contains the means of the products
+!> of the effects with each other.
 !>
-!> At given alpha the best unbalance is rho = -B / A if B < 0, otherwise 0. It reduces J by B^2 / A, which never exceeds J_0. The
+!> For given alpha the best unbalance is rho = -B / A if B < 0, otherwise 0. It reduces J by B^2 / A, which never exceeds J_0. The
 !> reduction is largest at a zero of 2 B' A - B A', a polynomial of third degree in cos alpha and sin alpha. At most three of its
-!> six zeros are maxima. Zeros are bracketed between angles half a degree apart. A pair of zeros between two such angles is missed;
-!> B^2 / A hardly changes there.
+!> six zeros are maxima. Each zero is located between two angles half a degree apart. If two zeros lie between the same two angles,
+!> both are missed, but B^2 / A hardly changes between them.
 module gestell_study_balance_single
   use gestell_base_kinds, only: dp, pi
   use gestell_math_root_search, only: root_search_type

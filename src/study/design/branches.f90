@@ -18,14 +18,15 @@ module gestell_study_design_branches
 
 contains
 
-  !> Computes the branches of a measure and their derivatives.
+  !> Computes the branches of a measure (peak, rms or rms within a band), and their derivatives.
   pure subroutine measure_branches(kind, band, period, samples, slopes, values, changes)
     !> Kind of the measure (gestell_study_measure)
     integer, intent(in) :: kind
-    !> `band`: frequency band (Hz). `period`: period (s). `samples`: components over the turn, shape (samples, components).
-    !> `slopes`: their derivatives, shape (samples, components, parameters)
+    !> `band`: lower and upper limit of the frequency band (Hz). `period`: period (s). `samples`: components of the function over
+    !> the turn, shape (samples, components). `slopes`: derivatives of the samples with respect to the parameters, shape (samples,
+    !> components, parameters)
     real(dp), intent(in) :: band(2), period, samples(:, :), slopes(:, :, :)
-    !> Values of the branches, shape (branches), and their derivatives, shape (parameters, branches)
+    !> `values`: values of the branches, shape (branches). `changes`: their derivatives, shape (parameters, branches)
     real(dp), allocatable, intent(out) :: values(:), changes(:, :)
     real(dp) :: unit
     integer :: k

@@ -43,9 +43,9 @@ contains
   subroutine find_coordinates(system, phases, tolerance, found, fits, earlier)
     !> The system, with n states
     class(second_order_system), intent(in) :: system
-    !> Number of phases
+    !> Number of phases at which the coordinates are computed
     integer, intent(in) :: phases
-    !> Allowed error of Phi, relative to its size
+    !> Allowed error of the matrix Phi of the free vibrations, relative to its size
     real(dp), intent(in) :: tolerance
     !> The coordinates
     type(coordinates_type), intent(out) :: found
@@ -131,7 +131,7 @@ contains
     type(coordinates_type), intent(in) :: coordinates
     !> Phases t/T, and loads at these phases, shape (phases, degrees of freedom, loads)
     real(dp), contiguous, intent(in) :: phases(:), loads(:, :, :)
-    !> q and its first and second derivatives over theta = 2 pi t/T, shape (phases, degrees of freedom, 0:2, loads)
+    !> Displacements q and their first and second derivatives over theta = 2 pi t/T, shape (phases, degrees of freedom, 0:2, loads)
     real(dp), intent(out) :: motions(:, :, 0:, :)
     real(dp), dimension(size(phases), size(loads, 2), size(loads, 2)) :: m, b, c
     real(dp) :: r(size(phases), size(loads, 2), 2 * size(loads, 2) + size(loads, 3)), units(size(loads, 2)), &

@@ -1,14 +1,16 @@
-!> Searches for the best machine of a family from several starts, and proves global optima of convex problems.
+!> Searches for the best machine of a family from several starts, and proves that optima of convex problems are global.
 !>
-!> On rigid ground samples of the shaking forces are linear in m, m x, m y of each link. Samples of the moment are linear in m and J
-!> if the centre of mass of the link is fixed. Norms of linear functions are convex, and so are their sum and their maximum. Let L
-!> be the Lagrangian (gestell_math_optimum_minimax). In these coordinates L lies above its tangent. The tangent is linear in each of
-!> m, x, y, so its minimum over their box is at a corner. No machine within the limits has an objective below this minimum. (J.
-!> Verschuure, B. Demeulenaere, J. Swevers, J. De Schutter, J. Mech. Des. 130, 2008, 052301, use the same coordinates.)
+!> On rigid ground, samples of the shaking forces are linear in m, m x, m y of each link. Samples of the moment are linear in m and
+!> J if the centre of mass of the link is fixed. Norms of linear functions are convex, and so are sums and maxima of such norms. Let
+!> L be the Lagrangian (gestell_math_optimum_minimax). In these coordinates L is nowhere below its linearisation. The linearisation
+!> is linear in each of m, x, y, so its minimum over their ranges is at a corner. No machine that meets the limits has an objective
+!> below this minimum. (J. Verschuure, B. Demeulenaere, J. Swevers, J. De Schutter, J. Mech. Des. 130, 2008, 052301, use the same
+!> coordinates.)
 !>
-!> An optimum under a few conditions is optimal under all conditions if no other condition is worse there. The search begins with
-!> the conditions that are worst at the start. It adds the conditions that become worse at the optimum, until there are no more
-!> (exchange method of semi-infinite programming: R. Hettich, K. O. Kortanek, SIAM Review 35, 1993, 380-429, doi 10.1137/1035089).
+!> An optimum under a few conditions is also optimal under all conditions if none of the others is worse at the optimum. The search
+!> begins with the conditions that are worst at the start. After each optimisation it adds the conditions that have become worse,
+!> until there are none (exchange method of semi-infinite programming: R. Hettich, K. O. Kortanek, SIAM Review 35, 1993, 380-429,
+!> doi 10.1137/1035089).
 module gestell_study_design
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -29,7 +31,7 @@ module gestell_study_design
   !> In a search over a range a step is idle if it improves the objective by a smaller fraction. A resonance at the end of the range
   !> makes idle steps frequent.
   real(dp), parameter :: worthwhile_gain = 1.0e-4_dp
-  !> A search over a range ends after this number of successive idle steps.
+  !> A search over a range ends after this number of successive idle steps (see `worthwhile_gain`).
   integer, parameter :: patience = 3
   !> A limit on a goal that needs no solution counts as met if the goal exceeds it by less than this fraction of the limit.
   real(dp), parameter :: met = 1.0e-9_dp

@@ -1,4 +1,4 @@
-!> Evaluates the goals of a design at one condition as branches with derivatives.
+!> Evaluates the goals of a design under one operating condition, as branches with derivatives.
 module gestell_study_design_evaluation
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
@@ -27,7 +27,7 @@ module gestell_study_design_evaluation
   type, public :: top_type
     !> The condition under which the goal is worst
     type(condition_type) :: condition
-    !> `goal`: number of the goal. `line`: number of the line through the range
+    !> `goal`: number of the goal. `line`: number of the line through the range on which the maximum lies
     integer :: goal = 0, line = 0
     !> Excess of the goal over its limit
     real(dp) :: excess = 0
@@ -44,7 +44,7 @@ module gestell_study_design_evaluation
     logical :: largest = .false.
     !> Conditions under which each machine is evaluated
     type(condition_type), allocatable :: conditions(:)
-    !> If allocated, this range replaces the conditions
+    !> The range of conditions. If allocated, it replaces `conditions`
     class(range_type), allocatable :: range
     !> Lower and upper limits of the parameters, shape (parameters)
     real(dp), allocatable :: lower(:), upper(:)
@@ -69,7 +69,7 @@ module gestell_study_design_evaluation
 
   !> Branches of one goal under one condition.
   type :: goal_values_type
-    !> Values, shape (values), and their derivatives, shape (parameters, values)
+    !> `values`: values of the branches, shape (values). `changes`: their derivatives, shape (parameters, values)
     real(dp), allocatable :: values(:), changes(:, :)
     !> Column 1: true if the value is compared with an upper limit. Column 2: true if it is compared with a lower limit. Shape
     !> (values, 2)
@@ -139,11 +139,11 @@ contains
   subroutine add_condition(members, motion, goals, condition, at, error)
     !> The machine and its neighbours for derivatives
     type(members_type), intent(in) :: members
-    !> The motion of the machine at the condition
+    !> The motion of the machine under the condition
     type(motion_type), intent(in) :: motion
-    !> The goals
+    !> The goals whose branches are added
     type(goal_type), intent(in) :: goals(:)
-    !> Number of the condition
+    !> Number of the condition, which is stored with each branch
     integer, intent(in) :: condition
     !> List to which the branches under this condition are added
     type(goal_branches_type), intent(inout) :: at
@@ -179,7 +179,7 @@ contains
   !> The other branches have their maxima at other speeds; near a resonance their values at this speed say nothing about these
   !> maxima. At an end of a line all branches are added. Fails if the goal is invalid.
   subroutine add_maximum(members, motion, goal, top, number, at, error)
-    !> The machine and its neighbours
+    !> The machine and its neighbours for derivatives
     type(members_type), intent(in) :: members
     !> The motion of the machine at the maximum
     type(motion_type), intent(in) :: motion
@@ -187,7 +187,7 @@ contains
     type(goal_type), intent(in) :: goal
     !> The maximum of the goal over the range
     type(top_type), intent(in) :: top
-    !> Number of the condition
+    !> Number of the condition, which is stored with each branch
     integer, intent(in) :: number
     !> List to which the branches are added
     type(goal_branches_type), intent(inout) :: at

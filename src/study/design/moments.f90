@@ -118,8 +118,8 @@ contains
     at%slope = reshape([at%slope, slope], [size(y), size(at%value)])
   end subroutine add_limits
 
-  !> Converts an optimum from the coordinates to the parameters. The prices (Lagrange multipliers) of the linear limits become
-  !> prices of the ranges and no longer contribute to `slope`.
+  !> Converts an optimum from the coordinates of the search to the parameters. The prices (Lagrange multipliers) of the linear
+  !> limits become prices of the ranges, and no longer contribute to `slope`.
   pure subroutine turn_optimum(self, optimum)
     class(moments_type), intent(in) :: self
     type(optimum_type), intent(inout) :: optimum

@@ -33,9 +33,9 @@ module gestell_study_design_motion
     logical :: moves = .true.
     !> Fourier series of the motion q as a function of theta = 2 pi t/T
     type(series_type) :: series
-    !> `phases`: equidistant phases. `q`: q and its first and second derivatives over theta = 2 pi t/T for all degrees of freedom,
-    !> shape (phases, dofs, 0:2). `slope`: dq/dp and its derivatives over theta, shape (phases, dofs, 0:2, parameters).
-    !> `solve_slopes` allocates `slope`
+    !> `phases`: equidistant phases. `q`: the motion and its first and second derivatives over theta = 2 pi t/T, for all degrees of
+    !> freedom, shape (phases, dofs, 0:2). `slope`: dq/dp and its derivatives over theta, shape (phases, dofs, 0:2, parameters).
+    !> `slope` is allocated by `solve_slopes`
     real(dp), allocatable :: phases(:), q(:, :, :), slope(:, :, :, :)
     !> The fast solution and its maps, if a fast solver computed the motion that is linearised about rest
     type(quick_motion_type) :: quick
@@ -282,13 +282,13 @@ contains
   subroutine get_neighbour(members, system, motion, k, i, frame, q)
     !> The machine and its neighbours, which differ in one parameter each
     type(members_type), intent(in) :: members
-    !> The machine under the condition
+    !> The machine under the operating condition
     class(frame_type), intent(in) :: system
     !> The motion of the machine and its derivatives
     type(motion_type), intent(in) :: motion
     !> Number of the parameter, and number of the neighbour along it (1 or 2)
     integer, intent(in) :: k, i
-    !> The neighbour of the machine
+    !> The neighbour of the machine under the operating condition
     class(frame_type), allocatable, intent(out) :: frame
     !> Motion of the neighbour and its derivatives over theta, shape (phases, dofs, 0:2)
     real(dp), intent(out) :: q(:, :, 0:)

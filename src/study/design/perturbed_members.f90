@@ -1,11 +1,12 @@
-!> A machine of a family and its neighbours, which differ in one parameter each. Differences between them yield derivatives of
-!> functions of the machine that need no solution, such as the coefficients of its equations:
+!> A machine of a family and its neighbours. Each neighbour differs from the machine in one parameter. Differences between them
+!> yield the derivatives of functions f that can be computed without a solution, such as the coefficients of the equations:
 !>
 !>     df/dp = (w_0 f(p) + w_1 f(p + d_1 h) + w_2 f(p + d_2 h)) / h.
 !>
-!> Here d = -1, 1 or, if there is no machine on one side, 1, 2 or -1, -2. Such functions are exact up to rounding, so the step is
-!> known in advance: h = epsilon^(1/3) times the parameter's range. The errors are h^2 |f'''| / 6 (/ 3 on one side) and epsilon |f|
-!> / h, about 1e-10 of the change of f over the range (J. Nocedal, S. J. Wright, Numerical Optimization, 2006, section 8.1).
+!> Usually d = -1, 1. If no machine exists on one side, d = 1, 2 or d = -1, -2. Such functions are exact up to rounding, so the step
+!> is known in advance: h = epsilon^(1/3) times the parameter's range. The errors are h^2 |f'''| / 6 (on one side h^2 |f'''| / 3)
+!> and epsilon |f| / h, about 1e-10 of the change of f over the range (J. Nocedal, S. J. Wright, Numerical Optimization, 2006,
+!> section 8.1).
 module gestell_study_design_perturbed_members
   use gestell_base_error, only: error_type, fatal_error, impossible_mechanism, invalid_input
   use gestell_base_kinds, only: dp, pi
@@ -27,7 +28,7 @@ module gestell_study_design_perturbed_members
   !> Property of a link that a design parameter changes: none of those listed, mass, a coordinate of the centre of mass, or moment
   !> of inertia.
   integer, parameter, public :: other_part = 0, mass_part = 1, place_parts(2) = [2, 3], inertia_part = 4
-  !> Input keys of the properties of a link that design parameters change: mass, centre of mass, moment of inertia.
+  !> Input keys of those properties of a link that design parameters can change: mass, centre of mass, moment of inertia.
   character(len=9), parameter, public :: part_names(4) = [character(len=9) :: "mass", "center(1)", "center(2)", "inertia"]
 
   !> Quantity that varies along a line of conditions: the speed or the stiffness factor.
@@ -72,14 +73,14 @@ module gestell_study_design_perturbed_members
     !> Neighbours at the distances d_1 h and d_2 h along each parameter, shape (2, parameters); unallocated if no derivatives are
     !> requested
     type(frame_type), allocatable :: perturbed(:, :)
-    !> Difference formula along each parameter. `distance`: steps d_1 h and d_2 h to the neighbours, shape (2, parameters).
-    !> `weight`: weights w_0 / h, w_1 / h, w_2 / h of machine and neighbours, shape (0:2, parameters)
+    !> Difference formula for each parameter. `distance`: steps d_1 h and d_2 h to the neighbours, shape (2, parameters). `weight`:
+    !> factors w_0 / h, w_1 / h, w_2 / h of the machine and its neighbours, shape (0:2, parameters)
     real(dp), allocatable :: distance(:, :), weight(:, :)
   end type members_type
 
   !> Steps d_1, d_2 of central, forward and backward differences, in units of h.
   real(dp), parameter :: offsets(2, 3) = reshape([-1.0_dp, 1.0_dp, 1.0_dp, 2.0_dp, -1.0_dp, -2.0_dp], [2, 3])
-  !> Weights w_0, w_1, w_2 for central, forward and backward differences.
+  !> Factors w_0, w_1, w_2 of central, forward and backward differences.
   real(dp), parameter :: weights(0:2, 3) = reshape([0.0_dp, -0.5_dp, 0.5_dp, -1.5_dp, 2.0_dp, -0.5_dp, 1.5_dp, -2.0_dp, 0.5_dp], &
     & [3, 3])
 
@@ -96,7 +97,7 @@ contains
     !> True if the machine and all its neighbours exist
     logical, intent(out) :: known
     type(error_type), allocatable, intent(out) :: error
-    !> Changes of the parameters for derivatives, shape (parameters)
+    !> How to change each parameter for derivatives, shape (parameters)
     type(step_type), intent(in), optional :: steps(:)
     real(dp) :: h, x(size(parameters))
     integer :: k, side, i
@@ -323,7 +324,7 @@ contains
     end do
   end function joined
 
-  !> True if two conditions are equal up to a tolerance.
+  !> True if two conditions are equal within the tolerance `alike`.
   elemental logical function is_same_file(one, other)
     type(condition_type), intent(in) :: one, other
     ! the maxima of two goals at one resonance differ by a fraction of its width, perhaps 1e-6 of the speed; each is found to 1e-11

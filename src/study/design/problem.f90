@@ -1,4 +1,4 @@
-!> Formulates a design as a minimax problem: at every operating condition each goal is the maximum of its branches.
+!> Formulates a design as a minimax problem. Under every operating condition each goal is the maximum of its branches.
 module gestell_study_design_problem
   use gestell_base_error, only: error_type, invalid_input
   use gestell_base_kinds, only: dp
@@ -26,8 +26,8 @@ module gestell_study_design_problem
   !> tolerance.
   real(dp), parameter, public :: inside = 2.0e-6_dp
 
-  !> The minimax problem of a design. Its groups of branches are the objectives (one group if `options%largest`), the constraints,
-  !> which are met at values <= 0, and the limits of the coordinates.
+  !> The minimax problem of a design. Its groups of branches are the objectives (one group if `options%largest` is true), the
+  !> constraints, and the limits of the coordinates. A constraint is met if its branches are not positive.
   type, extends(minimax_problem), public :: design_problem
     class(family_type), pointer :: family => null()
     type(design_options) :: options
@@ -45,7 +45,7 @@ module gestell_study_design_problem
     !> Parameters of the last machine evaluated over a range. They are kept because an accepted step is evaluated again with
     !> derivatives
     real(dp), allocatable, private :: last_x(:)
-    !> Branches of the last machine evaluated over a range
+    !> Branches of the last machine that was evaluated over a range
     type(goal_branches_type), private :: last
   contains
     procedure :: evaluate
@@ -53,7 +53,8 @@ module gestell_study_design_problem
 
 contains
 
-  !> Evaluates the branches at the coordinates x, with derivatives if `gradients`. Fails if x or the goals are invalid.
+  !> Evaluates the branches of the machine with the coordinates x. Computes derivatives if `gradients` is true. Fails if x or the
+  !> goals are invalid.
   subroutine evaluate(self, x, gradients, at, error)
     class(design_problem), intent(inout) :: self
     real(dp), intent(in) :: x(:)
@@ -146,7 +147,7 @@ contains
     end associate
   end subroutine decide_inversion
 
-  !> True if the objective is a single rms without a limit.
+  !> True if there is only one objective, an rms value without a limit.
   pure logical function is_squared(options)
     type(design_options), intent(in) :: options
 
@@ -190,7 +191,7 @@ contains
     if (error%code /= invalid_input) deallocate(error)
   end subroutine evaluate_goals
 
-  !> Evaluates the branches of `goals` at the given conditions. Fails if there is no vibration at one of these conditions.
+  !> Evaluates the branches of `goals` under the given conditions. Fails if there is no vibration under one of these conditions.
   subroutine evaluate_conditions(members, conditions, goals, gradients, at, error)
     type(members_type), intent(in) :: members
     type(condition_type), intent(in) :: conditions(:)

@@ -1,4 +1,4 @@
-!> Computes the goals of one machine for the report: at every condition, by full solutions with error bounds.
+!> Computes the goals of one machine for the report. Under every condition they are computed by full solutions with error bounds.
 module gestell_study_design_reported_goals
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_verdict, only: undecided, verdict_type, worst_verdict => worst
@@ -25,7 +25,7 @@ module gestell_study_design_reported_goals
 
   public :: report_goals
 
-  !> Goals and verdicts of one machine at all conditions.
+  !> Goals and verdicts of one machine under all conditions.
   type, public :: reported_goals_type
     !> Value of every goal under every condition, and a bound on its error, shapes (goals, conditions); NaN if unknown
     real(dp), allocatable :: values(:, :), errors(:, :)
@@ -62,7 +62,7 @@ contains
     !> The machine, before a model of the frame is applied
     type(frame_type), intent(in) :: machine
     type(design_options), intent(in) :: options
-    !> The goals to evaluate
+    !> The goals to be computed
     type(goal_type), intent(in) :: goals(:)
     type(reported_goals_type), intent(out) :: reported
     type(error_type), allocatable, intent(out) :: error

@@ -1,10 +1,10 @@
 !> Computes the distances of the natural frequencies of a machine from the orders of its crank, as branches with derivatives.
 !>
-!> Where two natural frequencies meet, even a tiny change of the machine can rotate the eigenvectors by any angle, so the larger
-!> frequency has no derivative. Its square is the maximum of Rayleigh's quotients u' C u / u' M u over the directions u in the plane
-!> of the two modes (R. A. Horn, C. R. Johnson, Matrix Analysis, 1985, section 4.2). Therefore directions all around the plane are
-!> branches too. With mean gyroscopic moments G, which grow with the speed, the quotient becomes the root w of w^2 u* M u = i w u* G
-!> u + u* C u. It is stationary at the modes u, too.
+!> If two natural frequencies are equal, even a tiny change of the machine can rotate the eigenvectors by any angle, so the larger
+!> frequency has no derivative. Its square is the maximum of Rayleigh's quotient u' C u / u' M u over all directions u in the plane
+!> of the two modes (R. A. Horn, C. R. Johnson, Matrix Analysis, 1985, section 4.2). Therefore directions at all angles in this
+!> plane are branches too. With mean gyroscopic moments G, which grow with the speed, the root w of w^2 u* M u = i w u* G u + u* C u
+!> replaces the quotient. This root is stationary at the modes, too.
 module gestell_study_design_separation
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp, pi
@@ -40,7 +40,7 @@ contains
   subroutine find_branches(frame, speeds, branches, error)
     !> The machine whose modes are computed
     class(frame_type), intent(in) :: frame
-    !> Minimum and maximum speed (rad/s) of the shaft that turns once in the period; 0: the machine's own speed
+    !> Minimum and maximum speed (rad/s) of the shaft that makes one turn in the period; 0: the machine's own speed
     real(dp), intent(in) :: speeds(2)
     !> The branches: directions of the modes and directions between modes
     type(separation_type), intent(out) :: branches
@@ -101,7 +101,7 @@ contains
   !> closest. With frequency f, harmonic k and speed n it is 100 (f / (k n) - 1) for frequencies above the order and 100 (1 - f / (k
   !> n)) for frequencies below. The distance is negative if the frequency coincides with the order within the range.
   subroutine compute_distances(frame, speeds, branches, distances)
-    !> The machine for which distances are computed
+    !> The machine whose distances are computed
     class(frame_type), intent(in) :: frame
     !> Speeds at the ends of the range: see `find_branches`
     real(dp), intent(in) :: speeds(2)

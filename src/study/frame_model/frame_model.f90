@@ -55,13 +55,13 @@ contains
   recursive subroutine settle(frame, model, accuracy, settled, error, newton, near)
     !> The frame, before the model is applied
     class(frame_type), intent(in) :: frame
-    !> Name of the model
+    !> Name of the model: one of `frame_models`
     character(len=*), intent(in) :: model
     type(accuracy_type), intent(in) :: accuracy
     !> The frame with the equations of the model: for 'exact' and 'first_order' a `varied_frame_type`, otherwise a copy of `frame`
     class(frame_type), allocatable, intent(out) :: settled
     type(error_type), allocatable, intent(out) :: error
-    !> How the exact vibration was found
+    !> How the vibration of the exact frame was found
     type(newton_type), intent(out), optional :: newton
     !> Start of Newton's method, close to the vibration of the exact frame. If a step leads far away from it, perhaps to another
     !> vibration, the search is repeated without `near`

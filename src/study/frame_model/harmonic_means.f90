@@ -45,7 +45,7 @@ contains
     real(dp), intent(in) :: m(:, :, :), b(:, :, :), c(:, :, :), omega
     type(survey_type), intent(in) :: survey
     type(means_type), intent(out) :: means
-    !> False if the averaged equation A_k x_k = h_k of some harmonic k is singular
+    !> False if, for some harmonic k, the matrix of the averaged equation A_k x_k = h_k is singular
     logical, intent(out) :: fits
     integer :: f, n, furthest, i, k
 

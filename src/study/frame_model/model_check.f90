@@ -1,4 +1,4 @@
-!> Checks whether a cheaper model of the frame judges the stability of the vibration correctly.
+!> Checks whether the stability of the vibration is the same in the exact model as in the cheaper model that was used.
 module gestell_study_frame_model_model_check
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp

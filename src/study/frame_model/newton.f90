@@ -50,7 +50,7 @@ module gestell_study_frame_model_newton
   type, public :: next_type
     !> `q`: the motion at equidistant phases, shape (samples, dofs). `scale`: units that make the states comparable, shape (states)
     real(dp), allocatable :: q(:, :), scale(:)
-    !> Fourier series through the samples
+    !> Fourier series that interpolates the samples
     type(series_type) :: series
     !> `size`: size of the motion in units of `scale`. `step`: change from the previous motion, relative to the motion. `error`:
     !> estimated relative error
@@ -162,7 +162,7 @@ contains
     !> `frame`: the frame linearised about rest. `system`: the frame whose motion is computed
     class(frame_type), intent(in) :: frame, system
     type(accuracy_type), intent(in) :: accuracy
-    !> Minimum number of samples
+    !> Minimum number of samples of the motion
     integer, intent(in) :: samples
     !> The computed motion. On entry it may hold the motion of a similar system
     type(next_type), intent(inout) :: next
@@ -171,7 +171,7 @@ contains
     !> this change, and their errors are relative to it
     type(series_type), intent(in), optional :: from
     class(second_order_system), intent(in), optional :: lack
-    !> If present, the system is solved in full, and the solution is returned
+    !> Full solution of the system, with error bounds. It is computed only if this argument is present
     type(floquet_type), intent(out), optional :: floquet
     type(floquet_type) :: solved
     real(dp), allocatable :: change(:, :)

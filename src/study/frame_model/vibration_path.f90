@@ -1,13 +1,13 @@
-!> Finds the vibration of the exact frame on a path over a parameter lambda from 0 to 1 (gestell_study_frame_model_path).
+!> Finds the vibration of the exact frame by continuation: vibrations are followed along a path while a parameter lambda grows from
+!> 0 to 1 (gestell_study_frame_model_path).
 !>
-!> The parameter is one of three:
+!> The parameter lambda stands for one of three quantities:
 !>
-!> - the part of the excitation that acts, starting from rest,
-!> - the speed, starting from another speed,
-!> - damping between frame and ground that is added to the machine's own, from very heavy damping to none.
+!> - the excitation, from zero to its actual value, - the speed, from another speed to the requested one, - damping between frame
+!> and ground in addition to the machine's own, from very heavy damping to none.
 !>
-!> The path over damping finds a vibration if the machine has a bounded one for every damping on the way. Under heavy damping there
-!> is only one vibration, so the path cannot return to its start and must go on.
+!> The path over the damping leads to the vibration if the machine has a bounded vibration for every damping on the path. Under
+!> heavy damping there is only one vibration, so the path cannot return to its start.
 module gestell_study_frame_model_vibration_path
   use gestell_base_error, only: error_type, failed_computation, fatal_error, invalid_input
   use gestell_base_kinds, only: dp, pi

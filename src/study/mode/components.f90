@@ -90,7 +90,8 @@ contains
     place = minloc(abs(abs(frequencies) - sum(weight * abs(frequencies)) / sum(weight)), dim=1)
   end function nearest_to_mean
 
-  !> Adds a component. A component with negative frequency (rad/s) is replaced by its conjugate with positive frequency.
+  !> Adds a component to the mode. If its frequency (rad/s) is negative, it is replaced by its conjugate, whose frequency is
+  !> positive.
   pure subroutine append_component(frequency, shape, share, mass, mode)
     real(dp), intent(in) :: frequency, share, mass(:, :)
     complex(dp), intent(in) :: shape(:)

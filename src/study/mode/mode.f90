@@ -1,4 +1,4 @@
-!> A free vibration of a system with periodic coefficients: its frequencies, growth and shapes.
+!> Describes a free vibration of a system with periodic coefficients by its frequencies, its growth rate and its shapes.
 module gestell_study_mode
   use gestell_base_kinds, only: dp
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
@@ -10,7 +10,7 @@ module gestell_study_mode
   !> `max_dofs`: maximum number of degrees of freedom. `max_components`: maximum number of components of a mode that are kept.
   integer, parameter, public :: max_dofs = 6, max_components = 8
 
-  !> A mode: the motion of a conjugate pair of multipliers, or of two real multipliers that form a pair.
+  !> A mode: the free vibration that belongs to a conjugate pair of multipliers, or to two real multipliers that form a pair.
   !>
   !>     q(t) = Re sum_m c_m exp((growth + i w_m) t),   w_m = Im lambda + m 2 pi / T
   type, public :: mode_type

@@ -65,8 +65,8 @@ contains
     motions%exponent = motions%exponent / system%period
   end subroutine solve_motions
 
-  !> Computes the periodic parts p of all vibrations at equidistant phases. Within each segment the integration starts from the
-  !> eigenvectors at the start of the segment.
+  !> Computes the periodic parts p of all free vibrations at equidistant phases. The period is divided into segments. In each
+  !> segment the integration starts from the eigenvectors at its beginning.
   subroutine follow_vectors(system, factored, motions, error)
     class(periodic_system), intent(in) :: system
     type(factored_type), intent(in) :: factored

@@ -27,7 +27,7 @@ contains
     !> A system with f degrees of freedom
     class(second_order_system), intent(in) :: system
     type(accuracy_type), intent(in) :: accuracy
-    !> The modes, shape (f)
+    !> The modes, one for each degree of freedom, shape (f)
     type(mode_type), allocatable, intent(out) :: modes(:)
     !> Mean of M over the period, shape (f, f)
     real(dp), allocatable, intent(out) :: mass(:, :)

@@ -22,7 +22,7 @@ contains
     type(mode_type), intent(in) :: last(:)
     !> `mass`: mean of the mass matrix, shape (f, f). `base`: 2 pi / T (rad/s)
     real(dp), intent(in) :: mass(:, :), base
-    !> Modes at the new speed
+    !> Modes at the new speed. On return they are in the order of `last`
     type(mode_type), intent(inout) :: modes(:)
     !> `like`: true if every mode is similar to its predecessor, so that no smaller step of the speed is needed. `unambiguous`: true
     !> if moreover no other assignment is nearly as good. Where modes mix, several assignments may be equally good

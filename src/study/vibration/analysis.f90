@@ -22,7 +22,7 @@ module gestell_study_vibration_analysis
 
   public :: analyse, find_modes
 
-  !> Results requested from `analyse`.
+  !> Options of `analyse`: the results that are requested.
   type, public :: analysis_options
     !> Groups of results. `stability`: multipliers and verdict. `modes`: also the eigenvectors. `response`: the periodic vibration
     logical :: stability = .true., modes = .false., response = .true.

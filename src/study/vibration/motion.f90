@@ -177,7 +177,7 @@ contains
     end do
   end subroutine add_accelerations
 
-  !> Returns the frame with all degrees of freedom free, as an averaged model if `system` is averaged.
+  !> Returns a copy of the frame in which all degrees of freedom are free. The copy is an averaged model if `system` is averaged.
   subroutine release_all_dofs(frame, system, whole)
     class(frame_type), intent(in) :: frame
     class(periodic_system), intent(in) :: system

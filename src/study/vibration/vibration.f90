@@ -33,7 +33,8 @@ module gestell_study_vibration
     real(dp), allocatable :: history(:, :)
     !> Fourier series of every quantity, shape (quantities)
     type(fourier_type), allocatable :: series(:)
-    !> Maximum absolute value over the period, a bound on its error, and rms; shapes (quantities)
+    !> `peak`: maximum of the absolute value over the period. `peak_error`: bound on its error. `rms`: rms over the period. All have
+    !> shape (quantities)
     real(dp), allocatable :: peak(:), peak_error(:), rms(:)
     !> Bounds on the errors of the quantities at any time; they also bound the errors of the rms values. Shape (quantities)
     real(dp), allocatable :: error(:)
@@ -42,7 +43,7 @@ module gestell_study_vibration
     !> Rows of the motion (gestell_model_quantity), allocated if requested. `motion`: values at equidistant phases that resolve the
     !> motion, shape (rows, samples). `motion_history`: values at the times of the history, shape (rows, points + 1)
     real(dp), allocatable :: motion(:, :), motion_history(:, :)
-    !> Bounds on the errors of the rows of the motion
+    !> Bounds on the errors of the rows of the motion, if these were computed
     type(turn_errors_type) :: motion_errors
     !> Fourier series of the rows of the motion, shape (rows)
     type(fourier_type), allocatable :: motion_series(:)

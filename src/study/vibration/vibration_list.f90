@@ -1,10 +1,10 @@
 !> Finds several periodic vibrations of one machine at one speed.
 !>
-!> Paths of vibrations are followed in both directions: over the speed from every known vibration, and over the excitation from
-!> rest. Where a path crosses the machine's own speed or excitation there is a vibration. The index of a vibration is the sign of
-!> det(E - Phi): -1 if the number of real multipliers above 1 is odd, as between two turning points, otherwise 1. At rest there is
-!> one vibration, of index 1. Vibrations appear and vanish in pairs of opposite index, so the indices add up to 1 (doc/theory.md,
-!> "The vibration").
+!> Vibrations are followed in both directions while a parameter varies: the speed, from every known vibration, or the excitation,
+!> from rest. Where such a path crosses the machine's own speed or excitation, there is a vibration of the machine. The index of a
+!> vibration is the sign of det(E - Phi). It is -1 if the number of real multipliers above 1 is odd, as between two turning points,
+!> otherwise 1. Without excitation there is one vibration, the state of rest, with the index 1. Vibrations appear and vanish in
+!> pairs of opposite index, so the indices add up to 1 (doc/theory.md, "The vibration").
 module gestell_study_vibration_vibration_list
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -29,7 +29,8 @@ module gestell_study_vibration_vibration_list
     !> True for the vibration to which the other sections of the report refer
     logical :: is_reported = .false.
     type(multipliers_type) :: multipliers
-    !> Maxima of the degrees of freedom over the turn (m, rad), bounds on their errors, and rms values; shapes (dofs)
+    !> `peak`: maxima of the degrees of freedom over the turn (m, rad). `peak_error`: bounds on their errors. `rms`: rms values. All
+    !> have shape (dofs)
     real(dp), allocatable :: peak(:), peak_error(:), rms(:)
   contains
     procedure :: vibration_index

@@ -1,4 +1,4 @@
-!> Plots the effect of counterweights on rigid ground and on the mounts.
+!> Draws the picture of the task `balance`: effect of counterweights on rigid ground and on the mounts.
 module gestell_task_balance_plot
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, exact, newline, text

@@ -93,7 +93,7 @@ contains
 
   !> The section of the report on counterweights.
   function report_balance(variants, rigid, linkage, options, state, length) result(report)
-    !> The original machine, then the variants with counterweights
+    !> The original machine, followed by the variants with counterweights
     type(variant_type), intent(in) :: variants(:)
     !> Bodies that can carry counterweights, with the effects of these counterweights, and the shaking forces on rigid ground
     type(rigid_ground_type), intent(in) :: rigid
@@ -221,7 +221,7 @@ contains
 
   !> The counterweights as &link groups that can be added to the input. Values are in the units of the input.
   function link_lines(variants, rigid, linkage, units) result(lines)
-    !> The original machine, then the variants with counterweights
+    !> The original machine, followed by the variants with counterweights
     type(variant_type), intent(in) :: variants(:)
     !> Links of the linkage that can carry counterweights, and their forces on rigid ground
     type(rigid_ground_type), intent(in) :: rigid

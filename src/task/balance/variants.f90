@@ -38,7 +38,7 @@ module gestell_task_balance_variants
     character(len=:), allocatable :: reason
     !> Verdict on the machine with the counterweights of the variant
     character(len=9) :: verdict = ""
-    !> Rms and peak of force and moment (N, N m) and their error bounds, shape (2)
+    !> Rms and peak, with error bounds, of the force (N, element 1) and of the moment (N m, element 2)
     real(dp), dimension(2) :: rms = 0, rms_error = 0, peak = 0, peak_error = 0
     !> Peaks of the degrees of freedom (m, rad) and their error bounds. Only the first three elements are used for a planar frame
     real(dp), dimension(6) :: motion = 0, motion_error = 0
@@ -48,7 +48,8 @@ module gestell_task_balance_variants
 
   !> One variant of the machine.
   type, public :: variant_type
-    !> Purpose of the counterweights, from `original_machine` to `together`
+    !> Purpose of the counterweights: one of the constants `original_machine`, `for_force`, `for_moment`, `for_sum`, `complete`,
+    !> `together`
     integer :: aim = original_machine
     !> The counterweights of this variant
     type(counterweight_type), allocatable :: weights(:)

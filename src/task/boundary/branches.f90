@@ -1,7 +1,9 @@
-!> Stability borders over one parameter of a frame in the exact model, found separately on each branch of its vibrations.
+!> Finds stability borders of a frame in the exact model over one parameter. They are found separately on each branch of its
+!> vibrations.
 !>
-!> A branch and its multipliers are smooth functions of the parameter, so the search of gestell_task_boundary_line_search applies to
-!> each branch. At a turning point a multiplier passes through +1, the branch ends and the vibration ceases to exist.
+!> A branch and its multipliers are smooth functions of the parameter, so the search of gestell_task_boundary_line_search can be
+!> used on each branch. At a turning point a multiplier passes through +1. The branch ends there, because the vibration ceases to
+!> exist.
 module gestell_task_boundary_branches
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_verdict, only: operator(/=), undecided, verdict_type

@@ -1,4 +1,4 @@
-!> Keys of the input group &boundary.
+!> Defines the keys of the input group &boundary.
 module gestell_task_boundary_keys
   use gestell_base_key, only: key_type, positive, range_type, real_key, text_key
   use gestell_task_boundary_line, only: max_tolerance, min_tolerance

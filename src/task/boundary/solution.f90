@@ -45,7 +45,7 @@ contains
     type(grid_type), intent(in) :: grid
     !> Accuracy, tolerance of the borders, and the executor that distributes the work
     type(border_options), intent(in) :: options
-    !> Parameters of the given machine; empty if there is none
+    !> Parameters of the given machine; empty if no machine is given
     real(dp), intent(in) :: base(:)
     type(border_results_type), intent(out) :: results
     type(error_type), allocatable, intent(out) :: error

@@ -56,11 +56,11 @@ module gestell_task_campbell
 
   !> A Campbell diagram.
   type, public :: campbell_type
-    !> Number of modes
+    !> Number of modes of the machine
     integer :: modes = 0
     !> Degree of freedom to which each component of the mode shapes belongs
     integer, allocatable :: free(:)
-    !> Points in the order of the speeds
+    !> Points in the order of the speeds, one for each speed
     type(campbell_point_type), allocatable :: points(:)
     !> Total number of solutions that were computed
     integer :: solutions = 0

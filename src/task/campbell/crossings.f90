@@ -48,7 +48,7 @@ module gestell_task_campbell_crossings
     type(crossing_type), allocatable :: crossings(:)
     !> Number of solutions that were computed
     integer :: solutions = 0
-    !> True if the frequency jumps between the points `point - 1` and `point`
+    !> True if the frequency jumps between point number `point - 1` and point number `point`
     logical :: jump = .false.
     integer :: point = 0
     !> The last points on both sides of the zero or jump
@@ -347,7 +347,7 @@ contains
     end do
   end subroutine find_root
 
-  !> Value of the function `kind` at a point.
+  !> Value of the function `kind` (`detuning` or `discriminant`) at a point.
   pure real(dp) function value(self, point, kind)
     class(search_type), intent(in) :: self
     type(campbell_point_type), intent(in) :: point

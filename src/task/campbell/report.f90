@@ -85,7 +85,7 @@ contains
     if (abs(mode%growth) > mode%error) ratio = concise(mode%damping_ratio(), 4)
   end function ratio
 
-  !> Table of the crossings.
+  !> Table of the crossings in the Campbell diagram.
   pure function crossing_lines(crossings) result(report)
     type(crossing_type), intent(in) :: crossings(:)
     character(len=:), allocatable :: report, rows

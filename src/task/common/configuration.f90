@@ -32,7 +32,7 @@ module gestell_task_common_configuration
     type(accuracy_type) :: accuracy
     type(frame_type) :: frame
     type(probe_type), allocatable :: probes(:)
-    !> Highest order of the crank that tasks over a range of speeds consider.
+    !> Highest order of the crank that is considered by tasks over a range of speeds.
     integer :: orders = 6
     !> The sweep; not allocated if the input varies no parameter.
     type(sweep_plan_type), allocatable :: plan
@@ -42,7 +42,7 @@ module gestell_task_common_configuration
     type(schema_type) :: schema
     !> Units of the numbers in the input.
     type(units_type) :: units
-    !> Hash of the complete input, computed by `content_of`.
+    !> Hash of the complete input, computed by `content_hash`.
     integer(int64) :: content = 0
     !> The reason why the machine of the input cannot turn. Allocated only if no task needs this machine.
     type(error_type), allocatable :: impossible

@@ -11,7 +11,7 @@ module gestell_task_common_executor
 
   public :: distribute_over
 
-  !> Work that consists of independent pieces with the numbers 1, 2, ...
+  !> Work that consists of independent pieces, which are numbered 1, 2, ...
   type, abstract, public :: work_type
   contains
     procedure(compute), deferred :: compute
@@ -33,7 +33,7 @@ module gestell_task_common_executor
     class(progress_type), allocatable :: progress
     !> The journal of finished pieces; if it is not allocated, nothing is stored.
     type(journal_type), allocatable :: journal
-    !> True if several processes cooperate; tasks whose work cannot be shared are then skipped.
+    !> True if several processes cooperate. A task is then skipped if its work cannot be shared.
     logical :: has_many_processes = .false.
     !> Number of calls of `distribute` so far. Together with the number of a piece it identifies a result in the journal.
     integer, private :: rounds = 0

@@ -1,4 +1,4 @@
-!> Keys of the input groups that several tasks use: &case, &model, &accuracy, &response, &resonance.
+!> Defines the keys of those input groups that several tasks use: &case, &model, &accuracy, &response, &resonance.
 module gestell_task_common_keys
   use gestell_base_key, only: integer_key, joined, key_type, range_type, real_key, text_key
   use gestell_base_kinds, only: dp

@@ -87,7 +87,7 @@ module gestell_task_critical
   real(dp), parameter :: least_prominence = 1.02_dp
   !> Accuracy of the speed of a peak, in half widths of the resonance
   real(dp), parameter :: exact = 1.0e-3_dp
-  !> Maximum number of rounds that improve the speeds of peaks
+  !> Maximum number of rounds in which the speeds of peaks are improved
   integer, parameter :: max_rounds = 40
   !> Two speeds count as equal if their relative difference is smaller than this
   real(dp), parameter :: same = 4 * epsilon(1.0_dp)

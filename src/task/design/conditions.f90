@@ -19,8 +19,8 @@ module gestell_task_design_conditions
 
 contains
 
-  !> Reads the operating conditions. Fails if a value is out of range, or if the sweep varies the speed although it is one of the
-  !> design parameters.
+  !> Reads the operating conditions. Fails if a value is out of range, or if the speed is varied by the sweep and is also a design
+  !> parameter.
   subroutine read_conditions(configuration, paths, conditions, lines, robust, error)
     type(configuration_type), intent(inout) :: configuration
     !> Paths of all numbers that the design changes, for example "frame.mass"

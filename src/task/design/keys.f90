@@ -1,11 +1,11 @@
-!> Keys of the input groups &design, &objective, &constraint and &robust.
+!> Defines the keys of the input groups &design, &objective, &constraint and &robust.
 module gestell_task_design_keys
   use gestell_base_key, only: integer_key, key_type, positive, range_type, real_key, text_key
   use gestell_base_kinds, only: dp
   implicit none (type, external)
   private
 
-  !> Minimum number of points of the trade-off curve between two objectives, if it is requested.
+  !> If the trade-off curve between two objectives is requested, it must have at least this number of points.
   integer, parameter, public :: min_curve_points = 3
 
   type(key_type), parameter, public :: design_keys(*) = [ &

@@ -49,7 +49,7 @@ module gestell_task_design_search
     real(dp) :: gap = huge(1.0_dp)
     !> If positive, it is proved that every machine within the ranges exceeds some limit by this relative amount or more.
     real(dp) :: conflict = 0
-    !> The goals: first the objectives, then the limits.
+    !> The goals: first the objectives, then the constraints.
     type(goal_type), allocatable :: goals(:)
     !> Values of the goals: `before` for the machine of the input, `after` for the design.
     type(reported_goals_type) :: before, after

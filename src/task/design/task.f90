@@ -1,4 +1,5 @@
-!> The task `design`: changes parameters of the machine, such as counterweights or mounts, to minimise objectives under limits.
+!> The task `design`: changes parameters of the machine, for example counterweights or mounts, to minimise objectives subject to
+!> limits.
 module gestell_task_design_task
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_input_schema, only: group_rule, schema_type

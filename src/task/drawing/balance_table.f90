@@ -1,4 +1,4 @@
-!> Writes the balance table: shaking forces and couples of all mechanisms of a frame in space, by orders of the crank.
+!> Writes the balance table: shaking forces and couples of all mechanisms of a frame in space, for each order of the crank.
 module gestell_task_drawing_balance_table
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, newline

@@ -1,4 +1,4 @@
-!> Draws guides and sliders in the picture of the mechanism, from the columns of mechanism.csv.
+!> Draws guides and sliders in the picture of the mechanism. Their positions are read from the columns of mechanism.csv.
 module gestell_task_drawing_guides
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, newline, text

@@ -38,7 +38,7 @@ contains
     class(linkage_type), intent(in) :: linkage
     !> Positions of the mechanism in the frame's axes (m)
     type(diagram_type), intent(in) :: diagram
-    !> Probes to be marked
+    !> Probes to be marked in the picture
     type(probe_type), intent(in) :: probes(:)
     type(figure_type) :: figure
     type(columns_type) :: columns

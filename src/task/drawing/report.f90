@@ -191,7 +191,7 @@ contains
 
   end function slider_lines
 
-  !> Table of the shaking forces and moment of a planar frame, by orders of the crank.
+  !> Table of the shaking forces and the shaking moment of a planar frame, for each order of the crank.
   function shaking_lines(frame) result(lines)
     class(frame_type), intent(in) :: frame
     character(len=:), allocatable :: lines, rows

@@ -68,7 +68,7 @@ contains
     has_component = any(components_of(reaction) == part)
   end function has_component
 
-  !> Positions of the supports in the frame's axes (m), shape (2, supports), or (3, supports) in space.
+  !> Positions of the supports in the frame's axes (m), shape (2, supports); in space shape (3, supports).
   pure function support_positions(frame) result(positions)
     class(frame_type), intent(in) :: frame
     real(dp), allocatable :: positions(:, :)

@@ -1,4 +1,4 @@
-!> Computes torque and power of the drive over the period, and the balance of power.
+!> Computes torque and power of the drive over the period, and compares the mean power of the drive with that of the dampers.
 module gestell_task_power_drive
   use gestell_base_error, only: error_type
   use gestell_math_series_fourier, only: fourier_series, fourier_type

@@ -1,9 +1,9 @@
 !> Computes how much the speed fluctuates if a flywheel keeps it nearly constant.
 !>
-!> A flywheel of inertia J_f rotates with the crank; its angle in space is theta = phi + psi. If products of the fluctuation are
-!> neglected, (J_f + K) theta'' = M - M_d. M_d: torque on the crank at constant speed. M: mean of M_d. K = sum (m |r'|^2 + J
-!> phi'^2): reduced inertia of the mechanism, replaced by its mean. The neglected terms are about as large as the square of the
-!> relative fluctuation.
+!> A flywheel with the moment of inertia J_f rotates with the crank. Its angle relative to the ground is theta = phi + psi. If
+!> products of fluctuations are neglected, (J_f + K) theta'' = M - M_d. M_d is the torque on the crank at constant speed, and M is
+!> the mean of M_d. K = sum (m |r'|^2 + J phi'^2) is the reduced inertia of the mechanism, which is replaced by its mean. The
+!> neglected terms are about as large as the square of the relative fluctuation.
 module gestell_task_power_flywheel
   use gestell_math_series_fourier, only: fourier_series, fourier_type, largest_value
   use gestell_base_kinds, only: dp, pi
@@ -23,7 +23,7 @@ module gestell_task_power_flywheel
   type, public :: fluctuation_type
     !> Difference of the drive speed from its mean (rad/s), at points + 1 times of the period
     real(dp), allocatable :: history(:)
-    !> Largest and smallest difference of the drive speed from its mean (rad/s)
+    !> `maximum`, `least`: largest and smallest difference of the drive speed from its mean (rad/s)
     real(dp) :: maximum = 0, least = 0
     !> Coefficient of irregularity, (`maximum` - `least`) / |mean speed|, and its error bound
     real(dp) :: irregularity = 0, error = 0

@@ -31,7 +31,7 @@ module gestell_task_registry_run
 
 contains
 
-  !> Runs the tasks one after the other. If a task fails, its error is returned and later tasks are not started.
+  !> Runs the requested tasks one after the other. If a task fails, its error is returned, and the tasks after it are not started.
   subroutine run_tasks(tasks, context, result, error, listener)
     !> All tasks; those that neither the input nor a picture requires are skipped
     type(any_task_type), intent(inout) :: tasks(:)

@@ -1,17 +1,17 @@
-!> The resonance curve of a machine: peaks, rms values and amplitudes of the orders, for quantities of the vibration over the crank
-!> speed. It is computed at the speeds of a grid, and at speeds in between that resolve it.
+!> Computes the resonance curve of a machine: peaks, rms values and amplitudes of the orders over the crank speed, for quantities of
+!> the vibration. The curve is computed at the speeds of a grid, and at as many speeds between them as its shape requires.
 !>
-!> The speeds come in rounds, so that a caller can distribute the speeds of one round over threads:
+!> The speeds are chosen in rounds, so that a caller can distribute the speeds of one round over threads:
 !>
 !>     call start_curve(curve, options, speeds, error)
 !>     do
-!>       call curve%wanted(speeds)              ! empty: done
+!>       call curve%choose_speeds(speeds)       ! empty: the curve is complete
 !>       (solve_speed_point at each of them)
 !>       call curve%add(points)
 !>     end do
 !>     call curve%finish()
 !>
-!> `solve_curve` does this with an executor, or on one thread.
+!> `solve_curve` executes these steps with an executor, or on one thread.
 module gestell_task_resonance_curve
   use gestell_base_error, only: error_type
   use gestell_base_verdict, only: operator(/=), operator(==), undamped, undecided

@@ -1,7 +1,7 @@
-!> The maxima of a resonance curve: their speeds, heights and widths.
+!> Finds the maxima of a resonance curve: their speeds, heights and widths.
 !>
-!> Near its maximum P_0, a resonance follows P = P_0 / sqrt(1 + u^2), where u is the distance in half widths. Hence (P_0 / P)^2 is a
-!> parabola and sqrt((P_0 / P)^2 - 1) a straight line. These two functions are interpolated.
+!> Near its maximum P_0, the curve of a resonance is P = P_0 / sqrt(1 + u^2), where u is the distance from the maximum in half
+!> widths. Therefore (P_0 / P)^2 is a parabola, and sqrt((P_0 / P)^2 - 1) is a straight line. These two functions are interpolated.
 module gestell_task_resonance_maxima
   use gestell_base_verdict, only: has_vibration, in_resonance, operator(/=), operator(==), undamped, undecided, &
     & unstable, verdict_type

@@ -1,5 +1,6 @@
-!> Finds resonances between the points of a curve: speeds at which a free vibration makes a whole number of oscillations in the
-!> period, so that a multiplier is closest to 1. The multipliers at both neighbouring points reveal even the sharpest resonance.
+!> Finds resonances between the points of a curve. These are speeds at which a free vibration makes a whole number of oscillations
+!> in the period, so that a multiplier is closest to 1. The multipliers at the two neighbouring points reveal even the sharpest
+!> resonance.
 module gestell_task_resonance_seeds
   use gestell_base_kinds, only: dp, pi
   use gestell_task_resonance_points, only: curve_points_type

@@ -1,11 +1,11 @@
-!> Computes the sensitivity of peaks and rms values to the parameters of a machine: d ln(peak) / d ln(parameter), in per cent per
-!> per cent.
+!> Computes the sensitivity of peaks and rms values to the parameters of a machine: d ln(peak) / d ln(parameter), which is the
+!> change in per cent for a change of the parameter by one per cent.
 !>
-!> The family's parameters are relative changes, all zero for the unchanged machine. With F the logarithm of a peak or rms value,
-!> the central differences (F(h) - F(-h)) / (2 h) have an error that is a power series in h^2. Neville's table over h, h/2, h/4, ...
-!> extrapolates them to h = 0. The result is the entry of the table with the smallest estimated error: its difference from the
-!> neighbouring entries plus the rounding error over h (Ridders, Adv. Eng. Software 4, 1982, 75). Small steps lose digits by
-!> cancellation.
+!> The parameters of the family are relative changes, which are all zero for the unchanged machine. Let F be the logarithm of a peak
+!> or an rms value. The error of the central difference (F(h) - F(-h)) / (2 h) is a power series in h^2. Neville's table over h,
+!> h/2, h/4, ... extrapolates the differences to h = 0. The result is the entry of the table with the smallest estimated error: its
+!> difference from the neighbouring entries plus the rounding error divided by h (Ridders, Adv. Eng. Software 4, 1982, 75). Small
+!> steps lose digits by cancellation.
 module gestell_task_sensitivity
   use gestell_base_error, only: error_type, failed_computation, fatal_error, invalid_input
   use gestell_base_verdict, only: has_vibration, in_resonance, operator(==), state_word, verdict_type
@@ -99,7 +99,7 @@ contains
   subroutine solve_sensitivity(family, parameters, options, base, derivatives, error, executor)
     !> The machine as a function of relative changes of its parameters
     class(family_type), intent(in), target :: family
-    !> Number of parameters
+    !> Number of parameters of the family
     integer, intent(in) :: parameters
     !> Quantities to differentiate, their probes, and the accuracy of the solutions
     type(speed_options), intent(in) :: options
@@ -153,7 +153,7 @@ contains
   subroutine solve_base(family, parameters, options, base, error)
     !> The machine as a function of relative changes of its parameters
     class(family_type), intent(in) :: family
-    !> Number of parameters
+    !> Number of parameters of the family
     integer, intent(in) :: parameters
     !> Quantities to differentiate, their probes, and the accuracy of the solutions
     type(speed_options), intent(in) :: options
@@ -201,7 +201,7 @@ contains
     class(family_type), intent(in) :: family
     !> Results of the unchanged machine, computed by `solve_base`
     type(sensitivity_base_type), intent(in) :: base
-    !> Number of the parameter
+    !> Number of the parameter with respect to which results are differentiated
     integer, intent(in) :: number
     type(sensitivity_type), intent(out) :: derivatives
     type(error_type), allocatable, intent(out) :: error

@@ -23,12 +23,12 @@ module gestell_task_separation
     real(dp) :: order = 0
     !> Speed within the range at which the distance is smallest (1/min)
     real(dp) :: speed = 0
-    !> The mode at this speed
+    !> The mode at the speed with the smallest distance
     type(mode_type) :: at
     !> `frequency`: f (Hz). `excitation`: k n (Hz). `distance`: d. `error`: error bound of d. All are NaN if the mode is not
     !> identified at any speed
     real(dp) :: frequency = 0, excitation = 0, distance = 0, error = 0
-    !> Share of each degree of freedom in the mode's kinetic energy
+    !> Share of each degree of freedom in the kinetic energy of the mode
     real(dp) :: energy(max_dofs) = 0
     !> Number of degrees of freedom
     integer :: dofs = 3
@@ -55,7 +55,7 @@ contains
     type(crossing_type), intent(in) :: crossings(:)
     !> `harmonics`: numbers of the harmonics of the period. `turns`: number of turns that the crank makes in the period
     integer, intent(in) :: harmonics(:), turns
-    !> Required distance, relative to the frequency of the order
+    !> Required distance of a mode from an order, relative to the frequency of the order
     real(dp), intent(in) :: margin
     type(separation_type) :: separations(campbell%modes * size(harmonics))
     integer :: i, k, crossing

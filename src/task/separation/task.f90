@@ -39,7 +39,7 @@ module gestell_task_separation_task
     private
     !> Highest order of the crank speed that is examined
     integer :: orders = 4
-    !> Required distance (%), relative to the frequency of the order
+    !> Required distance of a mode from an order (%), relative to the frequency of the order
     real(dp) :: margin = 20
     !> The machine as a function of its speed
     type(document_family_type) :: family

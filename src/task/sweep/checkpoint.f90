@@ -1,12 +1,12 @@
-!> Files of a sweep during its computation, in the folder sweep.blocks.
+!> Manages the files of a sweep in the folder sweep.blocks while the sweep is computed.
 !>
-!> The file `rows` has a fixed place for the rows of each tile (gestell_task_sweep_layout). The file `marks` lists the finished
-!> tiles. A mark is written after its rows; rows without a mark are ignored. One or several processes compute tiles, also after an
-!> interruption, and pass them to `store`. `finish` turns `rows` into the table: it adds the header and the name.
+!> In the file `rows` the rows of each tile have a fixed position (gestell_task_sweep_layout). The file `marks` lists the finished
+!> tiles. A mark is written after its rows; rows without a mark are ignored. One or several processes compute tiles, if necessary
+!> continuing an interrupted run, and pass them to `store`. `finish` turns `rows` into the table: it adds the header and the name.
 !>
 !> The file `origin` identifies the input and the version of the program, and contains the header of the table. A process that
 !> changes the folder locks the file `lock` exclusively; processes that store tiles share this lock. `lock` is created first and
-!> removed last. Files with these names but without `lock` do not belong to a sweep and are not touched.
+!> removed last. Files with these names in a folder without `lock` do not belong to a sweep and are not changed.
 module gestell_task_sweep_checkpoint
   use gestell_base_error, only: error_type, failed_computation, fatal_error, wrong_usage
   use gestell_base_files, only: close_file, file_size, system_message, link_file, lock_file, open_to_read, open_to_write, read_at, &

@@ -28,7 +28,7 @@ module gestell_task_sweep_summary
     integer(int64) :: verdicts(0:last_number) = 0
     !> Smallest (`least`) and largest (`most`) rho_max. If there is no value, `least` exceeds `most`.
     real(dp) :: least = huge(1.0_dp), most = -huge(1.0_dp)
-    !> Indices, on each axis, of the point with the largest rho_max.
+    !> Indices of the point with the largest rho_max, one for each axis.
     integer(int64) :: where(2) = 0
     !> `turned`: number of points at which the frame rotates too far for linearised equations. `furthest`: number of the degree of
     !> freedom that has the largest rotation.

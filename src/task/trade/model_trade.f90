@@ -25,11 +25,11 @@ module gestell_task_trade_model_trade
     !> Peaks of the vibration and their error bounds, in the order of `vibration_type`. Unallocated if there is no periodic
     !> vibration
     real(dp), allocatable :: peak(:), peak_error(:)
-    !> Median computing time of one solution (s)
+    !> Median of the computing times of one solution (s)
     real(dp) :: seconds = 0
   end type finding_type
 
-  !> Comparison of averaged with periodic coefficients.
+  !> Comparison of the model with averaged coefficients with the model with periodic coefficients.
   type, public :: model_trade_type
     !> Results with periodic coefficients, and results with averaged coefficients
     type(finding_type) :: periodic, averaged

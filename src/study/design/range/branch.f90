@@ -1,9 +1,10 @@
-!> Finds the maximum over the speed of every local maximum over the turn of the crank.
+!> Finds, for every local maximum over the turn of the crank, its maximum over the speed.
 !>
-!> A peak is the largest of several local maxima over the turn. Within one resonance their maxima over the speed lie close together:
-!> one half-wave of the resonant vibration is largest at one speed, the next half-wave at a speed a fraction of the width away.
-!> `climb_from` finds one of them. Here the others are found separately, because each is a smooth function of the speed. A maximum
-!> is identified by its phase. Within a half width the phase moves by a quarter of the distance to the next maximum.
+!> A peak is the largest of several local maxima over the turn. Within one resonance each of them has its own maximum over the
+!> speed, and these lie close together: one half-wave of the resonant vibration is largest at one speed, the next half-wave at a
+!> speed that differs by a fraction of the width. `climb_from` finds one of these maxima. This module finds the others separately,
+!> because each is a smooth function of the speed. A local maximum is identified by its phase. If the speed changes by a half width,
+!> the phase moves by a quarter of the distance to the next local maximum.
 module gestell_study_design_range_branch
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -36,13 +37,13 @@ contains
   subroutine climb_branches(members, goal, start, bounds, climb, error, motion)
     !> The machine and its neighbours
     type(members_type), intent(in) :: members
-    !> The goal whose maximum is sought
+    !> The goal whose maxima are sought
     type(goal_type), intent(in) :: goal
     !> Any condition on the line
     type(condition_type), intent(in) :: start
     !> First and last position on the line between which to search
     real(dp), intent(in) :: bounds(2)
-    !> The maximum found so far; becomes the highest one
+    !> The highest maximum. On entry the one that is already known
     type(climb_type), intent(inout) :: climb
     type(error_type), allocatable, intent(out) :: error
     !> See `climb_from`: on entry the motion from which the first search starts, on return the last motion

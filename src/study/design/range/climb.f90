@@ -40,7 +40,7 @@ module gestell_study_design_range_climb
   real(dp), parameter, public :: gain = 1.0e-10_dp
   !> Number of steps that suffice to find a smooth maximum.
   integer, parameter, public :: of_smooth = 12
-  !> The search ends if the interval is shorter than this, relative to its position.
+  !> The search ends if the length of the interval, relative to its position, is smaller than this.
   real(dp), parameter :: shortest = 1.0e-10_dp
 
 contains

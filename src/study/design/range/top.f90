@@ -99,13 +99,13 @@ contains
     if (.not. allocated(error)) call compute_turns(motion%frame, multipliers%arg, multipliers%log_abs, multipliers%vectors, point)
   end subroutine compute_free_vibrations
 
-  !> Finds the maximum of a goal along a line of conditions. Fails if the goal is invalid.
+  !> Finds the maximum of a goal along a line of conditions, near three given positions. Fails if the goal is invalid.
   subroutine climb_from(members, goal, start, places, levels, climb, error, motion)
     !> The machine and its neighbours
     type(members_type), intent(in) :: members
     !> The goal whose maximum is sought
     type(goal_type), intent(in) :: goal
-    !> A condition on the line
+    !> Any condition on the line
     type(condition_type), intent(in) :: start
     !> Three ascending positions on the line, and the levels of the goal at these positions (see `level` of
     !> gestell_study_design_goal)
@@ -139,7 +139,7 @@ contains
     type(members_type), intent(in) :: members
     !> The goal whose maximum is sought
     type(goal_type), intent(in) :: goal
-    !> A condition on the line
+    !> Any condition on the line
     type(condition_type), intent(in) :: start
     !> Positions of the last point before the end and of the end itself, and the levels of the goal at both
     real(dp), intent(in) :: ends(2), end_levels(2)

@@ -23,7 +23,7 @@ module gestell_task_boundary_level_line
     logical :: over_speed = .false.
     !> The measured quantity, its measure (peak, rms or band), and how it is computed.
     type(speed_options) :: options
-    !> Level in the unit of the quantity.
+    !> Level of the quantity, in its unit.
     real(dp) :: level = 0
   contains
     procedure :: at

@@ -23,9 +23,9 @@ module gestell_task_boundary_level_plane
   type, extends(plane_type), public :: level_plane_type
     !> The measured quantity, its measure (peak, rms or band), and how it is computed.
     type(speed_options) :: options
-    !> Level in the unit of the quantity.
+    !> Level of the quantity, in its unit.
     real(dp) :: level = 0
-    !> Number of the axis that is the speed; 0 if neither axis is the speed.
+    !> Number of the axis along which the speed varies; 0 if the speed does not vary.
     integer :: speed_axis = 0
   contains
     procedure :: probe

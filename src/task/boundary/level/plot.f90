@@ -35,7 +35,7 @@ contains
     !> Name and unit of the parameter on the horizontal axis
     character(len=*), intent(in) :: path, unit
     type(axis_type), intent(in) :: axis
-    !> Value of the parameter in the input file; empty if the input has none
+    !> Value of the parameter in the input file; empty if the input gives no value
     real(dp), intent(in) :: input(:)
     !> Measured quantity and level
     type(level_type), intent(in) :: level

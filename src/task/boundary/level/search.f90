@@ -51,7 +51,7 @@ module gestell_task_boundary_level_search
     type(resonance_curve_type) :: curve
   end type level_results_type
 
-  !> Parallel work: each piece computes one point of the curve.
+  !> Parallel work: each piece solves the machine at one point of the curve.
   type, extends(work_type) :: points_type
     type(level_line_type) :: line
     real(dp), allocatable :: at(:)

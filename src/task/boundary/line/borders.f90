@@ -36,7 +36,7 @@ module gestell_task_boundary_line_borders
     !> Argument of the multiplier that has modulus 1 at the border (0 to pi).
     real(dp) :: arg_rad = 0
     character(len=verdict_length) :: below = "", above = ""
-    !> Number of the vibration to which the border belongs, if the machine has several vibrations.
+    !> Number of the vibration to which the border belongs, if the machine has several vibrations at the same parameter.
     integer :: vibration = 1
     !> State of the machine where its measured quantity crosses a level.
     character(len=verdict_length) :: state = ""
@@ -243,7 +243,7 @@ contains
   !> Sets up the line through `base` along which only parameter number `which` varies.
   subroutine line_along(family, axes, which, base, options, line)
     class(family_type), intent(in), target :: family
-    !> One axis for each parameter; only the range of axis `which` is used
+    !> One axis for each parameter; only the range of axis number `which` is used
     type(axis_type), intent(in) :: axes(:)
     integer, intent(in) :: which
     !> Values of the parameters that do not vary

@@ -1,4 +1,4 @@
-!> Search for the stability borders between two points of a line.
+!> Finds the stability borders between two points of a line.
 module gestell_task_boundary_line_crossing
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp, pi
@@ -19,7 +19,7 @@ contains
   pure subroutine add_classified(search, crossing, below, above)
     type(search_type), intent(inout) :: search
     type(crossing_type), intent(in) :: crossing
-    !> Systems on both sides of the crossing
+    !> Systems on both sides of the crossing, at smaller and at larger t
     type(probe_type), intent(in) :: below, above
     real(dp), parameter :: real_axis = 1.0e-6_dp
     type(crossing_type) :: classified
@@ -144,7 +144,7 @@ contains
   !> this side is increased further, up to a limit, until the system is stable and not merely undecided.
   subroutine verify(line, l, r, t, crossing, below, above, success, error)
     type(line_type), intent(in) :: line
-    !> Systems at both ends of the interval, `l` at the smaller t
+    !> Systems at both ends of the interval; `l` is the one at the smaller t
     type(probe_type), intent(in) :: l, r
     real(dp), intent(in) :: t
     !> The border; defined only if `success` is true

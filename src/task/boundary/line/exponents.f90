@@ -1,7 +1,7 @@
-!> Logarithms z = ln(rho) of the multipliers along a line: values and slopes at nodes, cubic interpolation between the nodes.
+!> Logarithms z = ln(rho) of the multipliers along a line: values and slopes at nodes, and cubic interpolation between the nodes.
 !>
 !> z is a smooth function of the parameter except where two multipliers meet. If they meet well inside the interval between two
-!> nodes, gestell_task_boundary_line_meeting resolves the meeting.
+!> nodes, gestell_task_boundary_line_meeting computes what happens there.
 module gestell_task_boundary_line_exponents
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp, pi

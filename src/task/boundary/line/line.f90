@@ -1,7 +1,7 @@
-!> Straight lines in the space of a family's parameters, and the systems on them.
+!> Straight lines in the space of a family's parameters, and the systems at the points of these lines.
 !>
-!> Each axis has a coordinate u: 0 at the start of its range, 1 at its end, and linear in the logarithm on a logarithmic axis.
-!> Tolerances of borders are differences of u and therefore relative to the ranges.
+!> Each axis has a coordinate u, which is 0 at the start of its range and 1 at its end. On a logarithmic axis u is linear in the
+!> logarithm of the parameter. Tolerances of borders are differences of u and therefore relative to the ranges.
 module gestell_task_boundary_line
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_verdict, only: failed, impossible, operator(==), unstable, verdict_type

@@ -28,7 +28,7 @@ module gestell_task_boundary_line_search_result
     real(dp) :: t = 0, width = 0
   end type open_part_type
 
-  !> Results of a search along a line: borders, parts in which a border cannot be excluded, and systems along the line.
+  !> Results of a search along a line: borders, parts in which a border cannot be excluded, and solved systems along the line.
   type, public :: search_type
     type(crossing_type), allocatable :: borders(:)
     type(open_part_type), allocatable :: open_parts(:)

@@ -32,7 +32,8 @@ module gestell_task_boundary_map_cells
 
 contains
 
-  !> Links the vertices on the lines of the search grid across its cells. Fails if the parameters are invalid.
+  !> Connects the vertices on the lines of the search grid through the cells between these lines. Fails if the parameters are
+  !> invalid.
   subroutine connect_cells(plane, u1, u2, first1, first2, vertices, error)
     class(plane_type), intent(in), target :: plane
     !> Coordinates of the lines of the search grid, along the first and along the second parameter

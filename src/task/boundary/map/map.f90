@@ -69,7 +69,7 @@ contains
   subroutine trace_borders(family, grid, accuracy, deviation, map, error, executor)
     !> Systems as a function of two parameters
     class(family_type), intent(in), target :: family
-    !> Ranges of the two parameters, and numbers of search lines
+    !> Ranges of the two parameters, and number of search lines along each axis
     type(grid_type), intent(in) :: grid
     !> Allowed errors of the monodromy matrix
     type(accuracy_type), intent(in) :: accuracy

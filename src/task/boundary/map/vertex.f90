@@ -155,7 +155,7 @@ contains
     vertex%error = crossing%error * norm2(line%direction)
   end function vertex_of
 
-  !> Tolerance of borders on lines, in u: much smaller than the allowed deviation of the curves.
+  !> Tolerance of borders on lines, in u. It is much smaller than the allowed deviation of the curves.
   pure real(dp) function precision_of_lines(self) result(precision)
     class(plane_type), intent(in) :: self
     real(dp), parameter :: share = 0.01_dp

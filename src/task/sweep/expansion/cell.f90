@@ -69,7 +69,7 @@ contains
   subroutine plan_cell(problem, cell, sampler, variables, points, plan)
     !> The tile to be solved
     type(problem_type), intent(in) :: problem
-    !> The cell, a part of the tile
+    !> The cell, which is a part of the tile
     type(tile_type), intent(in) :: cell
     !> Sampler that integrates all machines of the cell with the same method
     type(sampler_type), intent(out) :: sampler

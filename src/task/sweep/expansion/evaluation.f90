@@ -26,7 +26,7 @@ contains
   subroutine evaluate(problem, cell, sampler, expansion, perturbations, error)
     !> The tile that contains the cell, and its results
     type(problem_type), intent(in) :: problem
-    !> The cell: range of the points
+    !> The cell, whose points are computed
     type(tile_type), intent(in) :: cell
     !> Sampler that has integrated all machines of the cell with the same method
     type(sampler_type), intent(in) :: sampler

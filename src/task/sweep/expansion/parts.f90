@@ -22,7 +22,8 @@ module gestell_task_sweep_expansion_parts
     !> positions are computed.
     integer :: states = 0, parts = 1, between = 0
     logical :: forced = .false.
-    !> `of_map`: weights of the maps. `of_times`: weights of the positions at times within the parts. Both have shape (parts).
+    !> Factors by which numbers are multiplied. `of_map`: for the numbers of the maps. `of_times`: for the numbers of the positions
+    !> at times within the parts. Both have shape (parts).
     real(dp), allocatable :: of_map(:), of_times(:)
   contains
     procedure :: columns
@@ -201,8 +202,8 @@ contains
     end do
   end function max_amplification
 
-  !> Upper bound of the spectral norm |M|. It is larger than |M| by at most the factor sqrt(number of rows or columns), and equals 1
-  !> for the unit matrix.
+  !> Upper bound on the spectral norm |M|. It exceeds |M| at most by the factor (number of rows times number of columns)^(1/4). It
+  !> is equal to 1 for the unit matrix.
   pure real(dp) function norm_bound(matrix)
     real(dp), intent(in) :: matrix(:, :)
 

@@ -68,7 +68,7 @@ module gestell_task_sweep_expansion_sampler
   real(dp), parameter :: rounded = 16 * epsilon(1.0_dp)
   !> Maximum number of times within a period for which expansions are worthwhile.
   integer, parameter :: most_times = 256
-  !> Maximum number of parts of a period.
+  !> Maximum number of parts into which a period is divided.
   integer, parameter :: most_parts = 16
   !> `least_terms`: number of terms of a series in which no phase changes. `solution`: cost of a solution. `composition`: cost of
   !> composing the parts. Both costs are relative to the cost of one term of a part at a point.
@@ -85,7 +85,7 @@ contains
     real(dp), intent(in) :: corners(:, :)
     !> Accuracy requested for the sweep
     type(accuracy_type), intent(in) :: accuracy
-    !> True if the periodic vibration is requested
+    !> True if the periodic vibration is requested too
     logical, intent(in) :: forced
     !> Number of points in the cell
     integer, intent(in) :: points
