@@ -12,9 +12,9 @@ module gestell_study_grid
 
   !> Equidistant values of one parameter, on a linear or a logarithmic scale.
   type, public :: axis_type
-    !> First and last value
+    !> First and last value of the parameter
     real(dp) :: from = 0, to = 0
-    !> Number of values
+    !> Number of values of the parameter on the axis
     integer :: count = 1
     !> True for a logarithmic scale: successive values have a constant ratio instead of a constant difference
     logical :: logarithmic = .false.

@@ -31,7 +31,7 @@ module gestell_study_measure
     integer :: kind = peak_measure
     !> Unit of the measure
     character(len=8) :: unit = ""
-    !> Limits of the frequency band of a band measure (Hz)
+    !> Lower and upper limit of the frequency band of a band measure (Hz)
     real(dp) :: band(2) = 0
   contains
     procedure :: name

@@ -43,7 +43,7 @@ module gestell_study_speed_point
     procedure :: reported_harmonics
   end type speed_options
 
-  !> Results at one speed.
+  !> Results of a machine at one speed.
   type, public :: speed_point_type
     !> The speed, which is the parameter of the family
     real(dp) :: speed = 0

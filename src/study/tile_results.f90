@@ -36,7 +36,7 @@ module gestell_study_tile_results
     & sweep_column_type("rot_xi_peak_rad", "rad", "rot ξ"), &
     & sweep_column_type("rot_eta_peak_rad", "rad", "rot η")]
 
-  !> Results of one tile.
+  !> Results of a sweep for one tile.
   type, public :: tile_results_type
     !> Values at all points, shape (values, points of axis 2, points of axis 1): first the requested columns, then the measures with
     !> their errors. NaN where a value does not exist. Verdicts are stored as numbers (gestell_base_verdict)

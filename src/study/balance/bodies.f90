@@ -178,7 +178,7 @@ contains
   subroutine with_counterweights(linkage, bodies, weights, names, balanced, error)
     !> The linkage to copy
     class(linkage_type), intent(in) :: linkage
-    !> The rotating bodies of the linkage
+    !> The rotating bodies, found by `find_bodies`
     type(turning_body_type), intent(in) :: bodies(:)
     !> Counterweights on the bodies of the linkage
     type(counterweight_type), intent(in) :: weights(:)

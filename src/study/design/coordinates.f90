@@ -1,10 +1,10 @@
-!> Transforms a second-order system to Floquet's coordinates. Let x_i(t) = p_i(t) exp(lambda_i t) with periodic p_i be its free
+!> Transforms a second-order system to Floquet's coordinates. Let x_i(t) = p_i(t) exp(lambda_i t), with periodic p_i, be its free
 !> vibrations, P = [p_1 ... p_n] and W = P^-1. With x = P z the equations x' = A x + f become scalar equations with constant
-!> coefficients,
+!> coefficients:
 !>
-!>     z_i' = lambda_i z_i + w_i f,
+!>     z_i' = lambda_i z_i + w_i f.
 !>
-!> whose periodic solution has the harmonics (w_i f)_k / (i k 2 pi/T - lambda_i). Therefore many loads cost little more than one
+!> The harmonics of their periodic solution are (w_i f)_k / (i k 2 pi/T - lambda_i). Therefore many loads cost little more than one
 !> load. (V. A. Yakubovich, V. M. Starzhinskii, Linear Differential Equations with Periodic Coefficients, 1975, chapter II.)
 module gestell_study_design_coordinates
   use gestell_base_error, only: error_type
@@ -41,7 +41,7 @@ contains
 
   !> Computes Floquet's coordinates of a system at the phases t/T = (k - 1)/`phases`.
   subroutine find_coordinates(system, phases, tolerance, found, fits, earlier)
-    !> The system, with n states
+    !> The system to transform, with n states
     class(second_order_system), intent(in) :: system
     !> Number of phases at which the coordinates are computed
     integer, intent(in) :: phases

@@ -225,7 +225,7 @@ contains
   subroutine prove_conflict(family, options, start, excess, error)
     !> The family of machines
     class(family_type), intent(in) :: family
-    !> Limits and ranges of the parameters
+    !> Limits of the goals, and ranges of the parameters
     type(design_options), intent(in) :: options
     !> Parameters at which the search starts
     real(dp), intent(in) :: start(:)

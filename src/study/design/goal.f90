@@ -220,7 +220,7 @@ contains
   !> quantity does not exist, or if the mechanism does not define its energy.
   subroutine sample_goals(goals, frame, probes, phases, q, samples, error)
     type(goal_type), intent(in) :: goals(:)
-    !> The frame whose goals are computed
+    !> The frame whose quantities are the goals
     class(frame_type), intent(in) :: frame
     !> Probes that the goals may refer to
     type(probe_type), intent(in) :: probes(:)

@@ -1,6 +1,6 @@
 !> Coordinates in which a design is optimised. If mass m and centre of mass c of a link are both parameters, the coordinates are m
-!> and the first moment m c, because shaking forces are linear in them. The range of c becomes the linear limits m c - c_max m <= 0
-!> and c_min m - m c <= 0.
+!> and the first moment m c. The reason: shaking forces are linear in these coordinates. The range of c becomes the linear limits m
+!> c - c_max m <= 0 and c_min m - m c <= 0.
 module gestell_study_design_moments
   use gestell_base_kinds, only: dp
   use gestell_math_optimum_minimax, only: branches_type, optimum_type

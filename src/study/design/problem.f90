@@ -38,7 +38,7 @@ module gestell_study_design_problem
     !> True if the search minimises -1 / (objective + `shift`). If a resonance approaches the end of a range, the objective rises
     !> like 1 / distance, so its inverse is nearly linear. Upper limits on vibrations over a range are inverted in the same way
     logical :: inverted = .false.
-    !> The smallest objective so far
+    !> The smallest objective of all machines that were evaluated
     real(dp), private :: least = huge(1.0_dp)
     !> Number added to the objective before it is inverted
     real(dp) :: shift = 0

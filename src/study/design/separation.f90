@@ -34,9 +34,10 @@ module gestell_study_design_separation
 
 contains
 
-  !> Finds one branch for each mode and each harmonic that the shafts excite, up to four times the drive's speed, and branches for
-  !> directions between modes whose frequencies may coincide. If a frequency coincides with an order within the range of speeds, the
-  !> search moves it out of the range at the nearer end. Fails if the mass matrix is not positive definite.
+  !> Finds the branches of a machine. There is one branch for each mode and each harmonic that the shafts excite, up to four times
+  !> the drive's speed. There are further branches for directions between modes whose frequencies may coincide. If a frequency
+  !> coincides with an order within the range, the branch is chosen so that the frequency leaves the range at the nearer end. Fails
+  !> if the mass matrix is not positive definite.
   subroutine find_branches(frame, speeds, branches, error)
     !> The machine whose modes are computed
     class(frame_type), intent(in) :: frame
@@ -98,8 +99,9 @@ contains
   end subroutine find_branches
 
   !> Computes the distance of each branch from its order, in per cent, at that end of the range where frequency and order are
-  !> closest. With frequency f, harmonic k and speed n it is 100 (f / (k n) - 1) for frequencies above the order and 100 (1 - f / (k
-  !> n)) for frequencies below. The distance is negative if the frequency coincides with the order within the range.
+  !> closest. Let f be the frequency, k the harmonic and n the speed. The distance is 100 (f / (k n) - 1) for frequencies above the
+  !> order, and 100 (1 - f / (k n)) for frequencies below it. The distance is negative if the frequency coincides with the order
+  !> within the range.
   subroutine compute_distances(frame, speeds, branches, distances)
     !> The machine whose distances are computed
     class(frame_type), intent(in) :: frame

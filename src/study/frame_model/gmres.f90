@@ -6,7 +6,7 @@ module gestell_study_frame_model_gmres
   implicit none (type, external)
   private
 
-  !> State of the GMRES iteration.
+  !> State of the GMRES iteration, which the procedures of this type update.
   type, public :: gmres_type
     private
     !> Number of products A v so far

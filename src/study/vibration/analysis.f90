@@ -163,7 +163,7 @@ contains
 
   !> Computes the modes of the frame about its vibration. If there is a resonance, also sets the mode of the resonance.
   subroutine find_modes(frame, averaged, accuracy, analysis)
-    !> The frame that was analysed
+    !> The frame to which `analysis` belongs
     class(frame_type), intent(in) :: frame
     !> True if the averaged model of the frame was analysed
     logical, intent(in) :: averaged

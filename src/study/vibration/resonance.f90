@@ -15,14 +15,14 @@ module gestell_study_vibration_resonance
 
   !> A multiplier near 1, and the natural frequency of its mode.
   type, public :: resonance_type
-    !> Index of the multiplier
+    !> Index of the multiplier among all multipliers
     integer :: multiplier = 0
     !> Distance of the multiplier from 1, |1 - rho|
     real(dp) :: distance = 0
     !> `frequency`: natural frequency of the mode (rad/s), 0 if the mode does not oscillate. `ratio`: this frequency divided by 2 pi
     !> / T
     real(dp) :: frequency = 0, ratio = 0
-    !> The integer nearest to `ratio`
+    !> The order of the period that is nearest: `ratio`, rounded to an integer
     integer :: order = 0
     !> Number of turns that the drive makes in the period. `ratio` and `order` divided by this number are multiples of the drive
     !> speed
@@ -97,7 +97,7 @@ contains
     is_near = order > 0 .and. abs(ratio - order) < min(near_order * order, near_spacing)
   end function is_near
 
-  !> Describes the resonance in one sentence.
+  !> Describes the resonance in one sentence: frequency, order, and distance of the multiplier from 1.
   pure subroutine describe_resonance(resonance, sentence)
     type(resonance_type), intent(in) :: resonance
     character(len=:), allocatable, intent(out) :: sentence

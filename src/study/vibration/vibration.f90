@@ -271,8 +271,8 @@ contains
   end subroutine compute_series
 
   !> True if the samples resolve those rows of the motion that follow the states: accelerations and forces of guides. Harmonics
-  !> below the rounding error of a row's terms count as resolved. Harmonics also count as resolved if they are smaller than the
-  !> row's error and than the difference between its values at the end and at the start of the period.
+  !> below the rounding error of a row's terms count as resolved. Harmonics that exceed it count as resolved if they are smaller
+  !> than two values: the error of the row, and the difference between its values at the end and at the start of the period.
   logical function rows_resolved(frame, system, phases, x, vibration)
     class(frame_type), intent(in) :: frame
     class(periodic_system), intent(in) :: system

@@ -1,4 +1,4 @@
-!> Keys of the input group &balance.
+!> Defines the keys of the input group &balance.
 module gestell_task_balance_keys
   use gestell_base_error, only: error_type
   use gestell_base_key, only: key_type, of_length, positive, range_type, real_key, text_key

@@ -51,7 +51,7 @@ module gestell_task_balance_variants
     !> Purpose of the counterweights: one of the constants `original_machine`, `for_force`, `for_moment`, `for_sum`, `complete`,
     !> `together`
     integer :: aim = original_machine
-    !> The counterweights of this variant
+    !> The counterweights that the variant adds to the machine
     type(counterweight_type), allocatable :: weights(:)
     !> For each counterweight: name of the link that carries it (`on`), and its own name as a link (`names`)
     character(len=word_length), allocatable :: on(:), names(:)

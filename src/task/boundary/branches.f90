@@ -183,7 +183,7 @@ contains
       & abs(parameter_at(axis, to) - parameter_at(axis, from)))]
   end subroutine add_open
 
-  !> True if an odd number of real multipliers exceeds 1 along the whole branch. One point alone is no evidence. The branch may be
+  !> True if an odd number of real multipliers exceeds 1 along the whole branch. One point alone is not sufficient: a branch may be
   !> unstable there because of a tongue at the multiplier +1, as at 2 w = 2 Omega (w: natural frequency) in a machine that repeats
   !> after half a turn. Points near a turning point, where a multiplier equals 1 within its error, are ignored.
   pure logical function is_always_unstable(search)

@@ -16,7 +16,7 @@ module gestell_task_boundary_solution
 
   public :: solve_borders
 
-  !> Results of the task `boundary`.
+  !> Results of the task `boundary`, for one or two parameters.
   type, public :: border_results_type
     !> If there is one parameter: its critical values, or its values at the crossings of a level.
     type(border_type), allocatable :: values(:)
@@ -41,7 +41,7 @@ contains
   subroutine solve_borders(family, grid, options, base, results, error, bare)
     !> Systems as a function of the parameters
     class(family_type), intent(in), target :: family
-    !> Ranges of one or two parameters
+    !> Ranges of the parameters (one or two), and number of values at which the search starts
     type(grid_type), intent(in) :: grid
     !> Accuracy, tolerance of the borders, and the executor that distributes the work
     type(border_options), intent(in) :: options

@@ -20,7 +20,7 @@ module gestell_task_campbell
 
   public :: base_frequency, check_campbell_options, solve_campbell, solve_point
 
-  !> Options of a Campbell diagram.
+  !> Options of a Campbell diagram: accuracy of the solutions, and orders.
   type, public :: campbell_options
     type(accuracy_type) :: accuracy
     !> Highest harmonic of the period whose crossings with modes are sought. If the crank makes one turn in the period, the
@@ -181,7 +181,8 @@ contains
     end if
   end function requested_harmonics
 
-  !> Adds `point` to the number of solutions in `campbell`, and records its degrees of freedom.
+  !> Counts a solution: increases the number of solutions in `campbell` by one, and copies the degrees of freedom from `point`. Does
+  !> nothing if there is no machine at this point.
   pure subroutine record_solution(point, campbell)
     type(campbell_point_type), intent(in) :: point
     type(campbell_type), intent(inout) :: campbell

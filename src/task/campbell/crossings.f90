@@ -18,7 +18,7 @@ module gestell_task_campbell_crossings
 
   !> A crossing of a mode with an order of the crank.
   type, public :: crossing_type
-    !> Number of the mode
+    !> Number of the mode that crosses the order
     integer :: mode = 0
     !> Ratio of the mode's frequency to the crank speed
     real(dp) :: order = 0
@@ -38,7 +38,7 @@ module gestell_task_campbell_crossings
   type :: search_type
     class(family_type), pointer :: family => null()
     type(campbell_options) :: options
-    !> Number of the mode
+    !> Number of the mode whose crossings are sought
     integer :: mode = 0
     !> Frequency of the mode at the crossings, divided by the frequency of the period; a multiple of 1/2
     real(dp) :: multiple = 0

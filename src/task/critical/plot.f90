@@ -1,4 +1,4 @@
-!> Draws the picture of the critical speeds.
+!> Draws the picture of the critical speeds, critical.gp.
 module gestell_task_critical_plot
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, either, newline, text

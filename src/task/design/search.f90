@@ -68,7 +68,7 @@ contains
     class(family_type), intent(in), target :: family
     !> Parameters, goals, conditions and number of starts of the design
     type(design_plan_type), intent(in) :: plan
-    !> The machine of the input
+    !> The machine of the input, with which the design is compared
     type(frame_type), intent(in) :: machine
     !> The best design with its goals
     type(design_type), intent(out) :: design

@@ -65,9 +65,9 @@ contains
   !> The picture of the table probes_history.csv: displacement, velocity and acceleration along all axes.
   function plot_histories(table, names, axes, frame) result(figure)
     type(table_type), intent(in) :: table
-    !> Names of the probes
+    !> Names of the probes, which are parts of the names of the table's columns
     character(len=*), intent(in) :: names(:)
-    !> Number of axes (2 or 3)
+    !> Number of coordinate axes of a displacement (2 or 3)
     integer, intent(in) :: axes
     class(frame_type), intent(in) :: frame
     type(figure_type) :: figure
@@ -93,7 +93,7 @@ contains
   !> The picture of the table probes_harmonics.csv: amplitudes of the velocity for each order.
   function plot_orders(table, names, axes, harmonics, turns) result(figure)
     type(table_type), intent(in) :: table
-    !> Names of the probes
+    !> Names of the probes, which are parts of the names of the table's columns
     character(len=*), intent(in) :: names(:)
     !> `axes`: number of axes (2 or 3). `harmonics`: highest harmonic of the period in the picture. `turns`: number of turns that
     !> the crank makes in the period

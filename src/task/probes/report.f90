@@ -1,4 +1,4 @@
-!> Reports the vibration at the probes.
+!> Writes the report on the vibration at the probes, which are points of the frame.
 module gestell_task_probes_report
   use gestell_base_growing_text, only: growing_text_type
   use gestell_base_kinds, only: dp

@@ -97,7 +97,7 @@ contains
 
   contains
 
-    !> HTML for one key figure.
+    !> HTML for one key figure: its name and its value.
     pure function figure(name, value) result(item)
       character(len=*), intent(in) :: name, value
       character(len=:), allocatable :: item

@@ -18,7 +18,7 @@ module gestell_task_sensitivity_plan
 
   public :: read_sensitivity
 
-  !> Plan of a sensitivity analysis.
+  !> Plan of a sensitivity analysis: what is varied.
   type, public :: sensitivity_plan_type
     !> Paths of the parameters, for example "frame.mass". If a path refers to several numbers, all of them change together.
     character(len=word_length), allocatable :: paths(:)

@@ -30,7 +30,7 @@ module gestell_task_separation
     real(dp) :: frequency = 0, excitation = 0, distance = 0, error = 0
     !> Share of each degree of freedom in the kinetic energy of the mode
     real(dp) :: energy(max_dofs) = 0
-    !> Number of degrees of freedom
+    !> Number of degrees of freedom that have a share in `energy`
     integer :: dofs = 3
     !> For a frame in space: share of the rotation about the torque-roll axis in the mode; negative if unknown
     real(dp) :: torque_roll = -1

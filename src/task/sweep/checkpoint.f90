@@ -44,7 +44,7 @@ module gestell_task_sweep_checkpoint
     integer(int64), private :: content = 0, fingerprint = 0
     !> Length of the table's header in bytes, as read from `origin`.
     integer(int64), private :: head = 0
-    !> True if the table is complete.
+    !> True if `finish` has completed the table.
     logical, private :: finished = .false.
   contains
     procedure :: begin
@@ -65,10 +65,10 @@ contains
   !> input or by another version of the program.
   subroutine open_campaign(campaign, folder, plan, content, error, selected)
     type(campaign_type), intent(out) :: campaign
-    !> Folder that contains sweep.blocks
+    !> Folder that contains the folder sweep.blocks
     character(len=*), intent(in) :: folder
     type(sweep_plan_type), intent(in) :: plan
-    !> Hash of the input
+    !> Hash of the input, by which other inputs are detected
     integer(int64), intent(in) :: content
     type(error_type), allocatable, intent(out) :: error
     !> True for the tiles to examine; by default all tiles are examined
@@ -258,7 +258,7 @@ contains
     character(len=*), intent(in) :: staging
     type(summary_type), intent(out) :: summary
     type(error_type), allocatable, intent(out) :: error
-    !> Values at all points, shape (numbers, points of the second axis, points of the first axis). Size 0 if they are not needed
+    !> Values at all points, shape (values, points of the second axis, points of the first axis). Size 0 if they are not needed
     real(dp), intent(inout), optional :: values(:, :, :)
     character(len=:), allocatable :: list
     integer(c_int) :: lock

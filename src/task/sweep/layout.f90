@@ -105,7 +105,7 @@ contains
     end do
   end function pieces
 
-  !> The rows of a block of points that begins at the indices `first` on the axes. `values` has the shape (numbers, points of the
+  !> The rows of a block of points that begins at the indices `first` on the axes. `values` has the shape (values, points of the
   !> second axis, points of the first axis).
   pure function rows(self, first, values)
     class(layout_type), intent(in) :: self
@@ -128,7 +128,7 @@ contains
     rows = transfer(numbers, repeat(" ", number_bytes * size(numbers)))
   end function rows
 
-  !> Reads the numbers from rows, point by point. `numbers` has the shape (numbers, points of the second axis, points of the first
+  !> Reads the numbers from rows, point by point. `numbers` has the shape (values, points of the second axis, points of the first
   !> axis).
   pure subroutine values(self, rows, numbers)
     class(layout_type), intent(in) :: self

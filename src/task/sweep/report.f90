@@ -1,4 +1,4 @@
-!> Writes the report on a sweep.
+!> Writes the report of the task `sweep`.
 module gestell_task_sweep_report
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise

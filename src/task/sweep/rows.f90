@@ -51,14 +51,14 @@ contains
     call read_at(rows, head + layout%place(piece%first) + 1, bytes, done)
   end subroutine read_piece
 
-  !> Reads the numbers of all points from the file. Fails if they cannot be read.
+  !> Reads the values at all points from the file. Fails if they cannot be read.
   subroutine read_values(layout, name, head, values, error)
     type(layout_type), intent(in) :: layout
-    !> Path of the file
+    !> Path of the file of the rows
     character(len=*), intent(in) :: name
     !> Length of the header before the rows, in bytes
     integer(int64), intent(in) :: head
-    !> Numbers of all points, shape (numbers, points of the second axis, points of the first axis)
+    !> Numbers of all points, shape (values, points of the second axis, points of the first axis)
     real(dp), intent(inout) :: values(:, :, :)
     type(error_type), allocatable, intent(out) :: error
     type(piece_type), allocatable :: pieces(:)
@@ -87,12 +87,12 @@ contains
   !> Writes the rows of a tile to the file. Fails if they cannot be written.
   subroutine write_tile(layout, name, head, tile, values, checksum, error)
     type(layout_type), intent(in) :: layout
-    !> Path of the file
+    !> Path of the file of the rows
     character(len=*), intent(in) :: name
     !> Length of the header before the rows, in bytes
     integer(int64), intent(in) :: head
     type(tile_type), intent(in) :: tile
-    !> Results of the tile, shape (numbers, points of the second axis, points of the first axis)
+    !> Results of the tile, shape (values, points of the second axis, points of the first axis)
     real(dp), contiguous, intent(in) :: values(:, :, :)
     !> Checksum of the bytes that were written
     integer(int64), intent(out) :: checksum

@@ -1,4 +1,4 @@
-!> Summarises the points of a sweep.
+!> Counts the verdicts of a sweep and records its extreme values, tile by tile.
 module gestell_task_sweep_summary
   use gestell_base_kinds, only: dp
   use gestell_base_verdict, only: last_number, verdict_numbered, verdict_type

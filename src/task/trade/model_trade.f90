@@ -49,7 +49,7 @@ module gestell_task_trade_model_trade
 
   !> Results of one of the models in `frame_models`.
   type, public :: model_finding_type
-    !> Name of the model
+    !> Name of the model, as in `frame_models`
     character(len=11) :: model = ""
     !> Verdict on the vibration; empty if the model has no result
     character(len=9) :: verdict = ""

@@ -25,7 +25,7 @@ module gestell_task_trade
 
   !> Result of one method with a given number of steps. Errors are relative to the converged solution.
   type, public :: trade_row_type
-    !> Name of the method
+    !> Name of the integration method
     character(len=name_length) :: method = ""
     !> `order`: order of convergence. `steps`: number of steps in the period. `evaluations`: number of evaluations of the
     !> coefficients in the period
@@ -44,7 +44,7 @@ module gestell_task_trade
     type(periodic_solution_type) :: solution
   end type converged_type
 
-  !> All measurements for one machine.
+  !> All measurements for one machine, and the error bounds below which errors cannot be measured.
   type, public :: trade_type
     !> One row for each number of steps of every method
     type(trade_row_type), allocatable :: rows(:)
@@ -137,7 +137,7 @@ contains
   subroutine measure_row(frame, method, steps, converged, row, spent, error)
     class(frame_type), intent(in) :: frame
     class(method_type), intent(in) :: method
-    !> Number of steps in the period
+    !> Number of integration steps in the period
     integer, intent(in) :: steps
     !> Converged solution with which the row is compared
     type(converged_type), intent(in) :: converged

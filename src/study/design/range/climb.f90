@@ -1,14 +1,15 @@
 !> Finds the maximum of a function of one variable within an interval, step by step:
 !>
-!>     call climb%start(places, values)                  ! three, ascending
+!>     call climb%start(places, values)                  ! three ascending positions and the values there
 !>     do while (.not. climb%done)
 !>       (the value at climb%next)
 !>       call climb%take(value)
 !>     end do
 !>
-!> If the middle point is not the highest, the points move uphill, twice as far apart each time. After that parabolas are used, and
-!> golden sections if parabolas do not shorten the interval (R. P. Brent, Algorithms for Minimization without Derivatives, 1973,
-!> chapter 5). Near a resonance a peak is P = P_0 / sqrt(1 + u^2), so -1/P^2 is exactly a parabola.
+!> If the middle one of the three positions is not the highest, the positions move uphill, each time twice as far apart. After that
+!> the maximum is approached by parabolas. Golden sections are used if parabolas do not shorten the interval (R. P. Brent,
+!> Algorithms for Minimization without Derivatives, 1973, chapter 5). Near a resonance a peak is P = P_0 / sqrt(1 + u^2), so -1/P^2
+!> is exactly a parabola.
 module gestell_study_design_range_climb
   use gestell_base_kinds, only: dp
   implicit none (type, external)

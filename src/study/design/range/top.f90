@@ -110,7 +110,7 @@ contains
     !> Three ascending positions on the line, and the levels of the goal at these positions (see `level` of
     !> gestell_study_design_goal)
     real(dp), intent(in) :: places(3), levels(3)
-    !> The maximum of the goal along the line
+    !> The maximum of the goal along the line, and how it was found
     type(climb_type), intent(out) :: climb
     type(error_type), allocatable, intent(out) :: error
     !> If present, the search for each motion starts from the motion before it. On return this is the last motion

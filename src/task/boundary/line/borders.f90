@@ -62,7 +62,7 @@ module gestell_task_boundary_line_borders
   !> Result of a search, along one parameter, for the nearest system that is not unstable. If the given system is not unstable, it
   !> is itself the result.
   type, public :: nearest_type
-    !> Verdict on the given system.
+    !> Verdict on the system from which the search starts.
     character(len=10) :: verdict = ""
     !> True if the range contains a system that is not unstable.
     logical :: found = .false.
@@ -86,7 +86,7 @@ contains
     class(family_type), intent(in), target :: family
     !> Range of the parameter. Component `count`: number of values at which the search starts
     type(axis_type), intent(in) :: axis
-    !> Allowed errors of the monodromy matrix
+    !> Tolerance of the monodromy matrix, integration method, and number of steps
     type(accuracy_type), intent(in) :: accuracy
     !> Tolerance of the borders, relative to the range or, on a logarithmic axis, to the range of the logarithm
     real(dp), intent(in) :: tolerance
@@ -170,11 +170,11 @@ contains
     class(family_type), intent(in), target :: family
     !> Values of all parameters of the given system
     real(dp), intent(in) :: base(:)
-    !> Number of the parameter that varies
+    !> Number of the parameter that varies along the line
     integer, intent(in) :: which
     !> One axis for each parameter; only the range of axis number `which` is used
     type(axis_type), intent(in) :: axes(:)
-    !> Tolerances of the monodromy matrix
+    !> Tolerance of the monodromy matrix, integration method, and number of steps
     type(accuracy_type), intent(in) :: accuracy
     !> Tolerance of the borders, relative to the range
     real(dp), intent(in) :: tolerance

@@ -140,8 +140,8 @@ contains
   end subroutine find_zero
 
   !> Finds two systems, one on each side of the border at `t`, of which exactly one is unstable. Their distance from `t` is
-  !> increased until this condition holds. If the interval ends in a stable system on the side that is not unstable, the distance on
-  !> this side is increased further, up to a limit, until the system is stable and not merely undecided.
+  !> increased until this condition holds. On the side that is not unstable, the interval may end in a stable system. The distance
+  !> on this side is then increased further, up to a limit, until the system there is stable and not merely undecided.
   subroutine verify(line, l, r, t, crossing, below, above, success, error)
     type(line_type), intent(in) :: line
     !> Systems at both ends of the interval; `l` is the one at the smaller t

@@ -74,8 +74,8 @@ module gestell_task_boundary_line
 
 contains
 
-  !> Checks the options of a search for borders. Fails if an axis is invalid or has fewer than two values, if the search would start
-  !> at too many points, or if a tolerance or an accuracy is out of range.
+  !> Checks the options of a search for borders. Fails if an axis is invalid or has fewer than two values, or if the search would
+  !> start at too many points. Fails also if a tolerance or an accuracy is out of range.
   pure subroutine check_search(axes, accuracy, tolerance, error)
     type(axis_type), intent(in) :: axes(:)
     type(accuracy_type), intent(in) :: accuracy

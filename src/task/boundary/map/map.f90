@@ -18,7 +18,7 @@ module gestell_task_boundary_map
 
   public :: trace_borders, trace_curves
 
-  !> A vertex of a border curve.
+  !> A vertex (corner) of a border curve in the plane of the parameters.
   type, public :: border_vertex_type
     integer :: curve = 0
     real(dp) :: parameters(2) = 0
@@ -71,7 +71,7 @@ contains
     class(family_type), intent(in), target :: family
     !> Ranges of the two parameters, and number of search lines along each axis
     type(grid_type), intent(in) :: grid
-    !> Allowed errors of the monodromy matrix
+    !> Tolerance of the monodromy matrix, integration method, and number of steps
     type(accuracy_type), intent(in) :: accuracy
     !> Allowed deviation of the curves from the border, relative to the ranges or, on logarithmic axes, to the ranges of the
     !> logarithms

@@ -14,9 +14,9 @@ module gestell_task_sweep_expansion_parts
   implicit none (type, external)
   private
 
-  !> Structure and weights of the list of numbers that represent the motion. For each part of the period, the list contains the map
-  !> [A_k b_k], row by row, and then the rows of the maps to the positions at each of the `between` times within the part. Column
-  !> b_k exists only if `forced` is true.
+  !> Structure and weights of the list of numbers that represent the motion. The period is divided into parts. For each part the
+  !> list contains two kinds of numbers: the map [A_k b_k], row by row; and the rows of the maps to the positions at each of the
+  !> `between` times within the part. Column b_k exists only if `forced` is true.
   type, public :: parts_type
     !> `states`: number of states. `parts`: number of parts of the period. `between`: number of times within a part at which
     !> positions are computed.
