@@ -6,7 +6,7 @@ usage: validation/same_digits.py BEFORE AFTER [input.nml ...]
 Words must be equal. Numbers may differ by the error that their table states for them: a column NAME_error, with or without its
 unit, or `error` of the row; without a stated error by 1e-9 of the largest in the column, which allows for rounding. Seconds are
 not compared. A phase may differ by the angle that corresponds to the error of its amplitude.
-Columns may be added at the end. The last line counts tables that are identical, that agree within errors, and that differ.
+Columns may be added at the end, and the version may differ. The last line counts tables that are identical, that agree within errors, and that differ.
 """
 import csv
 import math
@@ -20,8 +20,8 @@ FLOOR = 1e-9
 
 
 def read(path):
-    """Lines of the preamble, names of the columns, rows of cells."""
-    lines = path.read_text(encoding="utf-8").splitlines()
+    """Lines of the preamble without the program's version, names of the columns, rows of cells."""
+    lines = [line for line in path.read_text(encoding="utf-8").splitlines() if not line.startswith("# version:")]
     head = [line for line in lines if line.startswith("#")]
     rows = list(csv.reader(line for line in lines if not line.startswith("#")))
     return head, rows[0], rows[1:]
@@ -65,7 +65,7 @@ def differences(before, after):
             continue
         greatest = greatest_of(k)
         amplitude = name.replace("_phase_rad", "_amplitude") if name.endswith("_phase_rad") else None
-        worst, told = 0, ""
+        worst, message = 0, ""
         for i, (row, new) in enumerate(zip(rows, new_rows), 1):
             if row[k] == new[k]:
                 continue
@@ -83,9 +83,9 @@ def differences(before, after):
             if "error" in name:  # an estimate may move within its own size
                 allowed = max(allowed, 0.1 * max(abs(a), abs(b)))
             if abs(a - b) > allowed and abs(a - b) > worst * allowed:
-                worst, told = abs(a - b) / allowed if allowed else math.inf, f"{name}, row {i}: {row[k]} is now {new[k]}"
-        if told:
-            yield told + f" ({worst:.2g} times what is allowed)"
+                worst, message = abs(a - b) / allowed if allowed else math.inf, f"{name}, row {i}: {row[k]} is now {new[k]}"
+        if message:
+            yield message + f" ({worst:.2g} times what is allowed)"
 
 
 def main():
@@ -108,7 +108,7 @@ def main():
                 different += 1
             for name in sorted(tables[0] & tables[1]):
                 before, after = (folder / name for folder in folders)
-                if before.read_bytes() == after.read_bytes():
+                if read(before) == read(after):
                     same += 1
                     continue
                 found = list(differences(before, after))
