@@ -6,7 +6,8 @@ usage: validation/same_digits.py BEFORE AFTER [input.nml ...]
 Words must be equal. Numbers may differ by the error that their table states for them: a column NAME_error, with or without its
 unit, or `error` of the row; without a stated error by 1e-9 of the largest in the column, which allows for rounding. Seconds are
 not compared. A phase may differ by the angle that corresponds to the error of its amplitude.
-Columns may be added at the end, and the version may differ. The last line counts tables that are identical, that agree within errors, and that differ.
+Columns may be added at the end, and the version may differ. The last line counts tables that are identical, that agree within
+errors, and that differ.
 """
 import csv
 import math
