@@ -238,7 +238,7 @@ contains
     call check_that(error, abs(20 * linkage%angle_scale - 1), "<", 1.0e-12_dp, "order 20 is the finest")
     if (allocated(error)) return
     call refused([1.0_dp, 2.0_dp], [1, 2], &
-      & "joint 'T': its lift must have an odd number of values: the mean, then pairs of cosine and sine")
+      & "joint 'T': its lift must have an odd number of values: the mean, then one cosine and one sine coefficient for each order")
     if (allocated(error)) return
     call refused([huge(1.0_dp)], [1, 2], "joint 'T': its coordinates must lie between -1e100 m and 1e100 m")
     if (allocated(error)) return

@@ -193,7 +193,7 @@ contains
         call help_on(schema, trim(key%group) // "." // trim(key%name), text, failure)
         call check_text(error, text, failure, trim(key%group) // "." // trim(key%name) // ": ")
         if (allocated(error)) return
-        call check(error, index(text, "may vary in &sweep") > 0 .eqv. (key%kind == real_key .and. any(key%group == &
+        call check(error, index(text, "yes: &sweep") > 0 .eqv. (key%kind == real_key .and. any(key%group == &
           & [character(len=16) :: "drive", "joint", "link", "mass_functions", "frame", "support", "foundation", "gravity", &
           & "mechanism", "repeat"])), text)
       end associate

@@ -149,9 +149,9 @@ contains
     call refused(error, "&frame mass='5'/", at // "'5': must be a number, without quotes")
     call refused(error, "&frame mass=" // repeat("x", 1000) // "/", at // repeat("x", 57) // "...: must be a number")
     call refused(error, "&accuracy steps=2.5/", &
-      "in.nml:1: &accuracy: steps = 2.5: must be a whole number, written without a point or exponent")
+      "in.nml:1: &accuracy: steps = 2.5: must be a whole number, written without decimal point and exponent")
     call refused(error, "&accuracy steps=3.0/", &
-      "in.nml:1: &accuracy: steps = 3.0: must be a whole number, written without a point or exponent")
+      "in.nml:1: &accuracy: steps = 3.0: must be a whole number, written without decimal point and exponent")
     call refused(error, "&accuracy steps=3000000000/", "in.nml:1: &accuracy: steps = 3000000000: is too large")
     call refused(error, "&accuracy steps=nan/", "in.nml:1: &accuracy: steps = nan: must be finite")
     call refused(error, "&link from=A0/", "in.nml:1: &link: from = A0: must be in quotes: 'A0'")

@@ -138,7 +138,7 @@ contains
     call not_set(error, "support.position(1)=5,6", "takes 1 value, has 2 (a decimal comma? use a point)")
     call not_set(error, "joint(A0).lengths(2)=5", "the element before it is missing")
     call not_set(error, "case.tasks=a,,b", "a value is missing")
-    call not_set(error, "accuracy.steps=2.5", "must be a whole number, written without a point or exponent")
+    call not_set(error, "accuracy.steps=2.5", "must be a whole number, written without decimal point and exponent")
     call not_set(error, "joint(B).name=", "must not be blank")
 
     call read_checked("&frame/" // rest, doc, failure)

@@ -69,9 +69,9 @@ contains
 
     associate (from => axis%from, to => axis%to, count => axis%count, logarithmic => axis%logarithmic)
       if (count < 1) then
-        call fatal_error(error, "a range must have at least one value", invalid_input)
+        call fatal_error(error, "the number of values of a range must be 1 or more", invalid_input)
       else if (.not. (ieee_is_finite(from) .and. ieee_is_finite(to))) then
-        call fatal_error(error, "the ends of a range must be finite", invalid_input)
+        call fatal_error(error, "both ends of a range must be finite numbers", invalid_input)
       else if (count > 1 .and. .not. abs(to - from) > 0) then
         call fatal_error(error, "'from' and 'to' must differ if there are several values", invalid_input)
       else if (count == 1 .and. abs(to - from) > 0) then

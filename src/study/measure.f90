@@ -55,7 +55,7 @@ contains
   !> Meaning of the measure in words, for headings.
   pure character(len=48) function meaning(self)
     class(measure_type), intent(in) :: self
-    character(len=*), parameter :: meanings(3) = [character(len=len(meaning)) :: "maximum magnitude over the turn", &
+    character(len=*), parameter :: meanings(3) = [character(len=len(meaning)) :: "maximum magnitude over the period", &
       & "root mean square", "root mean square within the probe's band"]
 
     meaning = meanings(self%kind)

@@ -157,7 +157,7 @@ contains
     allocate(probes(0))
     if (allocated(options%probes)) probes = options%probes
     if (.not. associated(frame)) then
-      call fatal_error(error, "a resonance curve requires a frame: the system is of another type", invalid_input)
+      call fatal_error(error, "a resonance curve requires a frame, but the system is not a frame", invalid_input)
       return
     end if
     allocate(quantities(size(options%names)))

@@ -135,7 +135,7 @@ INPUTS = [
      "input.nml:1: &case: a blank or comma is missing before 'stability' (a quote within a text is "
      "written twice)"),
     ("real for an integer", changed("branch=1", "branch=1.0"), 2,
-     "input.nml:6: &joint 'B': branch = 1.0: must be a whole number, written without a point or exponent"),
+     "input.nml:6: &joint 'B': branch = 1.0: must be a whole number, written without decimal point and exponent"),
     ("too many values", changed("origin=-0.20,0.20", "origin=-0.20,0.20,0.0,0.0"), 2,
      "input.nml:10: &frame: origin = -0.20, 0.20, 0.0, 0.0: takes at most 3 values, has 4"),
     ("too few values", changed("origin=-0.20,0.20", "origin=-0.20"), 2,
@@ -158,7 +158,7 @@ INPUTS = [
      "are allowed"),
     ("ratio of a crank that turns too often", "&mechanism name='main' /\n" + SOUND + "&repeat of='main', name='two', ratio=1,2 /\n"
      "&repeat of='main', name='three', ratio=4096 /\n", 2,
-     "input.nml:18: &repeat 'three': ratio = 4096: the crank turns more than 4096 times before the mechanism repeats, which is not allowed"),
+     "input.nml:18: &repeat 'three': ratio = 4096: before the motion of the mechanism repeats, the crank turns more than the permitted 4096 times"),
     ("repeat count too large", changed("0.5,0.5,0.05", "4*0.5"), 2,
      "input.nml:15: &foundation: damping = 4*0.5: takes 3 or 6 values, has 4"),
     ("gap in a vector", changed("origin=-0.20,0.20", "origin=,0.20"), 2,
@@ -204,7 +204,7 @@ INPUTS = [
      "is 4"),
     ("foundation that pushes", changed("&foundation ", "&foundation stiffness=-4.4e5,8*0.0, "), 2,
      "input.nml:15: &foundation: stiffness = -4.4e5, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0: must be "
-     "positive semidefinite: in some direction this matrix pushes the frame away instead of back"),
+     "positive semidefinite: in some direction this matrix pushes a displaced frame farther away instead of back"),
     ("foundation's matrix too short", changed("&foundation ", "&foundation stiffness=1.0,2.0,3.0, "), 2,
      "input.nml:15: &foundation: stiffness = 1.0, 2.0, 3.0: takes 9 or 36 values, has 3"),
     ("sums of finite numbers overflow", changed("position=0.10,-0.20, stiffness=196133.0,196133.0",
@@ -321,26 +321,26 @@ INPUTS = [
     # mechanisms
     ("cannot be assembled at 0 deg", changed("0.37,0.16", "0.07,0.16"), 3,
      "input.nml:6: joint 'B' cannot be assembled or is at a dead point at a crank angle of 0.000 deg: "
-     "its ends are 0.33 m apart; lengths of 0.07 m and 0.16 m allow 0.09 m to 0.23 m; it cannot be assembled at any crank angle; not a Grashof "
+     "its ends are 0.33 m apart; lengths of 0.07 m and 0.16 m allow 0.09 m to 0.23 m; it cannot be assembled at any crank angle; the four-bar linkage is not a Grashof "
      "linkage: the shortest and the longest bar, together 0.47 m, are longer than the other two, together 0.23 m"),
     ("cannot be assembled over part of the turn", changed("0.37,0.16", "0.27,0.16"), 3,
      "input.nml:6: joint 'B' cannot be assembled or is at a dead point at a crank angle of 110.925 "
      "deg: its ends are 0.43 m apart; lengths of 0.27 m and 0.16 m allow 0.11 m to 0.43 m; it can be assembled from 249.08 to 110.92 "
-     "deg; not a Grashof linkage: the shortest and the longest bar, together 0.47 m, are longer than the other two, together 0.43 m"),
+     "deg; the four-bar linkage is not a Grashof linkage: the shortest and the longest bar, together 0.47 m, are longer than the other two, together 0.43 m"),
     ("dead point at 180 deg", changed("0.37,0.16", "0.31,0.16"), 3,
      re.compile(r"input\.nml:6: joint 'B' cannot be assembled or is at a dead point at a crank angle of "
                 r"(179\.99\d|180\.000) deg: its ends are 0\.47 m apart; lengths of 0\.31 m and 0\.16 m allow "
-                r"0\.15 m to 0\.47 m; it can be assembled elsewhere, except in gaps of less than 4 deg")),
+                r"0\.15 m to 0\.47 m; it can be assembled at all other angles that were tested; gaps narrower than 4 deg may have been missed")),
     ("parallelogram", changed("radius=0.07", "radius=0.16").replace("0.37,0.16", "0.40,0.16"), 3,
      "input.nml:6: joint 'B' cannot be assembled or is at a dead point at a crank angle of 0.000 deg: "
-     "its ends are 0.24 m apart; lengths of 0.4 m and 0.16 m allow 0.24 m to 0.56 m; it can be assembled elsewhere, except in gaps of "
-     "less than 4 deg; it is a parallelogram linkage: describe its second arm by another joint of type 'crank', with the same radius and "
-     "phase, about its own pivot"),
+     "its ends are 0.24 m apart; lengths of 0.4 m and 0.16 m allow 0.24 m to 0.56 m; it can be assembled at all other angles that were "
+     "tested; gaps narrower than 4 deg may have been missed; it belongs to a parallelogram linkage: describe the second arm by another joint "
+     "of type 'crank', with the same radius and phase, about the arm's own pivot"),
     ("ends of a dyad meet at 180 deg",
      changed("position=0.40, 0.0", "position=-0.07, 0.0").replace("0.37,0.16", "0.37,0.37"), 3,
      re.compile(r"input\.nml:6: joint 'B' cannot be assembled or is at a dead point at a crank angle of "
                 r"(179\.99\d|180\.000) deg: its ends are .*; lengths of 0\.37 m and 0\.37 m allow "
-                r"0 m to 0\.74 m; it can be assembled elsewhere, except in gaps of less than 4 deg")),
+                r"0 m to 0\.74 m; it can be assembled at all other angles that were tested; gaps narrower than 4 deg may have been missed")),
     ("joints of a link meet at 0 deg", added("&joint name='C', type='ground', position=0.07, 0.0 /\n"
                                              "&link name='belt', from='C', to='A', mass=1.0, inertia=0.0 /"), 3,
      "input.nml:17: link 'belt': its two joints coincide at a crank angle of 0.000 deg"),
@@ -433,7 +433,7 @@ OPTIONS = [
      "--set frame.mass=: a value is missing"),
     ("--set, the mechanism cannot be assembled", ["input.nml", "-s", "joint(B).lengths(1)=0.1"], 3,
      "input.nml:6: joint 'B' cannot be assembled or is at a dead point at a crank angle of 0.000 deg: "
-     "its ends are 0.33 m apart; lengths of 0.1 m and 0.16 m allow 0.06 m to 0.26 m; it cannot be assembled at any crank angle; not a Grashof "
+     "its ends are 0.33 m apart; lengths of 0.1 m and 0.16 m allow 0.06 m to 0.26 m; it cannot be assembled at any crank angle; the four-bar linkage is not a Grashof "
      "linkage: the shortest and the longest bar, together 0.47 m, are longer than the other two, together 0.26 m"),
     ("--fail-if-unstable without a verdict", ["input.nml", "--fail-if-unstable", "-s", "case.tasks='drawing'"], 1,
      "--fail-if-unstable needs a task with a verdict: 'stability', 'modes', 'response', 'forces', 'power', 'balance', "

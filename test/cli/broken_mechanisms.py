@@ -78,13 +78,13 @@ def without(*groups):
 
 
 def needs_guide(number, name, key="guide"):
-    return (f"input.nml:{number}: &joint '{name}': give '{key}_point' and '{key}_angle' for a guide fixed to the frame, or "
-            f"'{key}' for one carried by two joints")
+    return (f"input.nml:{number}: &joint '{name}': give '{key}_point' and '{key}_angle' for a guide that is fixed to the frame, or "
+            f"'{key}' for a guide that two joints carry")
 
 
 # where the joint can be assembled, and what kind of four-bar it is (tested in headlines.py)
-CLOSES = (r"(; it (cannot be assembled at any crank angle|can be assembled from [\d., tofrm]* deg)|; it can be assembled elsewhere, except in gaps of less than 4 deg)"
-          r"(; [a-z ]*(Grashof|parallelogram).*)?")
+CLOSES = (r"(; it (cannot be assembled at any crank angle|can be assembled from [\d., tofrm]* deg)|; it can be assembled at all other angles that were tested; gaps narrower than 4 deg may have been missed)"
+          r"(; [a-z -]*(Grashof|parallelogram).*)?")
 
 
 def cannot(number, name, degrees, why):
@@ -106,9 +106,9 @@ RPR_HAS = "is not a key of a joint of type 'RPR'; its keys are ends, lengths, br
 RPP_HAS = "is not a key of a joint of type 'RPP'; its keys are ends, slot_angle, guide, guide_point, guide_angle"
 PRP_HAS = ("is not a key of a joint of type 'PRP'; its keys are guide, guide_point, guide_angle, guide2, guide2_point, "
            "guide2_angle")
-PARALLEL = "its guides become parallel, or the two joints that carry one coincide"
-INDEFINITE = "must be positive semidefinite: in some direction this matrix pushes the frame away instead of back"
-PAIRS = "must have an odd number of values: the mean, then pairs of cosine and sine"
+PARALLEL = "its guides become parallel, or two joints that carry a guide coincide"
+INDEFINITE = "must be positive semidefinite: in some direction this matrix pushes a displaced frame farther away instead of back"
+PAIRS = "must have an odd number of values: the mean, then one cosine and one sine coefficient for each order"
 MASS_KEYS = "allowed are mass, inertia, a1, a2, a3, moment, energy"
 UNITS_KEYS = "allowed are length, mass, inertia, stiffness, force, moment, damping, rotary_damping, angle"
 
@@ -243,23 +243,23 @@ INPUTS = [
     # mechanisms that cannot turn
     ("slider out of reach",
      joint("B", "type='RRP', ends='A', lengths=0.2, guide_point=0.3,0.0, guide_angle=90.0, branch=1"), 3,
-     cannot(6, "B", "0.000", "its end is 0.25 m away from the guide; its length of 0.2 m must exceed this distance")),
+     cannot(6, "B", "0.000", "the joint 'ends(1)' is 0.25 m away from the guide; the link's length of 0.2 m must exceed this distance")),
     # A is 0.05 cos(phi) from the y-axis: 0.16 - 0.05 cos(phi) = 0.2
     ("slider out of reach over part of the turn",
      joint("B", "type='RRP', ends='A', lengths=0.2, guide_point=0.16,0.0, guide_angle=90.0, branch=1"), 3,
      cannot(6, "B", f"{math.degrees(math.acos(-0.8)):.3f}",
-            "its end is 0.2 m away from the guide; its length of 0.2 m must exceed this distance")),
+            "the joint 'ends(1)' is 0.2 m away from the guide; the link's length of 0.2 m must exceed this distance")),
     ("slider at a dead point",
      joint("B", "type='RRP', ends='A', lengths=0.2, guide_point=0.15,0.0, guide_angle=90.0, branch=1"), 3,
-     about(180.0, 6, "B", "its end is 0.2 m away from the guide; its length of 0.2 m must exceed this distance")),
+     about(180.0, 6, "B", "the joint 'ends(1)' is 0.2 m away from the guide; the link's length of 0.2 m must exceed this distance")),
     ("rod as long as the crank",
      joint("B", "type='RRP', ends='A', lengths=0.05, guide_point=0.0,0.0, guide_angle=90.0, branch=1"), 3,
-     cannot(6, "B", "0.000", "its end is 0.05 m away from the guide; its length of 0.05 m must exceed this distance")),
+     cannot(6, "B", "0.000", "the joint 'ends(1)' is 0.05 m away from the guide; the link's length of 0.05 m must exceed this distance")),
     # the guide turns with the crank, at 90 deg to it: P is 0.35 sin(phi) from it
     ("slider out of reach of a moving guide",
      last_joint("type='RRP', ends='P', lengths=0.30, guide='O','A', guide_angle=90.0, branch=1"), 3,
      cannot(8, "S", f"{math.degrees(math.asin(0.30 / 0.35)):.3f}",
-            "its end is 0.3 m away from the guide; its length of 0.3 m must exceed this distance")),
+            "the joint 'ends(1)' is 0.3 m away from the guide; the link's length of 0.3 m must exceed this distance")),
     ("lever's pivot on the crank's circle",
      last_joint("type='ground', position=1.0,1.0", ("position=0.0,-0.35", "position=0.0,-0.05")), 3,
      about(270.0, 7, "C", "the joint in the slot coincides with the lever's pivot")),
@@ -356,7 +356,7 @@ INPUTS = [
     ("four degrees of freedom", machine("origin=", "dof='xi','eta','psi','xi', origin="), 2,
      "input.nml:15: &frame: dof = 'xi', 'eta', 'psi', 'xi': names a degree of freedom twice"),
     ("support with two angles", machine(" angle=30.0 ", " angle=30.0,40.0 "), 2,
-     "input.nml:16: &support 1: angle = 30.0, 40.0: describes a tilt out of the plane: add zeta, rot_xi or rot_eta to &frame dof"),
+     "input.nml:16: &support 1: angle = 30.0, 40.0: describes a tilt out of the plane in which the frame moves: add zeta, rot_xi or rot_eta to &frame dof"),
     ("support's angle in quotes", machine(" angle=30.0 ", " angle='30' "), 2,
      "input.nml:16: &support 1: angle(1) = '30': must be a number, without quotes"),
     ("support with one damping", machine("damping=60.0,120.0, angle=30.0", "damping=60.0"), 2,
@@ -435,5 +435,5 @@ BROKEN_MECHANISMS += [
     ("--set of the linkage, guides become parallel", MACHINE, ["input.nml", "-s", "joint(F).guide2_angle=90"], 3,
      about(90.0, 10, "F", PARALLEL)),
     ("--check of a slider out of reach", MACHINE, ["--check", "input.nml", "-s", "joint(B).lengths=0.04"], 3,
-     cannot(6, "B", "0.000", "its end is 0.05 m away from the guide; its length of 0.04 m must exceed this distance")),
+     cannot(6, "B", "0.000", "the joint 'ends(1)' is 0.05 m away from the guide; the link's length of 0.04 m must exceed this distance")),
 ]

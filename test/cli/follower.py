@@ -151,14 +151,14 @@ def test_refused():
             ("two lifts", f"type='follower', cam='O','A', {GUIDE}, lift=0.01, lift_table=0.0,0.1,0.2",
              "give either 'lift' (harmonics) or 'lift_table'"),
             ("even", f"type='follower', cam='O','A', {GUIDE}, lift=0.01,0.02",
-             "lift = 0.01, 0.02: must have an odd number of values: the mean, then pairs of cosine and sine"),
+             "lift = 0.01, 0.02: must have an odd number of values: the mean, then one cosine and one sine coefficient for each order"),
             ("short table", f"type='follower', cam='O','A', {GUIDE}, lift_table=0.01,0.02", "lift_table = 0.01, 0.02: takes at least 3 values, has 2"),
             ("one joint", f"type='follower', cam='A', {GUIDE}, lift=0.01", "cam = 'A': takes 2 values, has 1"),
             ("the same twice", f"type='follower', cam='A','A', {GUIDE}, lift=0.01", "cam = 'A', 'A': must name 2 different joints"),
             ("itself", f"type='follower', cam='O','T', {GUIDE}, lift=0.01", "cam = 'O', 'T': a joint cannot refer to itself"),
             ("no cam", f"type='follower', {GUIDE}, lift=0.01", "a joint of type 'follower' needs the key 'cam'"),
             ("no guide", "type='follower', cam='O','A', lift=0.01",
-             "give 'guide_point' and 'guide_angle' for a guide fixed to the frame, or 'guide' for one carried by two joints"),
+             "give 'guide_point' and 'guide_angle' for a guide that is fixed to the frame, or 'guide' for a guide that two joints carry"),
             ("ends", f"type='follower', ends='A', cam='O','A', {GUIDE}, lift=0.01",
              "is not a key of a joint of type 'follower'; its keys are cam, lift, lift_table, lift_phase, guide, guide_point, "
              "guide_angle")):

@@ -350,7 +350,7 @@ def test_closure():
             near("no Grashof linkage, from", float(angles[1]), 360 - stretched, 0.006)
             near("no Grashof linkage, to", float(angles[2]), stretched, 0.006)
         run = Run(folder, "-q", "parallel.nml")
-        check("parallelogram", run.code == 3 and "parallelogram linkage: describe its second arm by another joint of type 'crank'" in run.err,
+        check("parallelogram", run.code == 3 and "parallelogram linkage: describe the second arm by another joint of type 'crank'" in run.err,
               "a second crank", run.err)
 
 

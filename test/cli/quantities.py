@@ -152,7 +152,7 @@ REFUSED = [
     ("unknown measure", ", columns='f', measures='men'", "measures(1) = 'men': unknown; choose from 'peak', 'rms', 'band'"),
     ("no band", ", columns='f','xi_dot', measures='band'",
      "measures = 'band': 'band' is available only for velocities of probes: probe(NAME).v, .vx, .vy, in space .vz"),
-    ("measures of nothing", ", columns='verdict', measures='rms'", "measures = 'rms': applies to quantities, but none is requested"),
+    ("measures of nothing", ", columns='verdict', measures='rms'", "measures = 'rms': applies to quantities, but no quantity is requested"),
 ]
 
 

@@ -432,14 +432,14 @@ REFUSED = (
     ("tilted in the plane", {"dof": "'xi','eta','psi'", "angle": "0,10,0"}, "", "describes a tilt out of the plane"),
     ("tilted plane in the plane", {"dof": "'xi','eta','psi'"}, "&mechanism name='m', axis=1,0,0 /\n", "describes a tilt out of the plane"),
     ("no axis", {}, "&mechanism name='m', axis=0,0,0 /\n", "must not be the zero vector"),
-    ("x-axis on the plane", {}, "&mechanism name='m', axis=1,0,0, x_axis=2,0,0 /\n", "must not be normal to the plane"),
+    ("x-axis on the plane", {}, "&mechanism name='m', axis=1,0,0, x_axis=2,0,0 /\n", "must not be normal to the mechanism's plane"),
     ("gravity of two values", {}, "&gravity direction=0,-1 /\n", "must be one angle or a vector of 3 values, but has 2 values"),
     ("gravity without direction", {}, "&gravity direction=0,0,0 /\n", "must not be the zero vector"),
-    ("gravity's vector in the plane", {"dof": "'xi','eta','psi'"}, "&gravity direction=0,-1,0 /\n", "must be one angle in the plane"),
+    ("gravity's vector in the plane", {"dof": "'xi','eta','psi'"}, "&gravity direction=0,-1,0 /\n", "must be one angle, because the frame moves in a plane"),
     ("foundation in the plane", {"dof": "'xi','eta','psi'"}, "&foundation stiffness(4,4)=1e3 /\n",
-     "&foundation: stiffness(4,4) = 1e3: is only for a frame in space"),
+     "&foundation: stiffness(4,4) = 1e3: is allowed only for a frame in space"),
     ("foundation's damping in the plane", {"dof": "'xi','eta','psi'"}, "&foundation damping(5)=1e3 /\n",
-     "&foundation: damping(5) = 1e3: is only for a frame in space"),
+     "&foundation: damping(5) = 1e3: is allowed only for a frame in space"),
     ("foundation not symmetric", {}, "&foundation stiffness(2,6)=1e3 /\n",
      "stiffness(2,6) = 1e3: must be symmetric, but c26 is 1000 and c62 is 0"),
     ("foundation that pushes", {}, "&foundation stiffness(4,6)=1e3, stiffness(6,4)=1e3, stiffness(4,4)=1e3, stiffness(6,6)=999 /\n",
@@ -503,12 +503,12 @@ def refused_tests():
     with Folder(input=BLOCK.format(**GOOD).replace("rpm=60", "rpm=60, held_by='outside'") + "&mechanism name='m', ratio=2 /\n") as folder:
         run = Run(folder, "input.nml")
         equal("space, no shaft of the drive: code", run.code, 2)
-        message = "input.nml:3: &drive: held_by = 'outside': requires, in space, a mechanism with ratio=1, whose crankshaft is the drive's shaft"
+        message = "input.nml:3: &drive: held_by = 'outside': other than 'motor' requires, for a frame in space, a mechanism with ratio=1: its crankshaft is the drive's shaft"
         equal("space, no shaft of the drive: line", run.err, message + "\n")
     loose = GOOD | {"stiffness": "1e4,1e4,0", "dof": "'xi','eta','zeta'"}
     with Folder(input=BLOCK.format(**loose) + "&gravity direction=0,-1,1 /\n") as folder:
         Run(folder, "input.nml").refused("space, nothing carries the weight", 3, "input.nml:9: &gravity: no spring carries the weight "
-                                         "along zeta: add a spring in this direction, or a guide")
+                                         "along zeta: add a spring in this direction, or lock this degree of freedom")
 
 
 SPACE_TESTS = [reference_tests, range_tests, tilted_tests, power_tests, block_tests, force_tests, task_tests, balanced_tests,

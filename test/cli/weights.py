@@ -140,7 +140,7 @@ def test_refused():
         with Folder(input=loose + "\n" + hung + "&foundation stiffness(3,3)=1.0e4 /\n" * ("&foundation" not in loose)) as folder:
             Run(folder, "-s", "foundation.stiffness(3,3)=1.0e4", "input.nml").refused(
                 f"weights, nothing carries the {what}", 3,
-                f"input.nml:13: &gravity: no spring carries {word}: add a spring in this direction, or a guide")
+                f"input.nml:13: &gravity: no spring carries {word}: add a spring in this direction, or lock this degree of freedom")
             equal(f"weights, nothing carries the {what}: no files", [path.name for path in folder.iterdir()], ["input.nml"])
 
 

@@ -32,53 +32,58 @@ module gestell_input_machine_frame
   public :: foundation_keys, gravity_keys, read_drive_and_frame, read_frame, note_on_ignored_values
 
   type(key_type), parameter, public :: drive_keys(*) = [ &
-    & key_type("drive", "speed_rpm", real_key, "crank speed; positive: counter-clockwise, negative: clockwise", required=.true., &
+    & key_type("drive", "speed_rpm", real_key, "crank speed: positive if the crank turns counter-clockwise, negative if " // &
+    &   "clockwise", required=.true., &
     &   symbol="1/min", range=nonzero), &
     & key_type("drive", "held_by", text_key, "what keeps the crank speed constant", word="motor", words=trim(holders(1)) // &
     &   ", " // trim(holders(2)) // ", " // trim(holders(3))), &
-    & key_type("drive", "flywheel_inertia", real_key, "moment of inertia of the flywheel about the crank's axis, as far as no " // &
-    &   "link contains it; only with `held_by='flywheel'`. The task `power` then reports the speed fluctuation", otherwise="none", &
+    & key_type("drive", "flywheel_inertia", real_key, "moment of inertia of the flywheel about the crank's axis, without any " // &
+    &   "part that a link already includes; allowed only with `held_by='flywheel'`. The task `power` computes the speed " // &
+    &   "fluctuation from it", otherwise="none", &
     &   unit=of_inertia, range=positive)]
 
   type(key_type), parameter, public :: frame_keys(*) = [ &
     & key_type("frame", "mass", real_key, "mass of the frame without the links", unit=of_mass, range=positive), &
     & key_type("frame", "inertia", real_key, "moment of inertia of the frame without the links, about its centre of mass F: 1 " // &
-    &   "value about zeta; in space 3 values about xi, eta, zeta, or 6 with the products xy, xz, yz (xy: minus the sum of m x y)", &
+    &   "value, about zeta; for a frame in space 3 values, about xi, eta, zeta, or 6 values, the last being the elements xy, " // &
+    &   "xz, yz of the tensor (xy is minus the sum of m x y)", &
     &   1, 1, 6, unit=of_inertia), &
-    & key_type("frame", "origin", real_key, "position of O, the origin of the mechanism's x-y system, from the frame's " // &
-    &   "centre of mass F along xi, eta (in space also zeta)", 1, 2, 3, unit=of_length), &
-    & key_type("frame", "dof", text_key, "free degrees of freedom of the frame; the others are locked. With `'zeta'`, " // &
-    &   "`'rot_xi'` or `'rot_eta'` the frame moves in space, otherwise in a plane", 1, 1, 6, word="xi, eta, psi", &
+    & key_type("frame", "origin", real_key, "position of O, the origin of the mechanism's x-y system, relative to the frame's " // &
+    &   "centre of mass F; components along xi, eta (for a frame in space also zeta)", 1, 2, 3, unit=of_length), &
+    & key_type("frame", "dof", text_key, "degrees of freedom in which the frame can move; the others are locked. With " // &
+    &   "`'zeta'`, `'rot_xi'` or `'rot_eta'` it is a frame in space (three-dimensional motion); without these the frame moves " // &
+    &   "in a plane", 1, 1, 6, word="xi, eta, psi", &
     &   words="xi, eta, psi, zeta, rot_xi, rot_eta")]
 
   type(key_type), parameter, public :: support_keys(*) = [ &
-    & key_type("support", "position", real_key, "position of the support, from the frame's centre of mass F along xi, eta (in " // &
-    &   "space also zeta)", 1, 2, 3, unit=of_length), &
-    & key_type("support", "stiffness", real_key, "stiffness along the support's first and second axis; in space also along " // &
-    &   "the third (0 if missing)", 1, 2, 3, unit=of_stiffness, range=nonnegative, alike=.true.), &
-    & key_type("support", "damping", real_key, "damping along the support's first and second axis; in space also along the " // &
-    &   "third (0 if missing)", 1, 2, 3, unit=of_damping, default=0.0_dp, range=nonnegative, alike=.true.), &
-    & key_type("support", "angle", real_key, "rotation of the support's axes about zeta; in space up to 3 angles: about zeta, " // &
-    &   "then about the new eta, then about the new xi", 1, 1, 3, unit=of_angle, default=0.0_dp), &
+    & key_type("support", "position", real_key, "position of the support relative to the frame's centre of mass F; components " // &
+    &   "along xi, eta (for a frame in space also zeta)", 1, 2, 3, unit=of_length), &
+    & key_type("support", "stiffness", real_key, "stiffness along the support's first and second axis; for a frame in space " // &
+    &   "also along the third axis (0 if not given)", 1, 2, 3, unit=of_stiffness, range=nonnegative, alike=.true.), &
+    & key_type("support", "damping", real_key, "damping along the support's first and second axis; for a frame in space also " // &
+    &   "along the third axis (0 if not given)", 1, 2, 3, unit=of_damping, default=0.0_dp, range=nonnegative, alike=.true.), &
+    & key_type("support", "angle", real_key, "angle by which the support's axes are rotated about zeta; for a frame in space " // &
+    &   "up to 3 successive angles: about zeta, about the rotated eta-axis, about the rotated xi-axis", 1, 1, 3, unit=of_angle, &
+    &   default=0.0_dp), &
     & key_type("support", "axes", text_key, "whether the support's axes keep their direction or rotate with the frame", &
     &   word="space", words="space, frame")]
 
   !> Words that the keys `held_by`, `dof` and `axes` accept, and the meaning of each.
   type(variant_type), parameter, public :: frame_words(*) = [ &
-    & variant_type("drive", "held_by", "motor", "a stiff motor on the frame: the crank's speed relative to the frame is " // &
-    &   "constant; the frame feels the whole driving torque with its fluctuation"), &
-    & variant_type("drive", "held_by", "flywheel", "a heavy flywheel on the crankshaft: the crank's speed in space is " // &
-    &   "constant; the frame feels the mean of the driving torque"), &
-    & variant_type("drive", "held_by", "outside", "a drive next to the machine, through a belt or coupling: the crank's speed " // &
-    &   "in space is constant; the frame feels no driving torque"), &
+    & variant_type("drive", "held_by", "motor", "a stiff motor on the frame: it keeps the crank's speed relative to the frame " // &
+    &   "constant; the reaction of the whole driving torque, with its fluctuation, acts on the frame"), &
+    & variant_type("drive", "held_by", "flywheel", "a heavy flywheel on the crankshaft: it keeps the crank's speed relative " // &
+    &   "to the ground constant; only the reaction of the mean driving torque acts on the frame"), &
+    & variant_type("drive", "held_by", "outside", "a drive beside the machine, connected by a belt or coupling: it keeps the " // &
+    &   "crank's speed relative to the ground constant; no driving torque acts on the frame"), &
     & variant_type("frame", "dof", "xi", "displacement along xi"), &
     & variant_type("frame", "dof", "eta", "displacement along eta"), &
     & variant_type("frame", "dof", "psi", "rotation about zeta, the normal of the plane"), &
-    & variant_type("frame", "dof", "zeta", "displacement along zeta (in space)"), &
-    & variant_type("frame", "dof", "rot_xi", "rotation about xi (in space)"), &
-    & variant_type("frame", "dof", "rot_eta", "rotation about eta (in space)"), &
-    & variant_type("support", "axes", "space", "the axes keep their direction in space, as for a mount on which the " // &
-    &   "frame stands"), &
+    & variant_type("frame", "dof", "zeta", "displacement along zeta, for a frame in space"), &
+    & variant_type("frame", "dof", "rot_xi", "rotation about xi, for a frame in space"), &
+    & variant_type("frame", "dof", "rot_eta", "rotation about eta, for a frame in space"), &
+    & variant_type("support", "axes", "space", "the axes keep their direction relative to the ground, as for a mount on which " // &
+    &   "the frame stands"), &
     & variant_type("support", "axes", "frame", "the axes rotate with the frame, as for guides or shear pads bolted to the frame")]
 
   !> Data of drive, frame and mounts in SI units. The mechanism is not included.
@@ -148,15 +153,16 @@ contains
     drive%held_by = data%held_by
     drive%flywheel_inertia = data%flywheel_inertia
     if (drive%uniform_in_space() .and. .not. norm2(drive%axis) > 0) then
-      call input_error(group_named(doc, "drive"), "held_by", "requires, in space, a mechanism with ratio=1, whose " &
-        & // "crankshaft is the drive's shaft", error)
+      call input_error(group_named(doc, "drive"), "held_by", "other than 'motor' requires, for a frame in space, a mechanism " // &
+        &   "with ratio=1: its crankshaft is the drive's shaft", error)
       return
     end if
     select type (mechanism)
     type is (linkage_type)
       call split_into_planes(mechanism, data%origin, origins, axes, planes)
     class default
-      call input_error(group_named(doc, "mass_functions"), "", "cannot describe a machine in space: use &joint and &link", error)
+      call input_error(group_named(doc, "mass_functions"), "", "cannot describe the mechanism of a frame in space: use &joint " // &
+        &   "and &link", error)
       return
     end select
     call new_frame(frame, mechanism, data%mass, data%inertia(3, 3), data%origin(:2), (data%stiffness(:3, :3)), &
@@ -261,8 +267,9 @@ contains
       do i = 1, size(doc%groups)
         if (doc%groups(i)%name /= names(k)) cycle
         if (count_values(doc%groups(i), trim(keys(k))) < 2) cycle
-        call input_error(doc%groups(i), trim(keys(k)), "describes a tilt out of the plane: add zeta, rot_xi or rot_eta " &
-          & // "to &frame dof", error)
+        call input_error(doc%groups(i), trim(keys(k)), "describes a tilt out of the plane in which the frame moves: add zeta, " // &
+          &   "rot_xi or " // &
+          &   "rot_eta to &frame dof", error)
         return
       end do
     end do

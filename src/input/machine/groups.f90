@@ -17,21 +17,21 @@ module gestell_input_machine_groups
   public :: machine_schema, read_units
 
   type(group_rule), parameter :: groups(*) = [ &
-    & group_rule("drive", "speed of the crank, and what keeps it constant", required=.true., subject=frame_group), &
+    & group_rule("drive", "speed of the crank, and what keeps this speed constant", required=.true., subject=frame_group), &
     & group_rule("units", "units of the numbers in all groups except `&mass_functions`; results are in SI units"), &
-    & group_rule("mechanism", "one of several mechanisms on the frame: its position and gear ratio", repeatable=.true., &
+    & group_rule("mechanism", "position and gear ratio of one of several mechanisms on the frame", repeatable=.true., &
     &   subject=mechanism_group), &
     & group_rule("repeat", "a copy of a mechanism, with all its joints and links", repeatable=.true., subject=mechanism_group), &
     & group_rule("joint", "a joint of the mechanism: fixed pivot, crank pin, slider, ...", repeatable=.true., &
     &   subject=mechanism_group), &
     & group_rule("link", "a rigid body attached to joints of the mechanism", repeatable=.true., subject=mechanism_group), &
-    & group_rule("mass_functions", "instead of joints and links: sums over the moving masses, in SI units", &
+    & group_rule("mass_functions", "sums over the moving masses, in SI units; replaces joints and links", &
     &   subject=mechanism_group), &
-    & group_rule("frame", "the elastically mounted frame: mass, inertia, degrees of freedom", required=.true., &
+    & group_rule("frame", "mass, inertia and degrees of freedom of the elastically mounted frame", required=.true., &
     &   subject=frame_group), &
-    & group_rule("support", "a mount: springs and dampers between frame and ground", repeatable=.true., subject=frame_group), &
-    & group_rule("foundation", "stiffness and damping about F, in addition to the supports", subject=frame_group), &
-    & group_rule("gravity", "gives weight to the frame and to all moving masses", subject=frame_group), &
+    & group_rule("support", "a mount with springs and dampers between frame and ground", repeatable=.true., subject=frame_group), &
+    & group_rule("foundation", "stiffness and damping about F, in addition to those of the supports", subject=frame_group), &
+    & group_rule("gravity", "gravity, which acts on the frame and on all moving masses", subject=frame_group), &
     & group_rule("probe", "a point of the frame whose vibration is reported", repeatable=.true.)]
 
   !> For each quantity: the values to which its unit applies, as help and manual describe them.
@@ -39,11 +39,11 @@ module gestell_input_machine_groups
     & "unit of lengths and positions", &
     & "unit of masses", &
     & "unit of moments of inertia", &
-    & "unit of stiffness: supports, and elements of the foundation between two displacements (c11, c12, c22)", &
-    & "unit of elements of the foundation between a displacement and a rotation (c13, c23)", &
-    & "unit of elements of the foundation between two rotations (c33)", &
-    & "unit of damping: supports, and displacements of the foundation (b1, b2)", &
-    & "unit of damping of the foundation's rotations (b3)", &
+    & "unit of the stiffness of supports, and of the foundation's c11, c12, c22, which couple displacements", &
+    & "unit of the foundation's stiffness elements that couple a displacement and a rotation (c13, c23)", &
+    & "unit of the foundation's rotational stiffness (c33; for a frame in space all elements that couple rotations)", &
+    & "unit of the damping of supports, and of the foundation's b1, b2 (damping of displacements)", &
+    & "unit of the foundation's b3 (damping of rotations)", &
     & "unit of angles"]
 
 contains

@@ -15,17 +15,20 @@ module gestell_input_machine_loads
 
   type(key_type), parameter, public :: foundation_keys(*) = [ &
     & key_type("foundation", "stiffness", real_key, "stiffness matrix about the frame's centre of mass F, added to that of " // &
-    &   "the supports; symmetric, positive semidefinite; rows and columns: xi, eta, psi, in space also zeta, rot_xi, rot_eta", 2, &
+    &   "the supports. It must be symmetric and positive semidefinite. Its rows and columns stand for xi, eta, psi (for a " // &
+    &   "frame in space also zeta, rot_xi, rot_eta)", 2, &
     &   36, 36, shorter=9, unit=of_stiffness_matrix, default=0.0_dp, rows=6), &
-    & key_type("foundation", "damping", real_key, "damping coefficients of xi, eta, psi (in space also zeta, rot_xi, rot_eta) " // &
-    &   "about the frame's centre of mass F; added to the diagonal of the supports' damping matrix", 1, 6, 6, shorter=3, &
+    & key_type("foundation", "damping", real_key, "damping coefficients of xi, eta, psi (for a frame in space also zeta, " // &
+    &   "rot_xi, rot_eta) about the frame's centre of mass F; they are added to the diagonal of the supports' damping matrix", &
+    &   1, 6, 6, shorter=3, &
     &   unit=of_damping_diagonal, default=0.0_dp, range=nonnegative)]
 
   type(key_type), parameter, public :: gravity_keys(*) = [ &
-    & key_type("gravity", "acceleration", real_key, "acceleration of gravity; 0: nothing has weight", symbol="m/s^2", &
+    & key_type("gravity", "acceleration", real_key, "acceleration of gravity; with `0` nothing has weight", symbol="m/s^2", &
     &   default=9.80665_dp, range=nonnegative), &
-    & key_type("gravity", "direction", real_key, "direction of gravity in the frame's axes: an angle (0 along xi, -90 against " // &
-    &   "eta), in space also a vector along xi, eta, zeta of any length", 1, 1, 3, unit=of_angle, default=-90.0_dp)]
+    & key_type("gravity", "direction", real_key, "direction of gravity in the frame's axes: its angle from the xi-axis (`-90` " // &
+    &   "means opposite to eta); for a frame in space also a vector of any length, with components along xi, eta, zeta", 1, 1, &
+    &   3, unit=of_angle, default=-90.0_dp)]
 
 contains
 
@@ -59,8 +62,8 @@ contains
     end do
     call read(group, foundation_keys, "stiffness", stiffness, error, units)
     if (has_negative_eigenvalue(stiffness)) then
-      call input_error(group, "stiffness", "must be positive semidefinite: in some direction this matrix pushes the frame " // &
-        & "away instead of back", error)
+      call input_error(group, "stiffness", "must be positive semidefinite: in some direction this matrix pushes a displaced " // &
+        &   "frame farther away instead of back", error)
       return
     end if
     call read(group, foundation_keys, "damping", b, error, units)
@@ -84,7 +87,8 @@ contains
       do n = 1, size(group%entries(i)%values)
         if (.not. allocated(group%entries(i)%values(n)%text)) cycle
         if (merge(max(1 + mod(n - 1, 6), 1 + (n - 1) / 6), n, k == 1) <= 3) cycle
-        call input_error(group, trim(names(k)), "is only for a frame in space: add zeta, rot_xi or rot_eta to &frame dof", error, n)
+        call input_error(group, trim(names(k)), "is allowed only for a frame in space: add zeta, rot_xi or rot_eta to &frame " // &
+          &   "dof", error, n)
         return
       end do
     end do
@@ -144,7 +148,8 @@ contains
     if (n > 1) then
       call read(groups(1), gravity_keys, "direction", gravity, error)
       if (.not. in_space) then
-        call input_error(groups(1), "direction", "must be one angle in the plane; to give a vector, add zeta, rot_xi or " &
+        call input_error(groups(1), "direction", "must be one angle, because the frame moves in a plane; to give a vector, " // &
+          &   "add zeta, rot_xi or " &
           & // "rot_eta to &frame dof", error)
       else if (n == 2) then
         call input_error(groups(1), "direction", "must be one angle or a vector of 3 values, but has 2 values", error)

@@ -25,18 +25,19 @@ module gestell_input_machine_mechanism
   public :: prepend_location, read_mechanism
 
   type(key_type), parameter, public :: link_keys(*) = [ &
-    & key_type("link", "name", text_key, "name of the link in messages, reports and paths", required=.true.), &
+    & key_type("link", "name", text_key, "name of the link in messages, in reports and in paths such as `link(NAME).mass`", &
+    & required=.true.), &
     & key_type("link", "from", text_key, "joint at the origin of the link's axes", required=.true.), &
     & key_type("link", "to", text_key, "joint to which the link's xi-axis points. Without `to` the link moves with `from` but " // &
     &   "does not rotate: its axes stay parallel to x and y", otherwise="none"), &
     & key_type("link", "mass", real_key, "mass of the link", unit=of_mass, range=nonnegative), &
-    & key_type("link", "inertia", real_key, "moment of inertia about the centre of mass; a link that only translates needs it " // &
-    &   "too, since it rotates with the frame. In space 3 values: about the link's xi-axis, across it, about the plane's " // &
-    &   "normal; 1 value J means 0, J, J (slender link)", 1, 1, 3, unit=of_inertia, range=nonnegative), &
-    & key_type("link", "center", real_key, "position of the centre of mass from the joint `from`: along the link's xi-axis, " // &
-    &   "and across it, to the left", 1, 2, 2, unit=of_length, default=0.0_dp), &
-    & key_type("link", "z", real_key, "coordinate of the centre of mass along the normal of the mechanism's plane; used in " // &
-    &   "space only", unit=of_length, default=0.0_dp), &
+    & key_type("link", "inertia", real_key, "moment of inertia about the centre of mass, also of a link that only translates " // &
+    &   "(it rotates with the frame). For a frame in space 3 values: about the link's xi-axis, its perpendicular in the " // &
+    &   "plane, and the normal; 1 value J means 0, J, J (slender link)", 1, 1, 3, unit=of_inertia, range=nonnegative), &
+    & key_type("link", "center", real_key, "position of the centre of mass relative to the joint `from`: distance along the " // &
+    &   "link's xi-axis, and distance perpendicular to it (positive to the left)", 1, 2, 2, unit=of_length, default=0.0_dp), &
+    & key_type("link", "z", real_key, "coordinate of the centre of mass along the normal of the mechanism's plane; used only " // &
+    &   "for a frame in space", unit=of_length, default=0.0_dp), &
     & membership_key(2)]
 
   !> Maximum number of coefficients of a mass function: its mean, and cosine and sine coefficients up to order 500.
@@ -46,17 +47,22 @@ module gestell_input_machine_mechanism
     & key_type("mass_functions", "mass", real_key, "total mass of the moving parts", symbol="kg", range=nonnegative), &
     & key_type("mass_functions", "inertia", real_key, "sum of the moments of inertia of the moving parts, each about its own " // &
     &   "centre of mass", symbol="kg m^2", range=nonnegative), &
-    & key_type("mass_functions", "a1", real_key, "sum of m x over the moving parts, x from O: its mean, then its factors of " // &
-    &   "cos, sin, cos 2, sin 2, ... of the crank angle", 1, 1, max_harmonics, symbol="kg m", default=0.0_dp), &
-    & key_type("mass_functions", "a2", real_key, "sum of m y over the moving parts, a series as for `a1`", 1, 1, max_harmonics, &
+    & key_type("mass_functions", "a1", real_key, "sum of m x over the moving parts, with x measured from O, as a Fourier " // &
+    &   "series in the crank angle phi: the mean, then the factors of cos phi, sin phi, cos 2 phi, sin 2 phi, ...", 1, 1, &
+    &   max_harmonics, symbol="kg m", default=0.0_dp), &
+    & key_type("mass_functions", "a2", real_key, "sum of m y over the moving parts, as a Fourier series like `a1`", 1, 1, &
+    & max_harmonics, &
     &   symbol="kg m", default=0.0_dp), &
-    & key_type("mass_functions", "a3", real_key, "sum of m (x^2 + y^2) over the moving parts, a series as for `a1`", 1, 1, &
+    & key_type("mass_functions", "a3", real_key, "sum of m (x^2 + y^2) over the moving parts, as a Fourier series like `a1`", 1, &
+    & 1, &
     &   max_harmonics, symbol="kg m^2", default=0.0_dp), &
-    & key_type("mass_functions", "moment", real_key, "angular momentum divided by the crank speed, a series as for `a1`: sum " // &
-    &   "of m (x y' - y x') + J phi', with the angle phi of each part and ' for the derivative by the crank angle", 1, 1, &
+    & key_type("mass_functions", "moment", real_key, "angular momentum divided by the crank speed, as a Fourier series like " // &
+    &   "`a1`: sum of m (x y' - y x') + J alpha', where alpha is the angle of a part and ' the derivative with respect to the " // &
+    &   "crank angle", 1, 1, &
     &   max_harmonics, symbol="kg m^2", default=0.0_dp), &
-    & key_type("mass_functions", "energy", real_key, "twice the kinetic energy divided by the squared crank speed, a series " // &
-    &   "as for `a1`: sum of m (x'^2 + y'^2) + J phi'^2; required by the task `power` and unless `held_by='motor'`", 1, 1, &
+    & key_type("mass_functions", "energy", real_key, "twice the kinetic energy divided by the squared crank speed, as a " // &
+    &   "Fourier series like `a1`: sum of m (x'^2 + y'^2) + J alpha'^2; required by the task `power` and with " // &
+    &   "`held_by='flywheel'` or `'outside'`", 1, 1, &
     &   max_harmonics, symbol="kg m^2", otherwise="none")]
 
 contains
@@ -130,7 +136,7 @@ contains
     call read(group, mass_function_keys, key, values, error)
     if (allocated(error)) return
     if (modulo(size(values), 2) == 0) call input_error(group, key, &
-      & "must have an odd number of values: the mean, then pairs of cosine and sine", error)
+      & "must have an odd number of values: the mean, then one cosine and one sine coefficient for each order", error)
   end subroutine read_harmonic_series
 
   !> Reads all mechanisms of a checked document as one linkage. Fails if a key does not suit a joint's type, a value is out of
@@ -176,8 +182,9 @@ contains
         call input_error(group_of_ratio(doc, joints, i), "ratio", "the mechanism repeats only after " // text(linkage%turns) &
           & // " turns of the drive; at most " // text(max_turns) // " are allowed", error)
       else
-        call input_error(group_of_ratio(doc, joints, i), "ratio", "the crank turns more than " // text(max_crank_turns) &
-          & // " times before the mechanism repeats, which is not allowed", error)
+        call input_error(group_of_ratio(doc, joints, i), "ratio", "before the motion of the mechanism repeats, before the " // &
+          &   "motion of the mechanism repeats, the crank turns more than the permitted the permitted " // text(max_crank_turns) &
+          & // " times", error)
       end if
       return
     end if

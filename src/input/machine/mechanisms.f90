@@ -21,14 +21,14 @@ module gestell_input_machine_mechanisms
   public :: claim_name, read_members, read_planes
 
   !> Meanings of keys that &mechanism and &repeat share.
-  character(len=*), parameter :: of_origin = "origin of the mechanism's x-y system, from O (`&frame origin`) along xi, " // &
-    &   "eta (in space also zeta)", &
-    & of_axis = "normal of the mechanism's plane and axis of its crank: components along xi, eta, zeta", &
+  character(len=*), parameter :: of_origin = "origin of the mechanism's x-y system relative to O (`&frame origin`); " // &
+    &   "components along xi, eta (for a frame in space also zeta)", &
+    & of_axis = "direction of the crank's axis, which is normal to the mechanism's plane; components along xi, eta, zeta", &
     & of_x_axis = "direction whose projection onto the mechanism's plane is its x-axis; components along xi, eta, zeta", &
-    & of_rotation = "rotation of the mechanism's x-axis within its plane", &
+    & of_rotation = "angle by which the mechanism's x-axis is rotated within the mechanism's plane", &
     & of_phase = "angle of the mechanism's crank when the drive's angle is 0", &
-    & of_ratio = "turns of the mechanism's crank per turn of the drive, negative if it turns the other way: a number that is " // &
-    &   "a fraction (2 or 0.5), or numerator and denominator (17,23)", as_original = "as the original"
+    & of_ratio = "turns of the mechanism's crank per turn of the drive, negative if it turns in the opposite direction; a " // &
+    &   "number such as 2 or 0.5, or numerator and denominator such as 17,23", as_original = "as the original"
 
   type(key_type), parameter, public :: mechanism_keys(*) = [ &
     & key_type("mechanism", "name", text_key, "name by which `&joint`, `&link` and `&repeat` refer to the mechanism", &
@@ -36,7 +36,7 @@ module gestell_input_machine_mechanisms
     & key_type("mechanism", "origin", real_key, of_origin, 1, 2, 3, unit=of_length, default=0.0_dp), &
     & key_type("mechanism", "axis", real_key, of_axis, 1, 3, 3, otherwise="along zeta"), &
     & key_type("mechanism", "x_axis", real_key, of_x_axis, 1, 3, 3, &
-    &   otherwise="xi after the shortest rotation of zeta onto `axis`"), &
+    &   otherwise="xi after the shortest rotation that turns zeta into `axis`"), &
     & key_type("mechanism", "angle", real_key, of_rotation, unit=of_angle, default=0.0_dp), &
     & key_type("mechanism", "phase", real_key, of_phase, unit=of_angle, default=0.0_dp), &
     & key_type("mechanism", "ratio", real_key, of_ratio, 1, 1, 2, default=1.0_dp, range=nonzero)]
@@ -53,8 +53,10 @@ module gestell_input_machine_mechanisms
     & key_type("repeat", "ratio", real_key, of_ratio, 1, 1, 2, range=nonzero, otherwise=as_original)]
 
   type(key_type), parameter, public :: membership_key(2) = [ &
-    & key_type("joint", "mechanism", text_key, "mechanism of the joint, if the input has several", otherwise="the only one"), &
-    & key_type("link", "mechanism", text_key, "mechanism of the link, if the input has several", otherwise="that of `from`")]
+    & key_type("joint", "mechanism", text_key, "name of the mechanism to which the joint belongs, if the input has several " // &
+    &   "mechanisms", otherwise="the only one"), &
+    & key_type("link", "mechanism", text_key, "name of the mechanism to which the link belongs, if the input has several " // &
+    &   "mechanisms", otherwise="that of `from`")]
 
   type(key_type), parameter :: from_key = key_type("link", "from", text_key, "")
 
@@ -243,7 +245,7 @@ contains
     axes = plane_axes(part%axis, part%x_axis)
     if (.not. norm2(axes(:, 1)) > 0.5_dp .or. norm2(part%x_axis) > 0 .and. .not. &
       & norm2(part%x_axis - dot_product(part%x_axis, axes(:, 3)) * axes(:, 3)) > 1.0e-6_dp * norm2(part%x_axis)) then
-      call input_error(group, "x_axis", "must not be normal to the plane", error)
+      call input_error(group, "x_axis", "must not be normal to the mechanism's plane", error)
       return
     end if
     ! it is the frame's own plane
@@ -286,7 +288,8 @@ contains
     if (allocated(error)) return
     i = findloc(before%name == of, .true., dim=1)
     if (size(before) == 0) then
-      call input_error(group, "of", "the input has no &mechanism: name the mechanism to copy by &mechanism name='" // of &
+      call input_error(group, "of", "the input has no &mechanism: to copy a mechanism, first give it a name: &mechanism name='" // &
+        & of &
         & // "' /", error)
     else if (i == 0) then
       call input_error(group, "of", "there is no mechanism '" // of // "' before this group" // suggestion(of, before%name), error)

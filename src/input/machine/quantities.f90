@@ -19,13 +19,14 @@ module gestell_input_machine_quantities
   public :: read_measure, read_measures, read_probes, read_quantities
 
   type(key_type), parameter, public :: probe_keys(*) = [ &
-    & key_type("probe", "name", text_key, "name of the point in reports and files: 1 to 64 characters, no parentheses", &
+    & key_type("probe", "name", text_key, "name of the point in reports and files: 1 to 64 characters, without parentheses", &
     &   required=.true.), &
-    & key_type("probe", "position", real_key, "position of the point, from the frame's centre of mass F along xi, eta (in " // &
-    &   "space also zeta)", 1, 2, 3, required=.true., unit=of_length), &
-    & key_type("probe", "limit_mm_s", real_key, "limit of the rms velocity within `band_hz`, in the direction of strongest " // &
-    &   "vibration", symbol="mm/s", otherwise="none", range=positive), &
-    & key_type("probe", "band_hz", real_key, "frequency band of `limit_mm_s`: lowest and highest frequency, both included", 1, 2, &
+    & key_type("probe", "position", real_key, "position of the point relative to the frame's centre of mass F; components " // &
+    &   "along xi, eta (for a frame in space also zeta)", 1, 2, 3, required=.true., unit=of_length), &
+    & key_type("probe", "limit_mm_s", real_key, "limit of the rms velocity that results from frequencies within `band_hz`, in " // &
+    &   "the direction of strongest vibration", symbol="mm/s", otherwise="none", range=positive), &
+    & key_type("probe", "band_hz", real_key, "frequency band to which `limit_mm_s` applies: lowest and highest frequency, " // &
+    &   "both included", 1, 2, &
     &   2, symbol="Hz", otherwise="10, 1000", range=nonnegative)]
 
 contains
@@ -141,7 +142,7 @@ contains
 
     call read(group, keys, "measures", kinds, error)
     if (size(names) == 0 .and. has(group, "measures") .and. .not. allocated(error)) call input_error(group, "measures", &
-      & "applies to quantities, but none is requested", error)
+      & "applies to quantities, but no quantity is requested", error)
     if (allocated(error)) return
     allocate(measures(size(names) * size(measure_names)))
     n = 0

@@ -64,7 +64,7 @@ contains
     call read_real(text, whole, reason)
     if (reason /= "") return
     if (.not. is_digits(without_sign(text))) then
-      reason = "must be a whole number, written without a point or exponent"
+      reason = "must be a whole number, written without decimal point and exponent"
     else if (abs(whole) > huge(value)) then
       reason = "is too large"
     else

@@ -155,11 +155,11 @@ contains
       text = paragraph(trim(key%group) // "." // trim(key%name) // ": " // trim(key%meaning), 0) &
         & // entry("values", values_of(key)) // entry("default", missing(key))
       if (schema%groups(find_group_rule(schema, key%group))%subject == option_group) then
-        text = text // entry("sweep", "no: options cannot vary in &sweep")
+        text = text // entry("sweep", "no: &sweep can vary only numbers of the machine")
       else if (key%kind /= real_key) then
-        text = text // entry("sweep", "no: only real numbers can vary in &sweep")
+        text = text // entry("sweep", "no: &sweep can vary only real numbers")
       else
-        text = text // entry("sweep", "yes: may vary in &sweep, &sensitivity and &design")
+        text = text // entry("sweep", "yes: &sweep, &sensitivity and &design can vary this key")
       end if
       text = text // described_words(schema, key, "")
     end associate

@@ -38,8 +38,10 @@ contains
     integer :: i
 
     if (size(free) > 0 .and. all(free >= 1) .and. all(free <= dofs) .and. .not. any([(count(free == i) > 1, i = 1, dofs)])) return
-    if (dofs == 3) call fatal_error(error, "the free degrees of freedom must be different ones of xi, eta, psi", invalid_input)
-    if (dofs > 3) call fatal_error(error, "the free degrees of freedom must be different numbers from 1 to 6", invalid_input)
+    if (dofs == 3) call fatal_error(error, "the free degrees of freedom must be one or more of xi, eta, psi, each given only " // &
+      &   "once", invalid_input)
+    if (dofs > 3) call fatal_error(error, "the free degrees of freedom must be one or more numbers from 1 to 6, each given " // &
+      &   "only once", invalid_input)
   end subroutine check_free
 
   !> Checks a mechanism after its `prepare` has been called. Fails if its mass or inertia is negative or not finite, or if it comes
@@ -52,7 +54,7 @@ contains
       & .and. mechanism%inertia >= 0)) then
       call fatal_error(error, "the mechanism's mass and inertia must be finite and not negative", invalid_input)
     else if (.not. mechanism%angle_scale >= min_angle_scale) then
-      call fatal_error(error, "the mechanism comes so close to a dead point that its motion changes within " &
+      call fatal_error(error, "the mechanism comes so close to a dead point that its motion changes noticeably within " &
         & // concise(mechanism%angle_scale * mechanism%turns * 180 / pi, 2) // " deg of the crank angle: results would " &
         & // "be unreliable", impossible_mechanism)
     end if

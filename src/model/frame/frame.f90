@@ -152,7 +152,7 @@ contains
     real(dp), parameter :: rounding = 1.0e-9_dp
 
     if (.not. (allocated(self%mechanism) .and. allocated(self%free) .and. allocated(self%supports))) then
-      call fatal_error(error, "the frame must be made by new_frame", invalid_input)
+      call fatal_error(error, "the frame must be created with new_frame", invalid_input)
       return
     end if
     call check_second_order(self, error)

@@ -99,7 +99,7 @@ contains
     real(dp), intent(in) :: numbers(:)
     character(len=:), allocatable, intent(inout) :: reason
 
-    if (reason == "" .and. .not. all(ieee_is_finite(numbers))) reason = "its numbers must be finite"
+    if (reason == "" .and. .not. all(ieee_is_finite(numbers))) reason = "its data must be finite numbers"
   end subroutine check_finite
 
   !> Sets `reason` if a coordinate is not finite or exceeds 1e100 m in magnitude. A `reason` that is already set is kept.

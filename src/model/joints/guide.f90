@@ -28,22 +28,24 @@ module gestell_model_joints_guide
 
   !> `of_guide`, `of_point`, `of_angle_there`: descriptions of the keys of a guide. `guide_keys`, `second_guide_keys`: keys of a
   !> guide, and of the second guide of a dyad PRP.
-  character(len=*), parameter :: of_guide = "two joints of the body that carries the guide; if missing, the guide is fixed " // &
-    &   "to the frame", &
-    & of_point = "point of the guide, in x-y; if a body carries the guide, in axes with origin `guide(1)` and the first axis " // &
-    &   "toward `guide(2)`", of_angle_there = "direction of the guide, from the x-axis; if a body carries the guide, from the " // &
-    &   "line `guide(1)` to `guide(2)`"
+  character(len=*), parameter :: of_guide = "two joints of the body that carries the guide; without this key the guide is " // &
+    &   "fixed to the frame", &
+    & of_point = "coordinates x and y of a point on the guide; if a body carries the guide, coordinates in axes whose origin " // &
+    &   "is `guide(1)` and whose first axis points to `guide(2)`", of_angle_there = "direction of the guide: its angle from " // &
+    &   "the x-axis; if a body carries the guide, its angle from the line `guide(1)` to `guide(2)`"
   type(key_type), parameter, public :: guide_keys(*) = [ &
     & key_type("joint", "guide", text_key, of_guide, 1, 2, 2, otherwise="none"), &
-    & key_type("joint", "guide_point", real_key, of_point, 1, 2, 2, unit=of_length, otherwise="`0, 0` if a body carries it"), &
-    & key_type("joint", "guide_angle", real_key, of_angle_there, unit=of_angle, otherwise="`0` if a body carries it")]
+    & key_type("joint", "guide_point", real_key, of_point, 1, 2, 2, unit=of_length, otherwise="`0, 0` if a body carries the " // &
+    &   "guide"), &
+    & key_type("joint", "guide_angle", real_key, of_angle_there, unit=of_angle, otherwise="`0` if a body carries the guide")]
   type(key_type), parameter, public :: second_guide_keys(*) = [ &
-    & key_type("joint", "guide2", text_key, "two joints of the body that carries the second guide of a `PRP`; if missing, it " // &
-    &   "is fixed to the frame", 1, 2, 2, otherwise="none"), &
-    & key_type("joint", "guide2_point", real_key, "point of the second guide of a `PRP`, given like `guide_point`", 1, 2, 2, &
-    &   unit=of_length, otherwise="`0, 0` if a body carries it"), &
+    & key_type("joint", "guide2", text_key, "two joints of the body that carries the second guide of a `PRP`; without this " // &
+    &   "key this guide is fixed to the frame", 1, 2, 2, otherwise="none"), &
+    & key_type("joint", "guide2_point", real_key, "coordinates of a point on the second guide of a `PRP`, given like " // &
+    &   "`guide_point`", 1, 2, 2, &
+    &   unit=of_length, otherwise="`0, 0` if a body carries the guide"), &
     & key_type("joint", "guide2_angle", real_key, "direction of the second guide of a `PRP`, given like `guide_angle`", &
-    &   unit=of_angle, otherwise="`0` if a body carries it")]
+    &   unit=of_angle, otherwise="`0` if a body carries the guide")]
 
   !> Bounds on the motion of a guide over an interval of the crank angle.
   type, public :: guide_motion_type
@@ -71,8 +73,8 @@ contains
     if (data%has(name)) then
       self%carriers = data%joints(name)
     else if (.not. (data%has(name // "_point") .and. data%has(name // "_angle"))) then
-      data%reason = "give '" // name // "_point' and '" // name // "_angle' for a guide fixed to the frame, or '" // name &
-        & // "' for one carried by two joints"
+      data%reason = "give '" // name // "_point' and '" // name // "_angle' for a guide that is fixed to the frame, or '" // name &
+        & // "' for a guide that two joints carry"
       return
     end if
     if (data%has(name // "_point")) self%point = data%numbers(name // "_point")

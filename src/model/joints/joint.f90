@@ -63,8 +63,9 @@ module gestell_model_joints_joint
   integer, parameter, public :: itself = 0
 
   !> Descriptions of keys that several types of joints share.
-  character(len=*), parameter :: of_ends = "earlier joints that locate this one: the other ends of its links, or two " // &
-    &   "joints of the body that carries it", of_lengths = "lengths of the joint's links: its distances from `ends`"
+  character(len=*), parameter :: of_ends = "joints, listed before this one, that determine its position: the other ends of " // &
+    &   "its links, or two joints of the body that carries it", of_lengths = "lengths of the joint's links, which are its " // &
+    &   "distances from the joints `ends`"
   type(key_type), parameter, public :: one_end = key_type("joint", "ends", text_key, of_ends, 1, 1, 1, required=.true.)
   type(key_type), parameter, public :: two_ends = key_type("joint", "ends", text_key, of_ends, 1, 2, 2, required=.true.)
   type(key_type), parameter, public :: one_length = key_type("joint", "lengths", real_key, of_lengths, 1, 1, 1, required=.true., &
@@ -72,7 +73,7 @@ module gestell_model_joints_joint
   type(key_type), parameter, public :: two_lengths = key_type("joint", "lengths", real_key, of_lengths, 1, 2, 2, &
     & required=.true., unit=of_length, range=positive)
   type(key_type), parameter, public :: branch_key = key_type("joint", "branch", integer_key, &
-    & "which of the two possible positions of the joint; the meaning of the sign depends on `type`", required=.true., &
+    & "selects one of the two possible positions of the joint; the meaning of `1` and `-1` depends on `type`", required=.true., &
     & range=one_or_minus_one)
 
   !> A joint. It refers to earlier joints by their indices in the list.

@@ -134,7 +134,8 @@ contains
       subject = "link '" // links(bad_link)%name // "'"
     end if
     if (intervals_used_up) then
-      reason = ": " // text(max_intervals) // " intervals of the turn do not prove that it can be assembled at" // there &
+      reason = ": " // text(max_intervals) // " intervals of the crank angle are not enough to prove that it can be assembled " // &
+        &   "at" // there &
         & // ": it comes too close to a dead point, or the chain of joints is too long"
     else if (bad_joint == 0) then
       reason = ": its two joints coincide at" // there
@@ -168,7 +169,7 @@ contains
       call add_four_bar(joints, bad, words)
       return
     else if (all(closes)) then
-      words = "; it can be assembled elsewhere, except in gaps of less than 4 deg"
+      words = "; it can be assembled at all other angles that were tested; gaps narrower than 4 deg may have been missed"
       call add_four_bar(joints, bad, words)
       return
     end if
@@ -274,10 +275,10 @@ contains
       return
     end select
     if (all(abs(bars(:2) - bars([3, 4])) <= rounding * maxval(bars))) then
-      words = words // "; it is a parallelogram linkage: describe its second arm by another joint of type 'crank', with the " &
-        & // "same radius and phase, about its own pivot"
+      words = words // "; it belongs to a parallelogram linkage: describe the second arm by another joint of type 'crank', " // &
+        &   "with the same radius and phase, about the arm's own pivot"
     else if (minval(bars) + maxval(bars) > (sum(bars) - minval(bars) - maxval(bars)) * (1 + rounding)) then
-      words = words // "; not a Grashof linkage: the shortest and the longest bar, together " &
+      words = words // "; the four-bar linkage is not a Grashof linkage: the shortest and the longest bar, together " &
         & // concise(minval(bars) + maxval(bars), 6) // " m, are longer than the other two, together " &
         & // concise(sum(bars) - minval(bars) - maxval(bars), 6) // " m"
     end if

@@ -53,7 +53,8 @@ contains
     else if (.not. all(ieee_is_finite([mass, inertia, a1, a2, a3, moment, k]))) then
       call fatal_error(error, "the mechanism's data must be finite", invalid_input)
     else if (any(modulo([size(a1), size(a2), size(a3), size(moment), size(k)], 2) == 0)) then
-      call fatal_error(error, "harmonics must have an odd number of values: the mean, then pairs of cosine and sine", invalid_input)
+      call fatal_error(error, "harmonics must have an odd number of values: the mean, then one cosine and one sine " // &
+        &   "coefficient for each order", invalid_input)
     end if
     if (allocated(error)) return
     if (present(energy)) mechanism%energy = energy
@@ -68,7 +69,7 @@ contains
     do i = 0, points - 1
       call mechanism%mass_functions(2 * pi * i / points, a)
       if (mass * a%a3%v >= (1 - rounding) * (a%a1%v**2 + a%a2%v**2)) cycle
-      call fatal_error(error, "no mechanism can have these mass functions: at a crank angle of " &
+      call fatal_error(error, "these mass functions are physically impossible: at a crank angle of " &
         & // fixed(360.0_dp * i / points, 1) // " deg mass * a3 is less than a1^2 + a2^2", invalid_input)
       return
     end do
@@ -80,7 +81,8 @@ contains
     class(harmonic_mechanism_type), intent(in) :: self
     type(error_type), allocatable, intent(out) :: error
 
-    if (.not. allocated(self%moment)) call fatal_error(error, "a mechanism by harmonics must be made by new_harmonic_mechanism", &
+    if (.not. allocated(self%moment)) call fatal_error(error, "a mechanism given by its harmonics must be created with " // &
+      &   "new_harmonic_mechanism", &
       & invalid_input)
   end subroutine check
 

@@ -52,8 +52,8 @@ contains
     else if (held_by /= "motor") then
       call mechanism%tabulate_drive([0.0_dp], drive, known)
       if (.not. known) then
-        call fatal_error(error, "held_by = '" // trim(held_by) // "' requires the mechanism's energy: add the key energy to " &
-          & // "&mass_functions", invalid_input, held_subject)
+        call fatal_error(error, "held_by = '" // trim(held_by) // "' requires the kinetic energy of the mechanism: add the " // &
+          &   "key energy to &mass_functions", invalid_input, held_subject)
         return
       end if
       call mechanism%tabulate([(2 * pi * k / angles, k = 1, angles)], masses)
@@ -61,7 +61,7 @@ contains
       if (any(mechanism%mass * (mechanism%inertia + effective(:, a3_v)) < (1 - rounding) * (effective(:, a1_v)**2 + effective(:, &
         & a2_v)**2) &
         & - rounding * mechanism%mass * (mechanism%inertia + masses(:, a3_v)))) call fatal_error(error, &
-        & "no mechanism can have this energy together with these a1, a2, a3 and moment", invalid_input, held_subject)
+        & "this energy is physically impossible together with these a1, a2, a3 and moment", invalid_input, held_subject)
     end if
   end subroutine check_held
 

@@ -93,8 +93,8 @@ contains
     sizes(4:) = maximum * norm2(gravity)
     call solve_semidefinite(stiffness(free, free), load(in_space(free)), sizes(in_space(free)), moved, unsupported)
     if (unsupported > 0) then
-      call fatal_error(error, "no spring carries the " // trim(names(free(unsupported))) // ": add a spring in this " &
-        & // "direction, or a guide", impossible_mechanism, gravity_subject)
+      call fatal_error(error, "no spring carries the " // trim(names(free(unsupported))) // &
+        & ": add a spring in this direction, or lock this degree of freedom", impossible_mechanism, gravity_subject)
       return
     end if
     weights%sag(in_space(free)) = moved

@@ -263,7 +263,8 @@ contains
         first_rows = motion(:rows_of(dofs, accelerations), :)
         call drive_power(frame, phases, first_rows, power, known)
         if (.not. known) then
-          call fatal_error(error, "'torque' requires the mechanism's energy: add the key energy to &mass_functions", invalid_input)
+          call fatal_error(error, "'torque' requires the kinetic energy of the mechanism: add the key energy to " // &
+            &   "&mass_functions", invalid_input)
           return
         end if
         samples(:, 1, i) = power(torque, :) / frame%mechanism%turns

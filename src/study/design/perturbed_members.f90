@@ -189,7 +189,7 @@ contains
     type is (frame_type)
       frame = system
     class default
-      call fatal_error(error, "a design requires frames: the system is of another type", invalid_input)
+      call fatal_error(error, "a design requires frames, but the system is not a frame", invalid_input)
     end select
   end subroutine build_frame
 

@@ -177,7 +177,7 @@ contains
     motion = vibration%motion(:motion_rows(frame%dofs(), accelerations), :)
     call drive_power(frame, [(real(k, dp) / n, k = 0, n - 1)], motion, power, known, vibration%motion_errors%bounds(), bound)
     if (.not. known) then
-      call fatal_error(error, "the mechanism provides no energy", failed_computation)
+      call fatal_error(error, "the mechanism does not provide its kinetic energy", failed_computation)
       return
     end if
     call measure_branches(goal%measure%kind, goal%measure%band, frame%period, reshape(power(torque, :), [n, 1]), slopes, values, &

@@ -198,7 +198,7 @@ contains
       end if
       if (.not. next%quickly .and. .not. present(floquet)) call integrate(frame, system, n, next, change, next%quickly, from, lack)
       if (.not. next%quickly .and. next%only_quickly) then
-        call fatal_error(error, "the fast methods cannot compute this motion", failed_computation)
+        call fatal_error(error, "harmonic balance and order reduction cannot compute this motion", failed_computation)
         return
       end if
       if (.not. next%quickly) then

@@ -193,7 +193,7 @@ contains
         return
       end if
     end do
-    call fatal_error(error, "the path cannot be continued: Newton's method did not converge", failed_computation)
+    call fatal_error(error, "the branch of vibrations cannot be continued: Newton's method did not converge", failed_computation)
   end subroutine advance
 
   !> Motion at the fraction x of the arc between two points of the path, interpolated by the cubic that has the values and tangents
@@ -239,7 +239,8 @@ contains
 
     family%left = family%left - 2
     if (family%left < 0) then
-      call fatal_error(error, "the search along the path exceeded its number of steps", failed_computation)
+      call fatal_error(error, "the continuation of the branch of vibrations exceeded the permitted number of steps", &
+        & failed_computation)
       return
     end if
     ends = [lambda, lambda + family%difference]
@@ -296,7 +297,8 @@ contains
     next%quickly = solved%quickly
     if (allocated(error)) return
     next%q = solved%q / spread(family%units, 1, size(solved%q, 1))
-    if (too_rough(about, solved)) call fatal_error(error, "the motion on the path has too many harmonics", failed_computation)
+    if (too_rough(about, solved)) call fatal_error(error, "a motion on the branch of vibrations has too many harmonics", &
+      & failed_computation)
     if (family%multipliers) next%angles = angles_of(floquet)
   end subroutine next_iterate
 

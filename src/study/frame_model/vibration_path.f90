@@ -55,8 +55,8 @@ module gestell_study_frame_model_vibration_path
   !> equilibrium of the frame.
   real(dp), parameter :: back_at_start = -0.1_dp
 
-  character(len=*), parameter :: no_vibration_found = "no periodic vibration of the exact frame was found, starting " &
-    & // "from the linear vibration, from rest, from other speeds and from more damping"
+  character(len=*), parameter :: no_vibration_found = "no periodic vibration of the nonlinear equations was found; the search " // &
+    &   "started from the linear vibration, from rest, from other speeds and from more damping"
 
 contains
 
@@ -194,13 +194,13 @@ contains
 
     varied = self%varied
     if (self%drag > 0 .and. lambda < 2 * self%furthest_back) then
-      call fatal_error(error, "the path returns to much more damping than at its start", failed_computation)
+      call fatal_error(error, "the branch of vibrations returns to much more damping than at its start", failed_computation)
     else if (self%from_rest) then
       varied%excitation = lambda
     else
       varied%speed = self%speeds(1) + lambda * (self%speeds(2) - self%speeds(1))
       if (.not. varied%speed / self%speeds(1) > 0) then
-        call fatal_error(error, "the path passes through speed 0", invalid_input)
+        call fatal_error(error, "the branch of vibrations reaches the speed 0", invalid_input)
         return
       end if
       varied%period = 2 * pi / abs(varied%speed)

@@ -49,7 +49,8 @@ contains
     call survey_system(system, survey, error)
     if (allocated(error)) return
     if (survey%phase_advance > max_turns) then
-      call fatal_error(error, "the modes cannot be identified: the free vibrations are too fast for the period", failed_computation)
+      call fatal_error(error, "the modes cannot be identified: within the period the free vibrations oscillate too many times", &
+        & failed_computation)
       return
     end if
     call solve_factored(system, accuracy_type(tolerance=accuracy%tolerance), .false., factored, error, survey)

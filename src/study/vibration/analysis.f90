@@ -212,7 +212,7 @@ contains
     if (allocated(error)) return
     at_rest%multipliers = multipliers
     allocate(at_rest%frame, source=frame)
-    failure%message = failure%message // "; the equations about rest have none either"
+    failure%message = failure%message // "; the equations linearised about rest have no periodic vibration either"
     call explain(frame, accuracy, at_rest, failure)
   end subroutine explain_at_rest
 

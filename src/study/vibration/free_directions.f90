@@ -50,7 +50,8 @@ contains
       i = minloc(abs(squares), dim=1)
       sentence = "the frame " // trim(describe_direction(frame, unit * vectors(:, i), vectors(:, i))) // ": add another &support"
     else
-      sentence = "the frame is not held in " // text(directions) // " directions: add another &support"
+      sentence = "the frame is not held in " // text(directions) // " directions: add &support groups that hold it in these " // &
+        &   "directions"
     end if
   end function describe_free_directions
 

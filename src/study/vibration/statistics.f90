@@ -271,7 +271,8 @@ contains
     n = 0
     if (allocated(statistics%series)) n = size(statistics%series)
     if (n < 1 .or. n > 3 .or. size(along) /= n .or. .not. (period > 0 .and. band(1) <= band(2))) then
-      call fatal_error(error, "a frequency band requires statistics, a positive period and two ascending limits", invalid_input)
+      call fatal_error(error, "a frequency band requires initialised statistics, a positive period, and a lower limit below " // &
+        &   "the upper one", invalid_input)
       return
     end if
     ! Amplitudes are scaled first, because their squares would overflow long before their square roots do.

@@ -82,7 +82,7 @@ contains
 
     frame => frame_of(system)
     if (.not. associated(frame)) then
-      call fatal_error(error, "only a frame has a vibration: the system is of another type", invalid_input)
+      call fatal_error(error, "the system is not a frame: a vibration can be computed only for a frame", invalid_input)
       return
     end if
     call frame%check(error)
@@ -90,7 +90,7 @@ contains
     if (.not. allocated(error)) call solve_periodic(floquet, vibration%start, error)
     if (allocated(error)) return
     if (size(floquet%scale) /= frame%states) then
-      call fatal_error(error, "the frame and the solution differ in their numbers of states", invalid_input)
+      call fatal_error(error, "the frame and the solution must have the same number of states", invalid_input)
       return
     end if
 
@@ -162,8 +162,8 @@ contains
     else if (harmonics < 0 .or. harmonics > max_harmonics) then
       call fatal_error(error, "the number of harmonics must lie between 0 and 8000", invalid_input)
     else if (present(rows)) then
-      if (all(rows /= [velocities, accelerations, guide_forces])) call fatal_error(error, "the number of rows of the motion " &
-        & // "must be 6 (positions, velocities), 9 (and accelerations) or 12 (and forces of guides)", invalid_input)
+      if (all(rows /= [velocities, accelerations, guide_forces])) call fatal_error(error, "the number of rows of the motion " // &
+        &   "must be 6 (positions and velocities), 9 (also accelerations) or 12 (also forces of guides)", invalid_input)
     end if
   end subroutine check_times
 
@@ -176,8 +176,8 @@ contains
 
     held = allocated(vibration%motion) .and. allocated(vibration%motion_history)
     if (held) held = size(vibration%motion, 1) >= rows_of(size(vibration%history, 1) / 3, rows)
-    if (.not. held) call fatal_error(error, "the vibration lacks the rows of the motion that the quantity requires: request more " &
-      & // "rows in solve_vibration", invalid_input)
+    if (.not. held) call fatal_error(error, "the vibration was computed without data that this quantity requires: request " // &
+      &   "more rows of the motion in solve_vibration", invalid_input)
   end subroutine check_rows
 
   !> The largest stride with which at least `kept_samples` of the samples are selected.

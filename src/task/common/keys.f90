@@ -10,40 +10,43 @@ module gestell_task_common_keys
   public :: accuracy_keys, case_keys_of
 
   type(key_type), parameter, public :: case_keys(*) = [ &
-    & key_type("case", "title", text_key, "title of the report and of the result files", otherwise="none"), &
+    & key_type("case", "title", text_key, "title, printed in the report and in the result files", otherwise="none"), &
     & key_type("case", "tasks", text_key, "tasks to compute", 1, 1, 20, word="stability, response")]
 
   type(key_type), parameter, public :: model_keys(*) = [ &
-    & key_type("model", "frame", text_key, "equations of the frame", otherwise="`'exact'`; " // &
+    & key_type("model", "frame", text_key, "which equations of motion of the frame to solve", otherwise="`'exact'`; " // &
     &   "`'rest'` with `coefficients='averaged'`", words=trim(frame_models(1)) // ", " // trim(frame_models(2)) // ", " // &
     &   trim(frame_models(3))), &
-    & key_type("model", "vibrations", text_key, "`'all'`: search for all periodic vibrations of the machine", &
+    & key_type("model", "vibrations", text_key, "whether to search for one periodic vibration of the machine or for all of them", &
     &   word="one", words="one, all"), &
-    & key_type("model", "coefficients", text_key, "`'averaged'`: replace M, B, C by their means over the period; only " // &
-    &   "with `frame='rest'`", word="periodic", words="periodic, averaged")]
+    & key_type("model", "coefficients", text_key, "`'averaged'` replaces M, B and C by their means over the period; allowed " // &
+    &   "only with `frame='rest'`", word="periodic", words="periodic, averaged")]
 
   type(key_type), parameter :: fixed_accuracy_keys(*) = [ &
-    & key_type("accuracy", "tolerance", real_key, "permitted relative error of Phi(T), the state transition over one " // &
+    & key_type("accuracy", "tolerance", real_key, "permitted relative error of Phi(T), the state transition matrix over one " // &
     &   "period, and of the forced motion over the period", default=1.0e-9_dp, &
     &   range=range_type(1.0e-15_dp, 0.1_dp, above_zero=.true.)), &
     & key_type("accuracy", "method", text_key, "method that computes Phi(T)", word="auto"), &
-    & key_type("accuracy", "steps", integer_key, "integration steps per period; 0: as many as the tolerance requires", &
+    & key_type("accuracy", "steps", integer_key, "number of integration steps per period; with `0` the program takes as many " // &
+    &   "as the tolerance requires", &
     &   default=0.0_dp, range=range_type(0.0_dp, 1048576.0_dp))]
 
   type(key_type), parameter, public :: response_keys(*) = [ &
-    & key_type("response", "points", integer_key, "intervals of the time history over one period", default=360.0_dp, &
+    & key_type("response", "points", integer_key, "number of equal number of equal intervals of the time history over one period", &
+    & default=360.0_dp, &
     &   range=range_type(1.0_dp, 1.0e6_dp)), &
-    & key_type("response", "harmonics", integer_key, "highest order in the tables of harmonics", default=20.0_dp, &
+    & key_type("response", "harmonics", integer_key, "highest order of the crank speed in the tables of harmonics", &
+    & default=20.0_dp, &
     &   range=range_type(0.0_dp, 8000.0_dp)), &
-    & key_type("response", "quantities", text_key, "quantities of `&resonance` to report, also in `quantities.csv` and by " // &
-    &   "`--one-line`", 1, 1, 20, otherwise="none"), &
-    & key_type("response", "measures", text_key, "values to report of these quantities: peak, rms, or rms velocity within " // &
-    &   "the band of the probe", 1, 1, 3, word="peak", words="peak, rms, band")]
+    & key_type("response", "quantities", text_key, "quantities to report and to write to `quantities.csv` and to the line of " // &
+    &   "`--one-line`; names as in `&resonance`", 1, 1, 20, otherwise="none"), &
+    & key_type("response", "measures", text_key, "which values of these quantities to report: peak, rms, or the rms velocity " // &
+    &   "within the frequency band of the probe", 1, 1, 3, word="peak", words="peak, rms, band")]
 
   type(key_type), parameter, public :: resonance_keys(*) = [ &
     & key_type("resonance", "quantities", text_key, "quantities to compute (`xi`, `f`, `probe(NAME).v`, ...)", 1, 1, 20, &
     &   otherwise="the free ones of `'xi'`, `'eta'`, `'psi'`, and `'f'`"), &
-    & key_type("resonance", "orders", integer_key, "highest order of the crank that is considered", &
+    & key_type("resonance", "orders", integer_key, "highest order of the crank speed that the task considers", &
     &   default=6.0_dp, range=range_type(1.0_dp, 50.0_dp))]
 
 contains

@@ -9,12 +9,12 @@ module gestell_task_common_words
   public :: shared_words, task_words
 
   type(variant_type), parameter :: model_words(*) = [ &
-    & variant_type("model", "frame", "exact", "nonlinear equations for any rotation of the frame; stability is judged about " // &
-    &   "the vibration that they give. Exit code 4 if Newton's method finds no vibration"), &
-    & variant_type("model", "frame", "first_order", "vibration from equations linearised about rest; stability from the exact " // &
-    &   "equations, linearised about this vibration"), &
-    & variant_type("model", "frame", "rest", "vibration and stability from equations linearised about rest, as in the paper; " // &
-    &   "suits quick charts")]
+    & variant_type("model", "frame", "exact", "nonlinear equations, valid for any rotation of the frame; they give the " // &
+    &   "vibration and, linearised about it, the stability. Exit code 4 if Newton's method finds no vibration"), &
+    & variant_type("model", "frame", "first_order", "equations linearised about rest give the vibration; the exact equations, " // &
+    &   "linearised about this vibration, give the stability"), &
+    & variant_type("model", "frame", "rest", "equations linearised about rest give the vibration and the stability, as in the " // &
+    &   "paper; suitable for charts that must be fast")]
 
 contains
 
@@ -54,7 +54,7 @@ contains
 
     select case (method)
     case ("auto")
-      meaning = "the method that is predicted to meet the tolerance with the least work; `'gauss6'` if `steps` is given"
+      meaning = "the method that the program expects to meet the tolerance with the least work; `'gauss6'` if `steps` is given"
     case ("rk4")
       meaning = "the classical explicit Runge-Kutta method of order 4, as in the paper"
     case ("explicit8")
@@ -62,8 +62,8 @@ contains
     case ("magnus4", "magnus6")
       meaning = "Magnus expansion of order " // method(7:) // ": exponentials of matrices, exact for constant coefficients"
     case ("reduced")
-      meaning = "reduction of fast free vibrations to slowly varying modes; takes no `steps`. Exit code 4 if these vibrations " // &
-        & "are too slow for it"
+      meaning = "replaces fast free vibrations by slowly varying modes; the key `steps` is not allowed. Exit code 4 if the " // &
+        &   "free vibrations are too slow for this method"
     case default
       meaning = ""
       if (index(method, "gauss") /= 1) return

@@ -37,7 +37,7 @@ contains
     class(design_task), intent(inout) :: self
 
     self%name = "design"
-    self%meaning = "the best machine within the ranges and limits given by `&design` and `&constraint`"
+    self%meaning = "the machine with the best objective within the ranges of `&design` and the limits of `&constraint`"
     self%tables = [character(len=longest_table) :: "design", "design_goals", "design_range", "design_starts", "design_trade_off"]
     self%scope = unsolved_machine
     self%gives_verdict = .true.
@@ -49,8 +49,9 @@ contains
     call schema%add(group_rule("design", "for the task `design`: a parameter that may change, and its range", repeatable=.true.), &
       & design_keys)
     call schema%add(group_rule("objective", "for the task `design`: a quantity to minimise", repeatable=.true.), objective_keys)
-    call schema%add(group_rule("constraint", "for the task `design`: a limit of a quantity", repeatable=.true.), constraint_keys)
-    call schema%add(group_rule("robust", "for the task `design`: scatter of speed and mounting"), robust_keys)
+    call schema%add(group_rule("constraint", "for the task `design`: a limit that a quantity must meet", repeatable=.true.), &
+      & constraint_keys)
+    call schema%add(group_rule("robust", "for the task `design`: tolerances of speed and mounting"), robust_keys)
   end subroutine extend
 
   subroutine read_task(self, configuration, error)

@@ -6,23 +6,28 @@ module gestell_task_range_keys
   private
 
   type(key_type), parameter, public :: sweep_keys(*) = [ &
-    & key_type("sweep", "parameter", text_key, "number to vary: a path as in `--set`; `support.stiffness` gives all supports " // &
-    &   "and both components the same value"), &
-    & key_type("sweep", "from", real_key, "start of the range, in the units of the input"), &
-    & key_type("sweep", "to", real_key, "end of the range", otherwise="`from`, with `count = 1`"), &
-    & key_type("sweep", "count", integer_key, "number of values, including both ends", range=range_type(least=1.0_dp)), &
-    & key_type("sweep", "spacing", text_key, "`'log'`: equal ratios; both ends must have the same sign", word="linear", &
+    & key_type("sweep", "parameter", text_key, "number to vary, given by its path as in `--set`; the path `support.stiffness` " // &
+    &   "sets both components of all supports to the same value"), &
+    & key_type("sweep", "from", real_key, "first value of the range, in the units of the input"), &
+    & key_type("sweep", "to", real_key, "last value of the range", otherwise="`from`, with `count = 1`"), &
+    & key_type("sweep", "count", integer_key, "number of values in the range, including both ends", &
+    & range=range_type(least=1.0_dp)), &
+    & key_type("sweep", "spacing", text_key, "`'linear'` gives equal differences between successive values, `'log'` equal " // &
+    &   "ratios; for `'log'` both ends must have the same sign", word="linear", &
     &   words="linear, log"), &
     & key_type("sweep", "engine", text_key, "`'direct'` solves every point; `'expansion'` interpolates Phi(T) and checks it " // &
-    &   "at random points; `'auto'` takes the faster; in either group", word="auto", words="auto, expansion, direct"), &
-    & key_type("sweep", "columns", text_key, "some of `'rho_max'`, `'log_rho_max'`, `'rho_error'`, `'verdict'`, " // &
+    &   "at random points; `'auto'` uses the faster of these methods; with two groups `&sweep`, give this key in one of them", &
+    &   word="auto", words="auto, expansion, direct"), &
+    & key_type("sweep", "columns", text_key, "columns: `'rho_max'`, `'log_rho_max'`, `'rho_error'`, `'verdict'`, " // &
     &   "`'xi_peak_m'`, `'eta_peak_m'`, `'psi_peak_rad'`, in space `'zeta_peak_m'`, `'rot_xi_peak_rad'`, " // &
-    &   "`'rot_eta_peak_rad'`, and quantities as in `&resonance`; in either group", 1, 1, 30, &
+    &   "`'rot_eta_peak_rad'`, and quantities as in `&resonance`; give it in either group `&sweep`", 1, 1, &
+    &   30, &
     &   otherwise="all except quantities"), &
-    & key_type("sweep", "measures", text_key, "what to report of these quantities: peak, rms, or rms velocity within the " // &
-    &   "band of the probe; in either group", 1, 1, 3, word="peak", &
+    & key_type("sweep", "measures", text_key, "which values of these quantities to write: peak, rms, or the rms velocity " // &
+    &   "within the frequency band of the probe; with two groups `&sweep`, give this key in one of them", 1, 1, 3, word="peak", &
     &   words="peak, rms, band"), &
-    & key_type("sweep", "format", text_key, "`'npy'`: a NumPy array `sweep.npy` instead of `sweep.csv`; in either group", &
+    & key_type("sweep", "format", text_key, "`'npy'` writes a NumPy array `sweep.npy` instead of `sweep.csv`; with two groups " // &
+    &   "`&sweep`, give this key in one of them", &
     &   word="csv", words="csv, npy")]
 
 end module gestell_task_range_keys

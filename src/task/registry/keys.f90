@@ -13,12 +13,12 @@ module gestell_task_registry_keys
 
   type(group_rule), parameter :: case_group = group_rule("case", "title and tasks")
   type(group_rule), parameter :: groups(*) = [ &
-    & group_rule("model", "the equations that are solved"), &
-    & group_rule("accuracy", "tolerance and method of the computation"), &
-    & group_rule("response", "for the task `response`: points, harmonics and quantities to write"), &
-    & group_rule("sweep", "parameters to vary over a line or grid of machines, one group per parameter", repeatable=.true.), &
-    & group_rule("boundary", "for the task `boundary`: boundary of stability, or level of a quantity, over the parameters of " &
-    & // "`&sweep`"), &
+    & group_rule("model", "which equations of motion to solve"), &
+    & group_rule("accuracy", "tolerance and numerical method of the computation"), &
+    & group_rule("response", "for the task `response`: what to write of time histories, harmonics and quantities"), &
+    & group_rule("sweep", "a parameter to vary; one group gives a line of machines, two groups a grid", repeatable=.true.), &
+    & group_rule("boundary", "for the task `boundary`: whether to find stability boundaries or where a quantity reaches a " // &
+    &   "level, as the parameters of `&sweep` vary"), &
     & group_rule("resonance", "for the tasks `resonance`, `critical`, `campbell`: quantities and orders over the speeds of " &
     & // "`&sweep`")]
 

@@ -41,7 +41,7 @@ contains
     class(resonance_task), intent(inout) :: self
 
     self%name = "resonance"
-    self%meaning = "resonance curves: vibrations and forces over the crank speed"
+    self%meaning = "resonance curves: vibrations and forces as functions of the crank speed"
     self%tables = [character(len=longest_table) :: "resonance", "peaks"]
     self%scope = all_speeds
     self%gives_verdict = .true.

@@ -45,7 +45,7 @@ contains
     class(sensitivity_task), intent(inout) :: self
 
     self%name = "sensitivity"
-    self%meaning = "change of forces and vibrations with each parameter of the machine"
+    self%meaning = "change of forces and vibrations if one parameter of the machine changes"
     self%tables = [character(len=longest_table) :: "sensitivity"]
     self%gives_verdict = .true.
   end subroutine describe

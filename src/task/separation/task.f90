@@ -61,7 +61,7 @@ contains
     class(separation_task), intent(inout) :: self
 
     self%name = "separation"
-    self%meaning = "distance of the natural frequencies from multiples of the crank speed"
+    self%meaning = "distances between the natural frequencies and multiples of the crank speed"
     self%tables = [character(len=longest_table) :: "separation", "torque_roll"]
     self%scope = unsolved_machine
     self%gives_verdict = .true.
@@ -71,8 +71,8 @@ contains
   subroutine extend(schema)
     type(schema_type), intent(inout) :: schema
 
-    call schema%add(group_rule("separation", "for the task `separation`: orders that the modes must keep clear of, and the " &
-      & // "distance"), &
+    call schema%add(group_rule("separation", "for the task `separation`: orders of the crank speed that are compared with the " // &
+      &   "natural frequencies, and the required distance"), &
       & separation_keys)
   end subroutine extend
 

@@ -58,7 +58,7 @@ contains
     class(sweep_task), intent(inout) :: self
 
     self%name = "sweep"
-    self%meaning = "results at every point of a line or grid of parameters, given by `&sweep`"
+    self%meaning = "results for every machine of a line or grid of parameter values, given by `&sweep`"
     self%tables = [character(len=longest_table) :: "sweep", "sweep_columns"]
     self%scope = all_machines
     self%gives_verdict = .true.

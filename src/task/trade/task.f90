@@ -31,7 +31,7 @@ contains
     class(trade_task), intent(inout) :: self
 
     self%name = "trade"
-    self%meaning = "accuracy and computing time of the integration methods for this machine"
+    self%meaning = "accuracy and computing time that each integration method reaches for this machine"
     self%tables = [character(len=longest_table) :: "trade"]
   end subroutine describe
 

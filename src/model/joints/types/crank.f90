@@ -16,9 +16,9 @@ module gestell_model_joints_types_crank
   type(key_type), parameter :: keys(*) = [ &
     & key_type("joint", "pivot", text_key, "joint about which the crank turns", required=.true.), &
     & key_type("joint", "radius", real_key, "crank radius", required=.true., unit=of_length, range=positive), &
-    & key_type("joint", "phase", real_key, "crank angle when the drive's is 0", unit=of_angle, default=0.0_dp), &
-    & key_type("joint", "ratio", real_key, "turns of this crank per turn of the drive, negative if it turns the other way: a " // &
-    &   "fraction such as 0.5, or numerator and denominator (17,23)", 1, 1, 2, default=1.0_dp, range=nonzero)]
+    & key_type("joint", "phase", real_key, "angle of this crank when the drive's angle is 0", unit=of_angle, default=0.0_dp), &
+    & key_type("joint", "ratio", real_key, "turns of this crank per turn of the drive, negative if it turns in the opposite " // &
+    &   "direction; a decimal such as 0.5, or numerator and denominator such as 17,23", 1, 1, 2, default=1.0_dp, range=nonzero)]
 
   character(len=*), parameter, public :: no_ratio = "must be a fraction: a decimal such as 0.5 with a denominator of at " // &
     & "most 64, or numerator and denominator as whole numbers up to 4096"
@@ -46,7 +46,8 @@ contains
     class(crank_joint), intent(in) :: self
     type(form_type), intent(out) :: form
 
-    form = form_type("crank", "crank pin, at `radius` from the joint `pivot` and at the angle `ratio` Omega t + `phase`", &
+    form = form_type("crank", "crank pin, at the distance `radius` from the joint `pivot`; the angle of the crank is `ratio` " // &
+      &   "Omega t + `phase`", &
       & links=1, pairs=1, keys=keys, bars=[self%pivot, itself])
   end subroutine describe
 

@@ -18,12 +18,13 @@ module gestell_model_joints_types_follower
   integer, parameter :: most = 1001
 
   type(key_type), parameter :: keys(*) = [ &
-    & key_type("joint", "cam", text_key, "two joints of the cam, its centre first", 1, 2, 2, required=.true.), &
-    & key_type("joint", "lift", real_key, "harmonics of the lift over the cam's angle: the mean, then the factors of cos, " // &
-    &   "sin, cos 2, sin 2, ...", 1, 1, most, unit=of_length, otherwise="none"), &
-    & key_type("joint", "lift_table", real_key, "instead of `lift`: lifts at equal steps of the cam's angle, from 0", 1, &
+    & key_type("joint", "cam", text_key, "two joints of the cam; the first is its centre", 1, 2, 2, required=.true.), &
+    & key_type("joint", "lift", real_key, "Fourier coefficients of the lift as a function of the cam's angle theta: the mean, " // &
+    &   "then the factors of cos theta, sin theta, cos 2 theta, sin 2 theta, ...", 1, 1, most, unit=of_length, otherwise="none"), &
+    & key_type("joint", "lift_table", real_key, "replaces `lift`: values of the lift at equally spaced angles of the cam, the " // &
+    &   "first at the angle 0", 1, &
     &   3, most, unit=of_length, otherwise="none"), &
-    & key_type("joint", "lift_phase", real_key, "angle added to the cam's angle", unit=of_angle, default=0.0_dp)]
+    & key_type("joint", "lift_phase", real_key, "constant angle that is added to the cam's angle", unit=of_angle, default=0.0_dp)]
 
   !> The joint lies on `guide`. Its distance L from the guide's point is the lift:
   !>
@@ -56,10 +57,11 @@ contains
     class(follower_joint), intent(in) :: self
     type(form_type), intent(out) :: form
 
-    form = form_type("follower", "cam follower on a guide, at the lift from `guide_point`. The cam's angle is that of the " // &
-      & "line from `cam(1)` to `cam(2)`, counter-clockwise from the guide, plus `lift_phase`. Give `lift` or `lift_table`", &
+    form = form_type("follower", "cam follower on a guide; its distance from `guide_point` is the lift. The cam's angle is " // &
+      &   "measured counter-clockwise from the guide to the line from `cam(1)` to `cam(2)`, plus `lift_phase`. Give either " // &
+      &   "`lift` or `lift_table`", &
       & links=1, pairs=1, higher_pairs=1, keys=[keys, guide_keys], bars=[self%cam(1), itself], guides=[self%guide], &
-      & obstacle="the two joints of its cam, or the two that carry its guide, coincide")
+      & obstacle="the two joints of its cam, or the two joints that carry its guide, coincide")
   end subroutine describe
 
   pure subroutine carriers(self, joints)
@@ -84,7 +86,7 @@ contains
       self%lift = data%numbers("lift")
       if (modulo(size(self%lift), 2) == 0) then
         data%key = "lift"
-        data%reason = "must have an odd number of values: the mean, then pairs of cosine and sine"
+        data%reason = "must have an odd number of values: the mean, then one cosine and one sine coefficient for each order"
       end if
     else
       self%lift = lift_through(data%numbers("lift_table"))
@@ -125,7 +127,7 @@ contains
     if (.not. allocated(self%lift)) then
       reason = "it has no lift"
     else if (modulo(size(self%lift), 2) == 0) then
-      reason = "its lift must have an odd number of values: the mean, then pairs of cosine and sine"
+      reason = "its lift must have an odd number of values: the mean, then one cosine and one sine coefficient for each order"
     else
       call check_coordinates(self%lift, reason)
     end if

@@ -10,7 +10,8 @@ module gestell_model_joints_types_ground
   implicit none (type, external)
   private
 
-  type(key_type), parameter :: keys(*) = [key_type("joint", "position", real_key, "position of the joint on the frame, in x-y", &
+  type(key_type), parameter :: keys(*) = [key_type("joint", "position", real_key, "position of the joint on the frame; " // &
+    &   "coordinates x and y", &
     & 1, 2, 2, required=.true., unit=of_length)]
 
   !> A joint at a point that is fixed to the frame.

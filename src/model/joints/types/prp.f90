@@ -31,9 +31,9 @@ contains
     class(prp_joint), intent(in) :: self
     type(form_type), intent(out) :: form
 
-    form = form_type("PRP", "pin of two sliders: the crossing of two guides", links=2, pairs=3, &
+    form = form_type("PRP", "pin of two sliders, at the intersection of their guides", links=2, pairs=3, &
       & keys=[guide_keys, second_guide_keys], guides=self%guides, &
-      & obstacle="its guides become parallel, or the two joints that carry one coincide")
+      & obstacle="its guides become parallel, or two joints that carry a guide coincide")
   end subroutine describe
 
   pure subroutine define(self, data)

@@ -9,8 +9,8 @@ module gestell_model_joints_types_rigid
   implicit none (type, external)
   private
 
-  type(key_type), parameter :: offset_key = key_type("joint", "offset", real_key, "distances from `ends(1)`: toward " // &
-    & "`ends(2)`, and across, to the left", 1, 2, 2, required=.true., unit=of_length)
+  type(key_type), parameter :: offset_key = key_type("joint", "offset", real_key, "two distances from `ends(1)`: along the " // &
+    &   "line to `ends(2)`, and perpendicular to it (positive to the left)", 1, 2, 2, required=.true., unit=of_length)
 
   !> A point of the body that carries joints `ends(1)` and `ends(2)`. The point is at the distance `offset(1)` from `ends(1)` toward
   !> `ends(2)`, and at the distance `offset(2)` to the left of this line (m).
@@ -33,8 +33,9 @@ contains
     class(rigid_joint), intent(in) :: self
     type(form_type), intent(out) :: form
 
-    form = form_type("rigid", "point of the body that carries both `ends`: from `ends(1)` by `offset(1)` toward `ends(2)`, " // &
-      & "and by `offset(2)` across, to the left", links=0, pairs=0, keys=[two_ends, offset_key], &
+    form = form_type("rigid", "point of the body that carries both joints `ends`: from `ends(1)` go `offset(1)` toward " // &
+      &   "`ends(2)`, then `offset(2)` perpendicular to this line (positive to the left)", links=0, pairs=0, keys=[two_ends, &
+      &   offset_key], &
       & bars=[self%ends(1), itself, self%ends(2), itself], &
       & obstacle="the two joints of its body coincide")
   end subroutine describe

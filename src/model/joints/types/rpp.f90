@@ -13,8 +13,8 @@ module gestell_model_joints_types_rpp
   implicit none (type, external)
   private
 
-  type(key_type), parameter :: slot_key = key_type("joint", "slot_angle", real_key, "angle of the yoke's slot, " // &
-    & "measured from the guide", required=.true., unit=of_angle)
+  type(key_type), parameter :: slot_key = key_type("joint", "slot_angle", real_key, "angle from the guide to the yoke's slot", &
+    & required=.true., unit=of_angle)
 
   !> The yoke slides along `guide`. Joint `end` slides in its straight slot, which makes the angle `slot_angle` (rad) with the
   !> guide's direction. The joint is the point of the yoke where slot and guide intersect.
@@ -40,8 +40,8 @@ contains
     class(rpp_joint), intent(in) :: self
     type(form_type), intent(out) :: form
 
-    form = form_type("RPP", "yoke on a guide; `ends(1)` slides in its slot, which is at `slot_angle` to the guide (Scotch " // &
-      & "yoke: 90 deg). The joint is the crossing of slot and guide", &
+    form = form_type("RPP", "yoke on a guide. The joint `ends(1)` slides in the yoke's slot; the angle from guide to slot is " // &
+      &   "`slot_angle` (90 deg for a Scotch yoke). The joint is the intersection of slot and guide", &
       & links=2, pairs=3, keys=[one_end, slot_key, guide_keys], bars=[self%end, itself], guides=[self%guide])
   end subroutine describe
 

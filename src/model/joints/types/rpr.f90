@@ -33,8 +33,9 @@ contains
     class(rpr_joint), intent(in) :: self
     type(form_type), intent(out) :: form
 
-    form = form_type("RPR", "slotted lever: it turns about `ends(2)`, and its slot passes through `ends(1)`. The joint lies " // &
-      & "on the lever, at `lengths(1)` from `ends(2)`, toward `ends(1)` (`branch = 1`) or away (`-1`)", links=2, pairs=3, &
+    form = form_type("RPR", "point of a slotted lever, which turns about `ends(2)` and whose slot passes through `ends(1)`. " // &
+      &   "The joint is at the distance `lengths(1)` from `ends(2)`, on the same side as `ends(1)` (`branch = 1`) or on the " // &
+      &   "opposite side (`-1`)", links=2, pairs=3, &
       & keys=[two_ends, one_length, branch_key], bars=[self%ends(2), itself, self%ends(2), self%ends(1)], &
       & obstacle="the joint in the slot coincides with the lever's pivot")
   end subroutine describe

@@ -39,8 +39,9 @@ contains
     class(rrp_joint), intent(in) :: self
     type(form_type), intent(out) :: form
 
-    form = form_type("RRP", "slider on a guide, at `lengths(1)` from `ends(1)`; `branch = 1`: the position farther " // &
-      & "along the guide's direction, `-1`: the other", links=2, pairs=3, keys=[one_end, one_length, branch_key, guide_keys], &
+    form = form_type("RRP", "slider on a guide, at the distance `lengths(1)` from `ends(1)`. `branch = 1` selects the " // &
+      &   "position farther along the guide's direction, `-1` the other one", links=2, pairs=3, keys=[one_end, one_length, &
+      &   branch_key, guide_keys], &
       & bars=[self%end, itself], guides=[self%guide])
   end subroutine describe
 
@@ -248,7 +249,8 @@ contains
     if (.not. motion%sound) return
     call self%guide%line(points, g, u)
     off = cross(point_type(points(self%end)%x - g%x, points(self%end)%y - g%y), u)
-    text = "its end is " // concise(abs(off%v)) // " m away from the guide; its length of " // concise(self%length) &
+    text = "the joint 'ends(1)' is " // concise(abs(off%v)) // " m away from the guide; the link's length of " // &
+      & concise(self%length) &
       & // " m must exceed this distance"
   end subroutine explain
 

@@ -35,8 +35,9 @@ contains
     class(rrr_joint), intent(in) :: self
     type(form_type), intent(out) :: form
 
-    form = form_type("RRR", "pin of two links, at `lengths(1)` from `ends(1)` and `lengths(2)` from `ends(2)`; `branch = 1`: " // &
-      & "left of the line from `ends(1)` to `ends(2)`, `-1`: right", links=2, pairs=3, keys=[two_ends, two_lengths, branch_key], &
+    form = form_type("RRR", "pin of two links, at the distances `lengths(1)` from `ends(1)` and `lengths(2)` from `ends(2)`. " // &
+      &   "With `branch = 1` it lies to the left of the line from `ends(1)` to `ends(2)`, with `-1` to the right", links=2, &
+      &   pairs=3, keys=[two_ends, two_lengths, branch_key], &
       & bars=[self%ends(1), itself, self%ends(2), itself])
   end subroutine describe
 
