@@ -43,7 +43,7 @@ module gestell_study_point
 
 contains
 
-  !> Numbers of the requested columns, in the order in which the file lists them.
+  !> Indices of the requested columns, in the order in which the file lists them.
   pure function ordered(self) result(columns)
     class(sweep_options), intent(in) :: self
     integer :: columns(count(self%columns))

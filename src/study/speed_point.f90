@@ -69,7 +69,7 @@ module gestell_study_speed_point
     !> True if the equations are linear; only then can the vibration grow without bound. A vibration of the exact frame stays
     !> finite, but it may be one of several
     logical :: linear = .true.
-    !> Distance of the multiplier nearest to 1 from 1. At distance 0 a vibration of the exact frame ceases to exist
+    !> Distance from 1 of the multiplier that is nearest to 1. At distance 0 a vibration of the exact frame ceases to exist
     real(dp) :: from_fold = huge(1.0_dp)
   end type speed_point_type
 

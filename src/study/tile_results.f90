@@ -6,7 +6,8 @@ module gestell_study_tile_results
 
   public :: peaks_of
 
-  !> Numbers of the columns, in the order in which files list them. The peaks follow the order of the frame's degrees of freedom.
+  !> Index of each column, in the order in which files list the columns. The peaks follow the order of the frame's degrees of
+  !> freedom.
   integer, parameter, public :: rho_max = 1, log_rho_max = 2, rho_error = 3, verdict = 4, xi_peak = 5, eta_peak = 6, &
     & psi_peak = 7, last_peak = 10, sweep_columns = 10
 

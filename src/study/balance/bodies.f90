@@ -43,8 +43,8 @@ module gestell_study_balance_bodies
   end type counterweight_type
 
   complex(dp), parameter :: i = (0.0_dp, 1.0_dp)
-  !> Two directions or lengths count as equal if their relative difference is smaller. If the direction of a body varies by less
-  !> than this, the body does not rotate.
+  !> Two directions or lengths count as equal if their relative difference is smaller than this. If the direction of a body varies
+  !> by less than this, the body does not rotate.
   real(dp), parameter :: same = 1.0e-9_dp
 
 contains

@@ -131,7 +131,8 @@ contains
     type(coordinates_type), intent(in) :: coordinates
     !> Phases t/T, and loads at these phases, shape (phases, degrees of freedom, loads)
     real(dp), contiguous, intent(in) :: phases(:), loads(:, :, :)
-    !> Displacements q and their first and second derivatives over theta = 2 pi t/T, shape (phases, degrees of freedom, 0:2, loads)
+    !> Displacements q and their first and second derivatives with respect to theta = 2 pi t/T, shape (phases, degrees of freedom,
+    !> 0:2, loads)
     real(dp), intent(out) :: motions(:, :, 0:, :)
     real(dp), dimension(size(phases), size(loads, 2), size(loads, 2)) :: m, b, c
     real(dp) :: r(size(phases), size(loads, 2), 2 * size(loads, 2) + size(loads, 3)), units(size(loads, 2)), &

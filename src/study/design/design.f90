@@ -26,7 +26,7 @@ module gestell_study_design
 
   public :: halton, is_convex, feasibility_options, bound_gap, prove_conflict, search_from
 
-  !> Default tolerance of a search: it has converged if the remaining slope is smaller.
+  !> Default tolerance of a search: it has converged if the remaining slope is smaller than this.
   real(dp), parameter :: default_tolerance = 1.0e-8_dp
   !> In a search over a range a step is idle if it improves the objective by a smaller fraction. A resonance at the end of the range
   !> makes idle steps frequent.
@@ -182,7 +182,7 @@ contains
         used(maxloc(worst, dim=1)) = .true.
         cycle
       end if
-      ! a condition is added if the excess of the goal is larger
+      ! a condition is added if the excess of the goal exceeds this threshold
       threshold = maxval(worst, mask=before) + inside * maxval(abs(at%value), mask=at%group == g) / 1000
       if (g > size(options%objectives)) threshold = max(threshold, 0.0_dp)
       do c = 1, size(worst)

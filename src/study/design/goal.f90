@@ -225,7 +225,7 @@ contains
     !> Probes that the goals may refer to
     type(probe_type), intent(in) :: probes(:)
     real(dp), contiguous, intent(in) :: phases(:)
-    !> Motion of the frame and its first and second derivatives over theta = 2 pi t/T, shape (phases, dofs, 0:2)
+    !> Motion of the frame and its first and second derivatives with respect to theta = 2 pi t/T, shape (phases, dofs, 0:2)
     real(dp), intent(in) :: q(:, :, 0:)
     !> Samples of the components, shape (phases, components, goals)
     real(dp), intent(out) :: samples(:, :, :)

@@ -33,9 +33,9 @@ module gestell_study_design_motion
     logical :: moves = .true.
     !> Fourier series of the motion q as a function of theta = 2 pi t/T
     type(series_type) :: series
-    !> `phases`: equidistant phases. `q`: the motion and its first and second derivatives over theta = 2 pi t/T, for all degrees of
-    !> freedom, shape (phases, dofs, 0:2). `slope`: dq/dp and its derivatives over theta, shape (phases, dofs, 0:2, parameters).
-    !> `slope` is allocated by `solve_slopes`
+    !> `phases`: equidistant phases. `q`: the motion and its first and second derivatives with respect to theta = 2 pi t/T, for all
+    !> degrees of freedom, shape (phases, dofs, 0:2). `slope`: dq/dp and its derivatives with respect to theta, shape (phases, dofs,
+    !> 0:2, parameters). `slope` is allocated by `solve_slopes`
     real(dp), allocatable :: phases(:), q(:, :, :), slope(:, :, :, :)
     !> The fast solution and its maps, if a fast solver computed the motion that is linearised about rest
     type(quick_motion_type) :: quick
@@ -290,7 +290,7 @@ contains
     integer, intent(in) :: k, i
     !> The neighbour of the machine under the operating condition
     class(frame_type), allocatable, intent(out) :: frame
-    !> Motion of the neighbour and its derivatives over theta, shape (phases, dofs, 0:2)
+    !> Motion of the neighbour and its derivatives with respect to theta, shape (phases, dofs, 0:2)
     real(dp), intent(out) :: q(:, :, 0:)
     type(frame_type), allocatable :: run
     type(varied_frame_type), allocatable :: varied

@@ -29,7 +29,8 @@ module gestell_study_design_separation
   !> `orders`: largest order of the drive that is considered. `around`: number of directions in the plane of two modes that are used
   !> as branches.
   integer, parameter :: orders = 4, around = 12
-  !> Frequencies of two modes may coincide for another machine of the search if the relative difference of their squares is smaller.
+  !> Frequencies of two modes may coincide for another machine of the search if the relative difference of their squares is smaller
+  !> than this.
   real(dp), parameter :: near = 0.1_dp
 
 contains

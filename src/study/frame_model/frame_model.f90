@@ -126,8 +126,8 @@ contains
   end subroutine settle_member
 
   !> Searches for the vibration by Newton's method. The search starts from `varied`, the frame linearised about rest. If it fails,
-  !> the vibration is searched by continuation. A vibration between two turning points of the curve over the speed is unstable, so
-  !> no machine stays on it. If continuation over the speed leads to another vibration, that vibration is returned instead.
+  !> the vibration is searched by continuation. A vibration between two turning points of its curve against the speed is unstable,
+  !> so no machine stays on it. If continuation with varying speed leads to another vibration, that vibration is returned instead.
   subroutine find_vibration(frame, accuracy, varied, error, newton)
     class(frame_type), intent(in) :: frame
     type(accuracy_type), intent(in) :: accuracy
@@ -174,7 +174,7 @@ contains
     if (allocated(between)) call move_alloc(between, newton%others)
   end subroutine find_vibration
 
-  !> True if a real multiplier is greater than 1. The vibration then lies between two turning points of the curve over the speed.
+  !> True if a real multiplier is greater than 1. The vibration then lies between two turning points of its curve against the speed.
   logical function between_turning_points(varied)
     type(varied_frame_type), intent(in) :: varied
     type(floquet_type) :: floquet

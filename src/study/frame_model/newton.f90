@@ -42,8 +42,8 @@ module gestell_study_frame_model_newton
   real(dp), parameter :: small_step = 0.1_dp
   !> If a motion needs more phases than this, integration is faster than harmonic balance.
   integer, parameter :: max_balanced = 128
-  !> Sizes of harmonics relative to the motion. `resolved`: a motion counts as resolved if its highest orders are smaller. `noise`:
-  !> smaller harmonics are rounding errors and are dropped.
+  !> Sizes of harmonics relative to the motion. `resolved`: a motion counts as resolved if its highest orders are smaller than this.
+  !> `noise`: harmonics smaller than this are rounding errors and are dropped.
   real(dp), parameter :: resolved = 1.0e-12_dp, noise = 1.0e-14_dp
 
   !> A periodic motion computed by `next_motion`.

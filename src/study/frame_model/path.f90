@@ -25,8 +25,8 @@ module gestell_study_frame_model_path
 
   public :: advance, between, cubic, first_point, middle_of, motion_of, next_iterate, size_of, units_of
 
-  !> A family of machines over the parameter lambda. Each member is a frame linearised about a motion. Motions are stored at
-  !> equidistant phases, shape (samples, dofs), divided by `units` (m, rad); the degrees of freedom are in the frame's order.
+  !> A family of machines that depend on the parameter lambda. Each member is a frame linearised about a motion. Motions are stored
+  !> at equidistant phases, shape (samples, dofs), divided by `units` (m, rad); the degrees of freedom are in the frame's order.
   type, abstract, public :: path_family_type
     type(accuracy_type) :: accuracy
     real(dp), allocatable :: units(:)
@@ -35,8 +35,8 @@ module gestell_study_frame_model_path
     !> `difference`: step of lambda for difference quotients. `precise`: tolerance of the two motions whose difference is formed.
     !> Errors of 1e-8 over a step of 1e-3 make the quotients accurate to 1e-5
     real(dp) :: difference = 1.0e-3_dp, precise = 1.0e-8_dp
-    !> `close`: a motion has converged if its relative correction is smaller. `last_lambda`: largest lambda for which a machine
-    !> exists
+    !> `close`: a motion has converged if its relative correction is smaller than this. `last_lambda`: largest lambda for which a
+    !> machine exists
     real(dp) :: close = 1.0e-3_dp, last_lambda = huge(1.0_dp)
     !> True if the multipliers are computed together with every iterate
     logical :: multipliers = .false.

@@ -6,7 +6,7 @@
 !> - the excitation, from zero to its actual value, - the speed, from another speed to the requested one, - damping between frame
 !> and ground in addition to the machine's own, from very heavy damping to none.
 !>
-!> The path over the damping leads to the vibration if the machine has a bounded vibration for every damping on the path. Under
+!> The path with varying damping leads to the vibration if the machine has a bounded vibration for every damping on the path. Under
 !> heavy damping there is only one vibration, so the path cannot return to its start.
 module gestell_study_frame_model_vibration_path
   use gestell_base_error, only: error_type, failed_computation, fatal_error, invalid_input
@@ -49,10 +49,10 @@ module gestell_study_frame_model_vibration_path
   !> times the frequency of the stiffest direction. It decreases as exp(-fall lambda), so weakly damped resonances are approached
   !> slowly.
   real(dp), parameter :: of_speed = 2, of_frequency = 1, fall = 12
-  !> Maximum number of linear systems that are solved on a path over added damping.
+  !> Maximum number of linear systems that are solved on a path along which the added damping varies.
   integer, parameter :: max_systems = 500
-  !> Value of `furthest_back` for a path over added damping. A path that returns to more damping than at its start leads to another
-  !> equilibrium of the frame.
+  !> Value of `furthest_back` for a path along which the added damping varies. A path that returns to more damping than at its start
+  !> leads to another equilibrium of the frame.
   real(dp), parameter :: back_at_start = -0.1_dp
 
   character(len=*), parameter :: no_vibration_found = "no periodic vibration of the nonlinear equations was found; the search " // &
@@ -169,8 +169,8 @@ contains
     total_mass = frame%mass + frame%mechanism%mass
   end function total_mass
 
-  !> Creates the path of the machine `varied` over the excitation, starting from rest, or over the speed if `speeds` is present.
-  !> `speeds`: speeds at lambda = 0 and 1 (rad/s).
+  !> Creates the path of the machine `varied`. Along the path the speed varies if `speeds` is present; otherwise the excitation
+  !> varies, starting from rest. `speeds`: speeds at lambda = 0 and 1 (rad/s).
   function machine_path(varied, accuracy, speeds) result(family)
     type(varied_frame_type), intent(in) :: varied
     type(accuracy_type), intent(in) :: accuracy

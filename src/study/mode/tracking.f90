@@ -7,9 +7,9 @@ module gestell_study_mode_tracking
 
   public :: track
 
-  !> `alike`: a mode at one speed is taken as the same mode at another speed if their likeness is larger. `apart`: the assignment of
-  !> modes is unambiguous if the product of likenesses of the second-best assignment is at most this fraction of the largest
-  !> product.
+  !> `alike`: a mode at one speed is taken as the same mode at another speed if their likeness exceeds this value. `apart`: the
+  !> assignment of modes is unambiguous if the product of likenesses of the second-best assignment is at most this fraction of the
+  !> largest product.
   real(dp), parameter :: alike = 0.8_dp, apart = 0.7_dp
 
 contains

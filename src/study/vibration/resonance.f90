@@ -22,7 +22,7 @@ module gestell_study_vibration_resonance
     !> `frequency`: natural frequency of the mode (rad/s), 0 if the mode does not oscillate. `ratio`: this frequency divided by 2 pi
     !> / T
     real(dp) :: frequency = 0, ratio = 0
-    !> The order of the period that is nearest: `ratio`, rounded to an integer
+    !> The harmonic of the period that is nearest to the frequency: `ratio`, rounded to an integer
     integer :: order = 0
     !> Number of turns that the drive makes in the period. `ratio` and `order` divided by this number are multiples of the drive
     !> speed

@@ -80,8 +80,8 @@ contains
   end subroutine search_vibrations
 
   !> Follows a path from the motion q at lambda = 0, and adds the vibrations at lambda = `home` to `list`. The path ends if
-  !> abs(lambda) exceeds `furthest`, if continuation over the speed reaches a known vibration, if Newton's method fails, or if the
-  !> frame rotates too far. It also ends when the maximum number of points or of linear systems is reached.
+  !> abs(lambda) exceeds `furthest`, if continuation with varying speed reaches a known vibration, if Newton's method fails, or if
+  !> the frame rotates too far. It also ends when the maximum number of points or of linear systems is reached.
   subroutine follow_branch(frame, start, q, home, furthest, way, list)
     class(frame_type), intent(in) :: frame
     class(path_family_type), intent(in) :: start
@@ -97,7 +97,7 @@ contains
 
     allocate(family, source=start)
     family%left = max_systems
-    ! For a path over the speed, q is needed in the family's units.
+    ! If the speed varies along the path, q is needed in the family's units.
     call first_point(family, q / spread(family%units, 1, size(q, 1)), 0.0_dp, way, at, error)
     if (allocated(error)) return
     arc = short_arc
@@ -115,7 +115,8 @@ contains
         & list, known)
       at = next
       if (easy) arc = min(2 * arc, long_arc)
-      ! If continuation over the speed reaches a known vibration, its path is the same as the path that starts from that vibration.
+      ! If continuation with varying speed reaches a known vibration, its path is the same as the path that starts from that
+      ! vibration.
       if (known .and. .not. family%from_rest) return
       if (abs(at%lambda) > furthest .or. family%turn(at%q) > furthest_turn) return
     end do

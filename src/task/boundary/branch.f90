@@ -1,5 +1,5 @@
-!> Branches of the periodic vibration of a frame in the exact model, over one parameter. On a branch, each value of the parameter
-!> has one vibration, which depends smoothly on the value.
+!> Branches of the periodic vibration of a frame in the exact model, as functions of one parameter. On a branch, each value of the
+!> parameter has one vibration, which depends smoothly on the value.
 module gestell_task_boundary_branch
   use gestell_base_kinds, only: dp
   use gestell_math_series_trigonometric, only: series_through, series_type

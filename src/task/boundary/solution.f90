@@ -1,5 +1,5 @@
-!> Results of the task `boundary`: borders over one or two parameters and, if the given machine is unstable, the nearest machine
-!> that is not.
+!> Results of the task `boundary`: borders in one or two parameters and, if the given machine is unstable, the nearest machine that
+!> is not.
 module gestell_task_boundary_solution
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -26,11 +26,11 @@ module gestell_task_boundary_solution
     !> For each parameter, the nearest system that is not unstable. Not allocated if there is no given machine, or if the given
     !> machine is not unstable.
     type(nearest_type), allocatable :: nearest(:)
-    !> If a level over one parameter is given: the curve of the measured quantity. In its points, `speed` is the parameter,
+    !> If there are a level and one parameter: the curve of the measured quantity. In its points, `speed` is the parameter,
     !> `values(1, 1)` the quantity and `values(2, 1)` its error.
     type(resonance_curve_type), allocatable :: curve
-    !> If a level over two parameters is given and there is no curve: side of the level on which the quantity lies at the centre of
-    !> the ranges.
+    !> If there are a level and two parameters, but no curve: side of the level on which the quantity lies at the centre of the
+    !> ranges.
     character(len=10) :: side_at_centre = ""
   end type border_results_type
 
@@ -49,7 +49,7 @@ contains
     real(dp), intent(in) :: base(:)
     type(border_results_type), intent(out) :: results
     type(error_type), allocatable, intent(out) :: error
-    !> Frames that are not yet linearised about a vibration. If present, borders over one parameter are found on each branch of
+    !> Frames that are not yet linearised about a vibration. If present, borders in one parameter are found on each branch of
     !> vibrations of the exact frame
     class(family_type), intent(in), optional, target :: bare
     type(border_options) :: fine

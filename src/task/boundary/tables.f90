@@ -1,4 +1,4 @@
-!> Tables of the task `boundary`: boundary.csv over one or two parameters, and level.csv over one parameter.
+!> Tables of the task `boundary`: boundary.csv for one or two parameters, and level.csv for one parameter.
 module gestell_task_boundary_tables
   use gestell_base_text, only: concise, exact
   use gestell_base_verdict, only: state_word

@@ -1,4 +1,4 @@
-!> The task `boundary`: finds stability borders over one or two parameters. If the input names a quantity, the task instead finds
+!> The task `boundary`: finds stability borders in one or two parameters. If the input names a quantity, the task instead finds
 !> where the peak, rms or band value of this quantity crosses a level.
 module gestell_task_boundary_task
   use gestell_base_error, only: error_type
@@ -185,8 +185,9 @@ contains
     end associate
   end subroutine solve_stability
 
-  !> Finds the crossings of the level over one parameter, or the curves of the level over two parameters. If there is no curve,
-  !> determines on which side of the level the quantity lies at the centre of the ranges. Fails if the parameters are invalid.
+  !> If there is one parameter, finds its values at which the level is crossed. If there are two parameters, finds the curves of the
+  !> level in their plane. If there is no curve, determines on which side of the level the quantity lies at the centre of the
+  !> ranges. Fails if the parameters are invalid.
   subroutine solve_level(self, level, context, results, error)
     class(boundary_task), intent(in) :: self
     type(level_type), intent(in) :: level

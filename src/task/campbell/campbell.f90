@@ -1,4 +1,4 @@
-!> Computes the Campbell diagram: follows the modes of a machine over its speed.
+!> Computes the Campbell diagram: follows the modes of a machine while its speed varies.
 module gestell_task_campbell
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp, pi

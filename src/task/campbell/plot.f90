@@ -1,4 +1,4 @@
-!> Draws the pictures of the modes over the speed: the Campbell diagram and the crossings.
+!> Draws the pictures of the modes against the speed: the Campbell diagram and the crossings.
 module gestell_task_campbell_plot
   use gestell_base_kinds, only: dp, pi
   use gestell_base_text, only: concise, either, newline, text
@@ -23,7 +23,7 @@ module gestell_task_campbell_plot
 
 contains
 
-  !> The picture campbell.gp. Upper panel: frequencies over the speed, crossings, and lines of the orders 1 to `orders`. Lower
+  !> The picture campbell.gp. Upper panel: frequencies against the speed, crossings, and lines of the orders 1 to `orders`. Lower
   !> panel: damping ratios.
   function plot_campbell(campbell, crossings, orders, input) result(figure)
     type(campbell_type), intent(in) :: campbell

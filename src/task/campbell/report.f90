@@ -1,4 +1,4 @@
-!> Writes the report of the task `campbell`: the modes over the speed.
+!> Writes the report of the task `campbell`: the modes as functions of the speed.
 module gestell_task_campbell_report
   use gestell_base_kinds, only: dp, pi
   use gestell_base_text, only: concise, either, fixed, newline, text

@@ -1,4 +1,4 @@
-!> The task `campbell`: computes the modes over the crank speed.
+!> The task `campbell`: computes the modes as functions of the crank speed.
 module gestell_task_campbell_task
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp, pi
@@ -95,7 +95,7 @@ contains
     call result%write_lines(report_campbell(diagram%campbell, diagram%crossings))
   end subroutine run
 
-  !> Computes the modes over the speeds of the sweep, and their crossings. Stores them in `context` for other tasks.
+  !> Computes the modes at the speeds of the sweep, and their crossings with orders. Stores them in `context` for other tasks.
   subroutine follow_modes(context, diagram, error)
     type(context_type), intent(inout) :: context
     type(diagram_type), intent(out) :: diagram

@@ -32,7 +32,7 @@ module gestell_task_common_configuration
     type(accuracy_type) :: accuracy
     type(frame_type) :: frame
     type(probe_type), allocatable :: probes(:)
-    !> Highest order of the crank that is considered by tasks over a range of speeds.
+    !> Highest order of the crank that is considered by tasks for a range of speeds.
     integer :: orders = 6
     !> The sweep; not allocated if the input varies no parameter.
     type(sweep_plan_type), allocatable :: plan

@@ -22,8 +22,8 @@ module gestell_task_critical_plot
 
 contains
 
-  !> The picture critical.gp: the peaks near the crossings over the speed, in one panel for the amplitude and one for the force. The
-  !> range of speeds and the marks are those of the Campbell diagram.
+  !> The picture critical.gp: the peaks near the crossings against the speed, in one panel for the amplitude and one for the force.
+  !> The range of speeds and the marks are those of the Campbell diagram.
   function plot_critical(critical, campbell, input) result(figure)
     type(critical_type), intent(in) :: critical(:)
     type(campbell_type), intent(in) :: campbell
@@ -56,8 +56,8 @@ contains
       & lines // "unset multiplot" // newline, width=800, height=nint(height_of(2)))
   end function plot_critical
 
-  !> One panel of the picture: peaks as vertical lines over the speed, on a logarithmic scale. Peaks below `least` times the maximum
-  !> are omitted. `entries` are added to the legend.
+  !> One panel of the picture: peaks as vertical lines against the speed, on a logarithmic scale. Peaks below `least` times the
+  !> maximum are omitted. `entries` are added to the legend.
   pure function panel(critical, which, range, si, least, entries) result(lines)
     type(critical_type), intent(in) :: critical(:)
     integer, intent(in) :: which

@@ -75,8 +75,8 @@ contains
     if (scatter > 0) factors = [1 - scatter, 1.0_dp, 1 + scatter]
   end function factors_within
 
-  !> Defines the lines on which designs are examined. There is a line over the speed for each combination of stiffness and damping
-  !> factors. There are lines over the stiffness at the lowest and at the highest speed, one for each damping factor.
+  !> Defines the lines on which designs are examined. There is a line of varying speed for each combination of stiffness and damping
+  !> factors. There are lines of varying stiffness at the lowest and at the highest speed, one for each damping factor.
   subroutine build_lines(conditions, of_stiffness, of_damping, lines)
     type(condition_type), intent(in) :: conditions(:)
     !> Factors by which the stiffness and the damping of the mounts are multiplied

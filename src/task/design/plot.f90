@@ -96,7 +96,7 @@ contains
       & height=480)
   end function plot_goals
 
-  !> The plot design_range.gp: first objective over the speed, before and after the design.
+  !> The plot design_range.gp: first objective against the speed, before and after the design.
   function plot_range(plan) result(figure)
     type(design_plan_type), intent(in) :: plan
     type(figure_type) :: figure

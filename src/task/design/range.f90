@@ -1,8 +1,8 @@
 !> Finds the worst values of the goals of a design over the whole range of speeds and tolerances, including conditions between the
 !> given ones.
 !>
-!> The range is searched along lines. There is a line over the speed for each combination of the other factors. There are lines over
-!> the stiffness of the mounts at the lowest and the highest speed. The speed of a resonance rises with the stiffness, so each
+!> The range is searched along lines. There is a line of varying speed for each combination of the other factors. There are lines of
+!> varying stiffness of the mounts at the lowest and the highest speed. The speed of a resonance rises with the stiffness, so each
 !> resonance in the range meets one of these lines.
 !>
 !> Points are added along a line as for resonance curves. The multipliers at neighbouring points show where a natural frequency, or
@@ -63,11 +63,11 @@ module gestell_task_design_range
   !> `near`: a maximum is ignored if it is lower than the largest one by more than this fraction of the goal's magnitude.
   !> `min_rise`: an interval is halved if its extrapolated maximum exceeds the values at both ends by more than this fraction.
   real(dp), parameter :: near = 0.25_dp, min_rise = 0.01_dp
-  !> Two points of a line count as equal if the relative difference of their positions is smaller.
+  !> Two points of a line count as equal if the relative difference of their positions is smaller than this.
   real(dp), parameter :: same = 1.0e-9_dp
   !> `max_rounds`: maximum number of rounds in which points are added to a line. `max_points`: maximum number of points on a line.
   integer, parameter :: max_rounds = 16, max_points = 3000
-  !> Two computed values of the same maximum agree if their relative difference is not larger.
+  !> Two computed values of the same maximum agree if their relative difference does not exceed this value.
   real(dp), parameter :: agreement = 1.0e-6_dp
 
 contains

@@ -20,7 +20,7 @@ module gestell_task_design_search
   implicit none (type, external)
   private
 
-  !> A proved conflict of limits counts as rounding error if its relative amount is smaller.
+  !> A proved conflict of limits counts as rounding error if its relative amount is smaller than this.
   real(dp), parameter :: negligible = 1.0e-9_dp
 
   public :: find_curve, find_design, objective_at

@@ -11,7 +11,7 @@ module gestell_task_drawing_elements
 
   character, parameter, public :: axes(3) = ["x", "y", "z"]
 
-  !> Numbers of the table columns that contain positions: of joints, shape (axes, joints), and of the centres of mass of links,
+  !> Indices of the table columns that contain positions: of joints, shape (axes, joints), and of the centres of mass of links,
   !> shape (axes, links)
   type, public :: columns_type
     integer, allocatable :: joints(:, :), links(:, :)
@@ -21,7 +21,7 @@ module gestell_task_drawing_elements
 
 contains
 
-  !> Finds the numbers of the columns of `table` that contain positions along two or three `dimensions`.
+  !> Finds the indices of the columns of `table` that contain positions along two or three `dimensions`.
   pure type(columns_type) function new_columns(table, linkage, dimensions) result(columns)
     type(table_type), intent(in) :: table
     class(linkage_type), intent(in) :: linkage

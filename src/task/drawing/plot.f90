@@ -22,11 +22,11 @@ module gestell_task_drawing_plot
   !> Rows of mechanism.csv. `bold`: row whose position is drawn bold. `usual_step`, `wide_step`: number of rows between positions
   !> that are drawn faint, for simple and for complicated mechanisms
   integer, parameter :: bold = 60, usual_step = 30, wide_step = 60
-  !> Numbers of the coordinate axes that point to the right and upward in the picture
+  !> Indices of the coordinate axes that point to the right and upward in the picture
   integer, parameter :: plane(2) = [1, 2]
-  !> Limits for a readable picture. With more bars than `many_bars`, fewer positions are drawn. With more joints than `many_joints`,
-  !> names are smaller; with more than `too_many_joints`, only joints on the frame are named. With more links than `longest_key`,
-  !> there is no legend. With more probes than `most_marks`, probes are not named.
+  !> Limits that keep the picture readable. With more bars than `many_bars`, fewer positions are drawn. With more joints than
+  !> `many_joints`, names are smaller; with more than `too_many_joints`, only joints on the frame are named. With more links than
+  !> `longest_key`, there is no legend. With more probes than `most_marks`, probes are not named.
   integer, parameter :: many_bars = 14, many_joints = 16, too_many_joints = 40, longest_key = 12, most_marks = 12
 
 contains

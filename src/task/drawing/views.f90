@@ -24,7 +24,7 @@ module gestell_task_drawing_views
   !> Rows of mechanism.csv. `bold`: row whose position is drawn bold. `step`: number of rows between positions that are drawn faint.
   !> `last_row`: last row that may be drawn faint
   integer, parameter :: bold = 60, step = 60, last_row = 359
-  !> Numbers of the coordinate axes that point to the right and upward in each of the three views
+  !> Indices of the coordinate axes that point to the right and upward in each of the three views
   integer, parameter :: right(3) = [1, 3, 1], upward(3) = [2, 2, 3]
   character(len=2), parameter :: axes(3) = ["ξ", "η", "ζ"]
   character(len=*), parameter :: headings(3) = [character(len=16) :: "from the front", "from the left", "from above"]

@@ -14,10 +14,10 @@ module gestell_task_machine_frequencies
 
   !> Highest order that the table may mark as near a natural frequency. Higher orders hardly excite the frame
   integer, parameter :: highest_order = 50
-  !> Two frequencies count as equal if their relative difference is smaller
+  !> Two frequencies count as equal if their relative difference is smaller than this
   real(dp), parameter :: equal = 1.0e-9_dp
-  !> The sum of two frequencies counts as near an order if their relative difference is smaller. The value is small because regions
-  !> of parametric instability are narrower than resonances
+  !> The sum of two frequencies counts as near an order if their relative difference is smaller than this. The value is small
+  !> because regions of parametric instability are narrower than resonances
   real(dp), parameter :: near_sum = 0.03_dp
 
 contains

@@ -13,7 +13,7 @@ module gestell_task_power_plot
 
 contains
 
-  !> The picture of the table power.csv: torque, power and energy over the crank angle.
+  !> The picture of the table power.csv: torque, power and energy against the crank angle.
   type(figure_type) function plot_power(table, frame) result(figure)
     type(table_type), intent(in) :: table
     class(frame_type), intent(in) :: frame

@@ -144,8 +144,8 @@ contains
       & // " can be computed", error)
   end subroutine limit_points
 
-  !> Checks whether the sweep of `plan` is suitable for tasks over the speed. Fails unless the speed is its only parameter, has two
-  !> or more values, and has a range that excludes standstill.
+  !> Checks whether the sweep of `plan` is suitable for tasks that vary the speed. Fails unless the speed is its only parameter, has
+  !> two or more values, and has a range that excludes standstill.
   subroutine read_speeds(doc, plan, error)
     type(document_type), intent(in) :: doc
     type(sweep_plan_type), intent(in) :: plan

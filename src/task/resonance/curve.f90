@@ -1,5 +1,6 @@
-!> Computes the resonance curve of a machine: peaks, rms values and amplitudes of the orders over the crank speed, for quantities of
-!> the vibration. The curve is computed at the speeds of a grid, and at as many speeds between them as its shape requires.
+!> Computes the resonance curve of a machine: peaks, rms values and amplitudes of the orders as functions of the crank speed, for
+!> quantities of the vibration. The curve is computed at the speeds of a grid, and at as many speeds between them as its shape
+!> requires.
 !>
 !> The speeds are chosen in rounds, so that a caller can distribute the speeds of one round over threads:
 !>

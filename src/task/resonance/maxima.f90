@@ -49,8 +49,8 @@ module gestell_task_resonance_maxima
   !> The speed of a maximum is accurate if the next step is below `position` times the speed, and raises the maximum by less than
   !> `gain` times its value.
   real(dp), parameter, public :: position = 1.0e-7_dp
-  !> `gain`: the search for a maximum ends if the relative gain in height is smaller. `half_power`: a half-power speed is accurate
-  !> if (P_0 / P)^2 - 1 differs from 1 by no more than this.
+  !> `gain`: the search for a maximum ends if the relative gain in height is smaller than this. `half_power`: a half-power speed is
+  !> accurate if (P_0 / P)^2 - 1 differs from 1 by no more than this.
   real(dp), parameter :: gain = 1.0e-9_dp, half_power = 1.0e-4_dp
 
 contains

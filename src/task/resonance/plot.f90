@@ -1,4 +1,4 @@
-!> Draws the pictures of results over the speed: resonance curves and their maxima.
+!> Draws the pictures of results against the speed: resonance curves and their maxima.
 module gestell_task_resonance_plot
   use gestell_base_verdict, only: failed, impossible, in_resonance, operator(/=), operator(==), state_word, undamped, undecided, &
     & unstable, verdict_type
@@ -205,7 +205,7 @@ contains
     label = trim(quantity%name) // " (" // trim(quantity%unit) // ")"
   end function label_of
 
-  !> The picture of the table `peaks`: the maxima and their values over the speed. `input`: speed that the input gives (1/min);
+  !> The picture of the table `peaks`: the maxima and their values against the speed. `input`: speed that the input gives (1/min);
   !> empty if it gives no speed.
   function plot_peaks(table, quantities, curve, input) result(figure)
     type(table_type), intent(in) :: table

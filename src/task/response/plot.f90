@@ -17,7 +17,7 @@ module gestell_task_response_plot
 
 contains
 
-  !> The picture of the table response.csv: motion of the frame and forces on the ground over the crank angle.
+  !> The picture of the table response.csv: motion of the frame and forces on the ground against the crank angle.
   function plot_response(table, frame, vibration) result(figure)
     type(table_type), intent(in) :: table
     class(frame_type), intent(in) :: frame

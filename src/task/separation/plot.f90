@@ -1,4 +1,4 @@
-!> Plots the frequencies of the modes and the orders of the crank over the speed.
+!> Plots the frequencies of the modes and the orders of the crank against the speed.
 module gestell_task_separation_plot
   use gestell_base_kinds, only: dp, pi
   use gestell_base_text, only: concise, either, newline, text
@@ -18,8 +18,8 @@ module gestell_task_separation_plot
 
 contains
 
-  !> The picture separation.gp: frequencies of the modes over the speed, and the lines of the orders. Within the range of operation,
-  !> the region in which a frequency is too near to an order is shaded.
+  !> The picture separation.gp: frequencies of the modes against the speed, and the lines of the orders. Within the range of
+  !> operation, the region in which a frequency is too near to an order is shaded.
   function plot_separation(separations, campbell, harmonics, turns, margin) result(figure)
     type(separation_type), intent(in) :: separations(:)
     type(campbell_type), intent(in) :: campbell

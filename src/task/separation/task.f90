@@ -76,7 +76,7 @@ contains
       & separation_keys)
   end subroutine extend
 
-  !> Reads the group &separation and the speeds. Fails if a value is out of range, or if the sweep over the speed is invalid.
+  !> Reads the group &separation and the speeds. Fails if a value is out of range, or if the sweep of the speed is invalid.
   subroutine read_separation(self, configuration, error)
     class(separation_task), intent(inout) :: self
     type(configuration_type), intent(inout) :: configuration

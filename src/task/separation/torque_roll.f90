@@ -45,7 +45,7 @@ contains
   pure function torque_roll_line(modes) result(line)
     type(separation_type), intent(in) :: modes(:)
     character(len=:), allocatable :: line
-    !> A mode is not listed if the share of the rotation is smaller
+    !> A mode is not listed if the share of the rotation is smaller than this
     real(dp), parameter :: least = 0.05_dp
     integer :: i, most
 

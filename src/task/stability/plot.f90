@@ -15,8 +15,8 @@ module gestell_task_stability_plot
 
 contains
 
-  !> The picture multipliers.gp. Left panel: the multipliers in the complex plane, with the unit circle. Right panel: ln |rho| over
-  !> the argument of the multiplier.
+  !> The picture multipliers.gp. Left panel: the multipliers in the complex plane, with the unit circle. Right panel: ln |rho|
+  !> against the argument of the multiplier.
   function plot_multipliers(frame, multipliers) result(figure)
     class(frame_type), intent(in) :: frame
     type(multipliers_type), intent(in) :: multipliers

@@ -1,4 +1,4 @@
-!> Plots sweeps: as curves over one parameter, or as charts over two parameters.
+!> Plots sweeps: as curves against one parameter, or as charts of two parameters.
 module gestell_task_sweep_plot
   use gestell_base_kinds, only: dp
   use gestell_base_verdict, only: failed, impossible, operator(==), undamped, undecided, unstable, unstable_number, verdict_type
@@ -50,8 +50,8 @@ contains
     end if
   end function plot_sweep
 
-  !> Plots curves over parameter number `k`, the only one that varies. `label`: axis label for the growth. `counts`: verdicts that
-  !> the title lists.
+  !> Plots curves against parameter number `k`, the only one that varies. `label`: axis label for the growth. `counts`: verdicts
+  !> that the title lists.
   function plot_curves(plan, k, column, label, counts, summary) result(figure)
     type(sweep_plan_type), intent(in) :: plan
     integer, intent(in) :: k, column(sweep_columns)
@@ -133,7 +133,7 @@ contains
     end function shades
   end function plot_curves
 
-  !> The panel of ln |rho| over the parameter. Points whose verdict is not `stable` are marked.
+  !> The panel of ln |rho| against the parameter. Points whose verdict is not `stable` are marked.
   pure function growth_panel(column, x, style, label, summary, shades) result(lines)
     integer, intent(in) :: column(sweep_columns)
     character(len=*), intent(in) :: x, style, label, shades
@@ -216,7 +216,7 @@ contains
     lines = lines // newline
   end function logarithmic_panel
 
-  !> Plots charts over two parameters: one for ln |rho|, and one for each other column that the input requests.
+  !> Plots charts of two parameters: one for ln |rho|, and one for each other column that the input requests.
   function plot_chart(plan, column, growth_label, counts) result(figure)
     type(sweep_plan_type), intent(in) :: plan
     integer, intent(in) :: column(sweep_columns)

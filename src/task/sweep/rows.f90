@@ -58,7 +58,7 @@ contains
     character(len=*), intent(in) :: name
     !> Length of the header before the rows, in bytes
     integer(int64), intent(in) :: head
-    !> Numbers of all points, shape (values, points of the second axis, points of the first axis)
+    !> Values at all points, shape (values, points of the second axis, points of the first axis)
     real(dp), intent(inout) :: values(:, :, :)
     type(error_type), allocatable, intent(out) :: error
     type(piece_type), allocatable :: pieces(:)

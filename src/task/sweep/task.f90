@@ -268,7 +268,7 @@ contains
     if (.not. allocated(error)) campaign%done(pending) = .true.
   end subroutine compute_tiles
 
-  !> Computes all points in one go, without storing tiles in files.
+  !> Computes all points without storing tiles in files.
   subroutine compute_all(context, summary, table, error)
     type(context_type), intent(inout) :: context
     type(summary_type), intent(out) :: summary

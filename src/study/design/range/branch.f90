@@ -1,10 +1,10 @@
-!> Finds, for every local maximum over the turn of the crank, its maximum over the speed.
+!> Finds, for every local maximum over the turn of the crank, its maximum with respect to the speed.
 !>
-!> A peak is the largest of several local maxima over the turn. Within one resonance each of them has its own maximum over the
-!> speed, and these lie close together: one half-wave of the resonant vibration is largest at one speed, the next half-wave at a
-!> speed that differs by a fraction of the width. `climb_from` finds one of these maxima. This module finds the others separately,
-!> because each is a smooth function of the speed. A local maximum is identified by its phase. If the speed changes by a half width,
-!> the phase moves by a quarter of the distance to the next local maximum.
+!> A peak is the largest of several local maxima over the turn. Within one resonance each of them has its own maximum with respect
+!> to the speed, and these lie close together: one half-wave of the resonant vibration is largest at one speed, the next half-wave
+!> at a speed that differs by a fraction of the width. `climb_from` finds one of these maxima. This module finds the others
+!> separately, because each is a smooth function of the speed. A local maximum is identified by its phase. If the speed changes by a
+!> half width, the phase moves by a quarter of the distance to the next local maximum.
 module gestell_study_design_range_branch
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -25,7 +25,7 @@ module gestell_study_design_range_branch
     real(dp), allocatable :: places(:), levels(:)
   end type turn_type
 
-  !> The local maxima are compared at this distance from the maximum over the speed, in half widths of the resonance.
+  !> The local maxima are compared at this distance from the maximum with respect to the speed, in half widths of the resonance.
   real(dp), parameter :: comparison_distance = 0.125_dp
   !> Safety margin on the gain that is predicted by a parabola through three points, relative to this gain.
   real(dp), parameter :: margin = 1

@@ -40,7 +40,8 @@ contains
     class(level_plane_type), intent(in) :: plane
     type(line_type), intent(in) :: along
     type(level_line_type), intent(out) :: curve
-    !> Resonances are sought along a line over the speed only if the line is longer than this fraction of the speed range.
+    !> Resonances are sought along a line on which the speed varies, but only if the line is longer than this fraction of the speed
+    !> range.
     real(dp), parameter :: long = 1.0e-3_dp
 
     curve%line_type = along

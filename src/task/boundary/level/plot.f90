@@ -29,7 +29,7 @@ contains
     title = "Where " // level%subject() // " crosses " // concise(level%value, 6) // " " // trim(level%measure%unit)
   end function level_title
 
-  !> The plot boundary.gp: the measured quantity from level.csv over the parameter, and its crossings of the level from
+  !> The plot boundary.gp: the measured quantity from level.csv against the parameter, and its crossings of the level from
   !> boundary.csv.
   function plot_levels(path, unit, axis, input, level, crossings, points) result(figure)
     !> Name and unit of the parameter on the horizontal axis

@@ -1,6 +1,6 @@
 !> Finds the values of one parameter at which a measured quantity crosses a level.
 !>
-!> The curve of the quantity over the parameter is refined like a resonance curve (gestell_task_resonance_curve), including its
+!> The curve of the quantity against the parameter is refined like a resonance curve (gestell_task_resonance_curve), including its
 !> maxima. Therefore two crossings cannot be missed because a peak lies between two points. Two neighbouring points on different
 !> sides of the level enclose one crossing.
 module gestell_task_boundary_level_search

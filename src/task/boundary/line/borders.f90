@@ -1,5 +1,5 @@
-!> Stability borders over one parameter, where rho_max (the largest modulus of a multiplier) passes through 1; and the stable
-!> machine nearest to a given machine.
+!> Stability borders in one parameter, where rho_max (the largest modulus of a multiplier) passes through 1; and the stable machine
+!> nearest to a given machine.
 module gestell_task_boundary_line_borders
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp

@@ -21,13 +21,14 @@ module gestell_task_boundary_line
 
   public :: check_search, coordinate, parameter_at, probe_line, sensitivity, skewed
 
-  !> Default tolerance of borders over one parameter, relative to the range.
+  !> Default tolerance of borders in one parameter, relative to the range.
   real(dp), parameter, public :: default_tolerance = 1.0e-10_dp
 
   !> Options of a search for stability borders.
   type, public :: border_options
     type(accuracy_type) :: accuracy
-    !> Relative to the ranges: allowed error of borders over one parameter, or allowed deviation of curves over two parameters.
+    !> Relative to the ranges: allowed error of borders in one parameter, or allowed deviation of curves in the plane of two
+    !> parameters.
     real(dp) :: tolerance = default_tolerance
     !> Distributes the work over threads, which may request members of a family at the same time.
     class(executor_type), pointer :: executor => null()

@@ -28,7 +28,7 @@ contains
     end do
   end function opposite_sides
 
-  !> Numbers of those vertices among `ids` whose coordinate number `k` equals `value`, in ascending order of the other coordinate.
+  !> Indices of those vertices among `ids` whose coordinate number `k` equals `value`, in ascending order of the other coordinate.
   pure function along(value, k, ids, vertices) result(found)
     real(dp), intent(in) :: value
     integer, intent(in) :: k, ids(:)
@@ -39,7 +39,7 @@ contains
     found = found(ascending((vertices%list(found)%u(3 - k))))
   end function along
 
-  !> Numbers of corresponding vertices, shape (n, 3): on the lower side, on the line midway between the sides, and on the upper
+  !> Indices of corresponding vertices, shape (n, 3): on the lower side, on the line midway between the sides, and on the upper
   !> side, each in ascending order. If the vertices do not correspond, n is 0.
   pure function rows(box, ids, half_way, k, vertices)
     type(box_type), intent(in) :: box
@@ -70,7 +70,7 @@ contains
   !> are represented by their centre line.
   pure logical function cross_straight(box, ids, half_way, k, vertices)
     type(box_type), intent(in) :: box
-    !> `ids`: numbers of the vertices on the two opposite sides. `half_way`: numbers of the vertices on the line midway between the
+    !> `ids`: indices of the vertices on the two opposite sides. `half_way`: indices of the vertices on the line midway between the
     !> sides. `k`: number of the coordinate that is constant on these lines
     integer, intent(in) :: ids(:), half_way(:), k
     type(vertices_type), intent(in) :: vertices
@@ -117,7 +117,7 @@ contains
   !> the links.
   pure subroutine link_through(box, ids, half_way, k, vertices)
     type(box_type), intent(in) :: box
-    !> `ids`: numbers of the vertices on the two opposite sides. `half_way`: numbers of the vertices on the line midway between the
+    !> `ids`: indices of the vertices on the two opposite sides. `half_way`: indices of the vertices on the line midway between the
     !> sides. `k`: number of the coordinate that is constant on these lines
     integer, intent(in) :: ids(:), half_way(:), k
     type(vertices_type), intent(inout) :: vertices

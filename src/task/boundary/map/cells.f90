@@ -17,7 +17,7 @@ module gestell_task_boundary_map_cells
   !> A cell of the search grid: a rectangle between neighbouring lines.
   type :: cell_type
     type(box_type) :: box
-    !> Numbers of the vertices on the sides of the cell, as positions in the list of all vertices.
+    !> Indices, in the list of all vertices, of the vertices on the sides of the cell.
     integer, allocatable :: sides(:)
   end type cell_type
 
@@ -80,7 +80,7 @@ contains
     call connect_cell(self%plane, self%cells(k)%box, [(i, i = 1, size(self%cells(k)%sides))], self%found(k), error)
   end subroutine compute
 
-  !> Adds the results of one cell to the list of all vertices. `sides`: numbers of the vertices on the sides of the cell.
+  !> Adds the results of one cell to the list of all vertices. `sides`: indices of the vertices on the sides of the cell.
   pure subroutine merge_cell(sides, found, vertices)
     integer, intent(in) :: sides(:)
     type(vertices_type), intent(in) :: found

@@ -49,7 +49,7 @@ module gestell_task_boundary_map
     integer :: rough = 0
     !> Parts in which a border cannot be excluded, both on the lines of the search grid and on the lines that divide its cells.
     type(open_place_type), allocatable :: places(:)
-    !> Numbers of meetings of multipliers on all searched lines (see `border_rest_type`).
+    !> Counts of meetings of multipliers on all searched lines (see `border_rest_type`).
     integer :: thin = 0, left_out = 0
   end type border_map_type
 

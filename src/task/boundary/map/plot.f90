@@ -60,7 +60,7 @@ contains
     figure = new_figure("boundary", title // ": " // count_words(map%curves), lines // list // newline, width=800, height=560)
   end function plot_curves
 
-  !> Plot commands that draw the border curves on a chart over the same parameters.
+  !> Plot commands that draw the border curves on a chart of the same parameters.
   pure function over_chart(map) result(curves)
     type(border_map_type), intent(in) :: map
     character(len=:), allocatable :: curves
