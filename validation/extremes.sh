@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# The comparison that doc/extremes.md sums up, a row for each case, as Markdown: ./bootstrap bash validation/extremes.sh [FAMILY]
+# The comparison that extremes/README.md sums up, a row for each case, as Markdown: ./bootstrap bash validation/extremes.sh [FAMILY]
 # `reference [FAMILY]` in its place computes anew what the tables are measured against, validation/extremes/references.dat.
 
 set -eu

@@ -1,4 +1,4 @@
-!> The comparison that doc/extremes.md sums up: the paper's machine with extreme parameters against quadruple precision.
+!> The comparison that README.md sums up: the paper's machine with extreme parameters against quadruple precision.
 !>
 !>   extremes [FAMILY]             the tables as Markdown, all or one; seconds go to the error output
 !>   extremes reference [FAMILY]   computes the reference's values anew, all or one family's, into extremes/references.dat
