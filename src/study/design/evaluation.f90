@@ -176,7 +176,7 @@ contains
   end subroutine add_condition
 
   !> Adds the branches of a goal at one of its maxima over the range. For a maximum inside a line only the highest branch is added.
-  !> The other branches have their maxima at other speeds; near a resonance their values at this speed say nothing about these
+  !> The other branches have their maxima at other speeds; near a resonance their values at this speed are no indication of these
   !> maxima. At an end of a line all branches are added. Fails if the goal is invalid.
   subroutine add_maximum(members, motion, goal, top, number, at, error)
     !> The machine and its neighbours for derivatives

@@ -29,8 +29,8 @@ module gestell_study_frame_model_harmonic_balance
     real(dp) :: rounding = 0, truncation = 0
     !> The part of `truncation` that could be reduced by more phases
     real(dp) :: left_out = 0
-    !> Units of the states, and phase advance of the free vibrations. Kept for similar systems; the component `scale` is unallocated
-    !> before the first use
+    !> Units of the states, and phase advance of the free vibrations. They are kept for similar systems. The component `scale` is
+    !> unallocated before the first use
     type(survey_type) :: survey
     !> The preconditioner, which is kept for similar systems
     type(means_type), private :: means

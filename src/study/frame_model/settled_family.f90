@@ -9,7 +9,7 @@ module gestell_study_frame_model_settled_family
   implicit none (type, external)
   private
 
-  !> A family whose members are those of `inner`, with `model` applied to each.
+  !> A family that applies `model` to each member of the family `inner`.
   type, extends(family_type), public :: settled_family_type
     !> The family to whose members the model is applied
     class(family_type), allocatable :: inner

@@ -42,7 +42,8 @@ module gestell_study_frame_model_vibration_path
   !> rest.
   real(dp), parameter :: back_at_rest = 1.0e-4_dp
   !> Speeds at which a path may start, relative to the requested speed. Lower speeds come first, because a machine usually reaches
-  !> its speed from below. Above the speed of a jump, its vibration is the continuation of the vibration at higher speeds.
+  !> its speed from below. If the vibration jumps at some speed, the vibration above this speed is the continuation of the vibration
+  !> at higher speeds.
   real(dp), parameter :: other_speeds(*) = [0.97_dp, 1.03_dp, 0.9_dp, 1.1_dp]
 
   !> The damping added at the start of a path is the larger of two values: `of_speed` times the drive speed, and `of_frequency`

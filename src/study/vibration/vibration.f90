@@ -294,7 +294,8 @@ contains
 
   !> True if the samples resolve the free states, from which the forces result. In comparable units, harmonics below the rounding
   !> error of the largest state count as resolved. Harmonics also count as resolved if they are smaller than the error of the state
-  !> and than `missed`, its difference between end and start of the period: motions of this size are free vibrations, not harmonics.
+  !> and than `missed`, the difference between its values at the end and at the start of the period. Motions of this size are free
+  !> vibrations, not harmonics.
   pure logical function states_resolved(frame, floquet, vibration, missed)
     class(frame_type), intent(in) :: frame
     type(floquet_type), intent(in) :: floquet

@@ -1,5 +1,5 @@
-!> Finds the values of one parameter at which a frame in the exact model has stability borders. They are found separately on each
-!> branch of its vibrations.
+!> Finds the values of one parameter at which a frame in the exact model has stability borders. The borders are found separately on
+!> each branch of its vibrations.
 !>
 !> A branch and its multipliers are smooth functions of the parameter, so the search of gestell_task_boundary_line_search can be
 !> used on each branch. At a turning point a multiplier passes through +1. The branch ends there, because the vibration ceases to

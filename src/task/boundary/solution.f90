@@ -39,7 +39,7 @@ contains
   !> Finds the stability borders within the ranges of `grid` and, if `base` is not empty, the nearest systems that are not unstable.
   !> Fails if the parameters are invalid.
   subroutine solve_borders(family, grid, options, base, results, error, bare)
-    !> Systems as a function of the parameters
+    !> Family of systems that depend on the parameters
     class(family_type), intent(in), target :: family
     !> Ranges of the parameters (one or two), and number of values at which the search starts
     type(grid_type), intent(in) :: grid

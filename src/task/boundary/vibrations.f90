@@ -22,7 +22,7 @@ module gestell_task_boundary_vibrations
 
   public :: bare_frame, trace_branches
 
-  !> Machines as a function of one parameter. Lambda is the coordinate u of its axis (gestell_task_boundary_line).
+  !> Family of machines that depend on one parameter. Lambda is the coordinate u of its axis (gestell_task_boundary_line).
   type, extends(path_family_type) :: line_path_type
     !> Family of frames that are not yet linearised about a vibration.
     class(family_type), pointer :: bare => null()

@@ -88,8 +88,8 @@ contains
   !> points are inserted. Modes are numbered by their frequencies at the lowest speed. A point at which no machine exists stays
   !> unsolved. Fails if speeds or orders are invalid, if the family rejects a speed, or if its members are not frames.
   subroutine solve_campbell(family, speeds, options, campbell, error, executor)
-    !> Machines as a function of one parameter, the speed (1/min). With an `executor`, several threads may request members at the
-    !> same time
+    !> Family of machines that depend on one parameter, the speed (1/min). With an `executor`, several threads may request members
+    !> at the same time
     class(family_type), intent(in), target :: family
     !> Speeds (1/min), all of one sign, ascending or descending
     real(dp), intent(in) :: speeds(:)
@@ -243,7 +243,7 @@ contains
   !> Computes the modes at one speed, in ascending order of their frequencies. `point` stays unsolved if no machine exists at this
   !> speed. Fails if the family rejects the speed, or if its members are not frames.
   subroutine solve_point(family, speed, options, point, error)
-    !> Machines as a function of the speed (1/min)
+    !> Family of machines that depend on the speed (1/min)
     class(family_type), intent(in) :: family
     !> Crank speed (1/min)
     real(dp), intent(in) :: speed

@@ -84,7 +84,7 @@ contains
   !> intervals in which a mode is locked to another order or half order, up to the highest one, and thereby loses damping. Crossings
   !> are sorted by mode, order and speed. Fails if `solve_campbell` fails, or if `campbell` has not been solved.
   subroutine find_crossings(family, options, campbell, crossings, error, executor)
-    !> Machines as a function of the speed (1/min)
+    !> Family of machines that depend on the speed (1/min)
     class(family_type), intent(in), target :: family
     type(campbell_options), intent(in) :: options
     !> The Campbell diagram. Points on both sides of each jump are added to it

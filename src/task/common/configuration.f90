@@ -182,8 +182,8 @@ contains
     end associate
   end subroutine read_model
 
-  !> Requests the rows of the motion for all forces on the ground, including the forces of guides, because the HTML page reports
-  !> them.
+  !> Includes the rows of the motion for all forces on the ground, with the forces of guides, in the results to compute, because the
+  !> HTML page reports them.
   pure subroutine request_forces(self)
     class(configuration_type), intent(inout) :: self
 

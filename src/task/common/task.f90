@@ -48,7 +48,7 @@ module gestell_task_common_task
     procedure :: conclude => conclude_nothing
   end type task_type
 
-  !> Container for a task of any type, for arrays of tasks.
+  !> Container for a task of any type. With it tasks of different types can be elements of an array.
   type, public :: any_task_type
     class(task_type), allocatable :: task
   end type any_task_type

@@ -97,7 +97,7 @@ contains
   !> Finds the critical speeds near all `crossings` that belong to a harmonic of the period. Fails if crossings or orders are
   !> invalid, if the family rejects a speed, or if its members are not frames.
   subroutine find_critical(family, options, crossings, critical, error, executor)
-    !> Machines as a function of the speed (1/min)
+    !> Family of machines that depend on the speed (1/min)
     class(family_type), intent(in), target :: family
     type(campbell_options), intent(in) :: options
     !> Crossings in the Campbell diagram; those with `harmonic` = 0 are skipped

@@ -87,7 +87,7 @@ contains
     type(group_type), intent(in) :: groups(:)
     !> Goals that belong to the groups, with their limits; one for each group
     type(goal_type), intent(in) :: goals(:)
-    !> The machine as a function of the design parameters
+    !> Family of machines that differ in the design parameters
     class(family_type), intent(in) :: family
     !> `start`: values of the parameters within their ranges, shape (parameters). `ranges`: lower and upper limits of the ranges,
     !> shape (parameters, 2)

@@ -64,7 +64,7 @@ contains
 
   !> Finds the best design and evaluates it. Fails if no machine at a start has a vibration, or if the goals are invalid.
   subroutine find_design(family, plan, machine, design, error, executor)
-    !> The machine as a function of the design parameters
+    !> Family of machines that differ in the design parameters
     class(family_type), intent(in), target :: family
     !> Parameters, goals, conditions and number of starts of the design
     type(design_plan_type), intent(in) :: plan

@@ -182,7 +182,8 @@ contains
     end associate
   end subroutine set_range_values
 
-  !> True if `one` is better than `other`: first whether the limits are met is compared, then the objective.
+  !> True if `one` is better than `other`. An optimum that meets the limits is better than one that does not. If both meet them, the
+  !> smaller objective is better; if neither does, the smaller violation.
   pure logical function better(one, other)
     type(optimum_type), intent(in) :: one, other
 

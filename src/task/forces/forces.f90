@@ -43,7 +43,8 @@ contains
     self%brief = .true.
   end subroutine describe
 
-  !> Requests the rows of the motion from which the forces are computed (velocities, forces of guides), if the task is requested.
+  !> If the task is requested, includes the rows of the motion that it needs (velocities, forces of guides) in the results to
+  !> compute.
   subroutine read_forces(self, configuration, error)
     class(forces_task), intent(inout) :: self
     type(configuration_type), intent(inout) :: configuration

@@ -1,4 +1,4 @@
-!> Reports the natural frequencies of the frame, and which of them are near resonance.
+!> Reports the natural frequencies of the frame, and the orders of the crank that are near them.
 module gestell_task_machine_frequencies
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp, pi

@@ -32,7 +32,7 @@ contains
     self%tables = [character(len=longest_table) :: "multipliers", "modes"]
   end subroutine describe
 
-  !> Requests the eigenvectors if the task is requested.
+  !> If the task is requested, includes the eigenvectors in the results to compute.
   subroutine read_modes(self, configuration, error)
     class(modes_task), intent(inout) :: self
     type(configuration_type), intent(inout) :: configuration

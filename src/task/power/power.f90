@@ -42,7 +42,8 @@ contains
     self%brief = .true.
   end subroutine describe
 
-  !> Requests the accelerations. Fails if the kinetic energy of the mechanism is not given, or if the coefficients are averaged.
+  !> If the task is requested, includes the accelerations in the results to compute. Fails if the kinetic energy of the mechanism is
+  !> not given, or if the coefficients are averaged.
   subroutine read_power(self, configuration, error)
     class(power_task), intent(inout) :: self
     type(configuration_type), intent(inout) :: configuration

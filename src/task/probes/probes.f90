@@ -43,7 +43,7 @@ contains
     self%brief = .true.
   end subroutine describe
 
-  !> Requests the accelerations if the task is requested and the input has probes.
+  !> If the task is requested and the input has probes, includes the accelerations in the results to compute.
   subroutine read_probes(self, configuration, error)
     class(probes_task), intent(inout) :: self
     type(configuration_type), intent(inout) :: configuration

@@ -193,7 +193,7 @@ contains
 
   !> Computes a resonance curve with all its rounds. Fails if `start_curve` fails, or if the family rejects a speed.
   subroutine solve_curve(family, options, speeds, curve, error, executor)
-    !> Machines as a function of the speed (1/min). With an `executor`, several threads may request members at the same time
+    !> Family of machines that depend on the speed (1/min). With an `executor`, several threads may request members at the same time
     class(family_type), intent(in), target :: family
     type(speed_options), intent(in) :: options
     !> Speeds of the grid (1/min), all of one sign, ascending or descending

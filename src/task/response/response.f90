@@ -36,7 +36,7 @@ contains
     self%brief = .true.
   end subroutine describe
 
-  !> Requests the periodic vibration if the task is requested.
+  !> If the task is requested, includes the periodic vibration in the results to compute.
   subroutine read_response(self, configuration, error)
     class(response_task), intent(inout) :: self
     type(configuration_type), intent(inout) :: configuration

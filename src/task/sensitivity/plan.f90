@@ -22,7 +22,7 @@ module gestell_task_sensitivity_plan
   type, public :: sensitivity_plan_type
     !> Paths of the parameters, for example "frame.mass". If a path refers to several numbers, all of them change together.
     character(len=word_length), allocatable :: paths(:)
-    !> The machine as a function of the relative changes of its parameters.
+    !> Family of machines that differ from the unchanged machine by relative changes of parameters.
     type(document_family_type) :: family
   end type sensitivity_plan_type
 

@@ -97,7 +97,7 @@ contains
 
   !> Computes the derivatives with respect to all parameters. Fails if the unchanged machine cannot be solved.
   subroutine solve_sensitivity(family, parameters, options, base, derivatives, error, executor)
-    !> The machine as a function of relative changes of its parameters
+    !> Family of machines that differ from the unchanged machine by relative changes of parameters
     class(family_type), intent(in), target :: family
     !> Number of parameters of the family
     integer, intent(in) :: parameters
@@ -151,7 +151,7 @@ contains
   !> vibration with N cycles per turn by at most 2 pi N p. This shift must be small compared with the distance of its multiplier
   !> from 1. Fails if there are no parameters, if there is no periodic vibration, or if `solve_response` fails.
   subroutine solve_base(family, parameters, options, base, error)
-    !> The machine as a function of relative changes of its parameters
+    !> Family of machines that differ from the unchanged machine by relative changes of parameters
     class(family_type), intent(in) :: family
     !> Number of parameters of the family
     integer, intent(in) :: parameters
@@ -197,7 +197,7 @@ contains
   !> Computes the derivatives with respect to parameter number `number`. Fails if there is no such parameter, if `base` was not
   !> computed by `solve_base`, or if `solve_response` fails.
   subroutine solve_parameter(family, base, number, derivatives, error)
-    !> The machine as a function of relative changes of its parameters
+    !> Family of machines that differ from the unchanged machine by relative changes of parameters
     class(family_type), intent(in) :: family
     !> Results of the unchanged machine, computed by `solve_base`
     type(sensitivity_base_type), intent(in) :: base

@@ -41,7 +41,7 @@ module gestell_task_separation_task
     integer :: orders = 4
     !> Required distance of a mode from an order (%), relative to the frequency of the order
     real(dp) :: margin = 20
-    !> The machine as a function of its speed
+    !> Family of machines that differ in the speed
     type(document_family_type) :: family
     !> Speeds that are examined (1/min): the operating speed, or the speeds of the sweep
     real(dp), allocatable :: speeds(:)

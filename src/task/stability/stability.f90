@@ -32,7 +32,7 @@ contains
     self%brief = .true.
   end subroutine describe
 
-  !> Requests the multipliers if the task is requested.
+  !> If the task is requested, includes the multipliers in the results to compute.
   subroutine read_stability(self, configuration, error)
     class(stability_task), intent(inout) :: self
     type(configuration_type), intent(inout) :: configuration

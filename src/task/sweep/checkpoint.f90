@@ -68,7 +68,7 @@ contains
     !> Folder that contains the folder sweep.blocks
     character(len=*), intent(in) :: folder
     type(sweep_plan_type), intent(in) :: plan
-    !> Hash of the input, by which other inputs are detected
+    !> Hash of the input; stored points with another hash belong to another input
     integer(int64), intent(in) :: content
     type(error_type), allocatable, intent(out) :: error
     !> True for the tiles to examine; by default all tiles are examined

@@ -19,7 +19,7 @@ module gestell_task_sweep_layout
   type, public :: layout_type
     !> `file`: name of the file. `header`: text before the rows, without comment lines.
     character(len=:), allocatable :: file, header
-    !> Number of bytes of a row.
+    !> Length of a row in bytes.
     integer :: width = 0
     logical :: binary = .false.
     type(grid_type) :: grid

@@ -32,7 +32,7 @@ contains
   !> Solves all points of `tile`. Fails if the grid, the tile, the solution method (`engine`), the accuracy, or the parameters of a
   !> point are invalid.
   subroutine solve_tile(family, grid, tile, options, results, error)
-    !> Machines as a function of the parameters of the grid
+    !> Family of machines that depend on the parameters of the grid
     class(family_type), intent(in), target :: family
     type(grid_type), intent(in) :: grid
     type(tile_type), intent(in) :: tile

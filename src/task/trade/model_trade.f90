@@ -1,5 +1,5 @@
-!> Compares models with each other for the machine of the input: errors and saving of time with averaged coefficients, and result
-!> and computing time of each model of the frame.
+!> Compares models with each other for the machine of the input: errors and time saved with averaged coefficients, and results and
+!> computing times of all models of the frame.
 module gestell_task_trade_model_trade
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp

@@ -132,8 +132,8 @@ contains
     end do
   end subroutine measure_method
 
-  !> Measures one row: the errors of at least three solutions with the same number of steps, and the median of their computing
-  !> times. Fails if matrices are singular or not finite, or at resonance.
+  !> Measures one row: computes the same solution at least three times, takes the median of the computing times, and computes the
+  !> errors. Fails if matrices are singular or not finite, or at resonance.
   subroutine measure_row(frame, method, steps, converged, row, spent, error)
     class(frame_type), intent(in) :: frame
     class(method_type), intent(in) :: method

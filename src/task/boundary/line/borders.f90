@@ -50,7 +50,7 @@ module gestell_task_boundary_line_borders
   !> Results of a search for borders in addition to the borders themselves.
   type, public :: border_rest_type
     !> `meetings`: number of parameter values at which two multipliers meet. `thin`: number of these meetings at which, without
-    !> damping, no growth was found at a distance of the tolerance.
+    !> damping, no growth was found, so that a tongue there is narrower than the tolerance.
     integer :: meetings = 0, thin = 0
     !> Parts of the range in which a border cannot be excluded.
     type(open_border_type), allocatable :: places(:)
@@ -82,7 +82,7 @@ contains
   !> Finds all stability borders in the range of `axis` by the method of gestell_task_boundary_line_search, and lists them in the
   !> direction of the axis. Fails if `check_search` fails, or if the parameters are invalid.
   subroutine find_borders(family, axis, accuracy, tolerance, borders, error, rest, executor)
-    !> Systems as a function of one parameter
+    !> Family of systems that depend on one parameter
     class(family_type), intent(in), target :: family
     !> Range of the parameter. Component `count`: number of values at which the search starts
     type(axis_type), intent(in) :: axis
@@ -166,7 +166,7 @@ contains
   !> Fails if `check_search` fails for the axis of this parameter. Fails also if `base` and `axes` differ in size, if `which` is out
   !> of range, or if the parameters are invalid.
   subroutine nearest_stable(family, base, which, axes, accuracy, tolerance, nearest, error, executor)
-    !> Systems as a function of all parameters
+    !> Family of systems that depend on all parameters
     class(family_type), intent(in), target :: family
     !> Values of all parameters of the given system
     real(dp), intent(in) :: base(:)

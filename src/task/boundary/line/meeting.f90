@@ -11,7 +11,7 @@ module gestell_task_boundary_line_meeting
   public :: search_meeting, tongue_end
 
   !> Outcomes of a search. `no_tongue`: the multipliers do not grow. `tongue`: they grow. `thin`: without damping, no growth was
-  !> found at a distance of the tolerance from the middle. `open_question`: undecided.
+  !> found, so that a tongue at the meeting is narrower than the tolerance. `open_question`: undecided.
   integer, parameter, public :: no_tongue = 0, tongue = 1, thin = 2, open_question = 3
 
   !> Result of a search for a tongue where two multipliers meet.

@@ -33,7 +33,7 @@ module gestell_task_boundary_line_search_result
     type(crossing_type), allocatable :: borders(:)
     type(open_part_type), allocatable :: open_parts(:)
     !> `meetings`: number of positions at which two multipliers meet. `thin`: number of these meetings at which, without damping, no
-    !> growth was found at a distance of the tolerance.
+    !> growth was found, so that a tongue there is narrower than the tolerance.
     integer :: meetings = 0, thin = 0
     !> Number of meetings of multipliers that were not searched because the line has more meetings than are allowed.
     integer :: left_out = 0

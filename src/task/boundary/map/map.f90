@@ -49,7 +49,8 @@ module gestell_task_boundary_map
     integer :: rough = 0
     !> Parts in which a border cannot be excluded, both on the lines of the search grid and on the lines that divide its cells.
     type(open_place_type), allocatable :: places(:)
-    !> Counts of meetings of multipliers on all searched lines (see `border_rest_type`).
+    !> Numbers of meetings of multipliers on all searched lines. `thin`: meetings whose tongues are narrower than the tolerance of
+    !> the lines. `left_out`: meetings that were not searched.
     integer :: thin = 0, left_out = 0
   end type border_map_type
 
@@ -67,7 +68,7 @@ contains
   !> method of gestell_task_boundary_line_search. They are connected within each cell, and the curves are refined. Fails if
   !> `check_search` fails, if the grid does not have two axes, or if the parameters are invalid.
   subroutine trace_borders(family, grid, accuracy, deviation, map, error, executor)
-    !> Systems as a function of two parameters
+    !> Family of systems that depend on two parameters
     class(family_type), intent(in), target :: family
     !> Ranges of the two parameters, and number of search lines along each axis
     type(grid_type), intent(in) :: grid

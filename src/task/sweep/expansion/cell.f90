@@ -146,8 +146,8 @@ contains
     end do
   end subroutine check_cost
 
-  !> Largest number of points along an axis, with `others` points along the other axis, for which an expansion is assumed to be
-  !> faster than separate solutions. In total there may be half as many points as the cell has.
+  !> Largest number of points along an axis for which an expansion is assumed to be faster than separate solutions. `others`: number
+  !> of points along the other axis. In total there may be half as many points as the cell has.
   pure integer function max_useful_points(options, cell, others) result(most)
     type(sweep_options), intent(in) :: options
     type(tile_type), intent(in) :: cell

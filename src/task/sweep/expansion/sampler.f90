@@ -79,7 +79,7 @@ contains
   !> Sets up a sampler that is accurate at all corners of a cell. The corner that needs most steps determines their number.
   subroutine new_sampler(sampler, family, corners, accuracy, forced, points, fits)
     type(sampler_type), intent(out) :: sampler
-    !> Machines as a function of the parameters
+    !> Family of machines that depend on the parameters of the sweep
     class(family_type), intent(in), target :: family
     !> Values of the parameters at the corners, shape (parameters, corners)
     real(dp), intent(in) :: corners(:, :)
