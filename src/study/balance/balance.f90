@@ -51,7 +51,7 @@ module gestell_study_balance
 
   !> Forces and moments that remain on rigid ground at a given speed.
   type, public :: residual_shaking_type
-    !> Fourier series of each row over the crank angle (N or N m), shape (rows)
+    !> Fourier series of each row as a function of the crank angle (N or N m), shape (rows)
     type(fourier_type), allocatable :: series(:)
     !> Kind of each row of `series`: 1 force, 2 moment
     integer, allocatable :: kinds(:)

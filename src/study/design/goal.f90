@@ -185,8 +185,8 @@ contains
     is_inverted = self%sense > 0 .and. all(self%about /= [multiplier_goal, machine_goal])
   end function is_inverted
 
-  !> Level of an excess: an increasing function of the excess, used to search for maxima over a range. Near a resonance the peak is
-  !> P = P_0 / sqrt(1 + u^2), where u is the distance from the resonance in half widths. Its level -1 / P^2 is a parabola.
+  !> Level of an excess: an increasing function of the excess. In it a maximum over a range is easier to find. Near a resonance the
+  !> peak is P = P_0 / sqrt(1 + u^2), where u is the distance from the resonance in half widths. Its level -1 / P^2 is a parabola.
   elemental real(dp) function level(self, excess)
     class(goal_type), intent(in) :: self
     real(dp), intent(in) :: excess

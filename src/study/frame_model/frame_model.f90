@@ -8,7 +8,8 @@
 !>
 !> Each model is a linear periodic system whose periodic motion is the vibration, so one solver of such systems serves all models.
 !> Newton's method computes the exact vibration (gestell_study_frame_model_newton), starting from the linear vibration. If that
-!> start is too far away, a path from rest, another speed or more damping is followed (gestell_study_frame_model_vibration_path).
+!> start is too far away, the vibration is followed from rest, from another speed or from more damping
+!> (gestell_study_frame_model_vibration_path).
 module gestell_study_frame_model
   use gestell_base_error, only: error_type, fatal_error, invalid_input, no_convergence, resonance
   use gestell_base_kinds, only: dp

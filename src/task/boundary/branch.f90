@@ -72,7 +72,7 @@ contains
   logical function lies_on_any(branches, t, motion, except)
     type(branch_type), intent(in) :: branches(:)
     real(dp), intent(in) :: t
-    !> The motion (m, m, rad) at this lambda
+    !> The motion (m, m, rad) that is compared with the branches
     type(series_type), intent(in) :: motion
     !> Number of the branch that is left out of the comparison
     integer, intent(in), optional :: except

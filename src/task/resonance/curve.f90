@@ -70,7 +70,7 @@ module gestell_task_resonance_curve
 
 contains
 
-  !> Initialises a curve over `speeds` (1/min) that has no points yet. Fails if the speeds differ in sign, if they are neither
+  !> Initialises a curve for `speeds` (1/min) that has no points yet. Fails if the speeds differ in sign, if they are neither
   !> ascending nor descending, or if an order is invalid.
   subroutine start_curve(curve, options, speeds, error)
     type(resonance_curve_type), intent(out) :: curve

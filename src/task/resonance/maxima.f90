@@ -249,7 +249,7 @@ contains
     end do
   end function half_power_speed
 
-  !> Speeds, interpolated, of those maxima that are resolved but not yet accurate.
+  !> Interpolated speeds of those maxima that are resolved but not yet accurate.
   function top_speeds(curve, maxima) result(speeds)
     class(curve_points_type), intent(in) :: curve
     type(maximum_type), intent(in) :: maxima(:)
@@ -302,7 +302,7 @@ contains
     end associate
   end function excess_power
 
-  !> Half-power speeds, interpolated, of the resolved maxima. Those to which an existing point is close enough are omitted.
+  !> Interpolated half-power speeds of the resolved maxima. Those to which an existing point is close enough are omitted.
   function half_power_speeds(curve, maxima, bent) result(speeds)
     class(curve_points_type), intent(in) :: curve
     type(maximum_type), intent(in) :: maxima(:)

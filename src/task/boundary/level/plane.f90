@@ -35,7 +35,7 @@ module gestell_task_boundary_level_plane
 
 contains
 
-  !> Sets up the function of x that the measured quantity is along a line.
+  !> Sets up `curve`: the measured quantity as a function of x along a line.
   subroutine set_up_curve(plane, along, curve)
     class(level_plane_type), intent(in) :: plane
     type(line_type), intent(in) :: along
