@@ -187,7 +187,7 @@ contains
     end do
   end function tile
 
-  !> Number of tiles into which each axis is divided, shape (number of axes).
+  !> Number of tiles into which each axis is divided, shape (2); 1 for an axis that the grid does not have.
   pure function tiles_along(self) result(along)
     class(grid_type), intent(in) :: self
     integer :: along(2), most, k
