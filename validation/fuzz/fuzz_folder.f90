@@ -1,7 +1,7 @@
 !> The folder of a run: made, looked through, emptied.
 module fuzz_folder
   use fuzz_input, only: input_type
-  use fuzz_text, only: content_hash, save_text
+  use fuzz_text, only: read_content, save_text
   use gestell_base_files, only: file_size, remove_file, remove_folder
   use gestell_output_file_folder, only: make_folder
   use gestell_base_error, only: error_type

@@ -6,7 +6,7 @@ module fuzz_input
   use fuzz_mutation, only: limited, mutate
   use fuzz_orders, only: draw_orders
   use fuzz_schema, only: add_any_group, parameter_path, quick_tasks
-  use fuzz_text, only: content_hash, has, newline
+  use fuzz_text, only: read_content, has, newline
   use fuzz_values, only: scale_type, source_type, wild_name, wild_number
   use gestell_base_kinds, only: dp
   use, intrinsic :: iso_fortran_env, only: int64
@@ -44,7 +44,7 @@ contains
 
     allocate(corpus(size(corpus_files)))
     do i = 1, size(corpus)
-      call content_hash(root // "/" // trim(corpus_files(i)), text, there)
+      call read_content(root // "/" // trim(corpus_files(i)), text, there)
       if (.not. there) error stop "the project's inputs are not there: run it in the project's folder or in validation/fuzz"
       if (.not. has(text, "&response")) text = text // "&response points=5, harmonics=3 /" // newline
       corpus(i)%text = small(text)

@@ -4,7 +4,7 @@ module fuzz_oracle
   use fuzz_input, only: input_type
   use fuzz_process, only: ending_type
   use fuzz_tables, only: check_table, verdict_of_multipliers
-  use fuzz_text, only: absurd_word, content_hash, control_character, count_lines, has, lowered, newline
+  use fuzz_text, only: absurd_word, read_content, control_character, count_lines, has, lowered, newline
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: text
   use gestell_output_file_result_files, only: longest_table
@@ -30,8 +30,8 @@ contains
 
     fault = ""
     if (ending%too_long()) return
-    call content_hash(folder // "/out", said, there)
-    call content_hash(folder // "/err", complaint, there)
+    call read_content(folder // "/out", said, there)
+    call read_content(folder // "/err", complaint, there)
     if (ending%signal /= 0) then
       fault = "crash: signal " // text(ending%signal)
       return
@@ -137,7 +137,7 @@ contains
     if (.not. file_exists(folder // "/.")) return
     tables = all_tables()
     do i = 1, size(tables)
-      call content_hash(folder // "/" // trim(tables(i)) // ".csv", content, there)
+      call read_content(folder // "/" // trim(tables(i)) // ".csv", content, there)
       if (there) then
         fault = check_table(trim(tables(i)), content)
         if (fault == "" .and. control_character(content)) fault = "control character"
@@ -146,12 +146,12 @@ contains
         if (fault /= "") fault = trim(tables(i)) // ".csv: " // fault
       end if
       if (fault /= "") return
-      call content_hash(folder // "/" // trim(tables(i)) // ".gp", content, there)
+      call read_content(folder // "/" // trim(tables(i)) // ".gp", content, there)
       if (there) fault = script(input, content)
       if (fault /= "") fault = trim(tables(i)) // ".gp: " // fault
       if (fault /= "") return
     end do
-    call content_hash(folder // "/report.html", content, there)
+    call read_content(folder // "/report.html", content, there)
     if (.not. there) return
     if (absurd_word(content) /= "" .and. .not. quoted(input)) fault = "report.html: " // absurd_word(content)
     if (control_character(content)) fault = "report.html: control character"

@@ -5,7 +5,7 @@ module fuzz_self_test
   use fuzz_input, only: input_type
   use fuzz_oracle, only: judge
   use fuzz_process, only: ending_type, planted, run_apart
-  use fuzz_text, only: content_hash, newline, save_text
+  use fuzz_text, only: read_content, newline, save_text
   use gestell_base_kinds, only: dp
   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
   implicit none (type, external)
@@ -198,7 +198,7 @@ contains
     character(len=:), allocatable :: content
     logical :: there
 
-    call content_hash(folder // "/case/out/power.csv", content, there)
+    call read_content(folder // "/case/out/power.csv", content, there)
     call save_text(folder // "/case/out/power.csv", content(:len(content) - 1))
   end subroutine cut_table
 
@@ -213,7 +213,7 @@ contains
     character(len=:), allocatable :: content
     logical :: there
 
-    call content_hash(folder // "/case/out/response.gp", content, there)
+    call read_content(folder // "/case/out/response.gp", content, there)
     call save_text(folder // "/case/out/response.gp", content // "set xrange [0:NaN]" // newline)
   end subroutine nan_in_script
 
@@ -222,7 +222,7 @@ contains
     character(len=:), allocatable :: content
     logical :: there
 
-    call content_hash(folder // "/out", content, there)
+    call read_content(folder // "/out", content, there)
     call save_text(folder // "/out", content // "  xi of F  NaN" // newline)
   end subroutine nan_in_report
 
@@ -255,7 +255,7 @@ contains
     character(len=:), allocatable :: content
     logical :: there
 
-    call content_hash(name, content, there)
+    call read_content(name, content, there)
     call save_text(name, line // content)
   end subroutine add_first
 
@@ -297,7 +297,7 @@ contains
     logical :: there
     integer :: first, last, k
 
-    call content_hash(name, content, there)
+    call read_content(name, content, there)
     if (.not. there) return
     first = 1
     do while (content(first:first) == "#")

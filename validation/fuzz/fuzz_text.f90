@@ -5,14 +5,14 @@ module fuzz_text
   implicit none (type, external)
   private
 
-  public :: absurd_word, content_hash, control_character, count_lines, has, lowered, save_text
+  public :: absurd_word, read_content, control_character, count_lines, has, lowered, save_text
 
   character, parameter, public :: newline = new_line("a")
 
 contains
 
   !> The bytes of a file; empty where there is none.
-  subroutine content_hash(name, content, there)
+  subroutine read_content(name, content, there)
     character(len=*), intent(in) :: name
     character(len=:), allocatable, intent(out) :: content
     logical, intent(out) :: there
@@ -27,7 +27,7 @@ contains
     if (status == 0) read (unit, iostat=status) content
     if (status == 0) close (unit)
     there = status == 0
-  end subroutine content_hash
+  end subroutine read_content
 
   subroutine save_text(name, content)
     character(len=*), intent(in) :: name, content

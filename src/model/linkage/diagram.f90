@@ -48,7 +48,7 @@ contains
     real(dp) :: lengths(size(angles)), travel, e(2)
     integer :: i, k
 
-    call find_subsystems(linkage, diagram)
+    call list_bars_and_guides(linkage, diagram)
     allocate(diagram%joints(2, size(linkage%joints), size(angles)), diagram%centers(2, size(linkage%links), size(angles)))
     do k = 1, size(angles)
       call linkage%points(angles(k), at)
@@ -82,7 +82,7 @@ contains
 
   !> Finds the bars of joints and links, and the sliders. A joint that adds no link is a point of an existing body; the bars to this
   !> joint belong to the body. The joint is fixed to the frame if all joints from which it is built are fixed.
-  subroutine find_subsystems(linkage, diagram)
+  subroutine list_bars_and_guides(linkage, diagram)
     class(linkage_type), intent(in) :: linkage
     type(diagram_type), intent(inout) :: diagram
     type(form_type) :: form
@@ -116,7 +116,7 @@ contains
         diagram%sliders = [diagram%sliders, slider_type(i, form%guides(k))]
       end do
     end do
-  end subroutine find_subsystems
+  end subroutine list_bars_and_guides
 
   !> Adds a bar unless the diagram already contains it or both joints of the bar are fixed to the frame.
   subroutine add_bar(diagram, joints, link)

@@ -320,20 +320,20 @@ contains
 
     joined = list
     do k = 1, size(more)
-      if (.not. any(is_same_file(joined, more(k)))) joined = [joined, more(k)]
+      if (.not. any(are_equal(joined, more(k)))) joined = [joined, more(k)]
     end do
   end function joined
 
   !> True if two conditions are equal within the tolerance `alike`.
-  elemental logical function is_same_file(one, other)
+  elemental logical function are_equal(one, other)
     type(condition_type), intent(in) :: one, other
     ! the maxima of two goals at one resonance differ by a fraction of its width, perhaps 1e-6 of the speed; each is found to 1e-11
     real(dp), parameter :: alike = 1.0e-10_dp
 
-    is_same_file = abs(one%speed * one%speed_factor - other%speed * other%speed_factor) <= alike * abs(one%speed &
+    are_equal = abs(one%speed * one%speed_factor - other%speed * other%speed_factor) <= alike * abs(one%speed &
       & * one%speed_factor) &
       & .and. all(abs([one%speed_factor - other%speed_factor, one%stiffness_factor - other%stiffness_factor, one%damping_factor &
       & - other%damping_factor]) <= alike)
-  end function is_same_file
+  end function are_equal
 
 end module gestell_study_design_perturbed_members

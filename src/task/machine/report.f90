@@ -198,12 +198,12 @@ contains
   end function verdict_sentence
 
   !> Lines below the verdict: the largest multiplier, the kind of instability, and the reason if the verdict is undecided.
-  pure function verdict_lines(multipliers, turns, describe_free_directions, at_precision_limit) result(lines)
+  pure function verdict_lines(multipliers, turns, free_directions, at_precision_limit) result(lines)
     type(multipliers_type), intent(in) :: multipliers
     !> Number of turns that the crank makes in the period
     integer, intent(in) :: turns
     !> Text on directions in which the mounting does not hold the frame; empty if it holds in all directions
-    character(len=*), intent(in) :: describe_free_directions
+    character(len=*), intent(in) :: free_directions
     !> True if Phi(T) cannot reach the requested tolerance because of rounding errors
     logical, intent(in) :: at_precision_limit
     character(len=:), allocatable :: lines, word
@@ -223,8 +223,8 @@ contains
     if (word == "undecided") then
       worst = maxloc(multipliers%log_abs + log(1 + multipliers%error), dim=1)
       if (worst > 1) lines = lines // "  most critical       |rho| = " // modulus(multipliers, worst) // newline
-      if (describe_free_directions /= "") then
-        lines = lines // "  " // describe_free_directions // newline
+      if (free_directions /= "") then
+        lines = lines // "  " // free_directions // newline
       else if (at_precision_limit) then
         lines = lines // "  only rounding errors remain, so a smaller tolerance would not help: the machine lies on the " &
           & // "stability boundary, or its multipliers are very sensitive to its data" // newline

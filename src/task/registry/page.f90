@@ -125,7 +125,7 @@ contains
     character(len=:), allocatable :: picture, encoded, rows
 
     words = "<h2>" // escaped(table%heading) // "</h2>" // newline
-    picture = content_hash(folder // "/" // table%name // ".svg")
+    picture = file_content(folder // "/" // table%name // ".svg")
     if (len(picture) > 0) then
       call base64(picture, encoded)
       words = words // "<figure><img alt=""" // escaped(table%heading) // """ src=""data:image/svg+xml;base64," // encoded &
@@ -139,7 +139,7 @@ contains
   end function section
 
   !> Content of a file; empty if the file cannot be read.
-  function content_hash(name) result(bytes)
+  function file_content(name) result(bytes)
     character(len=*), intent(in) :: name
     character(len=:), allocatable :: bytes
     integer(int64) :: size_of
@@ -155,7 +155,7 @@ contains
     if (status == 0) read (unit, iostat=status) bytes
     if (status == 0) close (unit, iostat=status)
     if (status /= 0) bytes = ""
-  end function content_hash
+  end function file_content
 
   !> HTML table of the input as the user typed it, with units. The settings from the command line come first.
   function input_table(configuration, settings) result(words)
