@@ -124,7 +124,8 @@ contains
     if (allocated(error)) return
     if (.not. survey%fastest > absurd_advance) return
     watch%reason = "the period of " // concise(system%period, 4) // " is too long: the phase of the fastest free motion " &
-      & // "advances by " // concise(survey%fastest, 2) // " rad in it (do period and coefficients use the same unit of time?)"
+      & // "advances by " // concise(survey%fastest, 2) // " rad in it (check that the period and the coefficients use the " // &
+      &   "same unit of time)"
   end subroutine find_absurd_period
 
   !> Searches the period for a time at which det M is zero or changes its sign, and records it as a fault.

@@ -139,7 +139,7 @@ contains
     end do
     if (everywhere) then
       sentence = name // " is not a smooth function of time: it varies irregularly between " // concise(real(points, dp), 4) &
-        & // " equidistant times of the period (does the same time always give the same value?)"
+        & // " equidistant times of the period (check that the same time always gives the same value)"
       return
     end if
     how = "jumps"

@@ -30,22 +30,22 @@ module gestell_run_command_line
     &   // "may be repeated"), &
     & option_type("-o", "--output", "DIR", "folder of the results; default: the input's name without its ending, in the working " &
     &   // "directory"), &
-    & option_type("", "--check", "", "validate the input, turn the mechanism once and report on it; compute nothing more"), &
+    & option_type("", "--check", "", "validate the input and report on the mechanism over one turn; no vibration is computed"), &
     & option_type("-q", "--quiet", "", "print no report on standard output"), &
     & option_type("", "--verbose", "", "also report the accuracy of the solution: method, steps, periodicity, Liouville's " &
     &   // "formula and balance of power"), &
-    & option_type("", "--fail-if-unstable", "", "exit with code 10 unless the verdict is stable, in a sweep or range of speeds " &
-    &   // "at every point"), &
+    & option_type("", "--fail-if-unstable", "", "exit with code 10 unless the verdict is stable (in a sweep or a range of " // &
+    &   "speeds: stable at every point)"), &
     & option_type("", "--part", "i/n", "compute part i of n of a sweep (i from 1 to n), without sweep.csv"), &
     & option_type("", "--merge", "", "combine all parts of a sweep in sweep.csv"), &
-    & option_type("", "--one-line", "", "print a header and one line of CSV per case instead of report and files"), &
+    & option_type("", "--one-line", "", "print a CSV header and one CSV line per case; print no report and write no files"), &
     & option_type("", "--plot", "", "draw pictures (SVG, PNG) with gnuplot; with --check only the mechanism"), &
     & option_type("", "--report", "", "write report.html: input, verdict, tables and pictures on one page; also draws the " &
     &   // "pictures of --plot"), &
     & option_type("", "--json", "", "write results.json: all results with units, meanings and errors; with -q to " &
     &   // "standard output"), &
-    & option_type("-h", "--help", "[KEY]", "print this text, or describe a group or key of the input, such as support or " &
-    &   // "support.stiffness; groups: list all groups"), &
+    & option_type("-h", "--help", "[KEY]", "print this text, or describe a group or key of the input, such as support or " // &
+    &   "support.stiffness; --help groups lists all groups"), &
     & option_type("-V", "--version", "", "print the version")]
 
   !> Two options that must not be given together. `reason` says why; it is empty if the reason is obvious

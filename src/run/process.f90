@@ -73,7 +73,7 @@ contains
     if (c_getrlimit(stack_resource, limit) == 0) then
       if (limit%current >= 0 .and. limit%current < 1024 * min_stack) then
         call fatal_error(error, "the stack is limited to " // text(int(limit%current / 1024)) // " kB, but " // text(min_stack) &
-          & // " kB are needed; set it by ulimit -s " // text(usual_stack), wrong_usage)
+          & // " kB are needed; set a larger limit with ulimit -s " // text(usual_stack), wrong_usage)
         return
       end if
     end if

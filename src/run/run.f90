@@ -176,7 +176,7 @@ contains
         if (allocated(error)) return
       end do
     end associate
-    call result%write_lines(newline // "The input is valid; nothing more was computed (--check)." // newline)
+    call result%write_lines(newline // "The input is valid; with --check no vibration is computed." // newline)
   end subroutine check_only
 
   !> Publishes all files, or no file if one of them could not be written.

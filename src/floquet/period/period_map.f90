@@ -57,7 +57,7 @@ contains
     call check_phases(nodes, error)
     if (allocated(error)) return
     if (size(nodes) < 2) then
-      call fatal_error(error, "a motion requires at least one step", invalid_input)
+      call fatal_error(error, "the number of steps of a motion must be 1 or more", invalid_input)
     else if (any(sizes /= n)) then
       call fatal_error(error, "units and results must have one element per state: " // text(n), invalid_input)
     end if

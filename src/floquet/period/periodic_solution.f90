@@ -57,8 +57,8 @@ contains
       return
     end if
     if (.not. (monodromy%known .and. monodromy%xp_known)) then
-      call fatal_error(error, "the periodic vibration cannot be computed: too few steps for an error bound (request more, or 0 " &
-        & // "to let the tolerance decide)", failed_computation)
+      call fatal_error(error, "the periodic vibration cannot be computed: too few steps for an error bound (request more " // &
+        &   "steps, or 0 to let the tolerance determine their number)", failed_computation)
       return
     end if
     n = size(monodromy%scale)

@@ -59,7 +59,7 @@ contains
       call merge_groups(modes, clash)
     end do
     if (all(modes%group == 0)) then
-      call fatal_error(error, "the free vibrations are too slow compared with the crank", failed_computation)
+      call fatal_error(error, "the free vibrations are too slow compared with the rotation of the crank", failed_computation)
       return
     end if
     modes%conjugate = [(merge(k, modes%conjugate(k), modes%group(k) == modes%group(modes%conjugate(k))), k = 1, n)]

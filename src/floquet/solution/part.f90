@@ -82,7 +82,7 @@ contains
         return
       end if
       if (settings%method == "reduced") then
-        call fatal_error(error, "method 'reduced' does not apply: " // why%message, failed_computation)
+        call fatal_error(error, "method 'reduced' cannot be used: " // why%message, failed_computation)
         return
       end if
     end if

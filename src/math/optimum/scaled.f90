@@ -91,7 +91,7 @@ contains
     integer :: first(problem%objectives + problem%constraints), g, b, i
 
     if (any([size(problem%lower), size(problem%upper)] /= size(start))) then
-      call fatal_error(error, "the numbers of lower and upper bounds must equal the number of parameters", invalid_input)
+      call fatal_error(error, "there must be one lower and one upper bound for each parameter", invalid_input)
       return
     end if
     if (.not. (all(ieee_is_finite([problem%lower, problem%upper, start])) .and. all(problem%lower <= problem%upper))) then

@@ -165,7 +165,7 @@ contains
       & // concise(sag, 3) // " m even along the stiffest axis of its mounts (" // concise(sqrt(k) / sqrt(mass) / (2 * pi), 3) &
       & // " Hz): check the stiffness (by default in N/m; see &units)" // newline
     if (minval(ratios) > overdamped) lines = lines // "along every axis the machine has at least " &
-      & // concise(minval(ratios), 3) // " times the critical damping: check the damping (by default in N s/m; see &units)" &
+      & // concise(minval(ratios), 3) // " times its critical damping: check the damping (by default in N s/m; see &units)" &
       & // newline
   end function mounting_warnings
 
@@ -251,9 +251,9 @@ contains
     squares = [(real(k, dp)**4 * sum(lift(2 * k:2 * k + 1)**2), k = 1, size(squares))]
     if (.not. sum(squares) > 0) return
     part = sqrt(sum(squares(orders / 2 + 1:)) / sum(squares))
-    if (part > largest_share) line = "joint '" // name // "': " // concise(100 * part, 2) // " % of its acceleration (rms) comes " &
-      & // "from the upper half of the orders of lift_table, " // concise(real(orders / 2 + 1, dp)) // " to " &
-      & // concise(real(orders, dp)) // ": check whether the lifts have enough digits" // newline
+    if (part > largest_share) line = "joint '" // name // "': " // concise(100 * part, 2) // " % of its acceleration (rms) " // &
+      &   "comes from the upper half of the orders that lift_table can represent, " // concise(real(orders / 2 + 1, dp)) // " to " &
+      & // concise(real(orders, dp)) // ": check whether the values of lift_table have enough digits" // newline
   end function lift_warning
 
   !> Finds the extreme values of a linkage at `samples` positions of the crank, which rotates with the angular velocity `omega`

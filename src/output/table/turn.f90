@@ -19,7 +19,8 @@ contains
     integer, intent(in) :: points
     integer :: k
 
-    call table%add("crank", degree, "crank angle, negative for a clockwise crank", [(sign(real(360 * frame%mechanism%turns, dp), &
+    call table%add("crank", degree, "crank angle, negative if the crank turns clockwise", &
+      & [(sign(real(360 * frame%mechanism%turns, dp), &
       & frame%speed) * k / points, k = 0, points)])
     call table%add("t", second, "time", [(frame%period * k / points, k = 0, points)])
   end subroutine add_turn
@@ -31,7 +32,7 @@ contains
     integer, intent(in) :: last
     integer :: k
 
-    call add_order_column(table, "order", "order, multiple of the crank speed; 0: the mean", [(k, k = 0, last)], &
+    call add_order_column(table, "order", "order (multiple of the crank speed); order 0 is the mean", [(k, k = 0, last)], &
       & frame%mechanism%turns)
     call table%add("frequency", hertz, "frequency of the order", [(k / frame%period, k = 0, last)])
   end subroutine add_orders
@@ -71,7 +72,7 @@ contains
     amplitude(1:n) = series%amplitude(:n)
     phase(1:n) = series%phase(:n)
     call table%add(amplitude_of(name, unit), unit_type(words=unit%words), &
-      & "amplitude of the harmonic amplitude cos(2 pi frequency t + phase)", amplitude)
+      & "amplitude in the harmonic: amplitude * cos(2 pi frequency t + phase)", amplitude)
     call table%add(trim(name) // "_" // trim(unit%suffix) // "_phase", radian, "phase of this harmonic", phase)
   end subroutine add_harmonics
 

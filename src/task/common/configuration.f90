@@ -177,7 +177,7 @@ contains
       if (.not. allocated(error)) call read(group, accuracy_keys(), "steps", accuracy%steps, error)
       if (allocated(error)) return
       if (accuracy%steps > 0 .and. accuracy%method == "reduced") then
-        call input_error(group, "steps", "must be 0: method='reduced' takes no steps", error)
+        call input_error(group, "steps", "must be 0, because method='reduced' does not integrate in steps", error)
       end if
     end associate
   end subroutine read_model

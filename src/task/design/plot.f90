@@ -92,7 +92,7 @@ contains
       & // "set ylabel 'after the design (% of before)'; set xtics noenhanced (" // tics(3:) // ")" // newline &
       & // "plot 100 with lines lt 8 dt 2 title 'before', $goals using 1:2 with boxes lt 1 title 'after', " &
       & // "'' using ($1 - 0.35):3:(0.7):(0) with vectors nohead lt 2 lw 2 title 'limit'" // newline
-    figure = new_figure("design_goals", "Objectives and limited quantities before and after the design", lines, width=800, &
+    figure = new_figure("design_goals", "Objectives and quantities with a limit, before and after the design", lines, width=800, &
       & height=480)
   end function plot_goals
 

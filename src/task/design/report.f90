@@ -82,11 +82,11 @@ contains
         words = "proved: every machine within these ranges exceeds a limit by at least " // concise(100 * design%conflict, 3) &
           & // " %"
       else if (best%feasible .and. design%gap <= negligible_gap) then
-        words = "global optimum: no machine within these ranges is better by more than " &
+        words = "global optimum: no machine within these ranges improves the objective by more than " &
           & // concise(100 * max(design%gap, 0.0_dp), 2) // " % of the value before"
       else
         words = "best local optimum from " // counted(size(design%found), "start")
-        if (.not. best%converged) words = words // "; its search has not converged"
+        if (.not. best%converged) words = words // "; the search for it has not converged"
       end if
     end associate
   end function proof_words
@@ -148,7 +148,7 @@ contains
         & // newline
       if (size(design%options%conditions) > 1) report = report // "  worst values of " &
         & // counted(size(plan%options%conditions), "condition") // either(" (speeds and scatter)", " (speeds)", plan%robust) &
-        & // either(" and of all between them", "", size(plan%lines) > 0) // newline
+        & // either(" and of all conditions between them", "", size(plan%lines) > 0) // newline
       report = report // newline // goal_lines(design) // newline // parameter_lines(plan, design)
     end associate
     if (size(design%found) > 1) report = report // newline // start_lines(design)
@@ -238,7 +238,7 @@ contains
     lines = ""
     do k = 1, size(design%found)
       if (.not. has_machine(design%found(k))) then
-        lines = lines // text(k) // tab // tab // "no machine or no vibration" // newline
+        lines = lines // text(k) // tab // tab // "mechanism cannot be assembled, or no periodic vibration" // newline
       else
         associate (one => design%found(k))
           lines = lines // text(k) // tab // concise(one%objective, 6) // tab // trim(merge("limits met    ", "limits not met", &

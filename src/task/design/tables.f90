@@ -29,18 +29,20 @@ contains
 
     n = size(design%x)
     associate (best => design%found(design%best), order => plan%options)
-      table = new_table("design", "Design", "Parameters before and after, and their influence on the objective.", verdict, &
+      table = new_table("design", "Design", "Parameters before and after the design, and their influence on the objective.", &
+        & verdict, &
         & shown=.true.)
-      call table%add("parameter", "path as in the input", (plan%paths))
+      call table%add("parameter", "path of the parameter, as in the input", (plan%paths))
       call table%add("unit", "unit of its values", (plan%units))
       call table%add("before", plain, "value in the input", (plan%base))
       call table%add("after", plain, "value in the design", (design%x))
-      call table%add("lower", plain, "lower end of the range", (order%lower))
-      call table%add("upper", plain, "upper end of the range", (order%upper))
-      call table%add("bound_worth", percent, "decrease of the objective if the bound that stops this parameter moves out by 1 " &
-        & // "% of the range", [(abs(best%bound_price(k)) * (order%upper(k) - order%lower(k)) &
+      call table%add("lower", plain, "smallest permitted value of the parameter", (order%lower))
+      call table%add("upper", plain, "largest permitted value of the parameter", (order%upper))
+      call table%add("bound_worth", percent, "decrease of the objective if the active bound of this parameter moves outward " // &
+        &   "by 1 % of the range; 0 if neither bound is active", [(abs(best%bound_price(k)) * (order%upper(k) - order%lower(k)) &
         & / max(abs(best%objective), tiny(1.0_dp)), k = 1, n)])
-      call table%add("back_alone", percent, "increase of the objective if this parameter alone is reset; NaN: no such machine", &
+      call table%add("back_alone", percent, "increase of the objective if only this parameter returns to its value in the " // &
+        &   "input; NaN if that machine is impossible", &
         & 100 * design%reset_losses)
     end associate
   end function parameter_table
@@ -78,17 +80,18 @@ contains
       & verdict, shown=.true.)
     call table%add("role", "objective, at_most, at_least or equals", role)
     call table%add("quantity", "name as in the input", (design%goals%measure%quantity))
-    call table%add("measure", "peak, rms or band; empty: the quantity does not vary over the period", measure)
+    call table%add("measure", "peak, rms or band; empty if the quantity does not vary over the period", measure)
     call table%add("unit", "unit of the values", (design%goals%measure%unit))
-    call table%add("before", plain, "value for the machine of the input", before(1, :), error="before_error")
+    call table%add("before", plain, "value for the machine in the input", before(1, :), error="before_error")
     call table%add("before_error", plain, "error bound of the value before", before(2, :))
     call table%add("after", plain, "value for the design", after(1, :), error="after_error")
     call table%add("after_error", plain, "error bound of the value after", after(2, :))
-    call table%add("limit", plain, "the limit; NaN for an objective", limit)
+    call table%add("limit", plain, "limit of the quantity; NaN for an objective", limit)
     call table%add("state", "whether the limit is met, violated or undecided (within the error)", state)
     call table%add("limit_worth", percent, "decrease of the objective if the limit is relaxed by 1 %", worth)
-    call table%add("before_speed", rpm, "crank speed at the worst condition before; 0: the speed is a parameter", before(3, :))
-    call table%add("after_speed", rpm, "crank speed at the worst condition after", after(3, :))
+    call table%add("before_speed", rpm, "crank speed at the worst condition before the design; 0 if the speed is a design " // &
+      &   "parameter", before(3, :))
+    call table%add("after_speed", rpm, "crank speed at the worst condition after the design", after(3, :))
   end function goal_table
 
   !> The table design_range.csv, which has one row for each operating condition.
@@ -100,18 +103,20 @@ contains
     integer :: c, g
 
     associate (conditions => design%options%conditions)
-      table = new_table("design_range", "Before and after over the range", "Objectives and limited quantities at every " &
-        & // "condition.", verdict)
-      call table%add("speed", rpm, "crank speed; 0: the speed is a parameter", conditions%drive_rpm(design%turns))
-      call table%add("speed_factor", plain, "factor on the nominal speed", (conditions%speed_factor))
-      call table%add("stiffness_factor", plain, "factor on the stiffness of the mounting", (conditions%stiffness_factor))
-      call table%add("damping_factor", plain, "factor on the damping of the mounting", (conditions%damping_factor))
+      table = new_table("design_range", "Before and after the design, over the range", "Objectives and quantities with a " // &
+        &   "limit at every operating condition.", verdict)
+      call table%add("speed", rpm, "crank speed; 0 if the speed is a design parameter", conditions%drive_rpm(design%turns))
+      call table%add("speed_factor", plain, "factor by which the nominal speed is multiplied", (conditions%speed_factor))
+      call table%add("stiffness_factor", plain, "factor by which the stiffness of the mounting is multiplied", &
+        & (conditions%stiffness_factor))
+      call table%add("damping_factor", plain, "factor by which the damping of the mounting is multiplied", &
+        & (conditions%damping_factor))
       do g = 1, size(design%goals)
         associate (unit => new_unit(trim(design%goals(g)%measure%unit)))
           name = design%goals(g)%measure%quantity
           if (design%goals(g)%is_periodic()) name = trim(design%goals(g)%measure%name())
           if (count(design%goals(:g)%measure%quantity == design%goals(g)%measure%quantity) > 1) name = name // "_" // text(g)
-          call table%add(trim(name) // "_before", unit, "value for the machine of the input", design%before%values(g, :), &
+          call table%add(trim(name) // "_before", unit, "value for the machine in the input", design%before%values(g, :), &
             & error=trim(name) // "_before_error")
           call table%add(trim(name) // "_before_error", unit, "error bound of the value before", design%before%errors(g, :))
           call table%add(trim(name) // "_after", unit, "value for the design", design%after%values(g, :), &
@@ -119,9 +124,10 @@ contains
           call table%add(trim(name) // "_after_error", unit, "error bound of the value after", design%after%errors(g, :))
         end associate
       end do
-      call table%add("verdict_before", "verdict on the machine of the input", design%before%verdicts%word())
+      call table%add("verdict_before", "verdict on the machine in the input", design%before%verdicts%word())
       call table%add("verdict_after", "verdict on the design", design%after%verdicts%word())
-      call table%add("between", "1: this condition is a maximum between the given ones", [(c > size(plan%options%conditions), &
+      call table%add("between", "1 if the program added this condition, at a maximum between the given conditions", &
+        & [(c > size(plan%options%conditions), &
         & c = 1, size(conditions))])
     end associate
   end function range_table
@@ -153,11 +159,11 @@ contains
     end do
     table = new_table("design_starts", "Results from all starts", "The local optimum that the search found from each starting " &
       & // "point.", verdict)
-    call table%add("start", "number of the starting point; 1: the machine of the input", [(k, k = 1, size(design%found))])
+    call table%add("start", "number of the starting point; point 1 is the machine in the input", [(k, k = 1, size(design%found))])
     call table%add("objective", plain, "weighted objective", objective)
-    call table%add("violation", plain, "amount by which the worst limit is exceeded, in its unit", violation)
+    call table%add("violation", plain, "amount by which the most exceeded limit is exceeded, in the unit of this limit", violation)
     call table%add("optimality", plain, "relative residual of the optimality conditions (Karush, Kuhn and Tucker)", missed)
-    call table%add("state", "converged, not converged, or no machine at this start", state)
+    call table%add("state", "converged, not converged, or no machine (impossible, or without periodic vibration)", state)
     call table%add("evaluations", "number of machines solved", (design%found%evaluations))
     do k = 1, size(design%x)
       call table%add("parameter_" // text(k), plain, trim(plan%paths(k)), x(k, :))

@@ -75,8 +75,8 @@ contains
     ! The search itself computes the vibrations of its machines, so the family supplies frames at rest.
     call context%members(self%plan%family, family, "rest")
     call find_design(family, self%plan, context%configuration%frame, design, error, context%executor)
-    if (.not. allocated(error) .and. design%best == 0) call fatal_error(error, "at every starting point of the design " &
-      & // "the machine is impossible or has no periodic vibration: change the ranges in &design", failed_computation)
+    if (.not. allocated(error) .and. design%best == 0) call fatal_error(error, "at every starting point of the search the " // &
+      &   "machine is impossible or has no periodic vibration: change the ranges in &design", failed_computation)
     if (allocated(error)) return
     associate (plan => self%plan, configuration => context%configuration)
       if (plan%curve > 0) call find_curve(family, plan, design, error)
@@ -104,12 +104,12 @@ contains
     type(result_type), intent(inout) :: result
 
     if (verdict == unstable) then
-      call result%judge(judgement_type(verdict, "UNSTABLE: disturbances of the vibration of the design grow"))
+      call result%judge(judgement_type(verdict, "UNSTABLE: after the design, disturbances of the vibration grow"))
     else if (verdict == undecided) then
-      call result%judge(judgement_type(verdict, "UNDECIDED: within the error, disturbances of the vibration of the design may " &
-        & // "grow or decay"))
+      call result%judge(judgement_type(verdict, "UNDECIDED: after the design, the error bounds leave open whether " // &
+        &   "disturbances of the vibration grow or decay"))
     else if (verdict == undamped) then
-      call result%judge(judgement_type(verdict, "UNDAMPED: disturbances of the vibration of the design neither grow nor decay"))
+      call result%judge(judgement_type(verdict, "UNDAMPED: after the design, disturbances of the vibration neither grow nor decay"))
     else
       call result%include_verdict(verdict)
     end if

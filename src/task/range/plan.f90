@@ -140,7 +140,7 @@ contains
     if (grid%points() <= most) return
     write (points, "(i0)") grid%points()
     write (allowed, "(i0)") most
-    call input_error(groups(size(groups)), "count", "gives " // trim(points) // " points in all; at most " // trim(allowed) &
+    call input_error(groups(size(groups)), "count", "gives " // trim(points) // " points in total; at most " // trim(allowed) &
       & // " can be computed", error)
   end subroutine limit_points
 
@@ -220,14 +220,15 @@ contains
     end if
     associate (rule => schema%keys(target%rule))
       if (rule%kind == text_key) then
-        call input_error(group, key, "is a text; only numbers can be varied", error)
+        call input_error(group, key, "has a text as its value; only numbers can be varied", error)
       else if (schema%groups(find_group_rule(schema, rule%group))%subject == option_group) then
         call input_error(group, key, "&" // trim(rule%group) // " does not describe the machine; only numbers of the " &
           & // "machine can be varied", error)
       else if (rule%kind == integer_key) then
-        call input_error(group, key, "is a whole number; only real numbers can be varied", error)
+        call input_error(group, key, "has a whole number as its value; only real numbers can be varied", error)
       else if (rule%least > 1 .and. target%element == 0 .and. .not. rule%alike) then
-        call input_error(group, key, "has " // text(rule%least) // " values; name one of them, for example " // shown(path) // &
+        call input_error(group, key, "has " // text(rule%least) // " values; give the path of one of them, for example " // &
+          & shown(path) // &
           & trim(merge("(1,1)", "(1)  ", rule%rank == 2)), error)
       end if
     end associate

@@ -83,7 +83,7 @@ contains
       if (i == panels) lines = lines // key(any(visible, dim=2)) // marks%entries
       lines = lines // newline // "unset logscale y; set format y; set ytics autofreq" // newline
     end do
-    figure = new_figure(table%name, "Response over the crank speed: peak, rms, and rms of single orders", lines &
+    figure = new_figure(table%name, "Response as a function of the crank speed: peak, rms, and rms of single orders", lines &
       & // "unset multiplot" // newline, width=merge(820, 960, across == 1), height=legend + nint(height_of(rows)))
 
   contains

@@ -49,8 +49,8 @@ contains
       report = report // "  note: at " // counted(count(curve%points%state == missing(i)), "speed") // " " &
         & // trim(reasons(i)) // newline
     end do
-    if (.not. curve%complete) report = report // "  note: the maximum number of speeds does not resolve all details; " &
-      & // "choose a smaller range" // newline
+    if (.not. curve%complete) report = report // "  note: even with the maximum number of speeds, some details of the curve " // &
+      &   "are not resolved; choose a smaller range" // newline
     do i = 1, size(quantities)
       report = report // curve_lines(curve, i, quantities(i), turns, model)
     end do
@@ -125,7 +125,7 @@ contains
     end do
     report = report // "  minimum " // concise(curve%points(least)%values(1, q), 5) // " " // unit // " at " &
       & // concise(curve%points(least)%speed, 5) // " rpm; maximum " // concise(curve%points(most)%values(1, q), 5) // " " // unit &
-      & // " at " // concise(curve%points(most)%speed, 5) // " rpm" // either(", an end of the range", "", &
+      & // " at " // concise(curve%points(most)%speed, 5) // " rpm" // either(", at an end of the range", "", &
       & most == 1 .or. most == size(curve%points)) // newline
   end function curve_lines
 

@@ -92,14 +92,15 @@ contains
         call table%add("unit", "unit of the value", (self%quantities(maxima%quantity)%unit))
         call table%add("speed", rpm, "speed of the maximum", (maxima%speed))
         call table%add("value", plain, "peak of the quantity at this speed", (maxima%value))
-        call table%add("width", rpm, "distance of the speeds at which the peak has fallen to 1 / sqrt(2)", (maxima%width))
+        call table%add("width", rpm, "difference between the two speeds at which the curve has fallen to 1 / sqrt(2) of the " // &
+          &   "peak", (maxima%width))
         call table%add("damping_ratio", plain, "width / (2 speed)", (maxima%damping_ratio))
         call add_order_column(table, "strongest_order", "order of the crank with the largest amplitude", &
           & (maxima%strongest_order), turns)
-        call table%add("state", "as in resonance.csv, or unbounded, or jump", merge("jump      ", merge("unbounded ", &
+        call table%add("state", "as in resonance.csv; also unbounded or jump", merge("jump      ", merge("unbounded ", &
           & state_word(maxima%state), maxima%unbounded), maxima%jump))
         call table%add("small_motion", "as in resonance.csv", (maxima%small))
-        call table%add("other_side", plain, "peak on the other side of a jump", (maxima%other_side))
+        call table%add("other_side", plain, "peak value on the other side of the jump, if the state is jump", (maxima%other_side))
       end associate
       call result%add(table, plot_peaks(table, self%quantities, curve, configuration%plan%base))
       call result%judge(judgement)
@@ -130,11 +131,12 @@ contains
 
     n = size(curve%points)
     harmonics = curve%options%reported_harmonics()
-    table = new_table("resonance", "Resonance curves", "Response over the speed. Shaded: unstable; gaps: no periodic vibration.", &
+    table = new_table("resonance", "Resonance curves", "Response as a function of speed. Shading marks unstable vibrations; " // &
+      &   "at gaps no periodic vibration exists.", &
       & verdict)
     call table%add("speed", rpm, "crank speed", [(curve%points(i)%speed, i = 1, n)])
     call table%add("state", "ok, undamped, undecided, unstable, resonance, impossible or failed", state_word(curve%points%state))
-    call table%add("refined", "1: speed added between those of the sweep", (curve%points%refined))
+    call table%add("refined", "1 if the program added this speed between those of the sweep", (curve%points%refined))
     do k = 1, size(quantities)
       name = trim(quantities(k)%name)
       unit = new_unit(trim(quantities(k)%unit))

@@ -48,10 +48,11 @@ contains
           q = name_type(dof, radian, "rotation of the frame", dof, "mrad", 1.0e3_dp, symbols(i))
           v = name_type(dof // "_dot", radian_per_s, "angular velocity of the frame", dof // " velocity", "mrad/s", &
             & 1.0e3_dp)
-          f = name_type(forces(i), newton_metre, "moment on the ground about F at rest", "moment on ground", "N m", 1.0_dp, &
+          f = name_type(forces(i), newton_metre, "moment on the ground about the rest position of F", "moment on ground", "N m", &
+            & 1.0_dp, &
             & "moment")
           if (dofs > 3) q%meaning = "component of the frame's rotation vector"
-          if (dofs > 3) f%meaning = "moment on the ground about F at rest, about " // along(i)
+          if (dofs > 3) f%meaning = "moment on the ground about the rest position of F, about " // along(i)
           if (dofs > 3) f%words = trim(f%words) // ", " // along(i)
           if (dofs > 3) f%symbol = "moment " // along(i)
         else

@@ -44,7 +44,7 @@ contains
     if (any([(vibration%peak_error(frame%free(i)) >= vibration%peak(frame%free(i)) .and. vibration%peak(frame%free(i)) > 0 &
       & .and. zero_if_noise(vibration%peak(frame%free(i)), vibration%peak_error(frame%free(i)), &
       & largest_of_kind(vibration, frame, frame%free(i))) > 0, i = 1, size(frame%free))])) lines = lines // &
-      & "  note: a peak that does not exceed its error is meaningless; reduce accuracy.tolerance or increase accuracy.steps" &
+      & "  note: a peak no larger than its error bound is meaningless; reduce accuracy.tolerance or increase accuracy.steps" &
       & // newline
   end function vibration_lines
 
@@ -59,7 +59,7 @@ contains
     line = "condition " // concise(vibration%start%condition, 2) // ", loses " &
       & // concise(max(0.0_dp, log10(vibration%start%condition)), 2) // " digits"
     if (averaged) then
-      line = "  solved harmonic by harmonic: worst " // line // newline
+      line = "  each harmonic solved separately: worst " // line // newline
     else
       line = "  start x0 from (E - Phi) x0 = x_p(T): " // line // "; motion repeats after " &
         & // turns_in_words(turns) // " within " // concise(vibration%closing_defect, 1) // newline

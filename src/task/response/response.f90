@@ -61,7 +61,7 @@ contains
       if (allocated(context%analysis%vibration)) then
         associate (vibration => context%analysis%vibration)
           history = new_table("response", "Vibration over " // turns_in_words(frame%mechanism%turns), &
-            & "Displacements and velocities of the frame, forces on the ground.")
+            & "Displacements and velocities of the frame, and forces on the ground.")
           call add_turn(history, frame, size(vibration%history, 2) - 1)
           harmonics = new_table("harmonics", "Spectrum", "Amplitudes and phases for each order of the crank.")
           call add_orders(harmonics, frame, tasks%harmonics)

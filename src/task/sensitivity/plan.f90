@@ -79,7 +79,7 @@ contains
       & schema%groups(find_group_rule(schema, schema%keys(target%rule)%group))%subject == option_group) then
       call input_error(group, "parameters", "'" // path // "' is not a numerical key of the machine", error)
     else if (.not. is_nonzero(doc, target)) then
-      call input_error(group, "parameters", "'" // path // "' is zero or missing, so it cannot change by a percentage", error)
+      call input_error(group, "parameters", "'" // path // "' is zero or not given, so it cannot be changed by a percentage", error)
     end if
   end subroutine check_path
 

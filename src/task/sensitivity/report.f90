@@ -35,7 +35,7 @@ contains
       & trim(state_word(base%state))) // warning
     do i = 1, size(quantities)
       if (derivatives(1)%zero(i)) then
-        report = report // "  " // trim(quantities(i)%name) // ": zero within its error; nothing excites it" // newline
+        report = report // "  " // trim(quantities(i)%name) // ": zero within its error, because nothing excites it" // newline
         cycle
       end if
       report = report // "  " // trim(quantities(i)%name) // ": peak " // concise(base%values(1, i), 6) // " " &

@@ -211,7 +211,7 @@ contains
     logical :: known, enough
 
     if (number < 1 .or. number > base%parameters .or. .not. allocated(base%values)) then
-      call fatal_error(error, "the parameter is not among those passed to solve_base", invalid_input)
+      call fatal_error(error, "the parameter was not passed to solve_base", invalid_input)
       return
     end if
     associate (n => size(base%options%names))

@@ -134,20 +134,21 @@ contains
     call table%add("quantity", "name as in the input", [((quantities(i)%name, k = 1, m), i = 1, n)])
     call table%add("unit", "unit of peak and rms", [((quantities(i)%unit, k = 1, m), i = 1, n)])
     call table%add("parameter", "path of the parameter that changes", ([((paths(k), k = 1, m), i = 1, n)]))
-    call table%add("peak", plain, "peak for the machine of the input", [((base%values(1, i), k = 1, m), i = 1, n)])
+    call table%add("peak", plain, "peak for the machine in the input", [((base%values(1, i), k = 1, m), i = 1, n)])
     call table%add("peak_change_percent_per_percent", plain, "d ln(peak) / d ln(parameter)", [((derivatives(k)%slope(1, i), k = &
       & 1, m), &
       & i = 1, n)], error="peak_change_error")
     call table%add("peak_change_error", plain, "estimated error of the change of the peak", [((derivatives(k)%error(1, i), k = 1, &
       & m), i = 1, n)])
-    call table%add("rms", plain, "rms for the machine of the input", [((base%values(2, i), k = 1, m), i = 1, n)])
+    call table%add("rms", plain, "rms for the machine in the input", [((base%values(2, i), k = 1, m), i = 1, n)])
     call table%add("rms_change_percent_per_percent", plain, "d ln(rms) / d ln(parameter)", [((derivatives(k)%slope(2, i), k = 1, &
       & m), &
       & i = 1, n)], error="rms_change_error")
     call table%add("rms_change_error", plain, "estimated error of the change of the rms", [((derivatives(k)%error(2, i), k = 1, &
       & m), &
       & i = 1, n)])
-    call table%add("state", "ok; zero: nothing excites the quantity; undecided: error too large; failed: no derivative", &
+    call table%add("state", "ok; zero if nothing excites the quantity; undecided if the error is too large; failed if the " // &
+      &   "derivative cannot be computed", &
       & [((derivatives(k)%state(i), k = 1, m), i = 1, n)])
   end function table_of
 

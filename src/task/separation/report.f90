@@ -41,7 +41,8 @@ contains
       parts = parts // ", " // trim(dof_names(i))
     end do
     lines = lines // "  " // parts(3:) // ": shares of the kinetic energy" &
-      & // either(" (%)", "", any(separations%dofs > 3)) // "; order: the nearest one; required distance " // concise(margin, 4) &
+      & // either(" (%)", "", any(separations%dofs > 3)) // "; order: the order nearest to the mode; required distance " // &
+      & concise(margin, 4) &
       & // " %" // newline
     rows = ""
     do first = 1, size(separations), each
@@ -142,7 +143,7 @@ contains
     words = "Separation: mode " // text(separations(i)%mode) // " (" // concise(separations(i)%frequency, 5) // " Hz) is " &
       & // number(100 * separations(i)%distance, 3) // " % away from order " // concise(separations(i)%order, 4) // " at " &
       & // concise(separations(i)%speed, 6) // " rpm; required: " // concise(margin, 4) // " %"
-    if (state == "undecided") words = words // "; for some modes it is undecided"
+    if (state == "undecided") words = words // "; whether some modes keep this distance is undecided"
   end subroutine separation_headline
 
 end module gestell_task_separation_report

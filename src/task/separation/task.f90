@@ -158,7 +158,7 @@ contains
     integer :: i, k, n
 
     n = size(separations)
-    table = new_table("separation", "Separation", "Natural frequencies and the orders of the crank with their margins.", &
+    table = new_table("separation", "Separation", "Natural frequencies, and orders of the crank speed with the required margins.", &
       & verdict, shown=.true.)
     table%model = model
     call table%add("mode", "number of the mode", (separations%mode))

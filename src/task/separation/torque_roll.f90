@@ -89,7 +89,8 @@ contains
       call table%add("axis_" // names(i), plain, "direction of the axis", spread(roll%axis(i), 1, rows))
     end do
     do i = 1, 3
-      call table%add("center_" // names(i), metre, "centre of mass, a point of the axis, from F", spread(roll%center(i), 1, rows))
+      call table%add("center_" // names(i), metre, "position of the centre of mass relative to F; the axis passes through " // &
+        &   "this point", spread(roll%center(i), 1, rows))
     end do
     call table%add("angle", degree, "angle between the axis and the shaft", spread(roll%angle * 180 / pi, 1, rows))
   end function axis_table

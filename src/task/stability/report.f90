@@ -54,8 +54,8 @@ contains
     end do
     lines = newline // "MULTIPLIERS AND EXPONENTS" // newline // tabulated("lrrrrrl", &
       & ",|rho|,error,growth,frequency,crank" // newline // ",,rel.,1/s,Hz,speeds", lines) &
-      & // "  frequency: strongest component of the free vibration" // newline
-    if (any(multipliers%lost())) lines = lines // "  lost: the error bound exceeds |rho|, no digit is reliable" // newline
+      & // "  frequency: that of the strongest component of the free vibration" // newline
+    if (any(multipliers%lost())) lines = lines // "  lost: the error bound exceeds |rho|, so that no digit is reliable" // newline
   end function multiplier_lines
 
   !> Modulus of multiplier number `k` as text. It is written as a power of e if it overflows or underflows double precision.

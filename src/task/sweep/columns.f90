@@ -96,7 +96,7 @@ contains
     real(dp) :: column(size(values, 2), size(values, 3))
     integer :: i, k
 
-    table = new_table("sweep", "Sweep", "The points of the sweep.", "")
+    table = new_table("sweep", "Sweep", "Results at every point of the sweep.", "")
     columns = columns_of(plan)
     do k = 1, size(columns)
       associate (n => k - size(plan%grid%axes))

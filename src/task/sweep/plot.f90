@@ -235,7 +235,7 @@ contains
       if (column(verdict) > 0 .and. .not. plan%options%verdict_last) call add("(strcol(" // text(column(verdict)) &
         & // ") eq 'stable' ? -1 : strcol(" // text(column(verdict)) &
         & // ") eq 'unstable' ? 1 : strstrt('undamped undecided', strcol(" // text(column(verdict)) // ")) > 0 ? 0 : NaN)", &
-        & "-1 stable, 0 undamped or undecided, 1 unstable", .true.)
+        & "-1: stable, 0: undamped or undecided, 1: unstable", .true.)
       do i = xi_peak, last_peak
         if (column(i) > 0) call add_decades(column(i), trim(column_records(i)%symbol) // " peak (" &
           & // trim(column_records(i)%unit) // ")")

@@ -60,8 +60,8 @@ contains
           & // concise(plan%grid%axes(k)%value(int(summary%where(k))), 9)
       end do
       report = report // newline
-      if (plan%period_varies()) report = report // "  |rho| refers to the period, which changes with the ratio from point to " &
-        & // "point" &
+      if (plan%period_varies()) report = report // "  |rho| refers to one period; the ratio changes the period from point to " // &
+        &   "point" &
         & // newline
     end if
     if (summary%turned > 0 .and. plan%options%model /= "exact") then

@@ -172,8 +172,8 @@ contains
       if (.not. is_leader) call open_campaign(campaign, context%folder, configuration%plan, configuration%content, error, examined)
     end associate
     if (.not. (is_leader .or. allocated(error))) then
-      if (.not. campaign%has_begun()) call fatal_error(error, context%folder // "/sweep.blocks: is not visible to all processes; " &
-        & // "choose an output folder that they share", wrong_usage)
+      if (.not. campaign%has_begun()) call fatal_error(error, context%folder // "/sweep.blocks: some processes cannot see " // &
+        &   "this file; choose an output folder that all processes share", wrong_usage)
     end if
     call context%executor%share_error(error)
     if (allocated(error)) return
@@ -215,7 +215,8 @@ contains
     shape = 1
     shape(:size(plan%grid%axes)) = plan%grid%axes%count
     allocate(values(plan%options%numbers(), shape(2), shape(1)), stat=status)
-    if (status /= 0) call fatal_error(error, "not enough memory for all points of the sweep at once; omit " // option, &
+    if (status /= 0) call fatal_error(error, "there is not enough memory to hold all points of the sweep at once; omit " // &
+      & option, &
       & failed_computation)
   end subroutine allocate_values
 

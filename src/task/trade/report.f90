@@ -38,7 +38,8 @@ contains
     lines = newline // "SPEED AGAINST ACCURACY: Phi(T) and x_p(T) of this machine on this computer" // newline &
       & // tabulated("rlrrr", "errors of Phi(T),fastest,steps,evaluations,time" // newline // "and x0 below,method,,,ms", rows)
     ! If the same row is the fastest for both accuracies, more digits cost nothing.
-    if (all(best([1, 3]) > 0) .and. best(1) /= best(3)) lines = lines // "  between 1e-3 and 1e-9 each further digit takes " &
+    if (all(best([1, 3]) > 0) .and. best(1) /= best(3)) lines = lines // "  between errors of 1e-3 and 1e-9 each further " // &
+      &   "digit takes " &
       & // concise(100 * ((trade%rows(best(3))%seconds / trade%rows(best(1))%seconds)**(1.0_dp / 6) - 1), 2) &
       & // " % more time" // newline
     lines = lines // "  reference: a converged solution with errors of " // concise(trade%floor_phi, 1) &
@@ -79,9 +80,11 @@ contains
     else if (trade%worst_difference() > moderate) then
       lines = lines // "  The averaged model differs by up to " // worst // ": use the periodic coefficients."
     else if (trade%worst_difference() > negligible) then
-      lines = lines // "  The averaged model differs by up to " // worst // ": good for a first look, not for final numbers."
+      lines = lines // "  The averaged model differs by up to " // worst // ": use it for a first estimate, but not for final " // &
+        &   "results."
     else
-      lines = lines // "  The averaged model differs by at most " // worst // ": it suffices for this machine at this speed."
+      lines = lines // "  The averaged model differs by at most " // worst // ": it is accurate enough for this machine at " // &
+        &   "this speed."
     end if
     lines = lines // newline // "  time: averaged " // concise(1000 * trade%averaged%seconds, 2) &
       & // " ms, periodic " // concise(1000 * trade%periodic%seconds, 2) // " ms. Averaged coefficients never show parametric " &

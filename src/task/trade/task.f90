@@ -58,7 +58,7 @@ contains
       table = new_table("trade", "Speed against accuracy", "Errors and computing time of each method.", "", shown=.true.)
       table%remarks = "errors of the converged solution: phi " // exact(trade%floor_phi) // " rho " // exact(trade%floor_rho) &
         & // " x0 " // exact(trade%floor_x0) // newline
-      call table%add("method", "as in &accuracy; averaged: the model with averaged coefficients", (rows%method))
+      call table%add("method", "as in &accuracy; averaged is the model with averaged coefficients", (rows%method))
       call table%add("order", "order of convergence", (rows%order))
       call table%add("steps", "steps per period", (rows%steps))
       call table%add("evaluations", "evaluations of the coefficients per period", (rows%evaluations))
