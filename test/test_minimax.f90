@@ -368,7 +368,7 @@ contains
     call check_failure(error, failure, "the call that fails")
     problem%fails_at = 0
     call minimise(problem, start(:3), usual, optimum, failure)
-    call check_failure(error, failure, "numbers of lower and upper bounds")
+    call check_failure(error, failure, "one lower and one upper bound")
     problem%lower(2) = 11
     call minimise(problem, start, usual, optimum, failure)
     call check_failure(error, failure, "bounds must be finite")

@@ -236,7 +236,7 @@ contains
       line = "VERDICT  " // self%judgement%words(:scan(self%judgement%words // ",", ",") - 1)
       if (self%judgement%verdict == stable) line = line // either(" at all speeds", " where it could be solved", &
         & self%all_stable)
-      if (self%verdict /= "") line = line // "; " // either("the machine in the input is", "at the speed of the input", &
+      if (self%verdict /= "") line = line // "; " // either("the machine of the input is", "at the speed of the input", &
         & self%judgement%of_sweep) // " " // trim(self%verdict)
     end if
     left = 0

@@ -123,7 +123,7 @@ def test_trade():
         # errors of the averaged model at this speed: Phi(T) 1.5 %, a multiplier 1.1 %, x0 0.25 %
         for name, value, expected in zip(("phi", "rho", "x0"), last[4:7], (1.5377e-2, 1.1172e-2, 2.4890e-3)):
             near(f"trade, averaged, error_{name}", float(value), expected, 1e-4 * expected)
-        check("trade, report", "PERIODIC OR AVERAGED" in run.out and "good for a first look" in run.out,
+        check("trade, report", "PERIODIC OR AVERAGED" in run.out and "use it for a first estimate" in run.out,
               "the comparison in words", run.out)
 
 

@@ -251,7 +251,7 @@ INPUTS = [
     ("unknown method, nothing near", added("&accuracy method='simpson' /"), 2,
      "input.nml:16: &accuracy: method = 'simpson': unknown; choose from {accuracy.method}"),
     ("reduction with steps", added("&accuracy method='reduced', steps=10 /"), 2,
-     "input.nml:16: &accuracy: steps = 10: must be 0: method='reduced' takes no steps"),
+     "input.nml:16: &accuracy: steps = 10: must be 0, because method='reduced' does not integrate in steps"),
     ("tolerance too small", added("&accuracy tolerance=1e-16 /"), 2,
      "input.nml:16: &accuracy: tolerance = 1e-16: must lie between 1e-15 and 0.1"),
     ("tolerance too large", added("&accuracy tolerance=0.5 /"), 2,

@@ -258,7 +258,7 @@ def word_tests():
     with Folder(input=ratios + both(PLANE, 240.0, "", HALF)[0]) as folder:
         run = Run(folder, "--plot", "input.nml")
         if run.done("ratio in a sweep"):
-            check("ratio in a sweep: note", "refers to the period, which changes with the ratio" in run.flat, "a note", run.out)
+            check("ratio in a sweep: note", "refers to one period; the ratio changes the period from point to point" in run.flat, "a note", run.out)
             check("ratio in a sweep: picture", "growth in the period of each point" in (folder / "input" / "sweep.gp").read_text(), "words", "")
     with Folder(input="&case tasks='stability','response','forces','power','sweep' /\n" + SPEEDS.format(200, 240, 3)
                 + both(PLANE, 240.0, "", HALF)[0]) as folder:

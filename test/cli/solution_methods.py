@@ -113,7 +113,7 @@ def test_reduced_by_name():
     with Folder() as folder:
         options = ("-s", "accuracy.method=reduced")
         Run(folder, "-q", "input.nml", *options).refused(
-            "reduced at 240 rpm", 4, "method 'reduced' does not apply: the free vibrations are too slow compared with the crank")
+            "reduced at 240 rpm", 4, "method 'reduced' cannot be used: the free vibrations are too slow compared with the rotation of the crank")
         equal("reduced at 240 rpm, files", files(folder), ["input.nml"])
         Run(folder, "-q", "input.nml", *options, "-s", "drive.speed_rpm=1", "-o", "named").done("reduced at 1 rpm")
         Run(folder, "-q", "input.nml", "-s", "drive.speed_rpm=1", "-o", "auto").done("auto at 1 rpm")

@@ -189,7 +189,7 @@ REFUSED = [
     ("no path", axis("speed", 1, 2, 2),
      "parameter = 'speed': the path must be GROUP.KEY, GROUP(NAME).KEY or GROUP.KEY(INDEX), such as drive.speed_rpm"),
     ("a text", axis("frame.dof", 1, 2, 2), "parameter = 'frame.dof': is a text; only numbers can be varied"),
-    ("a whole number", axis("joint(B).branch", -1, 1, 3), "parameter = 'joint(B).branch': is a whole number; only real numbers can be varied"),
+    ("a whole number", axis("joint(B).branch", -1, 1, 3), "parameter = 'joint(B).branch': has a whole number as its value; only real numbers can be varied"),
     ("several values", axis("frame.origin", 1, 2, 2), "parameter = 'frame.origin': has 2 values; name one of them, for example frame.origin(1)"),
     ("an order", axis("accuracy.tolerance", 1e-9, 1e-3, 2),
      "parameter = 'accuracy.tolerance': &accuracy does not describe the machine; only numbers of the machine can be varied"),
@@ -608,7 +608,7 @@ def test_unwritable_lines():
                 run.refused(f"--one-line {name}, full disk", 4, "standard output cannot be written: No space left on device")
         # 5.6e12 bytes: more than any machine gives
         run = Run(folder, "--one-line", "sweep.nml", "-s", "sweep.count=316000", preexec_fn=limited_memory)
-        run.refused("--one-line, memory", 4, "not enough memory for all points of the sweep at once; omit --one-line")
+        run.refused("--one-line, memory", 4, "there is not enough memory to hold all points of the sweep at once; omit --one-line")
 
 
 def limited_memory():

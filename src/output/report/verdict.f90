@@ -28,7 +28,7 @@ contains
 
     select case (verdict)
     case ("unstable")
-      words = "disturbances grow, and the machine leaves this vibration"
+      words = "the machine leaves this vibration"
     case ("undamped")
       words = "disturbances neither grow nor decay, so the machine does not settle on this vibration"
     case ("undecided")

@@ -40,7 +40,7 @@ contains
       & // concise(all(turn)%turn, 3) // " rad"
     if (all(turn)%is_rotation_large() .and. all(path)%is_displacement_large()) line = line // ","
     if (all(path)%is_displacement_large()) line = line // " F moves by " // concise(all(path)%displacement, 3) // " m"
-    line = line // newline // "    the linear equations are valid for " // trim(all(turn)%rotation) // " up to " &
+    line = line // newline // "    the linear equations hold for " // trim(all(turn)%rotation) // " up to " &
       & // small_motion_limits(all(path)%size) // newline
   end function motion_warning
 
