@@ -127,7 +127,7 @@ contains
     k = 0
     if (allocated(grid%axes)) k = size(grid%axes)
     if (k < 1 .or. k > 2) then
-      call fatal_error(error, "a grid must have one or two axes", invalid_input)
+      call fatal_error(error, "the number of axes of a grid must be 1 or 2", invalid_input)
       return
     end if
     do k = 1, size(grid%axes)

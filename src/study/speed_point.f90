@@ -100,7 +100,7 @@ contains
     n = 0
     if (allocated(options%names)) n = size(options%names)
     if (n == 0) then
-      call fatal_error(error, "a resonance curve requires at least one quantity", invalid_input)
+      call fatal_error(error, "a resonance curve requires one or more quantities", invalid_input)
       return
     end if
     if (allocated(options%harmonics)) then

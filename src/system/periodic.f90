@@ -77,7 +77,7 @@ contains
     logical :: ordered
 
     if (self%states < 1) then
-      call fatal_error(error, "a system needs at least one state", invalid_input)
+      call fatal_error(error, "a system must have one state or more", invalid_input)
     else if (.not. (ieee_is_finite(self%period) .and. self%period > 0)) then
       call fatal_error(error, "the period must be positive and finite", invalid_input)
     else if (self%least_steps < 1 .or. self%least_steps > most_least_steps) then

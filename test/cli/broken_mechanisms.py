@@ -269,7 +269,7 @@ INPUTS = [
     ("joints of a body meet",
      last_joint("type='rigid', ends='A','P', offset=0.1,0.0", ("position=0.0,-0.35", "position=0.0,0.05"),
                 ("ends='A','P', lengths", "ends='A','O', lengths")), 3,
-     about(90.0, 8, "S", "the two joints of its body coincide")),
+     about(90.0, 8, "S", "the two joints 'ends' of its body coincide")),
     ("joints that carry a guide meet",
      last_joint("type='RPP', ends='O', guide='P','A', slot_angle=60.0", ("position=0.0,-0.35", "position=0.0,0.05"),
                 ("ends='A','P', lengths", "ends='A','O', lengths")), 3,

@@ -170,7 +170,7 @@ def test_refused():
     groups = axis(FIRST, 1, 2, 3, ", columns='f', measures='peak'") + axis(SECOND, 1, 2, 3, ", measures='rms'")
     with Folder(input=SWEEP + groups) as folder:
         Run(folder, "input.nml").refused("two sets of measures", 2, f"input.nml:{LINE + 1}: &sweep 2: measures = 'rms': differs "
-                                         "from 'measures' in &sweep 1; both groups must agree")
+                                         "from 'measures' in &sweep 1; give the same values in both groups")
     with Folder(input=SOUND) as folder:
         for setting, message in (("response.quantities=fz", "unknown quantity 'fz': use xi, "),):
             text = SOUND + "&response quantities='f' /\n"

@@ -225,9 +225,9 @@ REFUSED_SECOND = [
     ("all and one of them", axis(SECOND, 1, 2, 2) + axis("support(2).stiffness(1)", 1, 2, 2),
      "&sweep 2: parameter = 'support(2).stiffness(1)': is already varied in &sweep 1"),
     ("two engines", axis(FIRST, 1, 2, 3, ", engine='auto'") + axis(SECOND, 1, 2, 3, ", engine='direct'"),
-     "&sweep 2: engine = 'direct': differs from 'engine' in &sweep 1; both groups must agree"),
+     "&sweep 2: engine = 'direct': differs from 'engine' in &sweep 1; give the same values in both groups"),
     ("two sets of columns", axis(FIRST, 1, 2, 3, ", columns='rho_max'") + axis(SECOND, 1, 2, 3, ", columns='verdict'"),
-     "&sweep 2: columns = 'verdict': differs from 'columns' in &sweep 1; both groups must agree"),
+     "&sweep 2: columns = 'verdict': differs from 'columns' in &sweep 1; give the same values in both groups"),
 ]
 
 

@@ -134,7 +134,7 @@ contains
     radius = sqrt(frame%inertia) / sqrt(frame%mass)
     if (allocated(frame%space)) radius = sqrt(maxval([(frame%space%inertia(i, i), i = 1, 3)])) / sqrt(frame%mass)
     if (radius >= min_radius * size_of_machine .and. radius <= max_radius * size_of_machine) return
-    line = "the frame's radius of gyration is " // concise(radius, 3) // " m, the machine is " // concise(size_of_machine, 3) &
+    line = "the frame's radius of gyration is " // concise(radius, 3) // " m, but the machine is " // concise(size_of_machine, 3) &
       & // " m wide" // check_masses // newline
   end function frame_warning
 
@@ -191,7 +191,7 @@ contains
       if (.not. (link%mass > 0)) return
       radius = sqrt(link%inertia) / sqrt(link%mass)
       if (radius > max_radius * size_of_machine) then
-        lines = subject // ": its radius of gyration is " // concise(radius, 3) // " m, the machine is " &
+        lines = subject // ": its radius of gyration is " // concise(radius, 3) // " m, but the machine is " &
           & // concise(size_of_machine, 3) // " m wide" // check_masses // newline
       else if (radius > 0 .and. radius < smallest_of_link * extremes%shortest(i)) then
         lines = subject // ": its radius of gyration is " // concise(radius, 3) // " m, its length " &

@@ -85,7 +85,8 @@ contains
     if (.not. allocated(error)) call read(groups(2), sweep_keys, key, second, error)
     if (allocated(error)) return
     if (all([(any(second == first(i)), i = 1, size(first))]) .and. all([(any(first == second(i)), i = 1, size(second))])) return
-    call input_error(groups(2), key, "differs from '" // key // "' in " // label(groups(1)) // "; both groups must agree", error)
+    call input_error(groups(2), key, "differs from '" // key // "' in " // label(groups(1)) // &
+      & "; give the same values in both groups", error)
   end subroutine find_group
 
   !> Checks the names of the columns. Fails if a name is neither a column nor a quantity, or if a quantity occurs twice.

@@ -53,7 +53,7 @@ contains
     end if
     if (requests_any(tasks, all_speeds)) then
       if (context%configuration%plan%grid%axes(1)%from * context%configuration%frame%speed < 0) call result%write_lines(newline &
-        & // "note: the speeds of &sweep and the speed of &drive have opposite directions" // newline)
+        & // "note: the speeds of &sweep and the speed of &drive have opposite signs" // newline)
     end if
     do i = 1, size(tasks)
       associate (task => tasks(i)%task)

@@ -167,7 +167,7 @@ contains
     call check_speed_options(options, error)
     if (allocated(error)) return
     if (parameters < 1) then
-      call fatal_error(error, "a sensitivity analysis needs at least one parameter", invalid_input)
+      call fatal_error(error, "a sensitivity analysis needs one or more parameters", invalid_input)
       return
     end if
     base%options = options

@@ -171,8 +171,9 @@ contains
       & i = 1, n)])
     call table%add("share", plain, "share of the strongest component in the mean square of the mode", [(separations(i)%at%share(), &
       & i = 1, n)])
-    call table%add("excitation", hertz, "frequency of the order at this speed", (separations%excitation))
-    call table%add("distance", percent, "distance of mode and order, relative to the order's frequency", 100 &
+    call table%add("excitation", hertz, "frequency of the order at the speed of this row", (separations%excitation))
+    call table%add("distance", percent, "difference between the frequencies of mode and order, relative to the order's " // &
+      &   "frequency", 100 &
       & * separations%distance, &
       & bounds=100 * separations%error)
     do k = 1, maxval([3, separations%dofs])

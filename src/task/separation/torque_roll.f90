@@ -83,8 +83,8 @@ contains
 
     call find_axis(frame, roll)
     rows = merge(1, 0, roll%known)
-    table = new_table("torque_roll", "Torque-roll axis", "Axis about which the unsupported machine turns under a torque " &
-      & // "about the shaft.", "")
+    table = new_table("torque_roll", "Torque-roll axis", "Axis about which the unsupported machine starts to rotate if a " // &
+      &   "torque acts about the shaft.", "")
     do i = 1, 3
       call table%add("axis_" // names(i), plain, "direction of the axis", spread(roll%axis(i), 1, rows))
     end do

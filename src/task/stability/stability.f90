@@ -55,7 +55,7 @@ contains
         table = new_table("multipliers", "Stability", "Multipliers in the complex plane; disturbances decay if all lie inside " &
           & // "the unit circle.", &
           & m%verdict(), shown=.true.)
-        call table%add("index", "number of the multiplier, largest modulus first", [(i, i = 1, size(m%rho))])
+        call table%add("index", "number of the multiplier; number 1 has the largest modulus", [(i, i = 1, size(m%rho))])
         call table%add("re", plain, "real part of rho", real(m%rho))
         call table%add("im", plain, "imaginary part of rho", aimag(m%rho))
         call table%add("abs", plain, "modulus |rho|", abs(m%rho), error="error")
@@ -63,11 +63,11 @@ contains
         call table%add("arg", radian, "argument of rho in (-pi, pi]", m%arg)
         call table%add("exponent_re", unit_type("per_s", "1/s"), "real part of the characteristic exponent ln(rho) / T", &
           & real(m%exponent))
-        call table%add("exponent_im", unit_type("rad_per_s", "rad/s"), "imaginary part of the exponent, up to multiples of 2 pi " &
-          & // "/ T", &
+        call table%add("exponent_im", unit_type("rad_per_s", "rad/s"), "imaginary part of the exponent, determined only up to " // &
+          &   "multiples of 2 pi / T", &
           & aimag(m%exponent))
         call table%add("error", plain, "bound on the error of rho, relative to |rho|", m%error)
-        call table%add("lost", "1 if the error is 1 or more and no digit of rho is reliable, otherwise 0", m%lost())
+        call table%add("lost", "1 if the error is 1 or more, so that no digit of rho is reliable; otherwise 0", m%lost())
       end associate
       call result%add(table, plot_multipliers(frame, multipliers))
       call result%brief%add("rho_max", plain, "modulus of the largest multiplier", [abs(multipliers%rho(1))])

@@ -131,7 +131,7 @@ contains
       if (allocated(table%columns(k)%words)) meanings(k) = "0 stable, 1 unstable, 2 undecided, 3 impossible, 4 failed, 5 undamped"
     end do
     column_table = new_table("sweep_columns", "Columns of the sweep", "The columns of sweep.npy.", "")
-    call column_table%add("column", "number of the column, from 1", [(k, k = 1, size(table%columns))])
+    call column_table%add("column", "number of the column; the first column has the number 1", [(k, k = 1, size(table%columns))])
     call column_table%add("name", "name, as in sweep.csv", names)
     call column_table%add("unit", "unit of the numbers", units)
     call column_table%add("meaning", "meaning of the numbers", meanings)

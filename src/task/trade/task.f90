@@ -58,10 +58,10 @@ contains
       table = new_table("trade", "Speed against accuracy", "Errors and computing time of each method.", "", shown=.true.)
       table%remarks = "errors of the converged solution: phi " // exact(trade%floor_phi) // " rho " // exact(trade%floor_rho) &
         & // " x0 " // exact(trade%floor_x0) // newline
-      call table%add("method", "as in &accuracy; averaged is the model with averaged coefficients", (rows%method))
+      call table%add("method", "method, as in &accuracy; averaged is the model with averaged coefficients", (rows%method))
       call table%add("order", "order of convergence", (rows%order))
       call table%add("steps", "steps per period", (rows%steps))
-      call table%add("evaluations", "evaluations of the coefficients per period", (rows%evaluations))
+      call table%add("evaluations", "number of evaluations of the coefficients per period", (rows%evaluations))
       call table%add("error_phi", plain, "error of Phi(T) relative to its norm", (rows%error_phi))
       call table%add("error_rho", plain, "largest relative error of a multiplier", (rows%error_rho))
       call table%add("error_x0", plain, "error of the initial state x0 of the vibration relative to its norm", (rows%error_x0))
