@@ -152,7 +152,7 @@ INPUTS = [
     ("typeset quotes about two words", changed("'four-bar'", "\u201cfour-bar linkage\u201d"), 2,
      "input.nml:1: &case: title = \u201cfour-bar, linkage\u201d: takes 1 value, has 2 (must be in straight quotes, ' or \")"),
     ("copy of no mechanism", SOUND + "&repeat of='main', name='two', origin=0.1,0.0 /\n", 2,
-     "input.nml:16: &repeat 'two': of = 'main': the input has no &mechanism: name the mechanism to copy by &mechanism name='main' /"),
+     "input.nml:16: &repeat 'two': of = 'main': the input has no &mechanism: to copy a mechanism, first give it a name: &mechanism name='main' /"),
     ("ratio of a copy", "&mechanism name='main' /\n" + SOUND + "&repeat of='main', name='two', ratio=1480,1450 /\n", 2,
      "input.nml:17: &repeat 'two': ratio = 1480, 1450: the mechanism repeats only after 145 turns of the drive; at most 64 "
      "are allowed"),

@@ -237,7 +237,7 @@ def test_refused():
     """Tasks that need the kinetic energy or periodic masses are refused without."""
     with Folder(input=FUNCTIONS, sound=SOUND) as folder:
         Run(folder, "input.nml").refused(
-            "power without energy", 2, "input.nml:3: &mass_functions: the task 'power' needs the key energy, the harmonics of "
+            "power without energy", 2, "input.nml:3: &mass_functions: the task 'power' needs the key 'energy', the harmonics of "
             "sum [m (x'^2 + y'^2) + J phi'^2]")
         Run(folder, "-q", "-s", "mass_functions.energy=0.01", "input.nml").done("power with energy")
         Run(folder, "-s", TASKS, "-s", "model.coefficients=averaged", "sound.nml").refused(

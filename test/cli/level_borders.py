@@ -168,7 +168,7 @@ def test_as_single_runs():
 REFUSED = [
     ("no quantity of that name", "quantity='fz', level=1", re.compile(r"quantity = 'fz': unknown quantity 'fz': use xi, .*")),
     ("no band", "quantity='fx', measure='band', level=1",
-     re.compile(r"measure = 'band': 'band' is available only for velocities of probes: probe\(NAME\)\.v, \.vx, \.vy")),
+     re.compile(r"measure = 'band': 'band' is available only for velocities of probes: probe\(NAME\)\.v, \.vx, \.vy, in space \.vz")),
     ("no such measure", "quantity='fx', measure='top', level=1",
      re.compile(r"measure = 'top': unknown; choose from 'peak', 'rms', 'band'")),
     ("no level", "quantity='fx'", re.compile(r"level: must be given")),

@@ -103,7 +103,7 @@ def test_named_model():
             equal(f"no remark on accuracy: {what}", "BUT" in other.out, False)
         check("exact, the head", re.search(r"^  model +exact", other.out, re.M), "the model", other.out[:900])
         other = Run(folder, "--verbose", "-s", "model.frame='exact'", "-o", "other", "input.nml")
-        steps = re.search(r"Newton's method, relative steps ((?:\S+, )*\S+)", other.flat)
+        steps = re.search(r"size of its steps relative to the motion: ((?:\S+, )*\S+)", other.flat)
         steps = [float(word) for word in steps[1].split(",")] if steps else []
         # each about the square of the step before, times a factor of about one, down to the tolerance, 1e-9
         check("exact, Newton's steps", len(steps) > 1 and all(b < max(10 * a * a, 1e-9) for a, b in zip(steps, steps[1:])),

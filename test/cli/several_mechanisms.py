@@ -234,7 +234,7 @@ REFUSED = (
     ("which one", "&mechanism name='m' /\n&mechanism name='n' /\n" + CYLINDER, "needs the key 'mechanism'"),
     ("taken", "&mechanism name='m' /\n&mechanism name='m' /\n" + own(CYLINDER, "m"), "is already used"),
     ("taken by a copy", "&mechanism name='m' /\n" + CYLINDER + "&repeat of='m', name='m' /\n", "is already used"),
-    ("copy of nothing", CYLINDER + "&repeat of='m', name='n' /\n", "the input has no &mechanism: name the mechanism to copy by &mechanism name='m' /"),
+    ("copy of nothing", CYLINDER + "&repeat of='m', name='n' /\n", "the input has no &mechanism: to copy a mechanism, first give it a name: &mechanism name='m' /"),
     ("no joints", "&mechanism name='m' /\n&mechanism name='n' /\n" + own(CYLINDER, "m"), "no joint belongs to this mechanism"),
     ("no turning", "&mechanism name='m', ratio=0 /\n" + CYLINDER, "ratio"),
     ("mass functions", "&mechanism name='m' /\n&mass_functions mass=1, inertia=0.1 /\n", "cannot be combined with &joint, &link, &mechanism or &repeat"),

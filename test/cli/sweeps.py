@@ -188,9 +188,9 @@ REFUSED = [
      "parameter = 'link(couplr).mass': unknown link 'couplr'; did you mean 'coupler'?"),
     ("no path", axis("speed", 1, 2, 2),
      "parameter = 'speed': the path must be GROUP.KEY, GROUP(NAME).KEY or GROUP.KEY(INDEX), such as drive.speed_rpm"),
-    ("a text", axis("frame.dof", 1, 2, 2), "parameter = 'frame.dof': is a text; only numbers can be varied"),
+    ("a text", axis("frame.dof", 1, 2, 2), "parameter = 'frame.dof': has a text as its value; only numbers can be varied"),
     ("a whole number", axis("joint(B).branch", -1, 1, 3), "parameter = 'joint(B).branch': has a whole number as its value; only real numbers can be varied"),
-    ("several values", axis("frame.origin", 1, 2, 2), "parameter = 'frame.origin': has 2 values; name one of them, for example frame.origin(1)"),
+    ("several values", axis("frame.origin", 1, 2, 2), "parameter = 'frame.origin': has 2 values; give the path of one of them, for example frame.origin(1)"),
     ("an order", axis("accuracy.tolerance", 1e-9, 1e-3, 2),
      "parameter = 'accuracy.tolerance': &accuracy does not describe the machine; only numbers of the machine can be varied"),
     ("a sweep of a sweep", axis("sweep.from", 1, 2, 2),
@@ -220,7 +220,7 @@ REFUSED = [
 ]
 REFUSED_SECOND = [
     ("too many points", axis(FIRST, 1, 2, 2000000000) + axis(SECOND, 1, 2, 51),
-     "&sweep 2: count = 51: gives 102000000000 points in all; at most 100000000000 can be computed"),
+     "&sweep 2: count = 51: gives 102000000000 points in total; at most 100000000000 can be computed"),
     ("the same path twice", axis(FIRST, 1, 2, 2) * 2, "&sweep 2: parameter = 'drive.speed_rpm': is already varied in &sweep 1"),
     ("all and one of them", axis(SECOND, 1, 2, 2) + axis("support(2).stiffness(1)", 1, 2, 2),
      "&sweep 2: parameter = 'support(2).stiffness(1)': is already varied in &sweep 1"),

@@ -182,9 +182,8 @@ contains
         call input_error(group_of_ratio(doc, joints, i), "ratio", "the mechanism repeats only after " // text(linkage%turns) &
           & // " turns of the drive; at most " // text(max_turns) // " are allowed", error)
       else
-        call input_error(group_of_ratio(doc, joints, i), "ratio", "before the motion of the mechanism repeats, before the " // &
-          &   "motion of the mechanism repeats, the crank turns more than the permitted the permitted " // text(max_crank_turns) &
-          & // " times", error)
+        call input_error(group_of_ratio(doc, joints, i), "ratio", "before the motion of the mechanism repeats, the crank " // &
+          & "turns more than the permitted " // text(max_crank_turns) // " times", error)
       end if
       return
     end if

@@ -32,7 +32,7 @@ module gestell_task_common_keys
     &   default=0.0_dp, range=range_type(0.0_dp, 1048576.0_dp))]
 
   type(key_type), parameter, public :: response_keys(*) = [ &
-    & key_type("response", "points", integer_key, "number of equal number of equal intervals of the time history over one period", &
+    & key_type("response", "points", integer_key, "number of equal intervals of the time history over one period", &
     & default=360.0_dp, &
     &   range=range_type(1.0_dp, 1.0e6_dp)), &
     & key_type("response", "harmonics", integer_key, "highest order of the crank speed in the tables of harmonics", &
