@@ -208,7 +208,7 @@ def test_not_held():
         run = Run(folder, "input.nml", "-s", "model.frame=rest", "-s", "case.tasks=stability")
         check("not held, verdict", f"VERDICT  undecided" in run.out and sentence in run.out.partition("VERDICT")[2], sentence, run.out)
         Run(folder, "-q", "one.nml").refused("one mount in space, first order", 4, "there is no periodic vibration: the frame is not held "
-                                             "in 2 directions: add another &support")
+                                             "in 2 directions: add &support groups that hold it in these directions")
         Run(folder, "-q", "mount.nml").refused("one mount", 4, "there is no periodic vibration: the frame can turn freely about the point "
                                                "(0, -0.35) m from F: add another &support")
         Run(folder, "-q", "along.nml").refused("one direction", 4, "there is no periodic vibration: the frame is not held in xi: "
@@ -230,7 +230,7 @@ def test_typical_mistakes():
                 # 19.35 kg on 784.532 N/m
                 ("N/m for N/mm", "support.stiffness=392.266", ("would sink by 0.242 m even along the stiffest axis of its mounts (1.01 Hz)",)),
                 # 2e5 N s/m compared with 2 sqrt(784532 N/m 19.35 kg)
-                ("N s/m for N s/mm", "support.damping=1e5", ("at least 25.7 times the critical damping",)),
+                ("N s/m for N s/mm", "support.damping=1e5", ("at least 25.7 times its critical damping",)),
                 ("softer along one axis", "support(1).stiffness(1)=0.4", ()),
                 ("inertia", "frame.inertia=0.00078", ("the frame's radius of gyration is 0.00658 m",)),
                 ("inertia of a link", "link(rocker).inertia=6", ("link 'rocker': its radius of gyration is 4.9 m",)),

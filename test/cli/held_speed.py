@@ -109,7 +109,7 @@ def test_refused():
     with Folder(input=functions) as folder:
         run = Run(folder, "-s", "drive.held_by='outside'", "input.nml")
         run.refused("held by, mass functions without energy", 2,
-                    "input.nml:2: &drive: held_by = 'outside' requires the mechanism's energy: add the key energy to &mass_functions")
+                    "input.nml:2: &drive: held_by = 'outside' requires the kinetic energy of the mechanism: add the key energy to &mass_functions")
 
 
 HELD_SPEED_TESTS = [test_holders, test_default, test_fluctuation, test_check, test_refused]

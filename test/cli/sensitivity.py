@@ -84,7 +84,7 @@ def test_refused():
         ("no such path", "parameters='frame.weight'", "&sensitivity: parameters = 'frame.weight': "),
         ("no number", "parameters='joint(A).pivot'", "'joint(A).pivot' is not a numerical key of the machine"),
         ("an order", "parameters='accuracy.tolerance'", "'accuracy.tolerance' is not a numerical key of the machine"),
-        ("zero", "parameters='support.damping'", "'support.damping' is zero or missing, so it cannot change by a percentage"),
+        ("zero", "parameters='support.damping'", "'support.damping' is zero or not given, so it cannot be changed by a percentage"),
         ("twice", "parameters='frame.mass','frame.mass'", "names 'frame.mass' twice"),
         ("no such quantity", "quantities='g'", "unknown quantity 'g'"),
     ):
