@@ -261,7 +261,7 @@ def test_limits():
         for name in ("input.nml", "sweep.nml"):
             Run(folder, "-q", name, "-o", "o", environment={"OMP_NUM_THREADS": "2", "OMP_STACKSIZE": "256k"}).done("small stacks")
         run = Run(folder, "-q", "input.nml", preexec_fn=limited(resource.RLIMIT_STACK, 100 * 1024))
-        run.refused("too small a stack", 1, "the stack is limited to 100 kB, but 256 kB are needed; set it by ulimit -s 8192")
+        run.refused("too small a stack", 1, "the stack is limited to 100 kB, but 256 kB are needed; set a larger limit with ulimit -s 8192")
         for size, kilobytes in (("40K", 40), ("50", 50), (" 32768 b", 32)):
             run = Run(folder, "-q", "input.nml", environment={"OMP_STACKSIZE": size})
             run.refused(f"too small stacks, {size}", 1, f"OMP_STACKSIZE is {kilobytes} kB, but every thread needs 256 kB")
