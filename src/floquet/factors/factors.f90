@@ -67,7 +67,7 @@ contains
   subroutine solve_factors(system, accuracy, forced, factors, error, surveyed)
     class(periodic_system), intent(in) :: system
     type(accuracy_type), intent(in) :: accuracy
-    !> True: compute b too
+    !> If true, compute b too
     logical, intent(in) :: forced
     type(factors_type), intent(out) :: factors
     type(error_type), allocatable, intent(out) :: error

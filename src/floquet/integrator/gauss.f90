@@ -24,7 +24,7 @@ module gestell_floquet_integrator_gauss
 
   type, extends(method_type), public :: gauss_method
     private
-    !> True: fit the method to the fastest motion, provided that it has six stages or more
+    !> If true, fit the method to the fastest motion, provided that it has six stages or more
     logical, public :: fitted = .true.
     !> Coefficients of the method without embedded methods; allocated by `prepare`
     type(tableau_type), allocatable :: tableau

@@ -67,7 +67,7 @@ contains
   subroutine gauss_steps(tableau, fitted, system, phases, lengths, map, error, lower, unresolved)
     !> Coefficients of the method. If `fitted`, this procedure fits them to the fastest motion
     class(tableau_type), intent(inout) :: tableau
-    !> True: fit the tableau to the fastest motion of the steps in this call
+    !> If true, fit the tableau to the fastest motion of the steps in this call
     logical, intent(in) :: fitted
     class(periodic_system), intent(in) :: system
     !> `phases`: nodes of all steps as phases, sorted by stage: first node 1 of every step. `lengths`: lengths of the steps, in the

@@ -53,7 +53,7 @@ contains
     class(periodic_system), intent(in) :: system
     !> Nodes of all steps, as phases
     real(dp), contiguous, intent(in) :: phases(:)
-    !> True: sample the loads in addition to M, B and C
+    !> If true, sample the loads in addition to M, B and C
     logical, intent(in) :: forced
     type(coefficients_type), intent(out) :: at
     !> Units of the states in which `at` holds the coefficients, shape (states)

@@ -32,7 +32,7 @@ contains
     integer, intent(in) :: n
     !> Bound on the norm of the error of each matrix
     real(dp), intent(in) :: perturbation
-    !> True: also compute error bounds, which include `perturbation`
+    !> If true, also compute error bounds, which include `perturbation`
     logical, intent(in) :: bounds
     type(lane_spectra_type), intent(out) :: results
     type(hessenberg_type) :: h

@@ -54,7 +54,7 @@ contains
   !> LAPACK finds no eigenvalues.
   subroutine solve_multipliers(monodromy, vectors, multipliers, error)
     type(monodromy_type), intent(in) :: monodromy
-    !> True: also compute the eigenvectors
+    !> If true, also compute the eigenvectors
     logical, intent(in) :: vectors
     type(multipliers_type), intent(out) :: multipliers
     type(error_type), allocatable, intent(out) :: error

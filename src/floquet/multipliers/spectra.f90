@@ -30,7 +30,7 @@ contains
     !> `phi`: the matrices, in units in which norms are meaningful. `perturbation`: bound on the norms of their errors, without the
     !> roundoff in the eigenvalues.
     real(dp), intent(in) :: phi(lanes, n, n), perturbation
-    !> True: compute error bounds and verdicts
+    !> If true, compute error bounds and verdicts
     logical, intent(in) :: bounds
     type(lane_spectra_type), intent(out) :: results
     !> Number of matrices that LAPACK solved one by one

@@ -97,7 +97,7 @@ contains
   subroutine solve_monodromy(system, accuracy, forced, monodromy, error, surveyed)
     class(periodic_system), intent(in) :: system
     type(accuracy_type), intent(in) :: accuracy
-    !> True: compute x_p(T) too
+    !> If true, compute x_p(T) too
     logical, intent(in) :: forced
     !> Phi(T) and x_p(T) with bounds on their errors
     type(monodromy_type), intent(out) :: monodromy

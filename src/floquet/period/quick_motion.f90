@@ -37,8 +37,8 @@ module gestell_floquet_period_quick_motion
     real(dp) :: phase_advance = 0, amplification = usual_amplification
     !> Norm of each harmonic (order 0, 1, ...) relative to the norm of the whole motion, in units of `scale`
     real(dp), allocatable :: spectrum(:)
-    !> True: also store the maps [Phi(t) x_p(t)] at the phases k/phases, k = 1 ... phases, in `maps`, shape (n, n + 1, phases). Set
-    !> by the caller
+    !> If true, also store the maps [Phi(t) x_p(t)] at the phases k/phases, k = 1 ... phases, in `maps`, shape (n, n + 1, phases).
+    !> The caller sets this.
     logical :: keeps = .false.
     real(dp), allocatable :: maps(:, :, :)
   end type quick_motion_type

@@ -35,7 +35,7 @@ contains
     real(dp), contiguous, intent(in) :: scale(:)
     !> Number of steps
     integer, intent(in) :: steps
-    !> True: compute x_p(T) too
+    !> If true, compute x_p(T) too
     logical, intent(in) :: forced
     type(level_type), intent(out) :: level
     type(error_type), allocatable, intent(out) :: error

@@ -22,7 +22,7 @@ contains
     class(periodic_system), intent(in) :: system
     !> `scale`: units that balance the states, shape (n). `phases`: phases t / T.
     real(dp), intent(in) :: scale(:), phases(:)
-    !> True: sample f in addition to A. False: set f to zero
+    !> If true, sample f in addition to A. False: set f to zero
     logical, intent(in) :: forced
     type(coefficients_type), intent(out) :: coefficients
     type(error_type), allocatable, intent(out) :: error

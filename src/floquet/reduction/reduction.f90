@@ -89,7 +89,7 @@ contains
     class(periodic_system), intent(in) :: system
     !> `scale`: units that balance the states, shape (n). `tolerance`: allowed residual.
     real(dp), intent(in) :: scale(:), tolerance
-    !> True: also compute the response p and the remainder g
+    !> If true, also compute the response p and the remainder g
     logical, intent(in) :: forced
     type(reduction_type), intent(out) :: reduction
     type(error_type), allocatable, intent(out) :: error

@@ -48,7 +48,7 @@ contains
   !> the periodic motion: it is stored in `constant%resonance`. Fails if M is singular or LAPACK finds no eigenvalues.
   subroutine solve_constant(system, forced, constant, error)
     type(averaged_system), intent(in) :: system
-    !> True: also compute the periodic motion
+    !> If true, also compute the periodic motion
     logical, intent(in) :: forced
     type(constant_type), intent(out) :: constant
     type(error_type), allocatable, intent(out) :: error

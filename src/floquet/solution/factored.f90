@@ -45,7 +45,7 @@ contains
   subroutine solve_factored(system, accuracy, forced, factored, error, surveyed)
     class(periodic_system), intent(in) :: system
     type(accuracy_type), intent(in) :: accuracy
-    !> True: also compute the data for the periodic motion
+    !> If true, also compute the data for the periodic motion
     logical, intent(in) :: forced
     type(factored_type), intent(out) :: factored
     type(error_type), allocatable, intent(out) :: error

@@ -34,7 +34,7 @@ contains
   subroutine integrate(system, accuracy, forced, integrated, error, surveyed)
     class(periodic_system), intent(in) :: system
     type(accuracy_type), intent(in) :: accuracy
-    !> True: compute x_p(T) too
+    !> If true, compute x_p(T) too
     logical, intent(in) :: forced
     type(integrated_type), intent(out) :: integrated
     type(error_type), allocatable, intent(out) :: error

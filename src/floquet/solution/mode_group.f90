@@ -40,7 +40,7 @@ contains
   !> differ too much in modulus.
   subroutine solve_group(reduction, forced, accuracy, group, error)
     type(reduction_type), intent(in) :: reduction
-    !> True: also compute the forced motion that starts from zero
+    !> If true, also compute the forced motion that starts from zero
     logical, intent(in) :: forced
     type(accuracy_type), intent(in) :: accuracy
     !> The group. On entry it contains its columns and the columns of its conjugate; the procedure computes the other components.
@@ -124,7 +124,7 @@ contains
   !> the columns of the group.
   subroutine group_multipliers(group, vectors, multipliers, error)
     type(group_type), intent(in) :: group
-    !> True: also compute the eigenvectors
+    !> If true, also compute the eigenvectors
     logical, intent(in) :: vectors
     type(multipliers_type), intent(out) :: multipliers
     type(error_type), allocatable, intent(out) :: error

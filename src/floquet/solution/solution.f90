@@ -71,7 +71,7 @@ contains
   subroutine solve_floquet(system, accuracy, forced, floquet, error)
     class(periodic_system), intent(in) :: system
     type(accuracy_type), intent(in) :: accuracy
-    !> True: also compute the data for the periodic motion
+    !> If true, also compute the data for the periodic motion
     logical, intent(in) :: forced
     type(floquet_type), intent(out) :: floquet
     type(error_type), allocatable, intent(out) :: error

@@ -132,7 +132,7 @@ contains
     class(minimax_problem), intent(inout) :: problem
     !> Point in scaled units. Components outside [0, 1] are replaced by the nearest bound
     real(dp), intent(in) :: s(:)
-    !> True: also compute gradients
+    !> If true, also compute gradients
     logical, intent(in) :: gradients
     !> The evaluated point; `known` is false if a value is not finite or a group has no branch
     type(point_type), intent(out) :: there

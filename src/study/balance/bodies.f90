@@ -77,7 +77,7 @@ contains
     class(linkage_type), intent(in) :: linkage
     !> Positions of the joints, shape (joints, angles)
     type(point_type), intent(in) :: at(:, :)
-    !> True: links form one body only if they also have the same z and the same plane
+    !> If true, links form one body only if they also have the same z and the same plane
     logical, intent(in) :: by_place
     type(turning_body_type), allocatable, intent(out) :: bodies(:)
     !> If present, only bodies that contain one of these links are listed

@@ -23,7 +23,7 @@ module gestell_study_design_motion
   implicit none (type, external)
   private
 
-  public :: derivative_tolerance, default_phase_count, get_neighbour, solve_motion, solve_slopes
+  public :: derivative_tolerance, default_phases, get_neighbour, solve_motion, solve_slopes
 
   !> A machine under one condition, with a model of the frame applied, and its motion.
   type, public :: motion_type
@@ -62,13 +62,13 @@ module gestell_study_design_motion
 
 contains
 
-  !> Number of phases at which most motions are sampled.
-  pure function default_phase_count() result(phases)
+  !> Phases at which a motion is sampled, in parts of the period, unless it requires more: k / `fewest` for k = 0 ... `fewest` - 1.
+  pure function default_phases() result(phases)
     real(dp) :: phases(fewest)
     integer :: k
 
     phases = [(real(k, dp) / fewest, k = 0, fewest - 1)]
-  end function default_phase_count
+  end function default_phases
 
   !> Number of parameters with respect to which the motion is differentiated.
   pure integer function parameters(self)

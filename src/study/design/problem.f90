@@ -7,7 +7,7 @@ module gestell_study_design_problem
     & range_type, top_type
   use gestell_study_design_goal, only: goal_type, torque_goal
   use gestell_study_design_moments, only: moments_type
-  use gestell_study_design_motion, only: motion_type, solve_motion, solve_slopes, default_phase_count
+  use gestell_study_design_motion, only: motion_type, solve_motion, solve_slopes, default_phases
   use gestell_study_design_perturbed_members, only: condition_type, find_members, members_type, remember, step_type
   use gestell_system_family, only: family_type
   use gestell_study_measure, only: rms_measure
@@ -180,7 +180,7 @@ contains
     call find_members(family, x, members, at%known, error, steps)
     if (allocated(error) .or. .not. at%known) return
     members%setting = options%setting_type
-    call remember(members, default_phase_count(), any(goals%about == torque_goal))
+    call remember(members, default_phases(), any(goals%about == torque_goal))
     if (allocated(options%range)) then
       call evaluate_range(members, options%range, goals, gradients, at, error)
     else

@@ -79,7 +79,7 @@ contains
     !> The frame linearised about rest
     class(frame_type), intent(in), target :: frame
     type(accuracy_type), intent(in) :: accuracy
-    !> True: solve the equations linearised about rest instead of the exact equations
+    !> If true, solve the equations linearised about rest instead of the exact equations
     logical, intent(in) :: linear
     !> On entry the frame linearised about the start of the iteration, or about rest. On return the frame linearised about the
     !> vibration

@@ -42,7 +42,7 @@ contains
     if (allocated(error)) return
     f = system%states / 2
     if (f > max_dofs) then
-      call fatal_error(error, "modes are computed for at most three degrees of freedom", failed_computation)
+      call fatal_error(error, "modes are computed for at most six degrees of freedom", failed_computation)
       return
     end if
     allocate(modes(f), mass(f, f))

@@ -15,7 +15,7 @@ module gestell_task_design_range
   use gestell_model_frame, only: frame_type
   use gestell_study_design_evaluation, only: design_options, range_type, top_type
   use gestell_study_design_goal, only: goal_type, multiplier_goal, torque_goal
-  use gestell_study_design_motion, only: default_phase_count
+  use gestell_study_design_motion, only: default_phases
   use gestell_study_design_perturbed_members, only: condition_type, find_members, joined, members_type, remember
   use gestell_study_design_range_climb, only: climb_type
   use gestell_study_design_range_top, only: climb_from, evaluate_condition, search_near_end
@@ -149,7 +149,7 @@ contains
     allocate(survey%line(size(goals)), source=1)
     members%frame = machine
     members%setting = options%setting_type
-    call remember(members, default_phase_count(), any(goals%about == torque_goal))
+    call remember(members, default_phases(), any(goals%about == torque_goal))
     do l = 1, size(curves)
       call sample_line(members, goals, lines(l), curves(l), error)
       if (allocated(error)) return
