@@ -66,7 +66,7 @@ contains
   end subroutine round_to_places
 
   !> Drops the last `dropped` digits (0 to 17) of `whole` and rounds. `decided` is false if these digits are exactly half a unit of
-  !> the last remaining digit. `whole` was rounded before, so that the correct direction of rounding is then unknown.
+  !> the last remaining digit. In such a tie the correct direction is unknown, because `whole` is itself a rounded number.
   pure subroutine round_off(dropped, whole, decided)
     integer, intent(in) :: dropped
     integer(int64), intent(inout) :: whole

@@ -114,9 +114,9 @@ contains
     t = s(3, 0) * matmul(c, c) - s(2, 0) * c
   end function turning_less_one
 
-  !> Coefficients s_1, s_2, s_3 and their first and second derivatives with respect to x = a^2, shape (3, 0:2), computed by their
-  !> series. The number of terms is sufficient for rotations of a few radians, beyond which no frame turns; within one radian ten
-  !> terms are sufficient.
+  !> Coefficients s_1, s_2, s_3 and their first and second derivatives with respect to x = a^2, where a is the angle of rotation;
+  !> shape (3, 0:2). They are computed by their series, which has enough terms for a few radians, more than any frame rotates. Up
+  !> to one radian ten terms are sufficient.
   pure function coefficients(x) result(s)
     real(dp), intent(in) :: x
     real(dp) :: s(3, 0:2)

@@ -89,17 +89,18 @@ contains
     call arrange(multipliers)
   end subroutine solve_multipliers
 
-  !> Computes multipliers for the period 1 and their error bounds from the eigenvalues and eigenvectors of a matrix Phi with an
-  !> error E. E is one of the matrices `changes` plus a matrix whose norm is at most `perturbation`.
+  !> Computes multipliers, with the period as the unit of time, and their error bounds from the eigenvalues and eigenvectors of a
+  !> matrix Phi. The error E of Phi is the sum of one of the matrices `changes` and of a matrix whose norm is at most
+  !> `perturbation`.
   !>
   !> Let x_j and y_k be right and left unit eigenvectors. By Gershgorin's theorem for X^-1 (Phi + E) X the eigenvalues of Phi + E
   !> lie in the union of the discs
   !>
   !>     |mu - rho_k| <= sum over j of f_kj,   f_kj = |y_k* E x_j| / |y_k* x_k|.
   !>
-  !> The part of E of which only the norm is known contributes at most |E| / |y_k* x_k| to each f_kj. If discs touch, the
-  !> eigenvalues may lie in any of them, so the bound extends over all connected discs; this includes close and defective
-  !> eigenvalues. An isolated disc is made smaller by `separated_radius`.
+  !> The part of E of which only the norm is known contributes at most its norm / |y_k* x_k| to each f_kj. If discs touch, the
+  !> eigenvalues may lie in any of them, so the bound extends over all connected discs. It therefore also holds for close and for
+  !> defective eigenvalues. An isolated disc is made smaller by `separated_radius`.
   pure subroutine set_multipliers(rho, right, left, perturbation, multipliers, changes)
     !> `rho`: eigenvalues of the matrix Phi, shape (n). `right`, `left`: right and left eigenvectors of Phi as unit columns, shape
     !> (n, n).

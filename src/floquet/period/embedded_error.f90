@@ -5,12 +5,13 @@
 !>     e_s = c_s z^(2 s + 1),   c_s = (s!)^2 / ((2 s)! (2 s + 1)!),   c_s / c_(s-1) = 1 / (4 (4 s^2 - 1)),
 !>
 !> unless it is fitted to this oscillation (gestell_floquet_integrator_tableau). The embedded methods of orders 2 s - 2 and 2 s - 4
-!> (gestell_floquet_integrator_nested) are not fitted. Their errors are e_(s-1) and e_(s-2), because the Galerkin residual of x' = P
-!> x lies along a single Legendre polynomial, like the residual of collocation at the Gauss nodes.
+!> (gestell_floquet_integrator_nested) are not fitted. Their phase errors are e_(s-1) and e_(s-2), because the Galerkin residual of
+!> x' = P x is a multiple of a single Legendre polynomial, like the residual of collocation at the Gauss nodes.
 !>
-!> For systems with positions, which are integrated twice, the Galerkin residual lies along P_s-1 and P_s. The residual of
-!> collocation also has an equally large part along P_s-2; the embedded methods therefore have half the error. So in leading order,
-!> wherever this oscillation causes the error, the three maps Phi, Phi_1, Phi_2 satisfy
+!> For systems with positions, which are integrated twice, the Galerkin residual is a combination of the Legendre polynomials P_s-1
+!> and P_s. The residual of collocation also contains P_s-2 with an equally large coefficient. The embedded methods therefore have
+!> half the error of collocation with as many stages. Let Phi, Phi_1 and Phi_2 be the maps of the method and of the embedded
+!> methods of orders 2 s - 2 and 2 s - 4. Wherever this oscillation causes the error, they satisfy in leading order
 !>
 !>     Phi - Phi_1 = D_1,   Phi_1 - Phi_2 = D_2,   D_1 = q D_2,   q = z^2 / (4 (4 (s - 1)^2 - 1)).                    (a)
 !>
@@ -18,9 +19,9 @@
 !>
 !>     the error is (z^2 - v^2) / (4 (4 s^2 - 1)) D_1, with positions twice this value.                               (b)
 !>
-!> The measured q gives z. The difference D_1 - q D_2 shows how accurately (a) and (b) hold. Steps that are computed together have
-!> one v. If the steps are not fitted to the motion, for instance because the fastest motion dies out, errors of both signs need not
-!> cancel even if the mean of v^2 equals z^2. Therefore the rms of z^2 - v^2 is used.
+!> The measured q yields z. The norm of D_1 - q D_2 shows how accurately (a) and (b) hold. Steps that are computed together are
+!> fitted to the same v. If the steps are not fitted to the motion, for instance because the fastest motion dies out, errors of
+!> both signs need not cancel even if the mean of v^2 equals z^2. Therefore the rms of z^2 - v^2 is used.
 module gestell_floquet_period_embedded_error
   use gestell_base_kinds, only: dp
   use gestell_floquet_choice_methods, only: pair_begun

@@ -81,16 +81,15 @@ contains
 
   !> Computes Phi(T) of `system`, and x_p(T) if `forced`, to the requested accuracy, with bounds on their errors.
   !>
-  !> The error is estimated from solutions of the system itself. With a method without embedded methods, solutions with three
-  !> numbers of steps N1 < N2 < N3 are compared:
+  !> The error is estimated from solutions of the system itself. If the method has embedded methods, its result is compared with
+  !> theirs (gestell_floquet_period_embedded_error). Otherwise solutions with three numbers of steps N1 < N2 < N3 are compared:
   !>
   !>     d12 = |Phi_1 - Phi_2|,   d23 = |Phi_2 - Phi_3|,
   !>     (N1^-p - N2^-p) / (N2^-p - N3^-p) = d12 / d23,   p <= order,
   !>     error of Phi_3 = u max(d23 c / (1 - c), d12 (N1 / N3)^order),   c = (N2 / N3)^p.
   !>
-  !> p is the observed order, and u the margin for uneven convergence of methods of high order. A method that has embedded methods
-  !> is compared with them instead (gestell_floquet_period_embedded_error). If the user gives `steps`, the result is compared with
-  !> solutions with `steps` / 2 and 2 `steps` steps; see `monodromy%known`.
+  !> p is the observed order, and u the margin for uneven convergence of methods of high order. If the user gives `steps`, the
+  !> result is compared with solutions with `steps` / 2 and 2 `steps` steps; see `monodromy%known`.
   !>
   !> Fails if the system (`check`) or the accuracy is invalid, the method is unknown, the equations are singular, a number
   !> overflows, or the tolerance cannot be reached.

@@ -175,9 +175,9 @@ contains
   !> Number of phases that resolves the response p. Returns the present number of phases if the distance between groups is too small
   !> for more phases.
   !>
-  !> The distance must be twice the distance required in `phases_for`: the error bound of p becomes large when half the number of
-  !> phases comes close to the order of the slowest vibration in the fast groups. p itself is resolved to more digits than
-  !> requested, because velocities may be small in balanced units.
+  !> Twice the distance of `phases_for` between the groups of eigenvalues is required. The reason: the error bound of p becomes
+  !> large when half the number of phases approaches the order (cycles per period) of the slowest vibration of the fast groups. p
+  !> itself is resolved to more digits than requested, because velocities may be small numbers in balanced units.
   pure integer function phases_for_response(decoupled, allowed) result(phases)
     type(decoupled_type), intent(in) :: decoupled
     real(dp), intent(in) :: allowed

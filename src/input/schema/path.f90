@@ -49,8 +49,8 @@ contains
     call set_path_text(doc, schema, path, exact(value), error)
   end subroutine set_path_real
 
-  !> Sets the value at `path` to the text `value`, written as after the = of --set PATH=VALUE. Fails under the same conditions as
-  !> `set_value`.
+  !> Sets the value at `path` to the text `value`, in the form that `--set PATH=VALUE` accepts after the equals sign. Fails under
+  !> the same conditions as `set_value`.
   pure subroutine set_path_text(doc, schema, path, value, error)
     type(document_type), intent(inout) :: doc
     type(schema_type), intent(in) :: schema

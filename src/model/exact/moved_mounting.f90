@@ -222,8 +222,8 @@ contains
     end do
   end function mounting_energy
 
-  !> Computes displacement d and velocity d' of the upper end of a support along the fixed axes xi and eta. If the support's axes
-  !> turn with the frame, computes e and e' along the frame's axes instead.
+  !> Computes displacement `d` and velocity `d_dot` of the upper end of a support along the fixed axes xi and eta. If the support's
+  !> axes turn with the frame, both are computed along the frame's axes instead.
   pure subroutine elongate(support, q, v, d, d_dot)
     type(support_type), intent(in) :: support
     real(dp), intent(in) :: q(:, :), v(:, :)

@@ -372,7 +372,8 @@ contains
     call sum_masses(self%links, at, a)
   end subroutine mass_functions
 
-  !> Tabulates the sums (4) to (7) at crank angles (rad), shape (angles, table_columns), batch by batch.
+  !> Tabulates the sums (4) to (7) of doc/theory.md at the given crank angles (rad), batch by batch. `table` has shape (angles,
+  !> table_columns).
   subroutine tabulate(self, angles, table)
     class(linkage_type), intent(in) :: self
     real(dp), contiguous, intent(in) :: angles(:)

@@ -128,8 +128,8 @@ contains
     offset = -1
   end function default_link_offset
 
-  !> Numbers of the harmonics of the period that the shafts excite. The frequencies of these harmonics are multiples of the drive
-  !> speed or of a crank's speed, and at most `highest` times the drive speed.
+  !> Orders k of the harmonics (k cycles per period) that the shafts excite. Their frequencies are multiples of the drive speed or
+  !> of a crank's speed, and at most `highest` times the drive speed.
   pure function harmonics(self, highest)
     class(mechanism_type), intent(in) :: self
     integer, intent(in) :: highest

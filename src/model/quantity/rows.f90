@@ -1,8 +1,9 @@
-!> The motion of a frame as rows of numbers. Quantities are weighted sums of these rows.
+!> The motion of a frame as a table of numbers: each row is one quantity, each column one phase. Other quantities are weighted sums
+!> of these rows.
 !>
-!> At one phase the motion is a column of numbers. First come q, q', q'' of the n degrees of freedom, then the n forces that the
-!> guides of the locked degrees of freedom exert on the ground. For the exact frame further rows contain the nonlinear parts of some
-!> functions of q. Such a part is called the excess here: the function minus its linearisation about rest.
+!> The first rows contain q, q', q'' of the n degrees of freedom. The next n rows contain the forces that the guides, which lock
+!> degrees of freedom, exert on the ground. For the exact frame further rows contain the nonlinear parts of some functions of q.
+!> Such a part is called the excess here: the function minus its linearisation about rest.
 !>
 !> - The excess of the rotation and its first and second derivatives. In the plane it is s = sin psi - psi and c = cos psi - 1; in
 !>   space it is the nine elements of R - 1 - [theta], column by column. With these rows the motion of all points is linear: in the

@@ -173,9 +173,9 @@ contains
     end associate
   end subroutine find_torque
 
-  !> Adds the effect of a drive that turns uniformly relative to the ground: its angle lags by chi, and its torque exerts no moment
-  !> on the frame. The effect is added to the left sides r, shape (6), and to their derivatives, shape (6, 6): m with respect to
-  !> du'', dalpha''; b with respect to du', dalpha'; c with respect to du, dalpha. Moments are along the frame's axes.
+  !> Adds the effect of a drive that turns uniformly relative to the ground. Relative to the frame its angle lags by chi, and its
+  !> torque exerts no moment on the frame. The effect is added to the left sides r, shape (6), and to their derivatives, shape (6,
+  !> 6): m = dr/d(du'', dalpha''), b = dr/d(du', dalpha') and c = dr/d(du, dalpha). Moments are along the frame's axes.
   pure subroutine add_drive(turn, moving, moved, r, m, b, c)
     type(turn_type), intent(in) :: turn
     type(moving_type), intent(in) :: moving

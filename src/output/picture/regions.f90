@@ -37,9 +37,9 @@ contains
     end do
   end function left_side
 
-  !> Intervals of the coordinate `along`, shape (2, intervals), in which the line `across` = `at` lies inside the area. Where
-  !> `across` increases along a curve that crosses this line, the inside has smaller values of `along` if `inside_before`, otherwise
-  !> larger ones.
+  !> Intervals of the coordinate `along`, shape (2, intervals), in which the line `across` = `at` lies inside the area.
+  !> `inside_before`: true if the area lies on the side of smaller `along` at crossings where `across` increases along the curve,
+  !> and on the side of larger `along` at crossings where it decreases. If `inside_before` is false, the sides are exchanged.
   pure subroutine intervals(across, along, curve, at, inside_before, spans)
     real(dp), intent(in) :: across(:), along(:), at
     integer, intent(in) :: curve(:)

@@ -144,7 +144,8 @@ contains
       end do
     end function shaking_with
 
-    !> True if the counterweight changes at least one row by more than the row's rounding error.
+    !> True if the counterweight changes at least one row of `effect` (a component of force or moment) by more than that row's
+    !> rounding error.
     pure logical function is_significant(effect, unbalance)
       real(dp), intent(in) :: effect(:, :), unbalance
       integer :: j

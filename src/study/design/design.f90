@@ -38,8 +38,8 @@ module gestell_study_design
 
 contains
 
-  !> Searches for a local optimum. If `is_squared`, `optimum%slope` and `optimum%slack` refer to the square of the objective. Fails
-  !> if no machine exists at the start, or if `minimise` fails.
+  !> Searches for a local optimum. If `is_squared(options)` is true, `optimum%slope` and `optimum%slack` refer to the square of the
+  !> objective. Fails if the family has no machine with the parameters `start`, or if `minimise` fails.
   subroutine search_from(family, options, start, optimum, error, tolerance)
     !> The family of machines in which the best one is sought
     class(family_type), intent(in), target :: family

@@ -273,7 +273,8 @@ contains
     if (self%along == along_stiffness) number = self%stiffness_factor
   end function number
 
-  !> The same condition at another position on its line. `value`: the quantity that varies along the line.
+  !> The condition moved along the line on which it lies. `value`: new value of the quantity that varies along this line (speed or
+  !> stiffness factor).
   elemental function moved_to(self, value) result(there)
     class(condition_type), intent(in) :: self
     real(dp), intent(in) :: value
@@ -298,8 +299,8 @@ contains
     drive_rpm = self%speed * self%speed_factor * turns * 30 / pi
   end function drive_rpm
 
-  !> Returns the machine under a condition: a copy at this speed, with stiffness and damping of the mounting multiplied by their
-  !> factors.
+  !> Returns a copy of `frame` under `condition`: at the condition's speed, with stiffness and damping of the mounting multiplied
+  !> by the condition's factors.
   subroutine at_condition(frame, condition, run)
     type(frame_type), intent(in) :: frame
     type(condition_type), intent(in) :: condition

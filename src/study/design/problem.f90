@@ -252,8 +252,8 @@ contains
     end do
   end subroutine evaluate_range
 
-  !> True for the conditions under which a goal is close to its worst value. Under the other conditions a goal cannot become worst
-  !> within a step for which the model of the problem is valid. If it does, the step is shortened.
+  !> True for the conditions under which a goal is close to its worst value. Other conditions are not expected to become the worst
+  !> within a step for which the model of the problem is valid. If one of them becomes the worst, the step is shortened.
   pure function near_worst(goals, values, conditions) result(counts)
     type(goal_type), intent(in) :: goals(:)
     type(goal_branches_type), intent(in) :: values

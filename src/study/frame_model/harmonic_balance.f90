@@ -45,8 +45,8 @@ module gestell_study_frame_model_harmonic_balance
 
   !> Maximum number of GMRES iterations.
   integer, parameter :: max_iterations = 16
-  !> Safety factor on the residual. It allows for the ratio of peak to rms error, and for parts of the error that the iterations
-  !> have not reached.
+  !> Safety factor on the residual. It allows for the ratio of peak to rms error, and for the part of the error that the iterations
+  !> have not yet removed.
   real(dp), parameter :: reserve = 10
   !> Minimum number of phases, divided by the system's minimum number of integration steps `least_steps`.
   integer, parameter :: phases_in_step = 4
@@ -176,7 +176,7 @@ contains
     x = means%weighted(means%waves%harmonics(load))
   end function applied
 
-  !> Values at the phases of functions that are given by their harmonics. Arguments and result have shape (phases, functions).
+  !> Evaluates functions, given by their harmonics, at all phases. Arguments and result have shape (phases, functions).
   pure function at_phases(self, harmonics) result(values)
     class(balance_type), intent(in) :: self
     real(dp), contiguous, intent(in) :: harmonics(:, :)

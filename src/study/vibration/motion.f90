@@ -277,9 +277,9 @@ contains
     if (size(errors) > rows_of(n, guide_forces)) call add_moment_errors(frame, maxval(abs(motion(:4 * n, :)), dim=2), errors)
   end subroutine motion_errors
 
-  !> Adds the errors of the guides' moments that are caused by `move_moments`. `large`: maxima of the rows, shape (rows). With the
-  !> displacement u of F and the force r of the guides, u x r has the error du x r + u x dr. T^-1 rho differs from the moment rho by
-  !> about theta x rho/2.
+  !> Adds the errors that `move_moments` causes in the guides' moments. `large`: maxima of the rows, shape (rows). With the
+  !> displacement u of F and the force r of the guides, the moment u x r has the error du x r + u x dr. In space T^-1 rho (T: see
+  !> gestell_math_rotation; theta: rotation) also differs from the moment rho by about theta x rho/2.
   pure subroutine add_moment_errors(frame, large, errors)
     class(frame_type), intent(in) :: frame
     real(dp), intent(in) :: large(:)

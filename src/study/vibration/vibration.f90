@@ -270,9 +270,9 @@ contains
     end do
   end subroutine compute_series
 
-  !> True if the samples resolve those rows of the motion that follow the states: accelerations and forces of guides. Harmonics
-  !> below the rounding error of a row's terms count as resolved. Harmonics that exceed it count as resolved if they are smaller
-  !> than two values: the error of the row, and the difference between its values at the end and at the start of the period.
+  !> True if the samples resolve the accelerations and the forces of guides: the rows of the motion that come after the rows of the
+  !> states. Harmonics below the rounding error of a row's terms count as resolved. A larger harmonic counts as resolved if it is
+  !> smaller than both the row's error and the difference between the row's values at the two ends of the period.
   logical function rows_resolved(frame, system, phases, x, vibration)
     class(frame_type), intent(in) :: frame
     class(periodic_system), intent(in) :: system

@@ -36,9 +36,9 @@ module gestell_task_critical
   integer, parameter, public :: peak = 1, no_peak = 2, unbounded = 3, self_excited = 4
   character(len=9), parameter, public :: outcomes(4) = [character(len=9) :: "peak", "no_peak", "unbounded", "unstable"]
 
-  !> Quantities whose peaks are sought. `force`: maximum of the total force on the ground (N). `amplitude`: amplitude (m) of that
-  !> harmonic which belongs to the crossing's order, in all coordinates together. It is the norm weighted by the mean mass matrix,
-  !> divided by the square root of the mass.
+  !> Quantities whose peaks are sought. `force`: maximum of the total force on the ground (N). `amplitude`: size (m) of the
+  !> harmonic of the crossing's order, over all coordinates: its norm weighted with the mean mass matrix, divided by the square
+  !> root of the mass.
   integer, parameter, public :: amplitude = 1, force = 2
   !> Row of a point's values that contains the share of the order. For `amplitude` it is the share in the mean square of the
   !> vibration; for `force` it is the force amplitude of the order divided by the maximum force. Row 1 contains the quantity itself.

@@ -178,8 +178,8 @@ contains
     end do
   end subroutine measure_frame_models
 
-  !> Relative error of a peak that is caused by averaging. It is zero if it lies within the error bounds of both models, or if the
-  !> averaged model has no vibration.
+  !> Relative error that averaging causes in a peak. The function returns 0 if the difference between the two models' peaks does
+  !> not exceed the sum of their error bounds, or if the averaged model has no vibration.
   pure real(dp) function peak_difference(self, quantity) result(miss)
     class(model_trade_type), intent(in) :: self
     integer, intent(in) :: quantity
@@ -214,7 +214,7 @@ contains
     if (abs(self%log_rho_difference()) > 0) miss = exp(min(self%averaged%log_rho - self%periodic%log_rho, 700.0_dp)) - 1
   end function rho_difference
 
-  !> The largest magnitude among the relative errors of ln rho_max and of all peaks that are caused by averaging.
+  !> Largest magnitude of the relative errors that averaging causes in ln rho_max and in the peaks.
   pure real(dp) function worst_difference(self) result(miss)
     class(model_trade_type), intent(in) :: self
     integer :: i, n

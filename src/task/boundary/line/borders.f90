@@ -47,7 +47,7 @@ module gestell_task_boundary_line_borders
     real(dp) :: value = 0, width = 0
   end type open_border_type
 
-  !> Results of a search for borders in addition to the borders themselves.
+  !> What a search for borders returns besides the borders.
   type, public :: border_rest_type
     !> `meetings`: number of parameter values at which two multipliers meet. `thin`: number of these meetings at which, without
     !> damping, no growth was found, so that a tongue there is narrower than the tolerance.

@@ -14,8 +14,9 @@ module gestell_task_boundary_line_crossing
 
 contains
 
-  !> Adds a crossing to `search`. The argument of the multiplier is that of the unstable system beside the crossing. This system
-  !> also determines the kind of the crossing if no function of the multipliers changed its sign.
+  !> Adds a crossing to `search`. The argument of the multiplier is taken from the unstable system beside the crossing. If the kind
+  !> of the crossing is still unknown (0), because none of the functions whose zeros indicate a border changed sign, the argument
+  !> determines it: 0 is divergence, pi is period doubling, any other value is flutter.
   pure subroutine add_classified(search, crossing, below, above)
     type(search_type), intent(inout) :: search
     type(crossing_type), intent(in) :: crossing

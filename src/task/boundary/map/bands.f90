@@ -65,9 +65,10 @@ contains
     end do
   end function rows
 
-  !> True if all borders cross the box straight from one side to the other. For this, each border on the midway line must lie close
-  !> to the middle between its two end points, much closer than to its neighbours. Two borders close together (of a tongue or a gap)
-  !> are represented by their centre line.
+  !> True if all borders cross the box straight from one of the two sides in `ids` to the other. Each border has one point on each
+  !> side and one on the line midway between them. The point on this line must lie near the mean of the two others, at a distance
+  !> much smaller than that to the neighbouring borders. Two borders close together (of a tongue or a gap) are represented by their
+  !> centre line.
   pure logical function cross_straight(box, ids, half_way, k, vertices)
     type(box_type), intent(in) :: box
     !> `ids`: indices of the vertices on the two opposite sides. `half_way`: indices of the vertices on the line midway between the

@@ -221,9 +221,10 @@ contains
     end if
   end subroutine position_around
 
-  !> Decides, for four vertices, whether the two parts of the box's sides inside the region are connected (`joined`). The shorter
-  !> chords are assumed to be the ends of a tongue, which lies either inside or outside the region. The decision is `certain` if the
-  !> system at the mean of the vertices agrees with this assumption. If it disagrees, the tongue may pass beside the mean, or end in
+  !> The border crosses the box's sides at four vertices. Decides whether the two stretches of the sides that lie inside the region
+  !> belong to one connected area (`joined`). A chord joins two neighbouring vertices. The shorter pair of opposite chords is
+  !> assumed to span the ends of a tongue, which lies either inside or outside the region. The decision is `certain` if the system
+  !> at the mean of the vertices agrees with this assumption. If it disagrees, the tongue may not contain the mean, or may end in
   !> the box. Both borders of the tongue are then sought on a line across the tongue through the mean.
   subroutine decide_by_mean(plane, box, ids, enter, opposite, vertices, joined, certain, error)
     class(plane_type), intent(in) :: plane

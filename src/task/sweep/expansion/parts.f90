@@ -22,8 +22,9 @@ module gestell_task_sweep_expansion_parts
     !> positions are computed.
     integer :: states = 0, parts = 1, between = 0
     logical :: forced = .false.
-    !> Factors by which numbers are multiplied. `of_map`: for the numbers of the maps. `of_times`: for the numbers of the positions
-    !> at times within the parts. Both have shape (parts).
+    !> Weights of the elements of the list of numbers, one for each part of the period, shape (parts). They scale the elements so
+    !> that errors count by their effect on the motion. `of_map`: weights of the elements of [A_k b_k]. `of_times`: weights of the
+    !> rows for positions at times within the part.
     real(dp), allocatable :: of_map(:), of_times(:)
   contains
     procedure :: columns
@@ -230,8 +231,8 @@ contains
     end associate
   end function map_of
 
-  !> The motion [A Phi, A x + b] after the map [A b]. `motion`: the motion [Phi x] before the map, with the transition matrix Phi
-  !> and the motion x that is forced from rest.
+  !> Applies the map [A b] of a part to `motion` = [Phi x], where Phi is the transition matrix and x the forced response that
+  !> starts from rest. The result is [A Phi, A x + b].
   pure function moved(self, map, motion)
     class(parts_type), intent(in) :: self
     real(dp), intent(in) :: map(:, :), motion(:, :)

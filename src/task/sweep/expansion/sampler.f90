@@ -168,9 +168,9 @@ contains
     end select
   end subroutine remember
 
-  !> Chooses the numbers of steps that may be used. Steps must end at the ends of the parts and at the required times, and their
-  !> number must fill the vector lanes. Each number exceeds the previous one by at least a tenth. With the last one the corner that
-  !> needs most steps has `most` nodes.
+  !> Chooses the permitted numbers of steps in the period. Every end of a part and every required time must coincide with the end
+  !> of a step. All permitted numbers but the largest nearly fill the vector lanes, and each of these exceeds the next smaller one
+  !> by at least 10 %. The largest number yields at least `most` nodes, as many as the most demanding corner needs.
   pure subroutine choose_steps(sampler, most)
     type(sampler_type), intent(inout) :: sampler
     real(dp), intent(in) :: most
