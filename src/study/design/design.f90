@@ -1,16 +1,16 @@
 !> Searches for the best machine of a family from several starts, and proves that optima of convex problems are global.
 !>
-!> On rigid ground, samples of the shaking forces are linear in m, m x, m y of each link. Samples of the moment are linear in m and
-!> J if the centre of mass of the link is fixed. Norms of linear functions are convex, and so are sums and maxima of such norms. Let
-!> L be the Lagrangian (gestell_math_optimum_minimax). In these coordinates L is nowhere below its linearisation. The linearisation
-!> is linear in each of m, x, y, so its minimum over their ranges is at a corner. No machine that meets the limits has an objective
-!> below this minimum. (J. Verschuure, B. Demeulenaere, J. Swevers, J. De Schutter, J. Mech. Des. 130, 2008, 052301, use the same
-!> coordinates.)
+!> On rigid ground, samples of the shaking forces are linear in the mass m and the first moments m x, m y of each link. Samples of
+!> the moment are linear in m and the moment of inertia J if the centre of mass of the link is fixed. Norms of linear functions are
+!> convex, and so are sums and maxima of such norms. Let L be the Lagrangian (gestell_math_optimum_minimax). In the coordinates m, m
+!> x, m y or m, J it is nowhere below its linearisation. The linearisation is linear in each of m, x, y, so its minimum over their
+!> ranges is at a corner. No machine that meets the limits has an objective below this minimum. (J. Verschuure, B. Demeulenaere, J.
+!> Swevers, J. De Schutter, J. Mech. Des. 130, 2008, 052301, use the same coordinates.)
 !>
-!> An optimum under a few conditions is also optimal under all conditions if none of the others is worse at the optimum. The search
-!> begins with the conditions that are worst at the start. After each optimisation it adds the conditions that have become worse,
-!> until there are none (exchange method of semi-infinite programming: R. Hettich, K. O. Kortanek, SIAM Review 35, 1993, 380-429,
-!> doi 10.1137/1035089).
+!> An optimum under a few conditions is also optimal under all conditions if none of the other conditions is worse at this optimum.
+!> The search begins with the conditions that are worst at the start. After each optimisation it adds the conditions that have
+!> become worse, until there are none (exchange method of semi-infinite programming: R. Hettich, K. O. Kortanek, SIAM Review 35,
+!> 1993, 380-429, doi 10.1137/1035089).
 module gestell_study_design
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp

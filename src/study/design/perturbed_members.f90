@@ -3,10 +3,10 @@
 !>
 !>     df/dp = (w_0 f(p) + w_1 f(p + d_1 h) + w_2 f(p + d_2 h)) / h.
 !>
-!> Usually d = -1, 1. If no machine exists on one side, d = 1, 2 or d = -1, -2. Such functions are exact up to rounding, so the step
-!> is known in advance: h = epsilon^(1/3) times the parameter's range. The errors are h^2 |f'''| / 6 (on one side h^2 |f'''| / 3)
-!> and epsilon |f| / h, about 1e-10 of the change of f over the range (J. Nocedal, S. J. Wright, Numerical Optimization, 2006,
-!> section 8.1).
+!> Usually (d_1, d_2) = (-1, 1). If no machine exists on one side, (d_1, d_2) = (1, 2) or (-1, -2). Such functions are exact up to
+!> rounding, so the step is known in advance: h = epsilon^(1/3) times the parameter's range. The errors are h^2 |f'''| / 6 (on one
+!> side h^2 |f'''| / 3) and epsilon |f| / h, about 1e-10 of the change of f over the range (J. Nocedal, S. J. Wright, Numerical
+!> Optimization, 2006, section 8.1).
 module gestell_study_design_perturbed_members
   use gestell_base_error, only: error_type, fatal_error, impossible_mechanism, invalid_input
   use gestell_base_kinds, only: dp, pi

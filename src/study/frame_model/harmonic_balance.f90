@@ -1,11 +1,11 @@
 !> Solves for the periodic motion of M q'' + B q' + C q = h by harmonic balance: the harmonics satisfy the equations at equidistant
 !> phases. Nothing is integrated, and the coefficients are evaluated at these phases only.
 !>
-!> The means of M, B, C alone give A_k x_k = h_k, one equation for each harmonic. The periodic parts of the coefficients couple the
-!> harmonics weakly. With A^-1 as preconditioner GMRES needs few iterations (Y. Saad, M. H. Schultz, SIAM J. Sci. Stat. Comput. 7,
-!> 1986, 856-869), even where a resonance of the means makes one or two couplings large. The error of the computed harmonics is
-!> estimated by the residual times an estimate of the norm of the inverse. Harmonics that the phases do not resolve appear as lower
-!> harmonics (doc/theory.md, equation 37).
+!> The means of M, B, C alone would yield one equation A_k x_k = h_k for each harmonic k; A is the matrix of all A_k. The periodic
+!> parts of the coefficients couple the harmonics weakly. With A^-1 as preconditioner GMRES needs few iterations (Y. Saad, M. H.
+!> Schultz, SIAM J. Sci. Stat. Comput. 7, 1986, 856-869), even where a resonance of the means makes one or two couplings large. The
+!> error of the computed harmonics is estimated by the residual times an estimate of the norm of the inverse. Harmonics that the
+!> phases do not resolve appear as lower harmonics (doc/theory.md, equation 37).
 module gestell_study_frame_model_harmonic_balance
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp, pi

@@ -166,9 +166,9 @@ contains
     x = x * means%weights
   end function weighted
 
-  !> Estimates the error caused by missing harmonics (doc/theory.md, equation 37). If the n phases do not resolve the order k, this
-  !> harmonic itself is missing, and its load appears as a load of order n - k. The load A_k x_k is assumed to decrease further as
-  !> it does over the last two sixths of the orders.
+  !> Estimates the error caused by missing harmonics (doc/theory.md, equation 37). If the n phases do not resolve the order k,
+  !> harmonic k is missing, and its load appears as a load of order n - k. The load A_k x_k is assumed to decrease further as it
+  !> does over the last two sixths of the orders.
   pure real(dp) function left_out(means, x)
     class(means_type), intent(in) :: means
     real(dp), intent(in) :: x(0:, :)

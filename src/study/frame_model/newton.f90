@@ -335,8 +335,8 @@ contains
   end subroutine solve_fully
 
   !> Accounts for the relative error `part` of the motion: adds its effect on the multipliers to the rounding error of `varied`.
-  !> This error changes only the difference between the coefficients about the motion and those about rest. `scale`: units that make
-  !> the states comparable.
+  !> This error changes only the difference between the coefficients linearised about the motion and those linearised about rest.
+  !> `scale`: units that make the states comparable.
   subroutine add_rounding(frame, scale, part, varied)
     class(frame_type), intent(in) :: frame
     real(dp), intent(in) :: scale(:), part

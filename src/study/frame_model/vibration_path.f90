@@ -3,8 +3,9 @@
 !>
 !> The parameter lambda stands for one of three quantities:
 !>
-!> - the excitation, from zero to its actual value, - the speed, from another speed to the requested one, - damping between frame
-!> and ground in addition to the machine's own, from very heavy damping to none.
+!> - the excitation, from zero to its actual value,
+!> - the speed, from another speed to the requested one,
+!> - damping between frame and ground in addition to the machine's own, from very heavy damping to none.
 !>
 !> The path with varying damping leads to the vibration if the machine has a bounded vibration for every damping on the path. Under
 !> heavy damping there is only one vibration, so the path cannot return to its start.

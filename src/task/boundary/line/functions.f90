@@ -1,7 +1,7 @@
 !> Functions of the multipliers that are smooth and change their sign where a system loses its stability.
 !>
 !> rho_max itself has kinks and, where two multipliers meet, behaves like a square root. The following products over all multipliers
-!> are smooth:
+!> rho_k are smooth:
 !>
 !>     f+ = product of (rho_k - 1),   f- = product of (rho_k + 1),   h = product over pairs of (1 - rho_i rho_k)
 !>

@@ -1,8 +1,8 @@
 !> Pairs of multipliers that meet. Their logarithms are z = mean +- sqrt(delta).
 !>
 !> Where the phases of two multipliers meet, neither z is smooth. But mean and delta are smooth, because they depend only on the
-!> plane that both modes span. delta is -(detuning/2)**2 < 0 outside a tongue, and positive inside. The larger growth is the real
-!> part of mean + sqrt(delta).
+!> plane that both modes span. Outside a tongue delta is -(detuning/2)**2 < 0, where the detuning is the difference of the two
+!> phases. Inside a tongue delta is positive. The larger growth is the real part of mean + sqrt(delta).
 module gestell_task_boundary_line_pair
   use gestell_base_error, only: error_type
   use gestell_base_verdict, only: failed

@@ -124,8 +124,8 @@ contains
   end subroutine plan_cell
 
   !> Determines whether an expansion may be faster than separate solutions. The limit is the square root of the number that
-  !> `max_useful_points` returns. One of the two axes must not need more points than that. `tried`: number of points that each axis
-  !> needs; 0 if it needs too many; -1 if it was not tried.
+  !> `max_useful_points` returns. At least one of the two axes must need no more points than this limit. `tried`: number of points
+  !> that each axis needs; 0 if it needs too many; -1 if it was not tried.
   subroutine check_cost(sampler, middle, tolerance, variables, options, cell, tried, fits)
     type(sampler_type), intent(inout) :: sampler
     real(dp), intent(in) :: middle(:), tolerance

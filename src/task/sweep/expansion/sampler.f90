@@ -209,9 +209,9 @@ contains
     enough = self%steps(k)
   end function enough
 
-  !> Number of parts for which the cost of `points` points is lowest. It must divide `times`. Along an axis the phase of the fastest
-  !> vibration at the end of the period changes by +-`half_turn`. The series of a function cos(z + x h) needs slightly more than h
-  !> terms (Bessel functions J_k(h)).
+  !> Number of parts for which the cost of `points` points is lowest. The number of parts must divide `times`. Along an axis the
+  !> phase of the fastest vibration at the end of the period changes by +-`half_turn`. The series of a function cos(z + x h) needs
+  !> slightly more than h terms (Bessel functions J_k(h)).
   pure integer function cheapest_parts(half_turn, points, times) result(cheapest)
     real(dp), intent(in) :: half_turn
     integer, intent(in) :: points, times
