@@ -5,8 +5,9 @@
 !>
 !>     <t_q, q - q_p> + t_lambda (lambda - lambda_p) = 0
 !>
-!> keeps the correction of the predicted point (q_p, lambda_p) orthogonal to the tangent (t_q, t_lambda) and determines lambda.
-!> The derivative of Newton's map with respect to q vanishes at a vibration, so the tangent there is (q_b, 1).
+!> with the inner product <,> keeps the correction of the predicted point (q_p, lambda_p) orthogonal to the tangent (t_q, t_lambda)
+!> and determines lambda. The derivative of Newton's map with respect to q vanishes at a vibration, so the tangent there is (q_b,
+!> 1).
 module gestell_study_frame_model_path
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp

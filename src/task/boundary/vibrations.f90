@@ -68,9 +68,9 @@ module gestell_task_boundary_vibrations
 
 contains
 
-  !> Finds the branches over the range of `axis`. At each of the ascending `starts` the vibration is computed. If it lies on a known
-  !> branch, it is skipped. Otherwise it is followed in both directions and around turning points until the path leaves the range,
-  !> meets a known branch, or the continuation fails.
+  !> Finds the branches over the range of `axis`. At each of the ascending `starts` the vibration is computed. A vibration on a
+  !> known branch is skipped. Any other vibration is followed in both directions and around turning points until the path leaves the
+  !> range, meets a known branch, or the continuation fails.
   subroutine trace_branches(bare, axis, options, starts, branches)
     !> Family of frames that are not yet linearised about a vibration
     class(family_type), intent(in), target :: bare

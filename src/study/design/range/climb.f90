@@ -8,8 +8,8 @@
 !>
 !> If the middle one of the three positions is not the highest, the positions move uphill, each time twice as far apart. After that
 !> the maximum is approached by parabolas. Golden sections are used if parabolas do not shorten the interval (R. P. Brent,
-!> Algorithms for Minimization without Derivatives, 1973, chapter 5). Near a resonance a peak is P = P_0 / sqrt(1 + u^2), so -1/P^2
-!> is exactly a parabola.
+!> Algorithms for Minimization without Derivatives, 1973, chapter 5). Near a resonance a peak is P = P_0 / sqrt(1 + u^2), where u is
+!> proportional to the distance from the resonance, so -1/P^2 is exactly a parabola.
 module gestell_study_design_range_climb
   use gestell_base_kinds, only: dp
   implicit none (type, external)

@@ -83,8 +83,8 @@ contains
   end subroutine append
 
   !> Adds to `open_parts` each part of the line in which the borders do not explain the verdicts at its ends. The number of borders
-  !> between two systems must be odd if exactly one of them is unstable, otherwise even. Systems within the error of a border are
-  !> ignored.
+  !> between two systems must be odd if exactly one of the systems is unstable, otherwise even. Systems within the error of a border
+  !> are ignored.
   pure subroutine list_unexplained(self)
     class(search_type), intent(inout) :: self
     integer :: i, last

@@ -102,13 +102,13 @@ contains
     vertices%left_out = vertices%left_out + found%left_out
   end subroutine merge_cell
 
-  !> Links the vertices of `pool` that lie on the sides of `box`. These vertices divide the sides into parts that are alternately
-  !> inside and outside the region.
+  !> Links the vertices of `pool` that lie on the sides of `box`. These vertices divide the sides into stretches that are
+  !> alternately inside and outside the region.
   !>
-  !> Two vertices are linked directly. For four vertices, the system at their mean decides whether the two parts inside the region
-  !> are connected. For four or more vertices on two opposite sides, a search along the line midway between these sides decides. The
-  !> box is halved if the decision is uncertain, if systems are missing, or if a narrow tongue ends in the box, down to the allowed
-  !> deviation. Fails if the parameters are invalid.
+  !> Two vertices are linked directly. For four vertices, the system at their mean decides whether the two stretches inside the
+  !> region belong to one connected area. For four or more vertices on two opposite sides, a search along the line midway between
+  !> these sides decides. The box is halved if the decision is uncertain, if systems are missing, or if a narrow tongue ends in the
+  !> box, down to the allowed deviation. Fails if the parameters are invalid.
   recursive subroutine connect_cell(plane, box, pool, vertices, error)
     class(plane_type), intent(in) :: plane
     type(box_type), intent(in) :: box
@@ -270,9 +270,9 @@ contains
   end subroutine decide_by_mean
 
   !> Divides a box by the line through its middle on which coordinate number `k` is constant. If the borders are `parallel`, and if
-  !> those on the dividing line show that all of them cross the box, they are linked. Otherwise the vertices of both halves are
-  !> connected separately. If the box is too `small` for that, it is not divided, and `is_final` is true. Fails if the parameters
-  !> are invalid.
+  !> the vertices on the dividing line show that all borders cross the box, the vertices `ids` are linked through them. Otherwise
+  !> the vertices of both halves are connected separately. A box that is too `small` for this is not divided, and `is_final` is
+  !> true. Fails if the parameters are invalid.
   recursive subroutine divide(plane, box, ids, k, parallel, small, vertices, is_final, error)
     class(plane_type), intent(in) :: plane
     type(box_type), intent(in) :: box

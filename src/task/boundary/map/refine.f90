@@ -57,9 +57,9 @@ contains
   end subroutine compute
 
   !> Adds to `curve` the vertices needed between `p` and its successor `q`. At 1/2, 1/4 and 3/4 of the straight connection, the
-  !> distance of the border from it must not exceed the allowed deviation. If `p` and `q` belong to different kinds of border, the
-  !> connection is divided until the corner between them is located with the precision of the search lines. A connection on which no
-  !> border is found is counted as rough. Fails if the parameters are invalid.
+  !> distance between the border and this connection must not exceed the allowed deviation. If `p` and `q` belong to different kinds
+  !> of border, the connection is divided until the corner between them is located with the precision of the search lines. A
+  !> connection on which no border is found is counted as rough. Fails if the parameters are invalid.
   recursive subroutine refine(plane, p, q, divisions, curve, error)
     class(plane_type), intent(in) :: plane
     type(vertex_type), intent(in) :: p, q

@@ -63,9 +63,9 @@ contains
     cell_points = product(cell%last - cell%first + 1)
   end function cell_points
 
-  !> Decides how to solve a cell. For this it makes expansions along lines through the cell: along both edges and through the
-  !> middle, for each axis. `plan`: `expand_it` (then the variables and their numbers of points are set), `solve_it`, or the axis
-  !> along which to split.
+  !> Decides how to solve a cell. For this it makes expansions along lines through the cell that are parallel to an axis: through
+  !> the middle and, if there are two axes, along both edges. `plan`: `expand_it` (then the variables and their numbers of points
+  !> are set), `solve_it`, or the axis along which to split.
   subroutine plan_cell(problem, cell, sampler, variables, points, plan)
     !> The tile to be solved
     type(problem_type), intent(in) :: problem

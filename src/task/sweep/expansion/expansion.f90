@@ -80,7 +80,7 @@ contains
 
   !> Estimates the norm of the sum of the omitted terms. The terms of an analytic function decrease at least geometrically. The
   !> omitted sum is therefore taken to be at most the sum of the last two terms (one even, one odd) along each axis. Interpolation
-  !> along the other axis amplifies it by less than the Lebesgue constant 4.
+  !> along the other axis amplifies the omitted sum by less than the Lebesgue constant 4.
   pure real(dp) function omitted(expansion) result(rest)
     type(expansion_type), intent(in) :: expansion
     real(dp), parameter :: lebesgue = 4

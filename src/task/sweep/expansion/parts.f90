@@ -3,9 +3,9 @@
 !> numbers, in balanced units: the map x -> A_k x + b_k over the part, and the maps from the state at the beginning of the part to
 !> the positions at times within it. b_k exists if the periodic vibration is requested; it has a unit of its own.
 !>
-!> An error dA of A_k changes the state at the beginning of part j by A_(j-1) ... A_(k+1) dA x_k, where x_k is the state before part
-!> k. Each number of part k is therefore multiplied by a weight: the product of the norms of A_(j-1) ... A_(k+1) and of x_k. Errors
-!> and omitted terms of a series then count by their effect on the motion.
+!> An error dA of A_k changes the state at the beginning of part j by A_(j-1) ... A_(k+1) dA x_k, where x_k is the state at the
+!> beginning of part k. Each number of part k is therefore multiplied by a weight: the product of the norms of A_(j-1) ... A_(k+1)
+!> and of x_k. Errors and omitted terms of a series then count by their effect on the motion.
 module gestell_task_sweep_expansion_parts
   use gestell_base_kinds, only: dp
   use gestell_base_processor, only: vector_length

@@ -25,8 +25,8 @@ module gestell_task_sweep_expansion_sampler
   public :: new_sampler
 
   !> Integrates the members of a family with the same method. The number of steps is proportional to the phase advance of the
-  !> fastest motion. As long as this number is constant, the integration errors depend smoothly on the parameters. Where it changes,
-  !> the errors jump by at most a sixteenth of the largest integration error.
+  !> fastest motion. Where the number of steps is constant, the integration errors depend smoothly on the parameters. Where this
+  !> number changes, the errors jump by at most a sixteenth of the largest integration error.
   type, public :: sampler_type
     class(family_type), pointer :: family => null()
     class(method_type), allocatable :: method
