@@ -136,10 +136,10 @@ contains
 
   !> Computes the rotations that swap the multipliers at (i, i) and (i + 1, i + 1).
   !>
-  !> Consider the 2 x 2 blocks of the factors in rows and columns i, i + 1. v_k are the eigenvectors of these blocks for the second
-  !> multiplier. With the product [A B; 0 D] of the blocks, v_1 is parallel to (B, D - A). The other vectors are computed forward if
-  !> |D| >= |A| and backward if |D| < |A|, so that errors decay. `gap` measures how far the sequence fails to close after a period,
-  !> relative to the block of R_K. It is about roundoff unless A and D agree to roundoff.
+  !> Consider the 2 x 2 blocks of the factors in rows and columns i, i + 1. The vectors v_k are the eigenvectors of these blocks for
+  !> the second multiplier. If [A B; 0 D] is the product of the blocks, v_1 is parallel to (B, D - A). The other vectors are
+  !> computed forward if |D| >= |A| and backward if |D| < |A|, so that errors decay. `gap` measures how far the sequence fails to
+  !> close after a period, relative to the block of R_K. It is about roundoff unless A and D agree to roundoff.
   pure subroutine find_swap(r, i, v, gap)
     !> Triangular factors, shape (n, n, K)
     complex(dp), intent(in) :: r(:, :, :)

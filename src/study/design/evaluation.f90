@@ -270,8 +270,8 @@ contains
   end subroutine differentiate_samples
 
   !> Computes abs(rho), shape (states), and their derivatives, shape (parameters, states); no parameters if the motion has no
-  !> slopes. In Floquet's coordinates (gestell_study_design_coordinates) a change dA of the equations x' = A x changes the logarithm
-  !> of the i-th multiplier by
+  !> slopes. In Floquet's coordinates (gestell_study_design_coordinates, where P and W are defined) a change dA of the equations x'
+  !> = A x changes the logarithm of the i-th multiplier by
   !>
   !>     d ln rho_i = integral over the period of [W dA P]_ii
   !>

@@ -160,9 +160,9 @@ contains
     if (.not. allocated(error)) results%crossings = work%crossings
   end subroutine search_crossings
 
-  !> Lists the parts of the line in which a crossing cannot be excluded. In some of them no vibration exists, as in an undamped
-  !> resonance, or the search met a point without a vibration. In others the quantity equals its level within its error without
-  !> crossing it.
+  !> Lists the parts of the line in which a crossing cannot be excluded. In some of these parts no vibration exists, as in an
+  !> undamped resonance, or the search met a point without a vibration. In other parts the quantity equals its level within its
+  !> error without crossing it.
   subroutine list_open(line, results)
     type(level_line_type), intent(in) :: line
     type(level_results_type), intent(inout) :: results
