@@ -58,10 +58,10 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(document_type) :: document
 
-    !$omp critical (gestell_api)
+    !$omp critical (texts_of_gestell)
     call read_document(file, document, error)
     if (.not. allocated(error)) call store_document(self, document, error)
-    !$omp end critical (gestell_api)
+    !$omp end critical (texts_of_gestell)
   end subroutine read_file
 
   !> Reads the machine from a text in the format of an input file, whose lines are separated by new_line('a'). Fails if the text is
@@ -72,10 +72,10 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(document_type) :: document
 
-    !$omp critical (gestell_api)
+    !$omp critical (texts_of_gestell)
     call parse_document(text, text_name, document, error)
     if (.not. allocated(error)) call store_document(self, document, error)
-    !$omp end critical (gestell_api)
+    !$omp end critical (texts_of_gestell)
   end subroutine parse
 
   !> Checks `document` and makes it the machine's input. Fails if it contains unknown groups or keys, or lacks required ones.
@@ -100,9 +100,9 @@ contains
     character(len=*), intent(in) :: groups
     type(error_type), allocatable, intent(out) :: error
 
-    !$omp critical (gestell_api)
+    !$omp critical (texts_of_gestell)
     call append(self, groups, error)
-    !$omp end critical (gestell_api)
+    !$omp end critical (texts_of_gestell)
   end subroutine add
 
   !> Parses the text `groups` and appends the groups to `added`. Fails if the groups are invalid.
@@ -206,7 +206,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(document_type) :: document
 
-    !$omp critical (gestell_api)
+    !$omp critical (texts_of_gestell)
     if (self%waiting > 0 .or. .not. allocated(self%document%groups)) then
       call merge_groups(self, document, error)
       if (.not. allocated(error)) then
@@ -218,7 +218,7 @@ contains
     ! Setting a path may have added a group.
     if (allocated(self%counts)) deallocate(self%counts)
     if (.not. allocated(error)) call record_setting(self, path, value)
-    !$omp end critical (gestell_api)
+    !$omp end critical (texts_of_gestell)
   end subroutine set_text
 
   !> Records the assignment of `value` to `path`, which the heads of the result files quote. It replaces an earlier assignment to
@@ -248,10 +248,10 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(document_type) :: document
 
-    !$omp critical (gestell_api)
+    !$omp critical (texts_of_gestell)
     call merge_groups(self, document, error)
     if (.not. allocated(error)) call get_path(document, self%schema, path, values, error)
-    !$omp end critical (gestell_api)
+    !$omp end critical (texts_of_gestell)
   end subroutine get
 
   !> Runs the tasks and returns their results in `solution`. Prints nothing and writes no files. Fails if the input is invalid, the
@@ -268,7 +268,7 @@ contains
     type(document_type) :: document
     !$ integer :: status
 
-    !$omp critical (gestell_api)
+    !$omp critical (texts_of_gestell)
     call merge_groups(self, document, error)
     if (present(tasks) .and. .not. allocated(error)) call set_path_text(document, self%schema, "case.tasks", tasks, error)
     if (present(tolerance) .and. .not. allocated(error)) call set_path_real(document, self%schema, "accuracy.tolerance", &
@@ -277,7 +277,7 @@ contains
     if (.not. allocated(error)) call solve_document(document, self%schema, self%settings, solution, error)
     ! Threads do not survive fork: a child that inherits a thread team would wait for it forever. Therefore no team is kept.
     !$ status = omp_pause_resource_all(omp_pause_soft)
-    !$omp end critical (gestell_api)
+    !$omp end critical (texts_of_gestell)
   end subroutine solve
 
 end module gestell_api_machine

@@ -111,7 +111,7 @@ contains
     type(context_type) :: context
     type(result_type) :: result
 
-    !$omp critical (gestell_api)
+    !$omp critical (texts_of_gestell)
     if (.not. allocated(self%report_text)) then
       associate (configuration => self%context%configuration)
         if (self%context%reports) then
@@ -126,7 +126,7 @@ contains
       end associate
     end if
     if (allocated(self%report_text)) lines = self%report_text
-    !$omp end critical (gestell_api)
+    !$omp end critical (texts_of_gestell)
   end subroutine report
 
   !> Writes the files of the program into `folder`: tables, and the gnuplot scripts that draw their pictures. Fails if a file cannot
@@ -146,7 +146,7 @@ contains
 
     draws = .false.
     if (present(pictures)) draws = pictures
-    !$omp critical (gestell_api)
+    !$omp critical (texts_of_gestell)
     call open_staging(staging, folder, all_tables(), error, self%context%configuration%document%path)
     if (.not. allocated(error)) then
       call self%result%write(staging%path, self%context%head, error)
@@ -159,7 +159,7 @@ contains
       end if
     end if
     if (allocated(picture_error) .and. .not. allocated(error)) call move_alloc(picture_error, error)
-    !$omp end critical (gestell_api)
+    !$omp end critical (texts_of_gestell)
   end subroutine write_files
 
   !> Word of the worst verdict of all tasks: stable, undamped, undecided, unstable, or the reason why no vibration exists. Blank if
@@ -194,7 +194,7 @@ contains
     type(statistics_type) :: statistics
     integer :: k
 
-    !$omp critical (gestell_api)
+    !$omp critical (texts_of_gestell)
     associate (configuration => self%context%configuration, analysis => self%context%analysis)
       if (allocated(analysis%vibration)) then
         call find_quantity(analysis%frame, configuration%probes, name, quantity, error)
@@ -214,7 +214,7 @@ contains
         found%amplitudes = [(statistics%amplitude(k), k = 1, configuration%analysis%harmonics)]
       end if
     end associate
-    !$omp end critical (gestell_api)
+    !$omp end critical (texts_of_gestell)
   end subroutine response
 
   !> Repeats the computation of the vibration if its stored motion has fewer than `rows` rows (gestell_model_quantity_rows lists the

@@ -75,7 +75,7 @@ contains
     type(units_type), intent(in) :: units
     class(mechanism_type), allocatable, intent(out) :: mechanism
     type(error_type), allocatable, intent(out) :: error
-    !> Definitions of all joint types. If absent, they are composed anew, which costs time if many mechanisms are read
+    !> Definitions of all joint types. If absent, they are composed again, which costs time if many mechanisms are read
     type(form_type), intent(in), optional :: forms(:)
     type(form_type), allocatable :: own(:)
     type(linkage_type) :: linkage

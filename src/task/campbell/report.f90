@@ -53,7 +53,7 @@ contains
     end associate
     if (.not. all(solved)) report = report // "  note: at " // counted(count(.not. solved), "speed") &
       & // " the mechanism cannot be assembled, or no mode can be identified" // newline
-    ! list the first speeds at which modes cannot be told apart
+    ! list the first speeds at which modes cannot be distinguished
     list = ""
     named = 0
     do k = 1, size(campbell%points)
