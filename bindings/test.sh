@@ -17,14 +17,14 @@ export FC=$home/.ci/gfortran GESTELL_OBJECTS=${GESTELL_OBJECTS:-$temporary/objec
 sanitizers=
 [ "${1:-}" != --sanitize ] || sanitizers='-fsanitize=address,undefined -fno-sanitize-recover=all -g1'
 
-# check NAME COMMAND...: runs the command; where it fails, shows what it said. A last line "N passed, M failed" counts.
+# check NAME COMMAND...: runs the command; prints how long it took; where it fails, shows what it said. A last line "N passed, M failed" counts.
 check() {
-  local name=$1 good=1 bad=0
+  local name=$1 good=1 bad=0 begin=$SECONDS
   shift
   if "$@" >"$temporary/log" 2>&1; then
-    printf 'ok    %s\n' "$name"
+    printf 'ok    %s, %d s\n' "$name" $((SECONDS - begin))
   else
-    printf 'FAIL  %s\n' "$name"
+    printf 'FAIL  %s, %d s\n' "$name" $((SECONDS - begin))
     tail -n 30 "$temporary/log" | sed 's/^/      | /'
     good=0 bad=1
   fi
