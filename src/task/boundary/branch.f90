@@ -14,14 +14,15 @@ module gestell_task_boundary_branch
   type, public :: branch_type
     !> Points of the branch in ascending order of lambda; their tangents point towards larger lambda.
     type(point_type), allocatable :: points(:)
-    !> Length of the arc between each point and the next, shape (points - 1).
+    !> Arc length from each point of the branch to the next, shape (number of points - 1).
     real(dp), allocatable :: arcs(:)
     !> Element 1 refers to the lower end of the branch, element 2 to the upper end. `turning_ends`: true if the end is a turning
     !> point. `lost`: true if the continuation failed at the end.
     logical :: turning_ends(2) = .false., lost(2) = .false.
-    !> Error bounds of lambda at the ends that are turning points.
+    !> Error bound of lambda at each end of the branch that is a turning point; element 1 for the lower end, element 2 for the
+    !> upper end.
     real(dp) :: errors(2) = 0
-    !> Lengths and angles (m, m, rad) by which the coordinates of the motion are divided: see `units` of `path_family_type`.
+    !> Scales (m, m, rad) by which the three coordinates of the motion are divided: see `units` of `path_family_type`.
     real(dp), allocatable :: units(:)
   contains
     procedure :: ends
@@ -30,7 +31,7 @@ module gestell_task_boundary_branch
 
 contains
 
-  !> Smallest and largest lambda of the branch.
+  !> Smallest and largest value of the scaled parameter lambda on the branch.
   pure function ends(self)
     class(branch_type), intent(in) :: self
     real(dp) :: ends(2)
@@ -38,7 +39,7 @@ contains
     ends = self%points([1, size(self%points)])%lambda
   end function ends
 
-  !> Motion (m, m, rad) of the branch at lambda = `t`, by cubic interpolation along the arc.
+  !> Interpolates the motion (m, m, rad) on the branch at the scaled parameter lambda = `t`, by cubics along the arc.
   function motion_at(self, t) result(motion)
     class(branch_type), intent(in) :: self
     real(dp), intent(in) :: t
@@ -68,7 +69,8 @@ contains
     motion = series_through(spread(self%units, 1, size(q, 1)) * q)
   end function motion_at
 
-  !> True if at least one of the branches, apart from number `except`, has the given motion at lambda = `t`.
+  !> True if `motion` lies on at least one of the branches at the scaled parameter lambda = `t`. Branch number `except` is not
+  !> compared.
   logical function lies_on_any(branches, t, motion, except)
     type(branch_type), intent(in) :: branches(:)
     real(dp), intent(in) :: t
@@ -88,7 +90,8 @@ contains
     end do
   end function lies_on_any
 
-  !> True if the branch has the given motion at lambda = `t`, within the error of the cubic interpolation.
+  !> True if `motion` lies on the branch at the scaled parameter lambda = `t`. The tolerance allows for the error of the cubic
+  !> interpolation.
   logical function lies_on(self, t, motion)
     type(branch_type), intent(in) :: self
     real(dp), intent(in) :: t
@@ -117,7 +120,7 @@ contains
 
   contains
 
-    !> Coefficient of order k and coordinate j in the series `of`; 0 beyond the highest order of the series.
+    !> Element (k, j) of the Fourier coefficients `of`: harmonic k of coordinate j. It is 0 beyond the highest harmonic.
     pure real(dp) function coefficient(of)
       real(dp), intent(in) :: of(0:, :)
 

@@ -41,14 +41,15 @@ module gestell_task_boundary_branches
 
   character(len=*), parameter, public :: turning_point = "turning_point"
   character(len=*), parameter :: no_vibration = "none"
-  !> Borders within this distance of a turning point, relative to the range, are not searched.
+  !> Distance from a turning point, relative to the range of the parameter, within which no borders are searched.
   real(dp), parameter :: turn_clearance = 1.0e-6_dp
 
 contains
 
   !> Finds the stability borders and the turning points on every branch of the vibrations of the frames in `bare`. A branch that
-  !> ends at a turning point is unstable if an odd number of real multipliers exceeds 1 everywhere on it. Such a branch has no
-  !> borders and no number; its turning points are listed with the neighbouring branches. Fails if `search_line` fails.
+  !> ends at a turning point is unstable throughout if an odd number of real multipliers exceeds 1 at all its points. Such a
+  !> branch has no borders and gets no number; its turning points are listed with the neighbouring branches. Fails if
+  !> `search_line` fails.
   subroutine find_branch_borders(bare, axis, options, borders, error, rest, followed)
     !> Family of frames that are not yet linearised about a vibration
     class(family_type), intent(in), target :: bare
@@ -107,8 +108,8 @@ contains
     borders = borders(ascending(sign(1.0_dp, axis%to - axis%from) * borders%value))
   end subroutine find_branch_borders
 
-  !> Initial nodes for the search on a branch: the nodes of the range, and one more whenever the scaled vibration has changed by
-  !> 0.25 since the last node.
+  !> Positions at which the search on a branch starts: the nodes of the range, and a further node wherever the scaled vibration
+  !> has changed by 0.25 since the last further node.
   pure function nodes_of(branch, line, count) result(nodes)
     type(branch_type), intent(in) :: branch
     type(line_type), intent(in) :: line
@@ -131,9 +132,9 @@ contains
     nodes = merged(range_nodes(count), pack(t, taken))
   end function nodes_of
 
-  !> Adds to `rest` the parts of the range in which a border cannot be excluded: parts that no branch covers, and parts beyond an
-  !> end at which the continuation failed. A part beyond a failed continuation extends to the nearest end of another failed
-  !> continuation or, if there is none, to the end of the range. It is omitted if another branch passes through the end.
+  !> Adds to `rest` the parts of the range in which a border cannot be excluded: parts that no branch covers, and parts beyond a
+  !> failed end (an end at which the continuation failed). A part beyond a failed end extends to the nearest failed end of another
+  !> branch or, if there is none, to the end of the range. It is omitted if another branch passes through the failed end.
   subroutine add_gaps(axis, branches, rest)
     type(axis_type), intent(in) :: axis
     type(branch_type), intent(in) :: branches(:)
@@ -173,7 +174,8 @@ contains
     end do
   end subroutine add_gaps
 
-  !> Adds the part of the range between the coordinates `from` and `to` to `rest`, because a border in it cannot be excluded.
+  !> Adds to `rest` the part of the range between the coordinates `from` and `to` (0 to 1 over the range), because a border in
+  !> this part cannot be excluded.
   pure subroutine add_open(axis, from, to, rest)
     type(axis_type), intent(in) :: axis
     real(dp), intent(in) :: from, to
@@ -183,9 +185,10 @@ contains
       & abs(parameter_at(axis, to) - parameter_at(axis, from)))]
   end subroutine add_open
 
-  !> True if an odd number of real multipliers exceeds 1 along the whole branch. One point alone is not sufficient: a branch may be
-  !> unstable there because of a tongue at the multiplier +1, as at 2 w = 2 Omega (w: natural frequency) in a machine that repeats
-  !> after half a turn. Points near a turning point, where a multiplier equals 1 within its error, are ignored.
+  !> True if an odd number of real multipliers exceeds 1 along the whole branch. One such point is not sufficient, because it may
+  !> lie in a tongue (region of instability) at the multiplier +1. An example is 2 w = 2 Omega (w: natural frequency, Omega: crank
+  !> speed) in a machine that repeats after half a turn. Points near a turning point, where a multiplier equals 1 within its
+  !> error, are ignored.
   pure logical function is_always_unstable(search)
     type(search_type), intent(in) :: search
     integer :: i, above, known
@@ -203,9 +206,10 @@ contains
     is_always_unstable = is_always_unstable .and. known > 0
   end function is_always_unstable
 
-  !> Refines the turning point at end number `side`, where the two branches of `pair` meet. Near a turning point, the parameter and
-  !> the mean square difference of the two motions are smooth functions of each other. Neville extrapolation to zero difference
-  !> yields the turning point. Cancellation costs digits, so the last change of the extrapolation is taken as the error.
+  !> Refines the turning point at which the two branches of `pair` meet: their lower ends (`side` 1) or their upper ends (`side`
+  !> 2). Near a turning point, the parameter is a smooth function of the mean square difference between the two motions. Neville
+  !> extrapolation to zero difference yields the turning point. Cancellation costs digits, so the last change of the extrapolation
+  !> is taken as the error.
   subroutine refine_turning_point(family, pair, side)
     type(branch_family_type), intent(inout) :: family
     type(branch_type), intent(inout) :: pair(2)
@@ -243,8 +247,8 @@ contains
     end do
   end subroutine refine_turning_point
 
-  !> Computes the mean square difference between the scaled motions of two branches at lambda = `t`. Fails if Newton's method does
-  !> not converge on both branches, or if it finds the same motion on both.
+  !> Computes the mean square difference between the scaled motions of two branches at the scaled parameter lambda = `t`. Fails if
+  !> Newton's method does not converge on both branches, or if it finds the same motion on both.
   subroutine difference_at(family, pair, t, square, error)
     type(branch_family_type), intent(inout) :: family
     type(branch_type), intent(in) :: pair(2)
@@ -272,8 +276,9 @@ contains
     if (.not. square > 0) call fatal_error(error, "the two branches coincide", failed_computation)
   end subroutine difference_at
 
-  !> Adds the turning points at the ends of the branch of `family` to `borders`. At a turning point a multiplier equals 1 within its
-  !> error, so the verdict beside it is taken from the nearest system whose verdict is decided.
+  !> Adds the turning points at the ends of the current branch of `family` to `borders`. At a turning point no verdict can be
+  !> decided, because a multiplier equals 1 within its error. The verdict beside it is therefore that of the nearest system on the
+  !> branch whose verdict is decided.
   pure subroutine add_turning_points(family, tolerance, number, search, borders)
     type(branch_family_type), intent(in) :: family
     real(dp), intent(in) :: tolerance
@@ -307,8 +312,8 @@ contains
     end do
   end subroutine add_turning_points
 
-  !> Creates the frame with these parameters, linearised about its vibration on the branch. Fails if Newton's method does not
-  !> converge to this vibration.
+  !> Creates the frame with the given `parameters`, linearised about its vibration on the branch. Fails if Newton's method does
+  !> not converge to this vibration.
   subroutine member(self, parameters, system, error)
     class(branch_family_type), intent(in) :: self
     real(dp), intent(in) :: parameters(:)

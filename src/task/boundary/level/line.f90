@@ -1,5 +1,6 @@
-!> A measured quantity along a line in the space of the parameters, as a function of x. If only the speed varies along the line, x
-!> is the speed, because the search for resonances requires it. Otherwise x is 1 at the start of the line and 2 at its end.
+!> A measured quantity along a line in the space of the parameters, as a function of a variable x. If only the speed varies along
+!> the line, x is the speed, because the search for resonances requires it. Otherwise x is 1 at the start of the line and 2 at its
+!> end.
 module gestell_task_boundary_level_line
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -19,7 +20,7 @@ module gestell_task_boundary_level_line
 
   !> Line in the space of the parameters. Along the line a measured quantity is compared with a level.
   type, extends(line_type), public :: level_line_type
-    !> True if only the speed varies along the line; x is then the speed.
+    !> True if only the speed varies along the line. The variable x of the line is then the speed.
     logical :: over_speed = .false.
     !> The measured quantity, its measure (peak, rms or band), and how it is computed.
     type(speed_options) :: options
@@ -50,7 +51,8 @@ contains
     along = maxloc(abs(self%direction), dim=1)
   end function along
 
-  !> Variable x at the position `t` on the line.
+  !> Converts the position `t` on the line (0 at its start, 1 at its end) to the line's variable x: the speed or, if other
+  !> parameters vary, 1 + t.
   elemental real(dp) function at(self, t) result(x)
     class(level_line_type), intent(in) :: self
     real(dp), intent(in) :: t
@@ -61,7 +63,8 @@ contains
     end associate
   end function at
 
-  !> Position t on the line that belongs to the variable `x`; the inverse of `at`.
+  !> Converts the line's variable `x` (the speed or a number from 1 to 2) to the position t on the line (0 to 1); the inverse of
+  !> `at`.
   elemental real(dp) function position(self, x) result(t)
     class(level_line_type), intent(in) :: self
     real(dp), intent(in) :: x
@@ -72,7 +75,7 @@ contains
     end associate
   end function position
 
-  !> Value of the parameter that varies most along the line, at the variable `x`.
+  !> Value of the parameter that varies most along the line, at the value `x` of the line's variable.
   elemental real(dp) function value(self, x)
     class(level_line_type), intent(in) :: self
     real(dp), intent(in) :: x
@@ -83,7 +86,7 @@ contains
     end associate
   end function value
 
-  !> Tolerance of a crossing at `x`, as a difference of x. It is at least four units in the last place of x.
+  !> Tolerance of a crossing at `x`, in the unit of the line's variable x. It is at least four units in the last place of x.
   pure real(dp) function step_at(self, x) result(step)
     class(level_line_type), intent(in) :: self
     real(dp), intent(in) :: x
@@ -95,8 +98,8 @@ contains
     step = max(step, 4 * spacing(x))
   end function step_at
 
-  !> Solves the machine at the variable `x`. On return `point%values(1, 1)` contains the measured quantity and `point%values(2, 1)`
-  !> its error. Fails if the parameters are invalid.
+  !> Solves the machine at the value `x` of the line's variable. On return `point%values(1, 1)` contains the measured quantity and
+  !> `point%values(2, 1)` its error. Fails if the parameters are invalid.
   subroutine solve(self, x, point, error)
     class(level_line_type), intent(in) :: self
     real(dp), intent(in) :: x

@@ -1,5 +1,5 @@
-!> Borders in the plane of two parameters at which a measured quantity crosses a level. The region in which the quantity is above
-!> the level lies to the left of each border.
+!> Borders in the plane of two parameters at which a measured quantity crosses a level. Each border has a direction: the region in
+!> which the quantity is above the level lies to the left of the border.
 module gestell_task_boundary_level_plane
   use gestell_base_error, only: error_type
   use gestell_base_verdict, only: has_vibration, impossible, operator(==), state_words
@@ -13,10 +13,10 @@ module gestell_task_boundary_level_plane
   implicit none (type, external)
   private
 
-  !> Kinds of borders, one for each combination of a kind ("level", "jump") with a state of the machine.
+  !> Kinds of borders: "level" and "jump", each four times, once for each state of the machine in `level_states`.
   character(len=15), parameter, public :: level_kinds(8) = [character(len=15) :: "level", "level", "level", "level", &
     & "jump", "jump", "jump", "jump"]
-  !> State of the machine for each element of `level_kinds`.
+  !> State of the machine that belongs to each element of `level_kinds`.
   character(len=15), parameter, public :: level_states(8) = [character(len=15) :: state_words(1:4), state_words(1:4)]
 
   !> Plane of two parameters, in which the region where a measured quantity is above its level is sought.
@@ -35,13 +35,12 @@ module gestell_task_boundary_level_plane
 
 contains
 
-  !> Sets up `curve`: the measured quantity as a function of x along a line.
+  !> Sets up `curve`: the measured quantity along the line `along`.
   subroutine set_up_curve(plane, along, curve)
     class(level_plane_type), intent(in) :: plane
     type(line_type), intent(in) :: along
     type(level_line_type), intent(out) :: curve
-    !> Resonances are sought along a line on which the speed varies, but only if the line is longer than this fraction of the speed
-    !> range.
+    !> Minimum length of a line on which only the speed varies, relative to the speed range, for which resonances are sought.
     real(dp), parameter :: long = 1.0e-3_dp
 
     curve%line_type = along
@@ -127,8 +126,8 @@ contains
 
   end subroutine search
 
-  !> Determines whether the quantity at the centre of the plane is above its level. `side`: "above", "within" (not above) or
-  !> "undecided"; without a vibration "impossible" or "failed". Fails if the parameters are invalid.
+  !> Determines whether the quantity at the centre of the plane is above its level. `side` is "above", "within" (not above) or
+  !> "undecided". If no vibration was found, `side` is "impossible" or "failed". Fails if the parameters are invalid.
   subroutine find_side_at_centre(self, side, error)
     class(level_plane_type), intent(in) :: self
     character(len=10), intent(out) :: side

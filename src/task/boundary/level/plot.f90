@@ -15,7 +15,7 @@ module gestell_task_boundary_level_plot
   public :: level_title, plot_levels
 
   character, parameter :: newline = new_line("a")
-  !> Legend entry for each element of `level_kinds` with its state in `level_states`.
+  !> Legend entry for each kind of border in `level_kinds` together with its state in `level_states`.
   character(len=*), parameter, public :: level_meanings(8) = [character(len=30) :: "level", "level (undamped)", &
     & "level (undecided)", "level (unstable)", "jump", "jump (undamped)", "jump (undecided)", "jump (unstable)"]
 

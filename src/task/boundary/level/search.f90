@@ -21,8 +21,8 @@ module gestell_task_boundary_level_search
 
   public :: find_levels, side_of
 
-  !> A crossing of a level. The inherited components `below` and `above` refer to the smaller and to the larger parameter beside the
-  !> crossing. They state on which side of the level the quantity is there (see `side_of`).
+  !> A crossing of a level. The inherited components `below` and `above` state whether the quantity is above the level (see
+  !> `side_of`) at a parameter slightly smaller and slightly larger than at the crossing.
   type, extends(border_type), public :: level_crossing_type
     !> True if the search converged; false if it reached a point without a vibration.
     logical :: found = .false.
@@ -32,12 +32,12 @@ module gestell_task_boundary_level_search
     !> is discontinuous at the crossing. There are two reasons: a limit of a frequency band meets an order of the crank, or the
     !> machine changes to another vibration.
     logical :: rises = .false., jumps = .false.
-    !> `x`: position of the crossing on the line. `ends`: two positions between which the crossing is certain to lie.
+    !> `x`: the line's variable at the crossing. `ends`: two values of this variable between which the crossing is certain to lie.
     real(dp) :: x = 0, ends(2) = 0
   end type level_crossing_type
 
-  !> Part of the line in which a crossing cannot be excluded. `ends`: its limits in x. The inherited components are its middle and
-  !> half its width, in the unit of the parameter.
+  !> Part of the line in which a crossing cannot be excluded. `ends`: limits of this part, as values of the line's variable x. The
+  !> inherited components `value` and `width` are the middle and half the width of this part, in the unit of the parameter.
   type, extends(open_border_type), public :: open_level_type
     real(dp) :: ends(2) = 0
   end type open_level_type
@@ -47,7 +47,8 @@ module gestell_task_boundary_level_search
   type, public :: level_results_type
     type(level_crossing_type), allocatable :: crossings(:)
     type(open_level_type), allocatable :: places(:)
-    !> The measured quantity as a function of x. In each point `values(1, 1)` contains the quantity and `values(2, 1)` its error.
+    !> The measured quantity along the line. In each point of the curve `values(1, 1)` contains the quantity and `values(2, 1)`
+    !> its error.
     type(resonance_curve_type) :: curve
   end type level_results_type
 
@@ -77,7 +78,7 @@ contains
   !> the work. Fails if the parameters or the options are invalid.
   subroutine find_levels(line, nodes, results, error)
     type(level_line_type), intent(in) :: line
-    !> Values of x at which the search starts
+    !> Values of the line's variable x at which the search starts
     real(dp), intent(in) :: nodes(:)
     type(level_results_type), intent(out) :: results
     type(error_type), allocatable, intent(out) :: error
@@ -132,8 +133,8 @@ contains
     self%crossings(k) = transfer(words, self%crossings(k))
   end subroutine exchange_crossing
 
-  !> Finds one crossing between each two neighbouring points that lie on different sides of the level. Fails if a parameter is
-  !> invalid.
+  !> Finds one crossing between each two neighbouring points of the curve that lie on different sides of the level. Fails if a
+  !> parameter is invalid.
   subroutine search_crossings(line, results, error)
     type(level_line_type), intent(in) :: line
     type(level_results_type), intent(inout) :: results
@@ -202,7 +203,7 @@ contains
 
   end subroutine list_open
 
-  !> Finds the crossing between two points on different sides of the level. Fails if a parameter is invalid.
+  !> Finds the crossing between two points of the curve on different sides of the level. Fails if a parameter is invalid.
   subroutine find_crossing(line, points, crossing, error)
     type(level_line_type), intent(in) :: line
     type(speed_point_type), intent(in) :: points(2)

@@ -1,5 +1,5 @@
-!> Stability borders in one parameter, where rho_max (the largest modulus of a multiplier) passes through 1; and the stable machine
-!> nearest to a given machine.
+!> Finds the stability borders in one parameter, where the largest modulus of a multiplier passes through 1. Also finds the stable
+!> machine nearest to a given machine.
 module gestell_task_boundary_line_borders
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
@@ -21,7 +21,8 @@ module gestell_task_boundary_line_borders
 
   !> Tolerance of the monodromy matrix Phi(T) when borders are sought.
   real(dp), parameter, public :: border_accuracy = 1.0e-12_dp
-  !> Default deviation of curves from the border in the plane of two parameters, relative to the ranges.
+  !> Default tolerance for the deviation of a computed curve from the true border in the plane of two parameters, relative to the
+  !> ranges.
   real(dp), parameter, public :: usual_deviation = 1.0e-3_dp
 
   !> A border: a critical value of a parameter, or a value at which a quantity crosses a level.
@@ -49,8 +50,8 @@ module gestell_task_boundary_line_borders
 
   !> What a search for borders returns besides the borders.
   type, public :: border_rest_type
-    !> `meetings`: number of parameter values at which two multipliers meet. `thin`: number of these meetings at which, without
-    !> damping, no growth was found, so that a tongue there is narrower than the tolerance.
+    !> `meetings`: number of parameter values at which two multipliers meet. `thin`: number of these meetings at which no growth
+    !> was found without damping. A tongue (region of instability) at such a meeting is narrower than the tolerance.
     integer :: meetings = 0, thin = 0
     !> Parts of the range in which a border cannot be excluded.
     type(open_border_type), allocatable :: places(:)
@@ -70,7 +71,7 @@ module gestell_task_boundary_line_borders
     real(dp) :: value = 0, distance = 0
     !> Verdict on the nearest system that is not unstable.
     character(len=10) :: there = ""
-    !> Error bound of `value` if the nearest system lies on a border, otherwise 0. If the parameter is changed beyond the border by
+    !> Error bound of `value` if the nearest system lies on a border, otherwise 0. If the parameter is moved beyond the border by
     !> more than this error, the verdict is `there`.
     real(dp) :: error = 0
     !> Number of parts of the range, closer to the given system than `value`, in which a border cannot be excluded.
@@ -95,7 +96,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     !> Number of meetings of multipliers, and parts of the range in which a border cannot be excluded
     type(border_rest_type), intent(out), optional :: rest
-    !> Distributes the work over threads, which may request members of `family` at the same time
+    !> Distributes the work over threads. The threads may request members of `family` at the same time
     class(executor_type), intent(inout), optional, target :: executor
     type(border_options) :: options
     type(line_type) :: line
@@ -159,12 +160,12 @@ contains
     end do
   end subroutine add_open_parts
 
-  !> Varies one parameter from its value in `base` and finds the nearest system that is not unstable. Its verdict is 'stable' or,
-  !> without damping, 'undamped' or 'undecided'. The result is a border with its error, an end of the range, or the system `base`
-  !> itself.
+  !> Varies one parameter from its value in `base` and finds the nearest system that is not unstable. The verdict on this system
+  !> is 'stable' or, without damping, 'undamped' or 'undecided'. The result is a border with its error, an end of the range, or
+  !> the system `base` itself.
   !>
-  !> Fails if `check_search` fails for the axis of this parameter. Fails also if `base` and `axes` differ in size, if `which` is out
-  !> of range, or if the parameters are invalid.
+  !> Fails if `check_search` fails for the axis of this parameter. Fails also if `base` and `axes` differ in size, if `which` is
+  !> out of range, or if the parameters are invalid.
   subroutine nearest_stable(family, base, which, axes, accuracy, tolerance, nearest, error, executor)
     !> Family of systems that depend on all parameters
     class(family_type), intent(in), target :: family
@@ -181,7 +182,7 @@ contains
     !> The nearest system that is not unstable, its distance from `base`, and its verdict
     type(nearest_type), intent(out) :: nearest
     type(error_type), allocatable, intent(out) :: error
-    !> Distributes the work over threads, which may request members of the family at the same time
+    !> Distributes the work over threads. The threads may request members of the family at the same time
     class(executor_type), intent(inout), optional, target :: executor
     type(border_options) :: options
     type(line_type) :: line

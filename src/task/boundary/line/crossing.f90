@@ -14,9 +14,9 @@ module gestell_task_boundary_line_crossing
 
 contains
 
-  !> Adds a crossing to `search`. The argument of the multiplier is taken from the unstable system beside the crossing. If the kind
-  !> of the crossing is still unknown (0), because none of the functions whose zeros indicate a border changed sign, the argument
-  !> determines it: 0 is divergence, pi is period doubling, any other value is flutter.
+  !> Adds a crossing to `search`. The argument of the multiplier is taken from the unstable system beside the crossing. The kind
+  !> of the crossing is still unknown (0) if no border function changed its sign. The argument then determines the kind: 0 is
+  !> divergence, pi is period doubling, any other value is flutter.
   pure subroutine add_classified(search, crossing, below, above)
     type(search_type), intent(inout) :: search
     type(crossing_type), intent(in) :: crossing
@@ -37,10 +37,10 @@ contains
     search%borders = [search%borders, classified]
   end subroutine add_classified
 
-  !> Adds the borders between `l` and `r` to `search`. For this it finds a zero of the first function of the multipliers that
-  !> changes its sign or, if there is none, the position at which the verdict changes. A zero at which the verdict does not change
-  !> is not a border. The parts on both sides of the zero are searched recursively, down to `depth` 0. Fails if the parameters are
-  !> invalid.
+  !> Adds the borders between the systems `l` and `r` to `search`. Finds a zero of the first border function (a function of the
+  !> multipliers that changes its sign at a border) whose signs differ at `l` and `r`. If there is none, finds the position at
+  !> which the verdict changes. A zero at which the verdict does not change is not a border. The parts on both sides of the zero
+  !> are searched recursively, down to `depth` 0. Fails if the parameters are invalid.
   recursive subroutine find_borders_between(line, l, r, depth, search, error)
     type(line_type), intent(in) :: line
     !> Systems at both ends of the interval; `l` is the one at the smaller t
@@ -103,9 +103,9 @@ contains
     if (kind > 0) margin = probe%f(kind)
   end function margin
 
-  !> Finds a zero of `margin` number `kind` between `l` and `r`, where its signs differ. If `kind` is 0 (the verdict), `margin` has
-  !> only two values, and the interval is bisected. If there is no system at a point of the search, the search stops and returns
-  !> this point as `obstacle`.
+  !> Finds a zero of the function `margin` for border function number `kind` between `l` and `r`, where its signs differ. If
+  !> `kind` is 0 (the verdict), `margin` has only two values, and the interval is bisected. If there is no system at a point of
+  !> the search, the search stops and returns this point as `obstacle`.
   subroutine find_zero(line, kind, l, r, t, obstacle, error)
     type(line_type), intent(in) :: line
     integer, intent(in) :: kind
@@ -113,7 +113,7 @@ contains
     real(dp), intent(out) :: t
     type(probe_type), intent(out) :: obstacle
     type(error_type), allocatable, intent(out) :: error
-    !> Allowed error of a zero, divided by the tolerance of borders.
+    !> Allowed error of a zero, divided by the tolerance of a border.
     real(dp), parameter :: share = 0.125_dp
     type(root_search_type) :: search
     type(probe_type) :: new
@@ -141,8 +141,9 @@ contains
   end subroutine find_zero
 
   !> Finds two systems, one on each side of the border at `t`, of which exactly one is unstable. Their distance from `t` is
-  !> increased until this condition holds. On the side that is not unstable, the interval may end in a stable system. The distance
-  !> on this side is then increased further, up to a limit, until the system there is stable and not merely undecided.
+  !> increased until this condition holds. On the side of the border that is not unstable, the interval from `l` to `r` may end in
+  !> a stable system. The distance is then increased further, up to a limit, until the system found on this side is stable and not
+  !> merely undecided.
   subroutine verify(line, l, r, t, crossing, below, above, success, error)
     type(line_type), intent(in) :: line
     !> Systems at both ends of the interval; `l` is the one at the smaller t

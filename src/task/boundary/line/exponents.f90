@@ -11,7 +11,8 @@ module gestell_task_boundary_line_exponents
 
   public :: connect, solve_node, wrapped
 
-  !> A node: a system on a line, and the slopes dz/dt of the logarithms of its multipliers, shape (n).
+  !> A node: the system at a position t on a line, and the derivatives (slopes) of the logarithms of its multipliers with respect
+  !> to t, shape (number of multipliers).
   type, public :: node_type
     type(probe_type) :: at
     complex(dp), allocatable :: slope(:)
@@ -20,12 +21,12 @@ module gestell_task_boundary_line_exponents
   !> Interval between two nodes. In it a cubic curve represents the logarithm of each multiplier.
   type, public :: stretch_type
     type(probe_type) :: ends(2)
-    !> `z`: logarithms of the multipliers at both ends, in corresponding order, with continuous imaginary parts. `change`: their
-    !> slopes times the length of the interval. Both have shape (n, 2).
+    !> `z`: logarithms of the multipliers at both ends, in corresponding order, with continuous imaginary parts. `change`: slopes
+    !> of these logarithms times the length of the interval. Both arrays have shape (number of multipliers, 2).
     complex(dp), allocatable :: z(:, :), change(:, :)
-    !> Difference between the change of z over the interval and the change predicted by the slopes, shape (n).
+    !> For each multiplier: the change of its logarithm over the interval minus the change predicted by the slopes at both ends.
     complex(dp), allocatable :: mismatch(:)
-    !> Error bounds of z at both ends, shape (n, 2).
+    !> Error bounds of the logarithms `z` at both ends, shape (number of multipliers, 2).
     real(dp), allocatable :: noise(:, :)
     !> `ambiguous`: true if the multipliers at both ends could be assigned to each other in another way that fits nearly as well.
     !> `rough`: true if the cubic curves do not represent z accurately enough.
@@ -37,8 +38,9 @@ module gestell_task_boundary_line_exponents
 
 contains
 
-  !> Solves the system at `t`, and computes the slopes of its multipliers by a difference quotient. The second system of the
-  !> quotient lies between the `ends` of the searched range. Fails if the parameters are invalid.
+  !> Solves the system at the position `t`, and computes the derivatives of the logarithms of its multipliers by a difference
+  !> quotient. The second system of the quotient lies between the `ends` of the searched range. Fails if the parameters are
+  !> invalid.
   subroutine solve_node(line, t, ends, node, error)
     type(line_type), intent(in) :: line
     real(dp), intent(in) :: t, ends(2)
@@ -73,8 +75,9 @@ contains
   pure subroutine connect(l, r, stretch)
     type(node_type), intent(in) :: l, r
     type(stretch_type), intent(out) :: stretch
-    !> `weight`: factor of a change of slope relative to a deviation of z. `apart`: the assignment is unambiguous if every other one
-    !> has a deviation larger by this factor. Multipliers closer to each other than `similar` may be exchanged.
+    !> `weight`: weight of a deviation of the slope relative to a deviation of the logarithm. `apart`: the assignment is
+    !> unambiguous if every exchange of two multipliers increases their deviations at least by this factor. Multipliers closer to
+    !> each other than `similar` may be exchanged.
     real(dp), parameter :: weight = 0.5_dp, apart = 3, similar = 0.05_dp
     real(dp), dimension(size(l%slope), size(l%slope)) :: difference
     logical, dimension(size(l%slope), size(l%slope)) :: free
@@ -123,7 +126,8 @@ contains
       mismatch = wrapped(r%at%z(k) - l%at%z(i) - h * (l%slope(i) + r%slope(k)) / 2)
     end function mismatch_of
 
-    !> Magnitude of a deviation of z. If the multiplier decays strongly, the real part of the deviation is divided by the decay.
+    !> Magnitude of the deviation `mismatch` of the logarithm `z` of a multiplier. For a strongly decaying multiplier, the real
+    !> part of the deviation is divided by the decay, abs(real(z)).
     pure real(dp) function size_of(mismatch, z)
       complex(dp), intent(in) :: mismatch, z
 
@@ -132,7 +136,7 @@ contains
 
   end subroutine connect
 
-  !> Length of the interval in t.
+  !> Length of the interval, as a difference of positions t on the line.
   pure real(dp) function length(self)
     class(stretch_type), intent(in) :: self
 
@@ -149,12 +153,13 @@ contains
       & + x * (1 - x)**2 * self%change(:, 1) - x**2 * (1 - x) * self%change(:, 2)
   end function z_at
 
-  !> True if the cubic curves represent z accurately enough. This requires that no phase makes a whole turn unnoticed, that
-  !> multipliers meet where their curves meet, and that no growth rate changes its sign twice.
+  !> True if the cubic curves represent the logarithms of the multipliers accurately enough. This requires that no phase makes a
+  !> whole turn unnoticed, that multipliers meet where their curves meet, and that no growth rate changes its sign twice.
   pure logical function is_smooth(self)
     type(stretch_type), intent(in) :: self
-    !> `bend`: maximum difference between the slopes of a phase at both ends (rad). `near`: maximum deviation of z from its
-    !> prediction (rad). If a multiplier decays strongly, `near` is increased by `part` times the decay.
+    !> `bend`: maximum change of a phase's slope over the interval, times the length of the interval (rad). `near`: maximum
+    !> deviation of a logarithm from its prediction (rad). For a decaying multiplier, `bend` is increased by the decay and `near`
+    !> by `part` times the decay.
     real(dp), parameter :: bend = 3, near = 0.02_dp, part = 0.25_dp
     !> The sign of a growth rate counts as certain if the rate exceeds its error by this factor: `safety` inside the interval,
     !> `clear` at its ends.
@@ -182,13 +187,13 @@ contains
     end do
   end function is_smooth
 
-  !> True if the phase of multiplier `i` comes close to the phase of another multiplier. The growth of both is then determined by
-  !> the search for meetings.
+  !> True if the phase of multiplier `i` comes close to the phase of another multiplier. The growth of these two multipliers is
+  !> then determined by the search for meetings.
   pure logical function meets_another(z, i)
     complex(dp), intent(in) :: z(:, :)
     integer, intent(in) :: i
-    !> Limits in radians. Two phases meet if their difference falls below `near`. They do not meet if it stays below `locked`
-    !> throughout the interval.
+    !> Limits for the difference between two phases (rad). The phases meet if their difference falls below `near`. They do not
+    !> meet if the difference stays below `locked` throughout the interval.
     real(dp), parameter :: near = 0.02_dp, locked = 1.0e-9_dp
     real(dp) :: apart(size(z, 2))
     integer :: k
@@ -212,7 +217,7 @@ contains
       & i = 1, size(z))])
   end function three_meet
 
-  !> z with a multiple of 2 pi i added, so that its imaginary part lies between -pi and pi.
+  !> The logarithm `z` with a multiple of 2 pi i added, so that its imaginary part lies between -pi and pi.
   elemental complex(dp) function wrapped(z)
     complex(dp), intent(in) :: z
 

@@ -17,8 +17,8 @@ module gestell_task_boundary_line_follow
     integer :: count = 0
     !> Successive intervals between nodes. Only the first `count` elements are used.
     type(stretch_type), allocatable :: list(:)
-    !> Ends of the parts of the line in which the multipliers are unknown, shape (2, n). There a system could not be solved, or
-    !> systems with different numbers of states meet.
+    !> Both ends of each part of the line in which the multipliers are unknown, shape (2, number of parts). In such a part a
+    !> system could not be solved, or systems with different numbers of states meet.
     real(dp), allocatable :: holes(:, :)
   end type chain_type
 
@@ -45,8 +45,8 @@ module gestell_task_boundary_line_follow
 contains
 
   !> Follows the multipliers from the first to the last of the ascending positions `t`. There is a node at every position in `t`.
-  !> Further nodes are inserted where the multipliers deviate from the prediction of their slopes. In each round all intervals that
-  !> are too long are halved together. If the maximum number of nodes is reached, inaccurate curves therefore remain only in the
+  !> Further nodes are inserted where the multipliers deviate from the prediction of their slopes: in each round all inaccurate
+  !> intervals are halved together. If the maximum number of nodes is reached, inaccurate curves therefore remain only in the
   !> shortest intervals. Fails if the parameters are invalid.
   subroutine follow_multipliers(line, t, chain, error)
     type(line_type), intent(in), target :: line

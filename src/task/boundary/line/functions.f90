@@ -1,13 +1,13 @@
 !> Functions of the multipliers that are smooth and change their sign where a system loses its stability.
 !>
-!> rho_max itself has kinks and, where two multipliers meet, behaves like a square root. The following products over all multipliers
-!> rho_k are smooth:
+!> The largest modulus of a multiplier has kinks and, where two multipliers meet, behaves like a square root. The following
+!> products over all multipliers rho_k are smooth:
 !>
 !>     f+ = product of (rho_k - 1),   f- = product of (rho_k + 1),   h = product over pairs of (1 - rho_i rho_k)
 !>
-!> They are symmetric in the multipliers and therefore as smooth as the monodromy matrix Phi. f+ = det(Phi - E) is zero at
-!> divergence, f- at period doubling, and h where a conjugate pair crosses the unit circle. Only the signs matter. To prevent
-!> overflow, each factor is divided by sqrt(1 + |p|**2), where p is rho_k or rho_i rho_k.
+!> They are symmetric in the multipliers and therefore as smooth as the monodromy matrix Phi. f+ = det(Phi - E) (E: identity
+!> matrix) is zero at divergence, f- at period doubling, and h where a conjugate pair crosses the unit circle. Only the signs
+!> matter. To prevent overflow, each factor is divided by sqrt(1 + |p|**2), where p is rho_k or rho_i rho_k.
 !>
 !> Without damping the multipliers form pairs rho, 1/rho, and h is zero everywhere. The discriminant of z = rho + 1/rho then
 !> replaces h: the product of (z_i - z_k)**2, which is zero where two pairs meet.
@@ -28,8 +28,9 @@ module gestell_task_boundary_line_functions
 
 contains
 
-  !> Computes the functions f+, f- and h. If the multipliers form reciprocal pairs, the discriminant replaces h. `sign_certain`:
-  !> true for each function that differs from zero by more than the effect of the multipliers' errors.
+  !> Computes the border functions f+, f- and h of the multipliers rho: the products of (rho - 1), of (rho + 1) and of (1 - rho_i
+  !> rho_k). If the multipliers form reciprocal pairs, the discriminant replaces h. `sign_certain`: true for each function that
+  !> differs from zero by more than the effect of the multipliers' errors.
   pure subroutine border_functions(multipliers, f, sign_certain, reciprocal)
     type(multipliers_type), intent(in) :: multipliers
     real(dp), intent(out) :: f(border_kinds)
@@ -58,8 +59,8 @@ contains
     end if
   end subroutine border_functions
 
-  !> Computes h, the product of (1 - w_i w_k) over pairs of multipliers, with scaled factors. `sign_certain`: true if each factor
-  !> differs from zero by more than its error.
+  !> Computes h, the product of (1 - w_i w_k) over all pairs of the multipliers `w`. Each factor is scaled to prevent overflow.
+  !> `sign_certain`: true if each factor differs from zero by more than its error.
   pure subroutine product_of_pairs(w, radius, h, sign_certain)
     complex(dp), intent(in) :: w(:)
     real(dp), intent(in) :: radius(:)
@@ -81,8 +82,8 @@ contains
     h = real(all_pairs)
   end subroutine product_of_pairs
 
-  !> Computes the discriminant of `z`: the product of (z_i - z_k)**2 over all pairs, with scaled factors. `sign_certain`: true if
-  !> each factor differs from zero by more than its error.
+  !> Computes the discriminant of `z`: the product of (z_i - z_k)**2 over all pairs. Each factor is scaled to prevent overflow.
+  !> `sign_certain`: true if each factor differs from zero by more than its error.
   pure subroutine discriminant(z, error, value, sign_certain)
     complex(dp), intent(in) :: z(:)
     real(dp), intent(in) :: error(:)

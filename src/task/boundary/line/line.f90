@@ -27,10 +27,10 @@ module gestell_task_boundary_line
   !> Options of a search for stability borders.
   type, public :: border_options
     type(accuracy_type) :: accuracy
-    !> Relative to the ranges: allowed error of borders in one parameter, or allowed deviation of curves in the plane of two
-    !> parameters.
+    !> Allowed error of borders in one parameter, or allowed deviation of border curves in the plane of two parameters. Relative
+    !> to the ranges of the parameters.
     real(dp) :: tolerance = default_tolerance
-    !> Distributes the work over threads, which may request members of a family at the same time.
+    !> Distributes the work over threads. The threads may request members of a family at the same time.
     class(executor_type), pointer :: executor => null()
   end type border_options
 
@@ -98,7 +98,7 @@ contains
     end if
   end subroutine check_search
 
-  !> Tolerance of a border on the line, as a difference of t.
+  !> Tolerance of a border, as a difference of positions t on the line.
   pure real(dp) function step(self)
     class(line_type), intent(in) :: self
 
@@ -119,7 +119,7 @@ contains
     is_unstable = self%verdict == unstable
   end function is_unstable
 
-  !> Writes all components of the system to a record, or reads them from a record.
+  !> Writes all components of the probe to a record, or reads them from a record.
   subroutine exchange(self, record)
     class(probe_type), intent(inout) :: self
     type(record_type), intent(inout) :: record
@@ -210,8 +210,8 @@ contains
     end if
   end function coordinate
 
-  !> Coordinates u of the `count` values of an axis, of which the inner ones are slightly shifted. Borders often lie at round
-  !> values, and the search works best if it starts at other values.
+  !> Coordinates u (0 to 1) of `count` values of an axis. They are equidistant, but the inner ones are slightly shifted: borders
+  !> often lie at round values, and the search works best if it starts at other values.
   pure function skewed(count) result(u)
     integer, intent(in) :: count
     real(dp) :: u(max(count, 2))

@@ -10,8 +10,8 @@ module gestell_task_boundary_line_meeting
 
   public :: search_meeting, tongue_end
 
-  !> Outcomes of a search. `no_tongue`: the multipliers do not grow. `tongue`: they grow. `thin`: without damping, no growth was
-  !> found, so that a tongue at the meeting is narrower than the tolerance. `open_question`: undecided.
+  !> Outcomes of a search for a tongue where two multipliers meet. `no_tongue`: the multipliers do not grow. `tongue`: they grow.
+  !> `thin`: no growth was found without damping, so a tongue is narrower than the tolerance. `open_question`: undecided.
   integer, parameter, public :: no_tongue = 0, tongue = 1, thin = 2, open_question = 3
 
   !> Result of a search for a tongue where two multipliers meet.
@@ -45,10 +45,10 @@ contains
     integer, parameter :: most = 30
     !> The fit of the pair by parabolas is accurate enough if it predicts the growth with this relative accuracy.
     real(dp), parameter :: part = 0.25_dp
-    !> The largest growth is sought up to this distance beyond the three fitted positions, relative to the distance of the outer
-    !> two.
+    !> The largest growth is sought up to this distance beyond the three fitted positions, relative to the distance between the
+    !> outer two positions.
     real(dp), parameter :: beyond = 2
-    !> A mean growth counts as zero if it does not exceed its error by this factor.
+    !> A mean growth counts as zero if it is at most this multiple of its error.
     real(dp), parameter :: neutral = 10
     !> A pair is followed beyond both ends of its interval by at most this fraction of the interval's length.
     real(dp), parameter :: overhang = 0.25_dp
@@ -148,8 +148,8 @@ contains
     end do
   end subroutine find_decaying_sides
 
-  !> Computes the pair of multipliers at `start` and at two positions at equal distances on both sides of it. At these distances the
-  !> detuning is about three times the growth.
+  !> Computes the pair of multipliers at `start` and at two further positions, one on each side of `start`. The distance of these
+  !> positions is chosen so that the detuning there is about three times the growth.
   subroutine solve_three_pairs(path, start, rate, bounds, three, error)
     type(pair_path_type), intent(in) :: path
     real(dp), intent(in) :: start, rate, bounds(2)
