@@ -24,7 +24,7 @@ module gestell_task_boundary_plot
 
 contains
 
-  !> The plot boundary.gp of the results of the task.
+  !> The plot boundary.gp with the results of the task `boundary`.
   function plot_borders(plan, results, level) result(figure)
     type(sweep_plan_type), intent(in) :: plan
     type(border_results_type), intent(in) :: results

@@ -185,8 +185,8 @@ contains
     if (size(rest%places) > max_listed .and. .not. of_level) report = report // more_listed
   end function open_lines
 
-  !> Sentence on the nearest machine along a parameter that is not unstable: value of the parameter, difference from the given
-  !> value, and verdict.
+  !> Sentence on the nearest machine that is not unstable if only one parameter varies: value of the parameter, difference from
+  !> the given value, and verdict.
   pure function nearest_words(path, nearest) result(sentence)
     character(len=*), intent(in) :: path
     type(nearest_type), intent(in) :: nearest

@@ -1,5 +1,5 @@
-!> Results of the task `boundary`: borders in one or two parameters and, if the given machine is unstable, the nearest machine that
-!> is not.
+!> Finds the results of the task `boundary`: stability borders in one or two parameters and, if the given machine is unstable, the
+!> nearest machine that is not unstable.
 module gestell_task_boundary_solution
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -23,14 +23,14 @@ module gestell_task_boundary_solution
     type(border_rest_type) :: rest
     !> If there are two parameters: the border curves in their plane.
     type(border_map_type), allocatable :: map
-    !> For each parameter, the nearest system that is not unstable. Not allocated if there is no given machine, or if the given
-    !> machine is not unstable.
+    !> For each parameter, the nearest system that is not unstable. Not allocated if no machine is given, or if the given machine
+    !> itself is not unstable.
     type(nearest_type), allocatable :: nearest(:)
     !> If there are a level and one parameter: the curve of the measured quantity. In its points, `speed` is the parameter,
     !> `values(1, 1)` the quantity and `values(2, 1)` its error.
     type(resonance_curve_type), allocatable :: curve
-    !> If there are a level and two parameters, but no curve: side of the level on which the quantity lies at the centre of the
-    !> ranges.
+    !> If crossings of a level in two parameters were sought, but no curve was found: side of the level on which the quantity lies
+    !> at the centre of the ranges.
     character(len=10) :: side_at_centre = ""
   end type border_results_type
 

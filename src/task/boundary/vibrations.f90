@@ -22,19 +22,21 @@ module gestell_task_boundary_vibrations
 
   public :: bare_frame, trace_branches
 
-  !> Family of machines that depend on one parameter. Lambda is the coordinate u of its axis (gestell_task_boundary_line).
+  !> Family of machines that depend on one parameter. The parameter lambda of the path is the coordinate u on the parameter's axis
+  !> (gestell_task_boundary_line).
   type, extends(path_family_type) :: line_path_type
     !> Family of frames that are not yet linearised about a vibration.
     class(family_type), pointer :: bare => null()
     type(axis_type) :: axis
-    !> Distributes the work over threads, which may request members of `bare` at the same time.
+    !> Distributes the work over threads. The threads may request members of `bare` at the same time.
     class(executor_type), pointer :: executor => null()
   contains
     procedure :: member
     procedure :: solve_both
   end type line_path_type
 
-  !> Parallel work: piece 1 and piece 2 compute a Newton iterate from the motion `q`, each at one of the `ends` of lambda.
+  !> Parallel work: pieces 1 and 2 each compute a Newton iterate from the motion `q`, at the first and at the second value of
+  !> lambda in `ends`.
   type, extends(work_type) :: iterates_type
     type(line_path_type) :: family
     real(dp), allocatable :: q(:, :)
@@ -58,7 +60,7 @@ module gestell_task_boundary_vibrations
     procedure :: add
   end type trail_type
 
-  !> Length of the first arc, and maximum and minimum length of an arc.
+  !> Lengths of an arc (one step along a path of vibrations): the first length, the maximum and the minimum.
   real(dp), parameter :: short_arc = 1.0e-3_dp, long_arc = 0.05_dp, min_arc = 1.0e-9_dp
   !> Maximum number of steps along a path, and maximum number of linear systems that are solved for it.
   integer, parameter :: max_steps = 3000, max_systems = 20000
@@ -68,9 +70,9 @@ module gestell_task_boundary_vibrations
 
 contains
 
-  !> Finds the branches over the range of `axis`. At each of the ascending `starts` the vibration is computed. A vibration on a
-  !> known branch is skipped. Any other vibration is followed in both directions and around turning points until the path leaves the
-  !> range, meets a known branch, or the continuation fails.
+  !> Finds the branches over the range of `axis`. At each of the ascending coordinates `starts` the vibration is computed. A
+  !> vibration on a known branch is skipped. Any other vibration is followed in both directions and around turning points until
+  !> the path leaves the range, meets a known branch, or the continuation fails.
   subroutine trace_branches(bare, axis, options, starts, branches)
     !> Family of frames that are not yet linearised about a vibration
     class(family_type), intent(in), target :: bare
@@ -181,8 +183,8 @@ contains
     end do
   end subroutine follow_path
 
-  !> Adds the turning point on the arc between two points to `trail`, by the secant method for the zero of d(lambda)/ds. `arc`: on
-  !> entry the length of the whole arc, on return the length of the part after the turning point.
+  !> Adds the turning point on the arc between two points to `trail`, by the secant method for the zero of d(lambda)/ds, where s
+  !> is the arc length. `arc`: on entry the length of the whole arc, on return the length of the part after the turning point.
   subroutine add_turning_point(family, from, to, arc, trail)
     type(line_path_type), intent(inout) :: family
     type(point_type), intent(in) :: from, to
@@ -277,8 +279,8 @@ contains
     end do
   end subroutine add_branches
 
-  !> True if lambda reverses its direction at point number `k` inside a path. If the slope is zero at a turning point, the reversal
-  !> may appear one point earlier or later.
+  !> True if lambda reverses its direction at point number `k` inside a path. If the slope of lambda is zero at a turning point,
+  !> the reversal may appear one point earlier or later.
   pure logical function turns_at(whole, k)
     type(trail_type), intent(in) :: whole
     integer, intent(in) :: k
@@ -339,7 +341,8 @@ contains
     varied = varied_frame(frame, rest)
   end subroutine member
 
-  !> Creates the frame with these parameters. Fails if such a frame is impossible, or if the member of the family is not a frame.
+  !> Creates the frame with the given `parameters`. Fails if such a frame is impossible, or if the member of the family is not a
+  !> frame.
   subroutine bare_frame(bare, parameters, frame, error)
     class(family_type), intent(in) :: bare
     real(dp), intent(in) :: parameters(:)
@@ -358,7 +361,8 @@ contains
     end select
   end subroutine bare_frame
 
-  !> Computes the iterates at both ends of lambda in parallel. Repeats the second one if the first one needed more samples.
+  !> Computes the Newton iterates at the two values of lambda in `ends` in parallel. If the first iterate needed more samples than
+  !> the second, the second one is repeated with as many samples.
   subroutine solve_both(self, q, ends, next, error)
     class(line_path_type), intent(in) :: self
     real(dp), intent(in) :: q(:, :), ends(2)

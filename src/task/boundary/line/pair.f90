@@ -1,8 +1,9 @@
 !> Pairs of multipliers that meet. Their logarithms are z = mean +- sqrt(delta).
 !>
-!> Where the phases of two multipliers meet, neither z is smooth. But mean and delta are smooth, because they depend only on the
-!> plane that both modes span. Outside a tongue delta is -(detuning/2)**2 < 0, where the detuning is the difference of the two
-!> phases. Inside a tongue delta is positive. The larger growth is the real part of mean + sqrt(delta).
+!> Where the phases of two multipliers meet, the two logarithms are not smooth functions of the position on the line. But mean and
+!> delta are smooth, because they depend only on the plane that both modes span. Outside a tongue (region of instability) delta is
+!> negative: -(detuning/2)**2, where the detuning is the difference of the two phases. Inside a tongue delta is positive. The
+!> larger growth is the real part of mean + sqrt(delta).
 module gestell_task_boundary_line_pair
   use gestell_base_error, only: error_type
   use gestell_base_verdict, only: failed
@@ -35,7 +36,7 @@ module gestell_task_boundary_line_pair
     real(dp) :: t = 0
     !> `mean`: mean of the two logarithms z. `delta`: square of half the difference of the two logarithms
     complex(dp) :: mean = 0, delta = 0
-    !> `growth`: the larger real part of the two logarithms. `noise`: the larger one of their errors.
+    !> `growth`: the larger real part of the two logarithms. `noise`: the larger error of the two logarithms.
     real(dp) :: growth = 0, noise = 0
     !> The system at this position, with all its multipliers
     type(probe_type) :: at
@@ -43,7 +44,8 @@ module gestell_task_boundary_line_pair
     procedure :: decay_margin
   end type pair_type
 
-  !> Quadratic polynomials of x = t - `origin` that represent `mean` and `delta` of a pair: coefficients of 1, x and x**2.
+  !> Quadratic polynomials that represent `mean` and `delta` of a pair near the position `origin`. The elements are the
+  !> coefficients of 1, x and x**2, where x is the distance from `origin`.
   type, public :: pair_fit_type
     real(dp) :: origin = 0
     complex(dp) :: mean(0:2) = 0, delta(0:2) = 0
@@ -53,8 +55,8 @@ module gestell_task_boundary_line_pair
 
 contains
 
-  !> Solves the system at `t` and selects the pair: the two multipliers closest to those predicted by the cubic curves of the
-  !> interval. Fails if the parameters are invalid.
+  !> Solves the system at the position `t` and selects the pair: the two multipliers closest to those predicted by the cubic
+  !> curves of the interval. Fails if the parameters are invalid.
   subroutine solve(self, t, pair, error)
     class(pair_path_type), intent(in) :: self
     real(dp), intent(in) :: t
@@ -95,8 +97,8 @@ contains
     pair%growth = max(real(one), real(other))
   end subroutine solve
 
-  !> A smooth function that is positive if both multipliers decay, otherwise negative; it is not smooth where both grow. It results
-  !> from the condition that a multiplier lies on the unit circle: (i y - mean)**2 = delta with real y.
+  !> A function that is positive if both multipliers decay, otherwise negative. It is smooth except where both multipliers grow.
+  !> It results from the condition that a multiplier lies on the unit circle: (i y - mean)**2 = delta with real y.
   elemental real(dp) function decay_margin(self)
     class(pair_type), intent(in) :: self
     real(dp), parameter :: clear = 10
@@ -143,8 +145,8 @@ contains
     end associate
   end function growth_of_fit
 
-  !> Position between `low` and `high` at which the growth of the fit is largest, by golden-section search. Only a neighbourhood of
-  !> the vertex of delta is searched; its width depends on the value of delta at the vertex.
+  !> Position between `low` and `high` at which the growth of the fit is largest, by golden-section search. Only a neighbourhood
+  !> of the vertex of the parabola for delta is searched; its width depends on the value of delta at the vertex.
   pure real(dp) function place_of_max_growth(fit, low, high) result(t)
     type(pair_fit_type), intent(in) :: fit
     real(dp), intent(in) :: low, high

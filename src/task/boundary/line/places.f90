@@ -1,4 +1,4 @@
-!> Finds positions on a line at which two multipliers meet, where a tongue may exist.
+!> Finds positions on a line at which two multipliers meet. A tongue (region of instability) may exist at such a position.
 module gestell_task_boundary_line_places
   use gestell_base_kinds, only: dp, pi
   use gestell_task_boundary_line_exponents, only: stretch_type
@@ -13,7 +13,8 @@ module gestell_task_boundary_line_places
     !> Number of the interval between nodes that contains the position.
     integer :: stretch = 0
     type(pair_indices_type) :: name
-    !> `x`: position in the interval (0 to 1). `rate`: derivative of the phase difference with respect to t (rad).
+    !> `x`: relative position in the interval (0 to 1). `rate`: derivative of the phase difference (rad) with respect to the
+    !> position t on the line.
     real(dp) :: x = 0, rate = 0
   end type place_type
 
@@ -24,8 +25,8 @@ module gestell_task_boundary_line_places
 
 contains
 
-  !> Largest rate for which at most `most` of the `places` have this rate or a lower one. If the speed varies, low rates belong to
-  !> low orders and therefore to the widest tongues.
+  !> Largest rate of the phase difference that at most `most` of the `places` do not exceed. If the speed varies, low rates belong
+  !> to low orders and therefore to the widest tongues.
   pure real(dp) function rate_limit(places, most) result(rate)
     type(place_type), intent(in) :: places(:)
     integer, intent(in) :: most
@@ -49,18 +50,19 @@ contains
     end associate
   end function rate_limit
 
-  !> Positions at which two multipliers of interval `number` meet. Of two conjugate meetings only one is included.
+  !> Positions at which two multipliers of interval `number` meet. Of two meetings that are complex conjugates, only one is
+  !> included.
   pure function meetings_on(stretch, number) result(places)
     type(stretch_type), intent(in) :: stretch
     integer, intent(in) :: number
     type(place_type), allocatable :: places(:)
     integer, parameter :: samples = 16
-    !> Two phases meet if their difference, apart from errors, is below `close` (rad). A meeting is omitted if the sine of its
-    !> argument is smaller than `below`, because the conjugate meeting is listed. Phases that differ by less than `locked` (rad) are
-    !> equal throughout. `safety`: factor on errors.
+    !> Two phases meet if their difference, apart from errors, is below `close` (rad). A meeting is omitted if the sine of the
+    !> multipliers' argument is smaller than `below`, because the conjugate meeting is listed. Phases that differ by less than
+    !> `locked` (rad) throughout the interval count as equal and do not meet. `safety`: factor on errors.
     real(dp), parameter :: close = 0.02_dp, below = -0.2_dp, locked = 1.0e-9_dp, safety = 4
-    !> Pairs of multipliers with a smaller ln |rho| are ignored: if they lost stability where they meet, the cubic curves would show
-    !> it.
+    !> Pairs of multipliers rho whose ln |rho| is smaller are ignored: if they lost stability where they meet, the cubic curves
+    !> would show it.
     real(dp), parameter :: strong_decay = -3
     complex(dp) :: z(size(stretch%mismatch), 0:samples)
     real(dp) :: phase_lead(0:samples), phase_difference(0:samples), near, x

@@ -35,7 +35,7 @@ module gestell_task_boundary_line_search
     procedure :: compute => close_gap
   end type gaps_type
 
-  !> Initial nodes of a search on a short line. They are deliberately not symmetric about its middle.
+  !> Initial nodes of a search on a short line. They are deliberately not symmetric about the middle of the line.
   real(dp), parameter, public :: short_nodes(5) = [0.0_dp, 0.27_dp, 0.5_dp, 0.74_dp, 1.0_dp]
 
 contains
@@ -198,9 +198,9 @@ contains
     end do
   end subroutine add_tongue
 
-  !> Searches for borders that were missed between neighbouring solved systems (marks). If exactly one of two marks is unstable, the
-  !> number of borders between them must be odd, otherwise even. If there is no border between them, no function of the multipliers
-  !> may change its sign.
+  !> Searches for borders that were missed between neighbouring solved systems (marks). If exactly one of two marks is unstable,
+  !> the number of borders between them must be odd, otherwise even. If there is no border between two marks, no border function
+  !> of the multipliers may change its sign.
   subroutine close_gaps(line, search, error)
     type(line_type), intent(in), target :: line
     type(search_type), intent(inout), target :: search
@@ -239,7 +239,7 @@ contains
     class(gaps_type), intent(inout) :: self
     integer, intent(in) :: k
     type(error_type), allocatable, intent(out) :: error
-    !> Depth of the recursion: with it up to 2**depth borders in one gap can be separated.
+    !> Depth of the recursion. Up to 2**depth borders in one gap can be separated.
     integer, parameter :: depth = 6
 
     call self%found(k)%initialise()

@@ -12,12 +12,14 @@ module gestell_task_boundary_line_search_result
 
   !> A crossing on a line: a stability border, or a position at which a measured quantity crosses a level.
   type, public :: crossing_type
-    !> `t`: position on the line. `error`: at this distance from `t` the systems on both sides are certain to differ.
+    !> `t`: position on the line. `error`: at this distance from `t`, the systems are certain to lie on different sides of the
+    !> border.
     real(dp) :: t = 0, error = 0
     integer :: kind = 0
     !> Argument of the multiplier that lies on the unit circle (0 to pi).
     real(dp) :: arg = 0
-    !> True if the systems at larger t are unstable or, for a level, if the quantity is above the level there.
+    !> True if the systems at larger t are unstable or, for the crossing of a level, if the quantity is above the level at larger
+    !> t.
     logical :: enters = .false.
     !> Verdicts on the systems at smaller t (element 1) and at larger t (element 2).
     type(verdict_type) :: verdicts(2) = undecided
@@ -32,13 +34,13 @@ module gestell_task_boundary_line_search_result
   type, public :: search_type
     type(crossing_type), allocatable :: borders(:)
     type(open_part_type), allocatable :: open_parts(:)
-    !> `meetings`: number of positions at which two multipliers meet. `thin`: number of these meetings at which, without damping, no
-    !> growth was found, so that a tongue there is narrower than the tolerance.
+    !> `meetings`: number of positions at which two multipliers meet. `thin`: number of these meetings at which no growth was
+    !> found without damping. A tongue (region of instability) at such a meeting is narrower than the tolerance.
     integer :: meetings = 0, thin = 0
     !> Number of meetings of multipliers that were not searched because the line has more meetings than are allowed.
     integer :: left_out = 0
-    !> Solved systems along the line, with one or more on each side of each border; `sort_marks` sorts them. Only the first
-    !> `mark_count` elements are used.
+    !> Solved systems along the line, at least one on each side of every border. `sort_marks` sorts them by position. Only the
+    !> first `mark_count` elements are used.
     type(probe_type), allocatable :: marks(:)
     integer :: mark_count = 0
   contains

@@ -15,8 +15,8 @@ module gestell_task_boundary_map_bands
 
 contains
 
-  !> Number of the coordinate that is constant on two opposite sides of the box, if each of these sides contains half of the
-  !> vertices `ids`. Otherwise 0.
+  !> Finds two opposite sides of the box of which each contains half of the vertices `ids`. Returns the number of the coordinate
+  !> that is constant on these sides, or 0 if there are no such sides.
   pure integer function opposite_sides(box, ids, vertices) result(k)
     type(box_type), intent(in) :: box
     integer, intent(in) :: ids(:)
@@ -39,8 +39,8 @@ contains
     found = found(ascending((vertices%list(found)%u(3 - k))))
   end function along
 
-  !> Indices of corresponding vertices, shape (n, 3): on the lower side, on the line midway between the sides, and on the upper
-  !> side, each in ascending order. If the vertices do not correspond, n is 0.
+  !> Indices of corresponding vertices, shape (number of borders, 3): on the lower side of the box, on the line midway between the
+  !> sides, and on the upper side, each in ascending order. If the vertices do not correspond, the result has no rows.
   pure function rows(box, ids, half_way, k, vertices)
     type(box_type), intent(in) :: box
     integer, intent(in) :: ids(:), half_way(:), k
@@ -65,10 +65,10 @@ contains
     end do
   end function rows
 
-  !> True if all borders cross the box straight from one of the two sides in `ids` to the other. Each border has one point on each
-  !> side and one on the line midway between them. The point on this line must lie near the mean of the two others, at a distance
-  !> much smaller than that to the neighbouring borders. Two borders close together (of a tongue or a gap) are represented by their
-  !> centre line.
+  !> True if all borders cross the box straight from one of two opposite sides to the other. Each border has one vertex on each of
+  !> these sides and one on the line midway between them. This middle vertex must lie near the mean of the two others, at a
+  !> distance much smaller than that to the neighbouring borders. Two borders close together (of a tongue or a gap) are
+  !> represented by their centre line.
   pure logical function cross_straight(box, ids, half_way, k, vertices)
     type(box_type), intent(in) :: box
     !> `ids`: indices of the vertices on the two opposite sides. `half_way`: indices of the vertices on the line midway between the
@@ -114,8 +114,8 @@ contains
     end associate
   end function cross_straight
 
-  !> Links the two ends of each border that crosses the box through its vertex on the midway line. The region lies on the left of
-  !> the links.
+  !> Links the three vertices of each border that crosses the box: one on each of two opposite sides, and one on the line midway
+  !> between these sides. The region that the borders enclose lies on the left of the links.
   pure subroutine link_through(box, ids, half_way, k, vertices)
     type(box_type), intent(in) :: box
     !> `ids`: indices of the vertices on the two opposite sides. `half_way`: indices of the vertices on the line midway between the

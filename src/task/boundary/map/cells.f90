@@ -38,8 +38,9 @@ contains
     class(plane_type), intent(in), target :: plane
     !> Coordinates of the lines of the search grid, along the first and along the second parameter
     real(dp), intent(in) :: u1(:), u2(:)
-    !> `first1`: number of the first vertex on each line of constant u1. `first2`: the same for lines of constant u2. The last
-    !> element is one more than the number of the last vertex
+    !> `first1`: number of the first vertex on each line of constant first parameter. `first2`: number of the first vertex on each
+    !> line of constant second parameter. The last element of each array is one more than the number of the last vertex on these
+    !> lines
     integer, intent(in) :: first1(:), first2(:)
     type(vertices_type), intent(inout) :: vertices
     type(error_type), allocatable, intent(out) :: error
@@ -102,13 +103,13 @@ contains
     vertices%left_out = vertices%left_out + found%left_out
   end subroutine merge_cell
 
-  !> Links the vertices of `pool` that lie on the sides of `box`. These vertices divide the sides into stretches that are
-  !> alternately inside and outside the region.
+  !> Links the vertices of `pool` that lie on the sides of `box`, by borders through the box. These vertices divide the sides into
+  !> stretches that are alternately inside and outside the region that the borders enclose.
   !>
   !> Two vertices are linked directly. For four vertices, the system at their mean decides whether the two stretches inside the
   !> region belong to one connected area. For four or more vertices on two opposite sides, a search along the line midway between
-  !> these sides decides. The box is halved if the decision is uncertain, if systems are missing, or if a narrow tongue ends in the
-  !> box, down to the allowed deviation. Fails if the parameters are invalid.
+  !> these sides decides. The box is halved if the decision is uncertain, if systems are missing, or if a narrow tongue ends in
+  !> the box. Halving ends at the allowed deviation. Fails if the parameters are invalid.
   recursive subroutine connect_cell(plane, box, pool, vertices, error)
     class(plane_type), intent(in) :: plane
     type(box_type), intent(in) :: box
@@ -221,11 +222,12 @@ contains
     end if
   end subroutine position_around
 
-  !> The border crosses the box's sides at four vertices. Decides whether the two stretches of the sides that lie inside the region
-  !> belong to one connected area (`joined`). A chord joins two neighbouring vertices. The shorter pair of opposite chords is
-  !> assumed to span the ends of a tongue, which lies either inside or outside the region. The decision is `certain` if the system
-  !> at the mean of the vertices agrees with this assumption. If it disagrees, the tongue may not contain the mean, or may end in
-  !> the box. Both borders of the tongue are then sought on a line across the tongue through the mean.
+  !> Decides how the borders run through a box whose sides they cross at four vertices. `joined` is true if the two stretches of
+  !> the sides inside the region belong to one connected area. A chord joins two neighbouring vertices. The shorter pair of
+  !> opposite chords is assumed to span the ends of a tongue, which lies either inside or outside the region. The decision is
+  !> `certain` if the system at the mean of the vertices agrees with this assumption. If it disagrees, the mean may lie beside the
+  !> tongue, or the tongue may end in the box. Both borders of the tongue are then sought on a line across the tongue through the
+  !> mean.
   subroutine decide_by_mean(plane, box, ids, enter, opposite, vertices, joined, certain, error)
     class(plane_type), intent(in) :: plane
     type(box_type), intent(in) :: box
@@ -269,10 +271,10 @@ contains
     end associate
   end subroutine decide_by_mean
 
-  !> Divides a box by the line through its middle on which coordinate number `k` is constant. If the borders are `parallel`, and if
-  !> the vertices on the dividing line show that all borders cross the box, the vertices `ids` are linked through them. Otherwise
-  !> the vertices of both halves are connected separately. A box that is too `small` for this is not divided, and `is_final` is
-  !> true. Fails if the parameters are invalid.
+  !> Divides a box by the line through its middle on which coordinate number `k` is constant. If the borders are `parallel`, and
+  !> if the vertices on the dividing line show that all borders cross the box, the vertices `ids` are linked through those on the
+  !> dividing line. Otherwise the vertices of each half are connected separately. A box that is too `small` for this is not
+  !> divided, and `is_final` is true. Fails if the parameters are invalid.
   recursive subroutine divide(plane, box, ids, k, parallel, small, vertices, is_final, error)
     class(plane_type), intent(in) :: plane
     type(box_type), intent(in) :: box

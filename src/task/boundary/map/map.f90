@@ -22,8 +22,8 @@ module gestell_task_boundary_map
   type, public :: border_vertex_type
     integer :: curve = 0
     real(dp) :: parameters(2) = 0
-    !> Error bound in both parameters: the border lies within this distance on either side, on the line on which the vertex was
-    !> found.
+    !> Error bound of each parameter. On the line on which the vertex was found, the border lies within this distance on either
+    !> side of the vertex.
     real(dp) :: error(2) = 0
     !> Argument of the multiplier with modulus 1 (see `border_type`).
     real(dp) :: arg_rad = 0
@@ -33,15 +33,17 @@ module gestell_task_boundary_map
     character(len=15) :: state = ""
   end type border_vertex_type
 
-  !> Part of a line in which a border cannot be excluded, and its `width`, both in the units of the parameters.
+  !> Part of a line in which a border cannot be excluded. `parameters`: the two parameters at the middle of this part. `width`:
+  !> its extent in each parameter.
   type, public :: open_place_type
     real(dp) :: parameters(2) = 0, width(2) = 0
   end type open_place_type
 
   !> Curves of borders in the plane of two parameters.
   type, public :: border_map_type
-    !> Vertices in the order in which the curves connect them. The region lies to the left of a curve if the first parameter is
-    !> plotted to the right and the second one upward. A closed curve ends with its first vertex.
+    !> Vertices in the order in which the curves connect them. The region (machines that are unstable or above a level) lies to
+    !> the left of a curve if the first parameter is plotted to the right and the second one upward. A closed curve ends with its
+    !> first vertex.
     type(border_vertex_type), allocatable :: vertices(:)
     !> Number of curves on the map.
     integer :: curves = 0
@@ -74,7 +76,7 @@ contains
     type(grid_type), intent(in) :: grid
     !> Tolerance of the monodromy matrix, integration method, and number of steps
     type(accuracy_type), intent(in) :: accuracy
-    !> Allowed deviation of the curves from the border, relative to the ranges or, on logarithmic axes, to the ranges of the
+    !> Allowed deviation of the curves from the border. It is relative to the ranges or, on logarithmic axes, to the ranges of the
     !> logarithms
     real(dp), intent(in) :: deviation
     !> The border curves
@@ -92,8 +94,8 @@ contains
     call trace_curves(plane, grid, map, error)
   end subroutine trace_borders
 
-  !> Computes the curves that enclose the region of a plane. On entry all components of the plane except its axes must be set. Fails
-  !> if `trace_borders` would fail.
+  !> Computes the curves that enclose the region (unstable machines, or machines above a level) in the plane of two parameters. On
+  !> entry all components of `plane` except its axes must be set. Fails if `trace_borders` would fail.
   subroutine trace_curves(plane, grid, map, error)
     class(plane_type), intent(inout), target :: plane
     type(grid_type), intent(in) :: grid
@@ -154,8 +156,8 @@ contains
     if (.not. allocated(error)) call list_isolated(first(size(first)) - 1, vertices)
   end subroutine search_grid
 
-  !> Adds to `vertices%open` those of the first `number` vertices (the vertices on the lines of the grid) that belong to no curve.
-  !> Their border could not be followed into the cells on either side.
+  !> Adds to `vertices%open` the vertices on the lines of the grid (the first `number` vertices) that belong to no curve. The
+  !> border through such a vertex could not be followed into the cells on either side.
   pure subroutine list_isolated(number, vertices)
     integer, intent(in) :: number
     type(vertices_type), intent(inout) :: vertices
@@ -245,8 +247,8 @@ contains
     end if
   end subroutine assemble_curves
 
-  !> Appends the curve that begins at vertex number `start`. Each vertex is followed by those that refinement has added `between` it
-  !> and the next vertex.
+  !> Appends the curve that begins at vertex number `start` to `curves`. Between each vertex and the next one on the curve, it
+  !> inserts the vertices in `between`, which refinement has added.
   pure subroutine append_curve(vertices, between, start, done, curves)
     type(vertices_type), intent(in) :: vertices, between(:)
     integer, intent(in) :: start

@@ -18,7 +18,8 @@ module gestell_task_boundary_map_plot
 
 contains
 
-  !> The plot boundary.gp: the curves, with a different dash pattern for each kind of border, and the shaded region on their left.
+  !> The plot boundary.gp. It shows the curves, with a different dash pattern for each kind of border, and the shaded region on
+  !> the left of the curves.
   function plot_curves(plan, map, kinds, states, meanings, title, side) result(figure)
     type(sweep_plan_type), intent(in) :: plan
     type(border_map_type), intent(in) :: map

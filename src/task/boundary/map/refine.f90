@@ -89,10 +89,10 @@ contains
     call refine(plane, middle, q, divisions - 1, curve, error)
   end subroutine refine
 
-  !> Finds the border on a line perpendicular to the connection from `p` to `q`, at the fraction `part` of its length. If there are
-  !> several borders, it selects the nearest one with the region on the left, because the border of a narrow tongue may lie on
-  !> either side. `near`: true if `near_suffices` is true and the border, or the edge of the ranges, is not farther away than the
-  !> allowed deviation.
+  !> Finds the border on a line perpendicular to the connection from `p` to `q`, at the fraction `part` of its length. The line
+  !> extends to both sides, because the border of a narrow tongue may lie on either side of the connection. Of several borders,
+  !> the nearest one with the region on the left is selected. `near`: true if `near_suffices` is true and the border, or the edge
+  !> of the ranges, is not farther away than the allowed deviation.
   subroutine find_border_across(plane, p, q, part, near_suffices, vertex, found, near, error)
     class(plane_type), intent(in) :: plane
     type(vertex_type), intent(in) :: p, q

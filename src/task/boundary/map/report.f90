@@ -12,7 +12,8 @@ module gestell_task_boundary_map_report
   public :: curve_lines, curves_over, unsearched_lines, words
 
   character, parameter :: newline = new_line("a")
-  !> Maximum number of curves, of values, and of parts without a decision (open places) that the report lists.
+  !> Maximum number of curves, of values, and of open places (parts of the range in which a border cannot be excluded) that the
+  !> report lists.
   integer, parameter, public :: max_listed = 40
   character(len=*), parameter, public :: more_listed = "  ... all in boundary.csv" // newline
 
@@ -74,8 +75,8 @@ contains
       & " were not searched; these places lie in the ranges that are marked 'open' below. Search these ranges separately" // newline
   end function unsearched_lines
 
-  !> List such as ": divergence, flutter". It contains each kind of border once, in the order along the curve, followed by the state
-  !> of the machine if it is not stable.
+  !> List such as ": divergence, flutter". It contains each kind of border once, in the order along the curve. If the machine is
+  !> not stable at a border, its state follows the kind.
   pure function kinds_of(curve) result(list)
     type(border_vertex_type), intent(in) :: curve(:)
     character(len=:), allocatable :: list, kind

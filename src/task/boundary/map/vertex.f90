@@ -17,25 +17,25 @@ module gestell_task_boundary_map_vertex
 
   public :: vertex_of
 
-  !> Upper limit of the tolerance of borders on lines, in u. With it narrow tongues are found even if the allowed deviation of the
-  !> curves is large.
+  !> Upper limit of the tolerance of borders on lines, as a difference of the coordinates u. Because of this limit, narrow tongues
+  !> are found even if the allowed deviation of the curves is large.
   real(dp), parameter, public :: finest_lines = 1.0e-8_dp
 
   !> A vertex: a point of a border in the plane.
   type, public :: vertex_type
-    !> Coordinates u of the vertex.
+    !> Coordinates u of the vertex (0 to 1 over the range of each parameter).
     real(dp) :: u(2) = 0
     !> Unit vector along the line on which the vertex was found. It points into the region.
     real(dp) :: inward(2) = 0
     integer :: kind = 0
-    !> `arg`: argument of the multiplier with modulus 1 (0 to pi). `error`: distance, in u, within which the border lies on either
-    !> side
+    !> `arg`: argument of the multiplier with modulus 1 (0 to pi). `error`: distance from the vertex, as a difference of u, within
+    !> which the border lies on either side
     real(dp) :: arg = 0, error = 0
     !> Number of the next vertex of the curve, or 0 at its end. Seen from this vertex towards the next, the region lies on the left.
     integer :: next = 0
   end type vertex_type
 
-  !> Part of a line in which a border cannot be excluded: its middle, and its width along the line, both in u.
+  !> Part of a line in which a border cannot be excluded. `u`: coordinates of its middle. `width`: its extent in each coordinate.
   type, public :: open_spot_type
     real(dp) :: u(2) = 0, width(2) = 0
   end type open_spot_type
@@ -155,7 +155,8 @@ contains
     vertex%error = crossing%error * norm2(line%direction)
   end function vertex_of
 
-  !> Tolerance of borders on lines, in u. It is much smaller than the allowed deviation of the curves.
+  !> Tolerance of borders on lines, as a difference of the coordinates u. It is much smaller than the allowed deviation of the
+  !> curves.
   pure real(dp) function precision_of_lines(self) result(precision)
     class(plane_type), intent(in) :: self
     real(dp), parameter :: share = 0.01_dp
@@ -163,8 +164,8 @@ contains
     precision = share * self%tolerance
   end function precision_of_lines
 
-  !> Determines whether the system at the coordinates `u` belongs to the region (`inside`), and whether it does not exist or could
-  !> not be solved (`missing`). Fails if the parameters are invalid.
+  !> Determines whether the system at the coordinates `u` belongs to the region of the unstable machines (`inside`), and whether
+  !> it does not exist or could not be solved (`missing`). Fails if the parameters are invalid.
   subroutine probe(self, u, inside, missing, error)
     class(plane_type), intent(in) :: self
     real(dp), intent(in) :: u(2)
