@@ -65,199 +65,85 @@ module gestell_output_table
   !> Value that marks a missing integer in a column of integers
   integer, parameter, public :: nothing = -huge(1)
 
-contains
+  interface
+    !> A table without columns.
+    pure module type(table_type) function new_table(name, heading, caption, verdict, shown) result(table)
+      !> `name`: name of the table and its files. `heading`: heading in reports and pages. `caption`: caption of the picture
+      character(len=*), intent(in) :: name, heading, caption
+      !> Verdict on the machines that the table describes
+      character(len=*), intent(in), optional :: verdict
+      !> True if the HTML page is to show the rows
+      logical, intent(in), optional :: shown
+    end function new_table
 
-  !> A table without columns.
-  pure type(table_type) function new_table(name, heading, caption, verdict, shown) result(table)
-    !> `name`: name of the table and its files. `heading`: heading in reports and pages. `caption`: caption of the picture
-    character(len=*), intent(in) :: name, heading, caption
-    !> Verdict on the machines that the table describes
-    character(len=*), intent(in), optional :: verdict
-    !> True if the HTML page is to show the rows
-    logical, intent(in), optional :: shown
+    !> Adds a column of real numbers. Error bounds are given in one of two ways: `error` names the column that contains them, or
+    !> `bounds` contains them and is added as the column NAME_error.
+    pure module subroutine add_numbers(self, name, unit, meaning, values, error, bounds)
+      class(table_type), intent(inout) :: self
+      !> `name`: name of the column, without the unit. `meaning`: explanation of the column
+      character(len=*), intent(in) :: name, meaning
+      type(unit_type), intent(in) :: unit
+      !> One value for each row
+      real(dp), intent(in) :: values(:)
+      !> Name of the column with the error bounds, without the unit; this column has the same unit
+      character(len=*), intent(in), optional :: error
+      !> Error bound for each row
+      real(dp), intent(in), optional :: bounds(:)
+    end subroutine add_numbers
 
-    table%name = name
-    table%heading = heading
-    table%caption = caption
-    if (present(verdict)) table%verdict = trim(verdict)
-    if (present(shown)) table%shown = shown
-    table%model = ""
-    table%remarks = ""
-    allocate(table%columns(0))
-  end function new_table
+    !> Word of this column in row `i`.
+    pure module function word(self, i)
+      class(column_type), intent(in) :: self
+      integer, intent(in) :: i
+      character(len=:), allocatable :: word
+    end function word
 
-  !> Adds a column of real numbers. Error bounds are given in one of two ways: `error` names the column that contains them, or
-  !> `bounds` contains them and is added as the column NAME_error.
-  pure subroutine add_numbers(self, name, unit, meaning, values, error, bounds)
-    class(table_type), intent(inout) :: self
-    !> `name`: name of the column, without the unit. `meaning`: explanation of the column
-    character(len=*), intent(in) :: name, meaning
-    type(unit_type), intent(in) :: unit
-    !> One value for each row
-    real(dp), intent(in) :: values(:)
-    !> Name of the column with the error bounds, without the unit; this column has the same unit
-    character(len=*), intent(in), optional :: error
-    !> Error bound for each row
-    real(dp), intent(in), optional :: bounds(:)
-    type(column_type) :: column
+    !> Adds a column of integers.
+    pure module subroutine add_integers(self, name, meaning, values)
+      class(table_type), intent(inout) :: self
+      character(len=*), intent(in) :: name, meaning
+      integer, intent(in) :: values(:)
+    end subroutine add_integers
 
-    column%numbers = values
-    column%error = ""
-    if (present(error)) column%error = trim(new_key(error, unit))
-    if (present(bounds)) column%error = trim(new_key(trim(name) // "_error", unit))
-    call append(self, column, name, unit, meaning, size(values))
-    if (present(bounds)) call self%add(trim(name) // "_error", unit, "bound on its error", bounds)
-  end subroutine add_numbers
+    !> Adds a column of words.
+    pure module subroutine add_words(self, name, meaning, values)
+      class(table_type), intent(inout) :: self
+      character(len=*), intent(in) :: name, meaning, values(:)
+    end subroutine add_words
 
-  !> Word of this column in row `i`.
-  pure function word(self, i)
-    class(column_type), intent(in) :: self
-    integer, intent(in) :: i
-    character(len=:), allocatable :: word
+    !> Adds a column of integers that are 1 for true and 0 for false. Where `known` is false, the value is marked as missing.
+    pure module subroutine add_flags(self, name, meaning, values, known)
+      class(table_type), intent(inout) :: self
+      character(len=*), intent(in) :: name, meaning
+      logical, intent(in) :: values(:)
+      logical, intent(in), optional :: known(:)
+    end subroutine add_flags
 
-    word = trim(self%words((i - 1) * self%width + 1:i * self%width))
-  end function word
+    !> Index of the column with this name, which may be given with or without the unit; 0 if there is no such column.
+    pure module integer function number_of(self, name) result(number)
+      class(table_type), intent(in) :: self
+      character(len=*), intent(in) :: name
+    end function number_of
 
-  !> Adds a column of integers.
-  pure subroutine add_integers(self, name, meaning, values)
-    class(table_type), intent(inout) :: self
-    character(len=*), intent(in) :: name, meaning
-    integer, intent(in) :: values(:)
-    type(column_type) :: column
+    !> Key of the column called `name`, which must exist.
+    pure module function key_of_column(self, name) result(key)
+      class(table_type), intent(in) :: self
+      character(len=*), intent(in) :: name
+      character(len=:), allocatable :: key
+    end function key_of_column
 
-    column%integers = values
-    call append(self, column, name, unit_type(), meaning, size(values))
-  end subroutine add_integers
+    !> Announces that `more` columns will be added. They become visible when the last of them is added. Without this call, all
+    !> earlier columns are moved in memory whenever a column is added.
+    pure module subroutine expect(self, more)
+      class(table_type), intent(inout) :: self
+      integer, intent(in) :: more
+    end subroutine expect
 
-  !> Adds a column of words.
-  pure subroutine add_words(self, name, meaning, values)
-    class(table_type), intent(inout) :: self
-    character(len=*), intent(in) :: name, meaning, values(:)
-    type(column_type) :: column
-    integer :: i
-
-    allocate(character(len=len(values) * size(values)) :: column%words)
-    column%width = len(values)
-    do i = 1, size(values)
-      column%words((i - 1) * len(values) + 1:i * len(values)) = values(i)
-    end do
-    call append(self, column, name, unit_type(), meaning, size(values))
-  end subroutine add_words
-
-  !> Adds a column of integers that are 1 for true and 0 for false. Where `known` is false, the value is marked as missing.
-  pure subroutine add_flags(self, name, meaning, values, known)
-    class(table_type), intent(inout) :: self
-    character(len=*), intent(in) :: name, meaning
-    logical, intent(in) :: values(:)
-    logical, intent(in), optional :: known(:)
-    integer :: flags(size(values))
-
-    flags = merge(1, 0, values)
-    if (present(known)) flags = merge(flags, nothing, known)
-    call self%add(name, meaning, flags)
-  end subroutine add_flags
-
-  !> Sets key, unit and meaning of a column and moves it to the end of the table.
-  pure subroutine append(table, column, name, unit, meaning, rows)
-    type(table_type), intent(inout) :: table
-    type(column_type), intent(inout) :: column
-    character(len=*), intent(in) :: name, meaning
-    type(unit_type), intent(in) :: unit
-    integer, intent(in) :: rows
-    integer :: k
-
-    column%key = trim(new_key(name, unit))
-    column%label = trim(name)
-    do k = 1, len(column%label)
-      if (column%label(k:k) == "_") column%label(k:k) = " "
-    end do
-    column%meaning = meaning
-    column%unit = unit
-    if (.not. allocated(column%error)) column%error = ""
-    if (.not. allocated(table%reserved)) call table%expect(1)
-    table%filled = table%filled + 1
-    call move_column(column, table%reserved(table%filled))
-    if (table%filled == size(table%reserved)) call move_alloc(table%reserved, table%columns)
-    table%rows = rows
-  end subroutine append
-
-  !> Index of the column with this name, which may be given with or without the unit; 0 if there is no such column.
-  pure integer function number_of(self, name) result(number)
-    class(table_type), intent(in) :: self
-    character(len=*), intent(in) :: name
-
-    do number = size(self%columns), 1, -1
-      associate (column => self%columns(number))
-        if (column%key == name .or. column%key == new_key(name, column%unit)) return
-      end associate
-    end do
-  end function number_of
-
-  !> Key of the column called `name`, which must exist.
-  pure function key_of_column(self, name) result(key)
-    class(table_type), intent(in) :: self
-    character(len=*), intent(in) :: name
-    character(len=:), allocatable :: key
-
-    key = self%columns(self%number_of(name))%key
-  end function key_of_column
-
-  !> Announces that `more` columns will be added. They become visible when the last of them is added. Without this call, all earlier
-  !> columns are moved in memory whenever a column is added.
-  pure subroutine expect(self, more)
-    class(table_type), intent(inout) :: self
-    integer, intent(in) :: more
-    integer :: k
-
-    if (more < 1) return
-    self%filled = size(self%columns)
-    allocate(self%reserved(self%filled + more))
-    do k = 1, self%filled
-      call move_column(self%columns(k), self%reserved(k))
-    end do
-  end subroutine expect
-
-  !> Moves all columns of the table `other`, which must have the same number of rows, to the end of this table.
-  pure subroutine join(self, other)
-    class(table_type), intent(inout) :: self
-    type(table_type), intent(inout) :: other
-    type(column_type), allocatable :: longer(:)
-    integer :: k, n
-
-    n = size(self%columns)
-    allocate(longer(n + size(other%columns)))
-    do k = 1, size(longer)
-      if (k <= n) call move_column(self%columns(k), longer(k))
-      if (k > n) call move_column(other%columns(k - n), longer(k))
-    end do
-    call move_alloc(longer, self%columns)
-    self%rows = other%rows
-  end subroutine join
-
-  !> Moves a column from one variable to another without copying its values.
-  pure subroutine move_column(from, to)
-    type(column_type), intent(inout) :: from
-    type(column_type), intent(out) :: to
-
-    call move_alloc(from%key, to%key)
-    call move_alloc(from%label, to%label)
-    call move_alloc(from%meaning, to%meaning)
-    call move_alloc(from%error, to%error)
-    to%unit = from%unit
-    to%width = from%width
-    if (allocated(from%numbers)) call move_alloc(from%numbers, to%numbers)
-    if (allocated(from%integers)) call move_alloc(from%integers, to%integers)
-    if (allocated(from%words)) call move_alloc(from%words, to%words)
-  end subroutine move_column
-
-  !> Key of a column: its name, followed by the suffix of its unit if it has a unit.
-  pure function new_key(name, unit) result(key)
-    character(len=*), intent(in) :: name
-    type(unit_type), intent(in) :: unit
-    character(len=len_trim(name) + len(unit%suffix) + 1) :: key
-
-    key = name
-    if (unit%suffix /= "") key = trim(name) // "_" // unit%suffix
-  end function new_key
+    !> Moves all columns of the table `other`, which must have the same number of rows, to the end of this table.
+    pure module subroutine join(self, other)
+      class(table_type), intent(inout) :: self
+      type(table_type), intent(inout) :: other
+    end subroutine join
+  end interface
 
 end module gestell_output_table
