@@ -1,17 +1,21 @@
-!> Computes the shaking forces of a linkage on rigid ground, and how they are changed by counterweights on its links.
+!> Computes the shaking forces and moments of a linkage on rigid ground, and how counterweights on its bodies change them.
 !>
-!> A counterweight has the unbalance u = m c = rho exp(i alpha). Its radius r = |c| is given, so its mass is m = rho / r (symbols as
-!> in gestell_study_balance_bodies). It changes two functions: the force S'', which is the sum of m r'' over the masses, and the
-!> moment A' - K'/2 (gestell_model_mechanism_shaking). The change is
+!> A counterweight on a body has the mass m, the radius r from the body's pivot and the angle alpha in the body's axes. Its
+!> unbalance is the complex number u = rho exp(i alpha) with rho = m r. The radius is given, so the mass is rho / r. The
+!> counterweight changes the shaking force and the shaking moment, as functions of the crank angle phi, by
 !>
 !>     rho [f_0(phi) + f_1(phi) cos alpha + f_2(phi) sin alpha].
 !>
-!> The term K'/2 exists only if the speed of the crank is constant relative to the ground. For given m all terms are affine in c
-!> except m |c|^2, which is rho r for every alpha. Therefore unit unbalances at alpha = 0, pi/2 and pi determine f_0, f_1, f_2. In
-!> complex form the counterweight adds u (exp(i theta))'' + m P'' to S''; at a pivot P'' = 0 (doc/theory.md, equations 55 and 56).
+!> The reason: for a given mass all terms are affine in the position of the counterweight, except its moment of inertia m r^2,
+!> which does not depend on alpha. Therefore the effects of unit unbalances at alpha = 0, pi/2 and pi determine f_0, f_1 and f_2.
+!> Let theta be the angle of the body and P the position of its pivot. In complex form the counterweight adds u (exp(i theta))'' +
+!> m P'' to the force. If the pivot is at rest, P'' = 0 (doc/theory.md, equations 55 and 56).
 !>
-!> On a frame in space the force S'' and the moment H' have three rows each (gestell_model_space). Gravity is omitted. What keeps
-!> the speed constant (motor, outside drive or flywheel) decides which part of the moment acts on the frame. A counterweight has the
+!> If the speed of the crank is constant relative to the ground, the torque of the drive does not act on the frame. The moment
+!> then contains the additional term -K'/2, where K is twice the kinetic energy at unit speed (gestell_model_mechanism).
+!>
+!> On a frame in space, force and moment have three components each (gestell_model_space). Gravity is omitted. What keeps the
+!> speed constant (motor, outside drive or flywheel) decides which part of the moment acts on the frame. A counterweight has the
 !> same z as its link. A body has one counterweight in every plane in which it has links.
 module gestell_study_balance
   use gestell_base_error, only: error_type
@@ -32,14 +36,14 @@ module gestell_study_balance
 
   public :: examine, measure_residual, residual_rows
 
-  !> Kind of each row: 1 force, 2 moment. A frame in the plane has the rows force along x, force along y, moment. A frame in space
-  !> has three rows of forces and three rows of moments.
+  !> Kind of each row of the shaking force and moment: 1 force, 2 moment. In the plane the rows are the force along x, the force
+  !> along y and the moment. In space there are three rows of forces and three rows of moments.
   integer, parameter :: in_plane(3) = [1, 1, 2], in_space(6) = [1, 1, 1, 2, 2, 2]
 
-  !> Shaking forces and moments on rigid ground: those of the linkage alone, and those of unit counterweights on its bodies.
+  !> Shaking forces and moments of a linkage on rigid ground, and the effects of counterweights on its bodies.
   type, public :: rigid_ground_type
-    !> Shaking force (kg m) and moment (kg m^2) of the linkage alone, divided by -Omega^2, at equidistant crank angles that start at
-    !> 0; shape (rows, angles)
+    !> Shaking force (kg m) and moment (kg m^2) of the linkage without counterweights, divided by minus the square of the crank
+    !> speed; shape (rows, angles). The crank angles are equidistant and start at 0
     real(dp), allocatable :: found(:, :)
     !> Bodies that can carry counterweights, each with the effect of its counterweight
     type(turning_body_type), allocatable :: bodies(:)
@@ -49,13 +53,13 @@ module gestell_study_balance
     procedure :: kinds
   end type rigid_ground_type
 
-  !> Forces and moments that remain on rigid ground at a given speed.
+  !> Shaking forces and moments that remain after counterweights are added, on rigid ground at a given speed.
   type, public :: residual_shaking_type
     !> Fourier series of each row as a function of the crank angle (N or N m), shape (rows)
     type(fourier_type), allocatable :: series(:)
     !> Kind of each row of `series`: 1 force, 2 moment
     integer, allocatable :: kinds(:)
-    !> Peak and rms of two magnitudes: of the force (N, element 1) and of the moment (N m, element 2)
+    !> Peak and rms over the turn. Element 1: magnitude of the force (N). Element 2: magnitude of the moment (N m)
     real(dp) :: peak(2) = 0, rms(2) = 0
   contains
     procedure :: order_rms
@@ -75,21 +79,22 @@ contains
   end function kinds
 
   !> Computes the shaking forces and moments of a linkage on rigid ground and the effects of counterweights on its bodies. The
-  !> number of crank angles is doubled, up to 8192, until it resolves the shaking and the effects. Fails if `linkage%check` fails.
+  !> number of crank angles is doubled, up to 8192, until the samples resolve the shaking and the effects. Fails if
+  !> `linkage%check` fails.
   subroutine examine(linkage, uniform_in_space, about, rigid, error, links, radii, space)
     !> The linkage, after its `prepare`
     class(linkage_type), intent(in) :: linkage
     !> True if the speed of the crank is constant relative to the ground; false if it is constant relative to the frame
     logical, intent(in) :: uniform_in_space
     !> Reference point of the moment (m). In the plane: two coordinates relative to the mechanism's origin. In space: three
-    !> coordinates relative to F
+    !> coordinates relative to the frame's centre of mass F
     real(dp), intent(in) :: about(:)
     type(rigid_ground_type), intent(out) :: rigid
     type(error_type), allocatable, intent(out) :: error
     !> Indices of links. If present, only bodies that contain one of these links can carry counterweights
     integer, intent(in), optional :: links(:)
-    !> Radii of the counterweights (m), one for all bodies or one for each of `links`; by default each radius is the length of the
-    !> link
+    !> Radii of the counterweights (m): one for all bodies, or one for each of `links`. By default the radius is the length of the
+    !> body's first link
     real(dp), intent(in), optional :: radii(:)
     !> Required for a frame in space: its mechanisms and their drive. The speed of the drive must not be zero
     type(space_type), intent(in), optional :: space
@@ -131,8 +136,9 @@ contains
 
   contains
 
-    !> Computes the functions f_0, f_1, f_2, which describe the effect of a counterweight on a body, from unit unbalances at the
-    !> angles 0, pi/2 and pi.
+    !> Computes the effect of a counterweight of unit unbalance on a body: f_0 + f_1 cos alpha + f_2 sin alpha, where alpha is the
+    !> angle of the counterweight. The effects at alpha = 0, pi/2 and pi determine the functions f_0, f_1 and f_2 of the crank
+    !> angle.
     subroutine find_effect(body)
       type(turning_body_type), intent(inout) :: body
       real(dp) :: of(size(rigid%found, 1), n, 3)
@@ -160,7 +166,7 @@ contains
 
   end subroutine examine
 
-  !> Relative rounding error of sums over the links, whose large terms cancel. It grows near dead points.
+  !> Relative rounding error of sums over the links, in which large terms may cancel. It grows near dead points.
   pure real(dp) function relative_rounding(linkage)
     class(linkage_type), intent(in) :: linkage
     real(dp), parameter :: least = 1.0e-12_dp, part = 100
@@ -168,8 +174,8 @@ contains
     relative_rounding = max(least, part * epsilon(1.0_dp) / linkage%angle_scale**2)
   end function relative_rounding
 
-  !> True if the upper third of the orders is negligible for every row: below 1e-9 of the largest row of the same kind, or below the
-  !> rounding error of the row.
+  !> True if the crank angles resolve the shaking and the effects of counterweights. For the forces and for the moments, the upper
+  !> third of the harmonics must be below the rounding error or below 1e-9 of the largest harmonic.
   pure logical function resolved(rigid)
     type(rigid_ground_type), intent(in) :: rigid
     real(dp), parameter :: small = 1.0e-9_dp, least = 1.0e-12_dp
@@ -212,8 +218,8 @@ contains
     rows(3, :) = rows(3, :) - about(1) * rows(2, :) + about(2) * rows(1, :)
   end subroutine move_moment
 
-  !> Shaking force and moment of links in the plane, divided by -Omega^2, shape (3, angles). `part`: the crank angle lags by this
-  !> fraction of the frame's rotation psi.
+  !> Shaking force (kg m) and moment (kg m^2) of links in the plane, divided by minus the square of the crank speed, shape (3,
+  !> angles). The crank lags by `part` times the rotation psi of the frame.
   function shaking_in_plane(links, at, part, about) result(rows)
     type(link_type), intent(in) :: links(:)
     type(point_type), intent(in) :: at(:, :)
@@ -232,8 +238,9 @@ contains
     call move_moment(about, rows)
   end function shaking_in_plane
 
-  !> Shaking forces (kg m) and moments (kg m^2) of the mechanisms in `planes`, divided by -Omega^2, shape (6, angles). The frame of
-  !> `space` is at rest. `angles`: drive angles (rad). `about`: reference point of the moments, relative to F (m).
+  !> Shaking forces (kg m) and moments (kg m^2) of the mechanisms in `planes`, divided by minus the square of the drive speed,
+  !> shape (6, angles). The frame of `space` is at rest. `angles`: drive angles (rad). `about`: reference point of the moments,
+  !> relative to the frame's centre of mass F (m).
   pure function shaking_of_planes(space, planes, about, angles) result(rows)
     type(space_type), intent(in) :: space
     type(plane_type), intent(in) :: planes(:)
@@ -254,8 +261,8 @@ contains
     end do
   end function shaking_of_planes
 
-  !> Shaking forces (kg m) and moments (kg m^2) of a single link that moves with the mechanism in its plane, divided by -Omega^2,
-  !> shape (6, angles).
+  !> Shaking forces (kg m) and moments (kg m^2) of a single link that moves with the mechanism in its plane, divided by minus the
+  !> square of the drive speed, shape (6, angles).
   pure function shaking_of_link(space, link, about, angles) result(rows)
     type(space_type), intent(in) :: space
     type(link_type), intent(in) :: link
@@ -272,8 +279,8 @@ contains
     rows = shaking_of_planes(space, [plane], about, angles)
   end function shaking_of_link
 
-  !> Shaking forces (kg m) and moments (kg m^2) that remain after the counterweights are added, divided by -Omega^2, shape (rows,
-  !> angles).
+  !> Shaking forces (kg m) and moments (kg m^2) that remain after the counterweights are added, divided by minus the square of the
+  !> speed, shape (rows, angles).
   pure function residual_rows(rigid, weights) result(rows)
     type(rigid_ground_type), intent(in) :: rigid
     type(counterweight_type), intent(in) :: weights(:)
@@ -288,8 +295,8 @@ contains
     end do
   end function residual_rows
 
-  !> Computes the shaking forces and moments that remain after the counterweights are added, at a given speed (rad/s). Rows below
-  !> their rounding error are set to zero.
+  !> Computes the shaking forces and moments that remain after the counterweights are added, at a given speed (rad/s). Forces and
+  !> moments below their rounding errors are set to zero.
   pure subroutine measure_residual(rigid, weights, speed, residual)
     !> Shaking of the linkage on rigid ground, and the effects of counterweights
     type(rigid_ground_type), intent(in) :: rigid
@@ -348,9 +355,9 @@ contains
     end do
   end function amplitudes
 
-  !> For a frame in space: force and moment in the plane normal to `axes(:, 3)`, split into vectors that rotate with the crank and
-  !> against it. The result holds their magnitudes for the orders 1, 2, ..., shape (orders, 4): force with and against the crank
-  !> (N), moment with and against the crank (N m).
+  !> For a frame in space: splits force and moment, in the plane normal to `axes(:, 3)`, into vectors that rotate with the crank
+  !> and vectors that rotate against it. Returns their magnitudes for the orders 1, 2, ..., shape (orders, 4). Columns: force with
+  !> the crank and force against it (N), moment with the crank and moment against it (N m).
   pure function turning(self, axes, orders) result(sizes)
     class(residual_shaking_type), intent(in) :: self
     real(dp), intent(in) :: axes(3, 3)

@@ -1,8 +1,9 @@
 !> Finds the rotating bodies of a linkage and places counterweights on them.
 !>
-!> A counterweight is a point mass m on a body that rotates by the angle theta(phi), where phi is the crank angle. Its position is P
-!> + c exp(i theta); the complex number c is the position in the axes of the body. P(phi) is the body's pivot, a point of the body
-!> that is at rest. If no point of the body is at rest, P is the joint at the origin of its axes (doc/theory.md, "Balancing").
+!> A counterweight is a point mass m on a body that rotates by the angle theta(phi), where phi is the crank angle. Its position is
+!> P + c exp(i theta). P(phi) is the position of the body's pivot, and the complex number c is the position relative to the pivot
+!> in the axes of the body. The pivot is a point of the body that is at rest. If no point of the body is at rest, P is the joint
+!> at the origin of its axes (doc/theory.md, "Balancing").
 module gestell_study_balance_bodies
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -24,10 +25,10 @@ module gestell_study_balance_bodies
     logical :: pivoted = .false.
     !> Position of the point at rest in the body's axes (m); 0 if no point is at rest
     complex(dp) :: pivot = 0
-    !> Distance at which a counterweight is placed from the pivot (m)
+    !> Distance of a counterweight from the pivot, or from the origin of the body's axes if there is no pivot (m)
     real(dp) :: radius = 0
-    !> Effect of a counterweight of unit unbalance on forces (dimensionless) and moments (m): the functions f_0, f_1, f_2 of
-    !> gestell_study_balance, shape (rows, angles, 3)
+    !> Effect of a counterweight of unit unbalance at the angle alpha: f_0 + f_1 cos alpha + f_2 sin alpha. The array holds the
+    !> functions f_0, f_1, f_2 of the crank angle, shape (rows, angles, 3). Rows of forces are dimensionless, rows of moments in m
     real(dp), allocatable :: effect(:, :, :)
   end type turning_body_type
 
@@ -70,8 +71,8 @@ contains
     where (abs(center) <= 4 * epsilon(1.0_dp) * body%radius) center = 0
   end function center
 
-  !> Finds the rotating bodies of the linkage and lists each once. Links that rotate by the same angle and whose origins keep their
-  !> distance form one body.
+  !> Finds the rotating bodies of the linkage and lists each once. Links that rotate by the same angle and do not move relative to
+  !> each other form one body.
   subroutine find_bodies(linkage, at, by_place, bodies, links, radii)
     !> The linkage whose rotating bodies are found
     class(linkage_type), intent(in) :: linkage
@@ -145,8 +146,8 @@ contains
     turns_with = .true.
   end function turns_with
 
-  !> Finds the pivot c of a body: the point origin + c turn whose mean square displacement is smallest. The point counts as a pivot
-  !> only if it is at rest.
+  !> Finds the pivot of a body: the point whose mean square displacement over the turn is smallest. It counts as a pivot only if
+  !> it is at rest.
   pure subroutine find_pivot(origin, turn, body)
     complex(dp), intent(in) :: origin(:), turn(:)
     type(turning_body_type), intent(inout) :: body

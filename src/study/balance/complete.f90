@@ -1,15 +1,18 @@
 !> Finds counterweights on several bodies that together minimise the shaking force (doc/theory.md, "Balancing").
 !>
-!> Each counterweight adds u (exp(i theta))'' + m P'' to S''. For bodies with a pivot P'' = 0, so the complex unbalances u solve a
-!> linear least-squares problem. With a slider-crank, for example, a force above rounding error remains. In this case bodies without
-!> a pivot (floating bodies) get counterweights too. Their term m P'' with m = |u| / r depends on |u|. It is found by iteration,
-!> which converges in a few steps if P moves with other bodies. In the least-squares problem each body has one column. If the column
-!> of a body is a combination of earlier columns, as for the coupler of a four-bar linkage, the body gets no counterweight. Complete
-!> balance is possible if every link is connected to the ground by a chain of turning pairs (R. S. Berkof, G. G. Lowen, J. Eng. Ind.
-!> 91, 1969, 21-26; F. R. Tepper, G. G. Lowen, J. Eng. Ind. 94, 1972, 789-796).
+!> The unknown of each body is the complex unbalance u of its counterweight. A counterweight of mass m adds u (exp(i theta))'' + m
+!> P'' to the force, where theta is the angle of the body and P the position of its pivot. If the pivots are at rest, P'' = 0, so
+!> the unbalances solve a linear least-squares problem.
 !>
-!> In space the bodies of one shaft lie side by side, and many sets of counterweights have the same effect on the force. Among these
-!> sets the one with the smallest moment is chosen; if several remain, the one with the smallest sum of squared unbalances.
+!> With a slider-crank, for example, a force above rounding error remains. In this case bodies without a pivot (floating bodies)
+!> get counterweights too. Their term m P'' depends on |u|, because the mass m is |u| divided by the radius. This term is found by
+!> iteration, which converges in a few steps if P moves with other bodies. In the least-squares problem each body has one column.
+!> If the column of a body is a combination of earlier columns, as for the coupler of a four-bar linkage, the body gets no
+!> counterweight. Complete balance is possible if every link is connected to the ground by a chain of turning pairs (R. S. Berkof,
+!> G. G. Lowen, J. Eng. Ind. 91, 1969, 21-26; F. R. Tepper, G. G. Lowen, J. Eng. Ind. 94, 1972, 789-796).
+!>
+!> In space the bodies of one shaft lie side by side, and many sets of counterweights have the same effect on the force. Among
+!> these sets the one with the smallest moment is chosen; if several remain, the one with the smallest sum of squared unbalances.
 !> Therefore several bodies share an unbalance, and the outermost planes balance a couple.
 module gestell_study_balance_complete
   use gestell_base_kinds, only: dp
@@ -61,7 +64,7 @@ contains
     state = merge(not_balanced, no_pivots, size(weights) > 0)
   end subroutine balance_force
 
-  !> Rms of the shaking force that remains after the counterweights are added, divided by Omega^2 (kg m).
+  !> Rms of the shaking force that remains after the counterweights are added, divided by the square of the speed (kg m).
   pure real(dp) function force_rms(rigid, weights)
     type(rigid_ground_type), intent(in) :: rigid
     type(counterweight_type), intent(in) :: weights(:)
@@ -86,8 +89,8 @@ contains
     logical, intent(in) :: all
     type(counterweight_type), allocatable, intent(out) :: weights(:)
     integer, parameter :: most = 100
-    !> The iteration ends when no unbalance changes by more than `settled`, relative to the largest unbalance. Unbalances below
-    !> `rounding`, relative to the largest, are set to zero.
+    !> `settled`: the iteration ends when no unbalance changes by more than this fraction of the largest unbalance. `rounding`: an
+    !> unbalance below this fraction of the largest one is set to zero.
     real(dp), parameter :: settled = 1.0e-15_dp, rounding = 1.0e-10_dp
     complex(dp), allocatable :: columns(:, :), u(:), before(:)
     real(dp), allocatable :: effects(:, :, :)
@@ -131,8 +134,8 @@ contains
 
   contains
 
-    !> Shaking forces and moments of the linkage plus f_0 times the unbalance of each counterweight: the terms that do not depend on
-    !> the angles of the counterweights; shape (rows, angles).
+    !> Shaking forces and moments that do not depend on the angles of the counterweights, shape (rows, angles). They are those of
+    !> the linkage, plus the constant part of each counterweight's effect times its unbalance.
     pure function shaking_with(unbalances) result(rows)
       real(dp), intent(in) :: unbalances(:)
       real(dp) :: rows(size(rigid%found, 1), size(rigid%found, 2))
@@ -164,8 +167,8 @@ contains
     force = cmplx(rows(1, :), rows(2, :), dp)
   end function force_of
 
-  !> Finds the vector u that minimises the norm of (columns u - `target_values`). Gram-Schmidt orthogonalisation is applied twice to
-  !> each column. Columns that depend on earlier columns get u = 0.
+  !> Solves the overdetermined system `columns` u = `target_values` by least squares. Gram-Schmidt orthogonalisation is applied
+  !> twice to each column. An element of u is zero if its column is a combination of earlier columns.
   pure subroutine least_squares(columns, target_values, u)
     complex(dp), intent(in) :: columns(:, :), target_values(:)
     complex(dp), intent(out) :: u(:)

@@ -1,12 +1,13 @@
 !> Linear least squares in two stages, for problems with more counterweights than the force determines.
 !>
-!> First, x minimises the mean square of the forces A_1 x - b_1. Among all such x it minimises the mean square of the moments A_2 x
-!> - b_2. If several x remain, it is the one with the smallest norm.
+!> The vector x of unknowns minimises the mean square of the forces A_1 x - b_1. If several x do so, the one with the smallest
+!> mean square of the moments A_2 x - b_2 is chosen. If several x remain, the one with the smallest norm is chosen.
 !>
 !> Rotations of two columns at a time give A V = W, where V is orthogonal and the columns of W are orthogonal to each other (M. R.
-!> Hestenes, J. SIAM 6, 1958, 51-90). Then x_1 is the sum of v (w . b_1)/(w . w) over all columns w that do not vanish. The columns
-!> v whose w vanishes form the matrix N; they do not change the force. The moment of x_1 + N y is minimised over y in the same way.
-!> x_1 and N y are orthogonal.
+!> Hestenes, J. SIAM 6, 1958, 51-90). Let v and w be corresponding columns of V and W for A = A_1. Then x_1, the minimum-norm
+!> solution for the forces, is the sum of v (w . b_1)/(w . w) over all columns with nonzero w. The columns v with w = 0 do not
+!> change the force; they form the matrix N. The mean square of the moments of x_1 + N y is minimised over y in the same way. x_1
+!> and N y are orthogonal.
 module gestell_study_balance_least_squares
   use gestell_base_kinds, only: dp
   use gestell_math_matrix, only: unit_matrix
@@ -27,8 +28,8 @@ module gestell_study_balance_least_squares
   type, public :: least_squares_type
     private
     type(singular_type) :: force, moment
-    !> `of_moment`: the matrix A_2 of the moments. `free`: the matrix N, whose columns are the directions that do not change the
-    !> force
+    !> `of_moment`: the matrix of the moments. `free`: a matrix whose columns are the changes of the unknowns that leave the force
+    !> unchanged
     real(dp), allocatable :: of_moment(:, :), free(:, :)
     !> Kind of each row: 1 force, 2 moment
     integer, allocatable :: kinds(:)
@@ -67,7 +68,8 @@ contains
     u = cmplx(x(1::2), x(2::2), dp)
   end subroutine solve
 
-  !> Matrix of the effects on all rows of one kind at all angles, shape (number of these rows times angles, unknowns).
+  !> Matrix of the effects on all forces (`kind` 1) or on all moments (`kind` 2), shape (rows of this kind times angles,
+  !> unknowns).
   pure function columns_of(effects, kinds, kind) result(a)
     real(dp), intent(in) :: effects(:, :, :)
     integer, intent(in) :: kinds(:), kind
@@ -88,8 +90,8 @@ contains
     row = pack(values, spread(kinds == kind, 2, size(values, 2)))
   end function row_of
 
-  !> Computes an orthogonal V and a W with orthogonal columns so that A V = W. A column of W counts as zero if its norm is below
-  !> 1e-8 of `total_size`, by default the norm of the longest column of A.
+  !> Computes an orthogonal matrix V, and a matrix W with orthogonal columns, so that A V = W. A column of W counts as zero if its
+  !> norm is below 1e-8 of `total_size`. The default of `total_size` is the norm of the longest column of A.
   pure subroutine decompose(self, a, total_size)
     class(singular_type), intent(inout) :: self
     real(dp), intent(in) :: a(:, :)

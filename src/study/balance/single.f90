@@ -1,16 +1,17 @@
 !> Finds the best counterweight on a single body (doc/theory.md, "Balancing").
 !>
-!> The rows of the shaking force and moment are multiplied by factors. With an unbalance rho at the angle alpha their mean square is
+!> Each row of the shaking, which is a component of force or moment, is multiplied by a weight. With a counterweight of unbalance
+!> rho at the angle alpha, the mean square of the weighted rows is
 !>
 !>     J = J_0 + 2 rho B(alpha) + rho^2 A(alpha),   B = b . v,   A = v . G v,   v = (1, cos alpha, sin alpha).
 !>
-!> b contains the means of the products of the shaking with the effects of the counterweight. G contains the means of the products
-!> of the effects with each other.
+!> The vector b contains the means of the products of the linkage's shaking with the effects of the counterweight. The matrix G
+!> contains the means of the products of the effects with each other.
 !>
 !> For given alpha the best unbalance is rho = -B / A if B < 0, otherwise 0. It reduces J by B^2 / A, which never exceeds J_0. The
 !> reduction is largest at a zero of 2 B' A - B A', a polynomial of third degree in cos alpha and sin alpha. At most three of its
-!> six zeros are maxima. Each zero is located between two angles half a degree apart. If two zeros lie between the same two angles,
-!> both are missed, but B^2 / A hardly changes between them.
+!> six zeros are maxima. Each zero is located between two angles half a degree apart. If two zeros lie between the same two
+!> angles, both are missed, but B^2 / A hardly changes between them.
 module gestell_study_balance_single
   use gestell_base_kinds, only: dp, pi
   use gestell_math_root_search, only: root_search_type
@@ -33,8 +34,8 @@ contains
     real(dp), intent(in) :: weights(:)
     type(counterweight_type), intent(out) :: best
     integer, parameter :: places = 720
-    !> `sharp`: tolerance of the angle (rad). `rounding`: relative rounding error of an effect. `nothing`: a counterweight that
-    !> reduces the mean square by a smaller fraction is left out.
+    !> `sharp`: tolerance of the angle (rad). `rounding`: relative rounding error of an effect. `nothing`: a counterweight is
+    !> omitted if it reduces the mean square by a smaller fraction than this.
     real(dp), parameter :: sharp = 4.0e-15_dp, rounding = 1.0e-12_dp, nothing = 1.0e-13_dp
     type(root_search_type) :: search
     real(dp) :: b(3), g(3, 3), least, whole, maximum, alpha, trial_angle, slope(0:places)
@@ -77,8 +78,8 @@ contains
 
   contains
 
-    !> The function 2 B' A - B A' at the angle `alpha`. Its zeros are the stationary points of B^2 / A, the reduction of the mean
-    !> square.
+    !> The function 2 B' A - B A' of the angle `alpha`. Its zeros are the stationary points of B^2 / A, the reduction of the mean
+    !> square by a counterweight at this angle (see the head of the module).
     pure real(dp) function stationary(alpha)
       real(dp), intent(in) :: alpha
       real(dp) :: v(3), along(3)

@@ -1,6 +1,7 @@
-!> Computes measures of periodic functions as the maximum of smooth branches, with derivatives. A peak has one branch for every
-!> local maximum over the turn. By the envelope theorem the shift of the phase of a maximum does not change the derivative. An rms
-!> value has one branch. An rms value within a frequency band has one branch for each direction that is considered.
+!> Computes measures of periodic functions (peak or rms) as the maximum of several smooth functions, called branches, with
+!> derivatives. A peak has one branch for every local maximum over the turn. By the envelope theorem its derivative may be taken
+!> at the fixed phase of the maximum. An rms value has one branch. An rms value within a frequency band has one branch for each
+!> direction that is considered.
 module gestell_study_design_branches
   use gestell_base_kinds, only: dp, pi
   use gestell_math_series_trigonometric, only: series_through, series_type
@@ -80,8 +81,8 @@ contains
     end do
   end subroutine find_tops
 
-  !> Finds every local maximum over the turn of the magnitude of a vector y. At a maximum y . y' vanishes; Newton's method starts at
-  !> the samples.
+  !> Finds every local maximum over the turn of the magnitude of a vector y. At a maximum y . y' = 0. Newton's method computes its
+  !> phase, starting from the samples that are larger than their neighbours.
   pure subroutine maxima_over_turn(samples, places, sizes, y)
     !> The vector y at equidistant phases, shape (samples, components)
     real(dp), intent(in) :: samples(:, :)
@@ -112,9 +113,10 @@ contains
     end do
   end subroutine maxima_over_turn
 
-  !> Computes the rms within the band (gestell_study_vibration_statistics), which is the square root of the largest eigenvalue of a
-  !> matrix: the mean of y y^T over the orders in the band. Each branch is the rms of u^T y for one direction u. The directions are
-  !> fixed ones and the eigenvector of the largest eigenvalue, which jumps where two eigenvalues are equal.
+  !> Computes the rms within the frequency band in the direction in which it is largest (gestell_study_vibration_statistics). Its
+  !> square is the largest eigenvalue of a matrix: the mean of y y^T over the orders in the band. Each branch is the rms of u^T y
+  !> in one direction u. Several fixed directions are used in addition to the eigenvector, because the eigenvector jumps where two
+  !> eigenvalues are equal.
   pure subroutine within_band(band, period, samples, slopes, values, changes)
     real(dp), intent(in) :: band(2), period, samples(:, :), slopes(:, :, :)
     real(dp), allocatable, intent(out) :: values(:), changes(:, :)
@@ -143,8 +145,8 @@ contains
     end do
   end subroutine within_band
 
-  !> Directions in which the mean square is evaluated, shape (size, directions): the eigenvector of the largest eigenvalue of the
-  !> symmetric matrix `square`, and fixed directions distributed over all angles.
+  !> Directions in which the mean square is evaluated, shape (components, directions): the eigenvector of the largest eigenvalue
+  !> of the symmetric matrix `square`, and fixed directions distributed over all angles.
   pure function directions_about(square) result(u)
     real(dp), intent(in) :: square(:, :)
     real(dp), allocatable :: u(:, :)
@@ -181,7 +183,7 @@ contains
     end select
   end function directions_about
 
-  !> Computes the mean of y z^T over the period from the orders `first` to `last` only.
+  !> Computes the mean of y z^T over the period. Only the orders `first` to `last` of the series y and z are included.
   pure subroutine add_orders(y, z, first, last, mean)
     type(series_type), intent(in) :: y, z
     integer, intent(in) :: first, last

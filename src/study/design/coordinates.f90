@@ -1,11 +1,12 @@
-!> Transforms a second-order system to Floquet's coordinates. Let x_i(t) = p_i(t) exp(lambda_i t), with periodic p_i, be its free
-!> vibrations, P = [p_1 ... p_n] and W = P^-1. With x = P z the equations x' = A x + f become scalar equations with constant
-!> coefficients:
+!> Transforms a second-order system to Floquet's coordinates z. Let A be the matrix of its first-order equations x' = A x + f. Its
+!> free vibrations are x_i(t) = p_i(t) exp(lambda_i t) with periodic p_i. With P = [p_1 ... p_n], W = P^-1 and x = P z the
+!> equations become scalar equations with constant coefficients:
 !>
-!>     z_i' = lambda_i z_i + w_i f.
+!>     z_i' = lambda_i z_i + w_i f,
 !>
-!> The harmonics of their periodic solution are (w_i f)_k / (i k 2 pi/T - lambda_i). Therefore many loads cost little more than one
-!> load. (V. A. Yakubovich, V. M. Starzhinskii, Linear Differential Equations with Periodic Coefficients, 1975, chapter II.)
+!> where w_i is row i of W. The harmonic k of their periodic solution is (w_i f)_k / (i k 2 pi/T - lambda_i), where (w_i f)_k is
+!> the harmonic k of w_i f. Therefore many loads cost little more than one load. (V. A. Yakubovich, V. M. Starzhinskii, Linear
+!> Differential Equations with Periodic Coefficients, 1975, chapter II.)
 module gestell_study_design_coordinates
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp, pi
@@ -28,13 +29,14 @@ module gestell_study_design_coordinates
     complex(dp), allocatable :: lambda(:), p(:, :, :), w(:, :, :)
     !> Units by which the states are divided to make them comparable, shape (n)
     real(dp), allocatable :: scale(:)
-    !> Factor of each coordinate in a real motion, shape (n). The two coordinates of a conjugate pair have the factors 2 and 0, all
-    !> other coordinates 1
+    !> Factor of each coordinate in the sum that yields a real motion, shape (n): 2 for one coordinate of a conjugate pair, 0 for
+    !> its partner, 1 for a coordinate without a partner
     real(dp), allocatable :: share(:)
   end type coordinates_type
 
-  !> `of_modes`: largest allowed error in the periodicity of P. `max_condition`: largest allowed condition number of P. A larger
-  !> value shows that two free vibrations coincide, or that small free vibrations are lost in rounding next to large ones.
+  !> `of_modes`: largest allowed difference between the matrix P at the start and at the end of the period. `max_condition`:
+  !> largest allowed condition number of P. A larger value shows that two free vibrations coincide, or that small free vibrations
+  !> are lost in rounding next to large ones.
   real(dp), parameter :: of_modes = 1.0e-7_dp, max_condition = 1.0e6_dp
 
 contains
@@ -45,13 +47,14 @@ contains
     class(second_order_system), intent(in) :: system
     !> Number of phases at which the coordinates are computed
     integer, intent(in) :: phases
-    !> Allowed error of the matrix Phi of the free vibrations, relative to its size
+    !> Allowed error of the monodromy matrix Phi, relative to its size
     real(dp), intent(in) :: tolerance
     !> The coordinates
     type(coordinates_type), intent(out) :: found
-    !> True if the coordinates are accurate enough (see `of_modes`)
+    !> True if the coordinates are accurate enough (see `of_modes` and `max_condition`)
     logical, intent(out) :: fits
-    !> A fast solution of the system. Its maps between the phases are used again if it has the same number of phases
+    !> A fast solution of the system. Its matrices, which map the state at the start of the period to the state at each phase, are
+    !> used again if it has the same number of phases
     type(quick_motion_type), intent(in) :: earlier
     type(quick_motion_type) :: quick
     type(error_type), allocatable :: error

@@ -1,16 +1,18 @@
 !> Searches for the best machine of a family from several starts, and proves that optima of convex problems are global.
 !>
-!> On rigid ground, samples of the shaking forces are linear in the mass m and the first moments m x, m y of each link. Samples of
-!> the moment are linear in m and the moment of inertia J if the centre of mass of the link is fixed. Norms of linear functions are
-!> convex, and so are sums and maxima of such norms. Let L be the Lagrangian (gestell_math_optimum_minimax). In the coordinates m, m
-!> x, m y or m, J it is nowhere below its linearisation. The linearisation is linear in each of m, x, y, so its minimum over their
-!> ranges is at a corner. No machine that meets the limits has an objective below this minimum. (J. Verschuure, B. Demeulenaere, J.
-!> Swevers, J. De Schutter, J. Mech. Des. 130, 2008, 052301, use the same coordinates.)
+!> On rigid ground, samples of the shaking forces are linear in the mass m and the first moments m x, m y of each link, where (x,
+!> y) is its centre of mass. Samples of the moment are linear in m and the moment of inertia J if the centre of mass of the link
+!> is fixed. Norms of linear functions are convex, and so are sums and maxima of such norms.
 !>
-!> An optimum under a few conditions is also optimal under all conditions if none of the other conditions is worse at this optimum.
-!> The search begins with the conditions that are worst at the start. After each optimisation it adds the conditions that have
-!> become worse, until there are none (exchange method of semi-infinite programming: R. Hettich, K. O. Kortanek, SIAM Review 35,
-!> 1993, 380-429, doi 10.1137/1035089).
+!> Let L be the Lagrangian of the problem (gestell_math_optimum_minimax). In the coordinates m, m x, m y or m, J it is convex, so
+!> it is nowhere below its linearisation at the optimum. Expressed in m, x, y, this linearisation is linear in each variable, so
+!> its minimum over their ranges is at a corner. No machine that meets the limits has an objective below this minimum. (J.
+!> Verschuure, B. Demeulenaere, J. Swevers, J. De Schutter, J. Mech. Des. 130, 2008, 052301, use the same coordinates.)
+!>
+!> An optimum under a few operating conditions is also optimal under all conditions if none of the other conditions is worse at
+!> this optimum. The search begins with the conditions that are worst at the start. After each optimisation it adds the conditions
+!> that have become worse than those used, until there are none (exchange method of semi-infinite programming: R. Hettich, K. O.
+!> Kortanek, SIAM Review 35, 1993, 380-429, doi 10.1137/1035089).
 module gestell_study_design
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -28,18 +30,19 @@ module gestell_study_design
 
   !> Default tolerance of a search: it has converged if the remaining slope is smaller than this.
   real(dp), parameter :: default_tolerance = 1.0e-8_dp
-  !> In a search over a range a step is idle if it improves the objective by a smaller fraction. A resonance at the end of the range
-  !> makes idle steps frequent.
+  !> In a search over a range of conditions, a step is idle if it improves the objective by less than this fraction. A resonance
+  !> at the end of the range makes idle steps frequent.
   real(dp), parameter :: worthwhile_gain = 1.0e-4_dp
   !> A search over a range ends after this number of successive idle steps (see `worthwhile_gain`).
   integer, parameter :: patience = 3
-  !> A limit on a goal that needs no solution counts as met if the goal exceeds it by less than this fraction of the limit.
+  !> For goals that are exact up to rounding, such as the mass: the limit counts as met if the goal exceeds it by less than this
+  !> fraction of the limit.
   real(dp), parameter :: met = 1.0e-9_dp
 
 contains
 
-  !> Searches for a local optimum. If `is_squared(options)` is true, `optimum%slope` and `optimum%slack` refer to the square of the
-  !> objective. Fails if the family has no machine with the parameters `start`, or if `minimise` fails.
+  !> Searches for a local optimum. If the search minimises the square of the objective (see `is_squared`), `optimum%slope` and
+  !> `optimum%slack` refer to this square. Fails if the family has no machine with the parameters `start`, or if `minimise` fails.
   subroutine search_from(family, options, start, optimum, error, tolerance)
     !> The family of machines in which the best one is sought
     class(family_type), intent(in), target :: family
@@ -49,7 +52,7 @@ contains
     real(dp), intent(in) :: start(:)
     type(optimum_type), intent(out) :: optimum
     type(error_type), allocatable, intent(out) :: error
-    !> The search has converged if the stationarity is below this value
+    !> The search has converged if the remaining slope is below this value. Default: `default_tolerance`
     real(dp), intent(in), optional :: tolerance
     type(design_problem) :: problem
     real(dp), dimension(size(start)) :: corner
@@ -95,9 +98,9 @@ contains
     optimum%bound_price = optimum%bound_price / (2 * optimum%objective)
   end subroutine search_from
 
-  !> Checks whether the limits are met. A goal that needs no solution, such as the mass, is exact up to rounding, so it may reach
-  !> its limit exactly. The search keeps a margin to each limit, which may be impossible for such a goal: for example if the limit
-  !> is the smallest mass that the ranges allow.
+  !> Checks whether the optimum meets the limits. The search keeps a margin to each limit. A goal that is exact up to rounding,
+  !> such as the mass, needs no margin and may equal its limit. Otherwise a limit that is the smallest mass within the ranges
+  !> could not be met.
   pure subroutine judge_limits(problem, limits, optimum)
     type(design_problem), intent(in) :: problem
     type(goal_type), intent(in) :: limits(:)
@@ -153,10 +156,10 @@ contains
     optimum%iterations = iterations
   end subroutine minimise_under_all
 
-  !> Adds conditions to `used`, shape (conditions), by the goals of the machine at x. If no condition is used yet, adds the worst
-  !> condition of each goal. Otherwise adds all conditions that are worse than the used ones. `more`: true if conditions were added.
-  !> If no machine exists at x or it has no vibration, `known` is false and all conditions become used. Fails if the goals are
-  !> invalid.
+  !> Adds operating conditions to the set `used`, shape (conditions), according to the goals of the machine at x. If the set is
+  !> empty, adds for each goal the condition under which the goal is worst. Otherwise adds the conditions that are worse than all
+  !> used conditions and not better than the conditions next to them. `more`: true if conditions were added. `known`: false if no
+  !> machine exists at x or it has no vibration; then all conditions are added. Fails if the goals are invalid.
   subroutine add_worse_conditions(family, options, x, used, more, known, error)
     class(family_type), intent(in) :: family
     type(design_options), intent(in) :: options
@@ -219,9 +222,10 @@ contains
 
   end function is_convex
 
-  !> Tries to prove that no machine in the ranges meets all limits. The search, which begins at `start`, minimises the largest
-  !> relative excess over a limit. `excess`: this minimum minus the gap of the optimum, a lower bound on the largest excess of every
-  !> machine. A bound <= 0 proves nothing. The proof requires that the limits define a convex set.
+  !> Tries to prove that no machine in the ranges meets all limits. The search begins at `start` and minimises the largest
+  !> relative excess over a limit. `excess` is the minimum found, reduced by the bound on its distance from the global minimum
+  !> (see `bound_gap`). If `excess` > 0, every machine violates a limit; otherwise nothing is proved. The proof requires that the
+  !> limits define a convex set.
   subroutine prove_conflict(family, options, start, excess, error)
     !> The family of machines
     class(family_type), intent(in) :: family
@@ -229,7 +233,7 @@ contains
     type(design_options), intent(in) :: options
     !> Parameters at which the search starts
     real(dp), intent(in) :: start(:)
-    !> Lower bound on the largest excess over a limit, relative to the limit's size
+    !> Lower bound on the largest relative excess over a limit, for every machine in the ranges
     real(dp), intent(out) :: excess
     type(error_type), allocatable, intent(out) :: error
     type(design_options) :: limits
@@ -254,7 +258,8 @@ contains
     limits%objectives%weight = 1 / options%constraints%scale()
   end subroutine feasibility_options
 
-  !> Gap of an optimum of a convex problem: no machine that meets the limits has an objective that is smaller by more than this gap.
+  !> Bound on the gap between an optimum and the global optimum of a convex problem: no machine that meets the limits has an
+  !> objective that is smaller by more than `gap`.
   pure real(dp) function bound_gap(options, optimum) result(gap)
     type(design_options), intent(in) :: options
     type(optimum_type), intent(in) :: optimum
@@ -302,7 +307,7 @@ contains
 
   contains
 
-    !> Change of the linearised Lagrangian from the optimum to a corner of the ranges of this link's parameters.
+    !> Change of the linearised Lagrangian from the optimum to one corner of the ranges of a link's parameters.
     pure real(dp) function change_at_corner(corner) result(change)
       integer, intent(in) :: corner
       real(dp) :: mass_there, place_there(2)

@@ -17,7 +17,8 @@ module gestell_study_design_evaluation
 
   !> A range of conditions, for example all speeds between a minimum and a maximum speed.
   type, abstract, public :: range_type
-    !> Excess of each goal above which its exact value is not needed, shape (goals); if unallocated, exact values are always needed
+    !> If the excess of a goal over its limit is larger than this value, it need not be exact; shape (goals). If unallocated,
+    !> exact values are always needed
     real(dp), allocatable :: enough(:)
   contains
     procedure(find_tops), deferred :: find_tops
@@ -27,7 +28,8 @@ module gestell_study_design_evaluation
   type, public :: top_type
     !> The condition under which the goal is worst
     type(condition_type) :: condition
-    !> `goal`: number of the goal. `line`: number of the line through the range on which the maximum lies
+    !> `goal`: number of the goal. `line`: number of the line of conditions on which the maximum lies. Along a line through the
+    !> range, one quantity varies
     integer :: goal = 0, line = 0
     !> Excess of the goal over its limit
     real(dp) :: excess = 0
@@ -52,7 +54,7 @@ module gestell_study_design_evaluation
     !> Both have shape (parameters)
     integer, allocatable :: body(:), part(:)
     !> Index of the link that each parameter changes, shape (parameters); 0 if the parameter does not belong to one link. If
-    !> unallocated, all neighbours of a machine are built as members of the family
+    !> unallocated, a machine with a changed parameter is always built anew
     integer, allocatable :: link(:)
     !> Unit of each parameter, as a multiple of the SI unit; shape (parameters)
     real(dp), allocatable :: unit(:)
@@ -96,7 +98,7 @@ module gestell_study_design_evaluation
 
 contains
 
-  !> Steps of the parameters for derivatives by differences, shape (parameters).
+  !> Steps of the parameters for derivatives by finite differences, shape (parameters).
   pure function steps(self)
     class(design_options), intent(in) :: self
     type(step_type) :: steps(size(self%lower))
@@ -137,7 +139,7 @@ contains
   !> Adds the branches of the goals under one condition to the list `at`. Fails if a goal is invalid or its derivatives cannot be
   !> computed.
   subroutine add_condition(members, motion, goals, condition, at, error)
-    !> The machine and its neighbours for derivatives
+    !> The machine, and its neighbours with one parameter changed each
     type(members_type), intent(in) :: members
     !> The motion of the machine under the condition
     type(motion_type), intent(in) :: motion
@@ -175,11 +177,12 @@ contains
     call append_all(at, condition, goal_values)
   end subroutine add_condition
 
-  !> Adds the branches of a goal at one of its maxima over the range. For a maximum inside a line only the highest branch is added.
-  !> The other branches have their maxima at other speeds; near a resonance their values at this speed are no indication of these
-  !> maxima. At an end of a line all branches are added. Fails if the goal is invalid.
+  !> Adds the branches of a goal at one of its maxima over the range of conditions. For a maximum at the end of a line all
+  !> branches are added. For a maximum inside a line only the highest branch is added: near a resonance each branch has its
+  !> maximum at a different speed, so the values of the other branches at this speed are far from their maxima. Fails if the goal
+  !> is invalid.
   subroutine add_maximum(members, motion, goal, top, number, at, error)
-    !> The machine and its neighbours for derivatives
+    !> The machine, and its neighbours with one parameter changed each
     type(members_type), intent(in) :: members
     !> The motion of the machine at the maximum
     type(motion_type), intent(in) :: motion
@@ -232,7 +235,7 @@ contains
     call append(at, group, condition, side, value, slope)
   end subroutine append_all
 
-  !> Appends branches of goals under one condition to the list.
+  !> Appends the branches of goals under one condition to the list `at`.
   pure subroutine append(at, group, condition, side, value, slope)
     type(goal_branches_type), intent(inout) :: at
     integer, intent(in) :: group(:), condition, side(:)
@@ -245,8 +248,8 @@ contains
     at%slope = reshape([at%slope, slope], [size(slope, 1), size(at%value)])
   end subroutine append
 
-  !> Computes the derivatives of the goals' samples with respect to the parameters, shape (phases, components, goals, parameters).
-  !> They are differences between the machine and its neighbours.
+  !> Computes the derivatives of the samples of the goals with respect to the parameters, shape (phases, components, goals,
+  !> parameters). They are differences between the machine and its neighbours, which have one parameter changed each.
   subroutine differentiate_samples(members, motion, goals, samples, slopes, error)
     type(members_type), intent(in) :: members
     type(motion_type), intent(in) :: motion
@@ -269,16 +272,16 @@ contains
     end do
   end subroutine differentiate_samples
 
-  !> Computes abs(rho), shape (states), and their derivatives, shape (parameters, states); no parameters if the motion has no
-  !> slopes. In Floquet's coordinates (gestell_study_design_coordinates, where P and W are defined) a change dA of the equations x'
-  !> = A x changes the logarithm of the i-th multiplier by
+  !> Computes the moduli of the multipliers, shape (states), and their derivatives, shape (parameters, states). If the motion has
+  !> no derivatives, the number of parameters is 0. A change dA of the equations x' = A x changes the i-th multiplier rho_i by
   !>
-  !>     d ln rho_i = integral over the period of [W dA P]_ii
+  !>     d ln rho_i = integral over the period of [W dA P]_ii,
   !>
-  !> (A. P. Seyranian, A. A. Mailybaev, Multiparameter Stability Theory with Mechanical Applications, 2003, chapter 9). The
-  !> integrand is periodic, so its mean over equidistant phases is exact up to the orders that the phases resolve. Because the
-  !> period may change too, A T is differentiated instead of A. Fails if the free vibrations are too fast for the period or
-  !> multipliers coincide.
+  !> where the columns of P are the periodic parts of the free vibrations and W = P^-1 (gestell_study_design_coordinates; A. P.
+  !> Seyranian, A. A. Mailybaev, Multiparameter Stability Theory with Mechanical Applications, 2003, chapter 9). The integrand is
+  !> periodic, so its mean over equidistant phases is exact up to the orders that the phases resolve. Because the period T may
+  !> change too, A T is differentiated instead of A. Fails if the free vibrations are too fast for the period or multipliers
+  !> coincide.
   subroutine differentiate_multipliers(members, motion, moduli, changes, error)
     type(members_type), intent(in) :: members
     type(motion_type), intent(in) :: motion
@@ -318,7 +321,8 @@ contains
     end do
   end subroutine differentiate_multipliers
 
-  !> Computes a goal that needs no solution, and its derivatives, shape (parameters, values). Fails if `find_branches` fails.
+  !> Computes a goal that is a property of the machine, such as the mass, and its derivatives, shape (parameters, values). Fails
+  !> if `find_branches` fails.
   subroutine differentiate_plain(members, motion, goal, values, changes, error)
     type(members_type), intent(in) :: members
     type(motion_type), intent(in) :: motion

@@ -17,8 +17,8 @@ module gestell_study_design_goal
 
   public :: components, new_goal, plain_values, shaking_error, sample_goals
 
-  !> Subjects of goals: a quantity of the motion, a shaking force on rigid ground, the torque of the drive, the largest multiplier,
-  !> or a property of the machine that needs no solution.
+  !> Subjects of goals: a quantity of the motion, a shaking force on rigid ground, the torque of the drive, the largest
+  !> multiplier, or a property of the machine, such as the mass, that is known without solving the equations of motion.
   integer, parameter, public :: motion_goal = 1, shaking_goal = 2, torque_goal = 3, multiplier_goal = 4, machine_goal = 5
 
   character(len=10), parameter :: machine_names(3) = [character(len=10) :: "added_mass", "sag", "separation"]
@@ -33,8 +33,8 @@ module gestell_study_design_goal
     real(dp) :: weight = 1, limit = 0, offset = 0
     !> Kind of limit: 1 upper limit, -1 lower limit, 0 equality
     integer :: sense = 1
-    !> For the separation of natural frequencies from orders: minimum and maximum speed of its range (rad/s); 0: the machine's own
-    !> speed
+    !> Range of speeds within which natural frequencies are to be separated from orders: minimum and maximum (rad/s); 0: the
+    !> machine's own speed
     real(dp) :: speeds(2) = 0
   contains
     procedure :: excess
@@ -140,16 +140,17 @@ contains
     if (.not. scale_of > 0) scale_of = 1
   end function scale_of
 
-  !> True if the goal is the minimum of its branches, like the distance of the nearest natural frequency from an order. Other goals
-  !> are the maximum.
+  !> True if the value of the goal is the minimum of its branches, as for the distance of the nearest natural frequency from an
+  !> order. All other goals are the maximum of their branches.
   elemental logical function is_minimum(self)
     class(goal_type), intent(in) :: self
 
     is_minimum = self%about == machine_goal .and. self%measure%quantity == "separation"
   end function is_minimum
 
-  !> For each branch of a goal under one condition: column 1 is true if its value is compared with an upper limit, column 2 if with
-  !> a lower limit. All branches of a maximum must stay below an upper limit, but only the largest must reach a lower limit.
+  !> For each branch of a goal under one condition, shape (branches, 2): column 1 is true if the branch is compared with an upper
+  !> limit, column 2 if it is compared with a lower limit. If a goal is the maximum of its branches, all branches must stay below
+  !> an upper limit, but only the largest must reach a lower limit.
   pure function sides(self, values)
     class(goal_type), intent(in) :: self
     real(dp), intent(in) :: values(:)
@@ -185,8 +186,9 @@ contains
     is_inverted = self%sense > 0 .and. all(self%about /= [multiplier_goal, machine_goal])
   end function is_inverted
 
-  !> Level of an excess: an increasing function of the excess. In it a maximum over a range is easier to find. Near a resonance the
-  !> peak is P = P_0 / sqrt(1 + u^2), where u is the distance from the resonance in half widths. Its level -1 / P^2 is a parabola.
+  !> Level of an excess: an increasing function of the excess, chosen so that its maximum over a range is easy to find. Near a
+  !> resonance the peak is P = P_0 / sqrt(1 + u^2), where u is the distance from the resonance in half widths of the resonance.
+  !> Its level -1 / P^2 is a parabola.
   elemental real(dp) function level(self, excess)
     class(goal_type), intent(in) :: self
     real(dp), intent(in) :: excess
@@ -216,8 +218,8 @@ contains
     if (self%is_periodic()) name = name // " " // trim(kinds(self%measure%kind))
   end function name_of
 
-  !> Computes the components of the periodic goals at `phases`. Only magnitudes of vectors have more than one component. Fails if a
-  !> quantity does not exist, or if the mechanism does not define its energy.
+  !> Samples the periodic goals at `phases`. A goal that is the magnitude of a vector has several components; all other goals have
+  !> one. Fails if a quantity does not exist, or if the mechanism does not define its energy.
   subroutine sample_goals(goals, frame, probes, phases, q, samples, error)
     type(goal_type), intent(in) :: goals(:)
     !> The frame whose quantities are the goals
@@ -295,8 +297,8 @@ contains
     if (quantity == "shaking.f") is_component = .not. is_rotation([(k, k = 1, frame%dofs())])
   end function is_component
 
-  !> Computes a goal that needs no solution, such as the mass. The separation of natural frequencies has one value for each of
-  !> `branches`, all other goals have one value.
+  !> Computes a goal that is a property of the machine, such as the mass. The separation of natural frequencies from orders has
+  !> one value for each of `branches`; all other properties have one value.
   subroutine plain_values(goal, frame, branches, values)
     type(goal_type), intent(in) :: goal
     class(frame_type), intent(in) :: frame

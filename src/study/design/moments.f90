@@ -91,8 +91,8 @@ contains
     end do
   end subroutine turn_slopes
 
-  !> Adds the values of the linear limits at the coordinates y to the branches `at`. The groups of these branches are numbered from
-  !> `first` on.
+  !> Adds the linear limits on the centres of mass, evaluated at the coordinates y of the search, to the branches `at`. Each limit
+  !> forms a group of branches; the groups are numbered from `first`.
   pure subroutine add_limits(self, y, first, at)
     class(moments_type), intent(in) :: self
     real(dp), intent(in) :: y(:)

@@ -1,10 +1,11 @@
-!> Computes the periodic vibration of a machine and its derivatives with respect to parameters by direct differentiation. Let R(q,
-!> p) = 0 be the equations at every phase theta of the turn. Then s = dq/dp is the periodic motion of
+!> Computes the periodic vibration of a machine, and its derivatives with respect to parameters by direct differentiation. Let
+!> R(q, p) = 0 be the equations of the vibration q at every phase theta of the turn, where p is a parameter. Then s = dq/dp is the
+!> periodic motion of
 !>
 !>     M s'' + B s' + C s = -dR/dp,
 !>
-!> with M, B, C of the equations linearised about q (doc/theory.md, equation 80). R depends algebraically on p and on q, q', q''
-!> (gestell_study_design_perturbed_members).
+!> where M, B, C are the matrices of the equations linearised about q (doc/theory.md, equation 80). R depends algebraically on p
+!> and on q, q', q'' (gestell_study_design_perturbed_members).
 module gestell_study_design_motion
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp, pi
@@ -37,7 +38,8 @@ module gestell_study_design_motion
     !> degrees of freedom, shape (phases, dofs, 0:2). `slope`: dq/dp and its derivatives with respect to theta, shape (phases, dofs,
     !> 0:2, parameters). `slope` is allocated by `solve_slopes`
     real(dp), allocatable :: phases(:), q(:, :, :), slope(:, :, :, :)
-    !> The fast solution and its maps, if a fast solver computed the motion that is linearised about rest
+    !> The fast solution with its state-transition matrices. Empty unless the equations are linearised about rest and a fast
+    !> solver computed the motion
     type(quick_motion_type) :: quick
   contains
     procedure :: parameters
@@ -89,7 +91,7 @@ contains
   !> Computes the periodic vibration of the machine under one operating condition. Fails if no periodic vibration exists (resonance
   !> without damping) or if the model finds none (see `settle`).
   subroutine solve_motion(members, condition, moves, motion, error, near)
-    !> The machine and its neighbours for derivatives
+    !> The machine, and its neighbours with one parameter changed each
     type(members_type), intent(in) :: members
     type(condition_type), intent(in) :: condition
     !> True if the frame moves. False if no goal needs the vibration: then the frame stays at rest

@@ -92,7 +92,7 @@ contains
     !> The family of machines
     class(family_type), intent(in) :: family
     real(dp), intent(in) :: parameters(:)
-    !> The machine and its neighbours
+    !> The machine, and its neighbours with one parameter changed each
     type(members_type), intent(out) :: members
     !> True if the machine and all its neighbours exist
     logical, intent(out) :: known

@@ -35,7 +35,7 @@ contains
   !> Searches along the line for the maximum of every local maximum over the turn that may exceed `climb`. Sets `climb` to the
   !> highest of them. On entry `climb` is a smooth maximum along the line. Fails if the goal is invalid.
   subroutine climb_branches(members, goal, start, bounds, climb, error, motion)
-    !> The machine and its neighbours
+    !> The machine, and its neighbours with one parameter changed each
     type(members_type), intent(in) :: members
     !> The goal whose maxima are sought
     type(goal_type), intent(in) :: goal

@@ -101,7 +101,7 @@ contains
 
   !> Finds the maximum of a goal along a line of conditions, near three given positions. Fails if the goal is invalid.
   subroutine climb_from(members, goal, start, places, levels, climb, error, motion)
-    !> The machine and its neighbours
+    !> The machine, and its neighbours with one parameter changed each
     type(members_type), intent(in) :: members
     !> The goal whose maximum is sought
     type(goal_type), intent(in) :: goal
@@ -135,7 +135,7 @@ contains
   !> halved until its middle is higher than the end, or until a parabola has its vertex beyond the end. Fails if the goal is
   !> invalid.
   subroutine search_near_end(members, goal, start, ends, end_levels, places, levels, error)
-    !> The machine and its neighbours
+    !> The machine, and its neighbours with one parameter changed each
     type(members_type), intent(in) :: members
     !> The goal whose maximum is sought
     type(goal_type), intent(in) :: goal
