@@ -53,8 +53,8 @@ module gestell_api_guarded
   real(dp), parameter :: absurd_advance = 1.0e5_dp
   !> Number of intervals into which the period is divided to search for a singular mass matrix.
   integer, parameter :: mass_points = 512
-  !> `no_mass`: a determinant counts as zero if it is below this fraction of the largest determinant. `precision_of_phase`: accuracy
-  !> with which the phase of a zero is computed.
+  !> `no_mass`: the mass matrix counts as singular if its determinant is at most this fraction of the period's largest
+  !> determinant. `precision_of_phase`: accuracy of the phase (fraction of the period) at which the determinant changes its sign.
   real(dp), parameter :: no_mass = 1.0e-12_dp, precision_of_phase = 5.0e-10_dp
 
 contains
@@ -173,7 +173,8 @@ contains
     end select
   end subroutine find_singular_mass
 
-  !> Determinant of M at a phase, computed from LU factors after each row of M was divided by its element of `maximum`.
+  !> Determinant of the scaled mass matrix at a phase, computed from LU factors. Row i of the mass matrix is divided by
+  !> maximum(i).
   real(dp) function mass_determinant(system, phase, maximum) result(determinant)
     class(second_order_system), intent(in) :: system
     real(dp), intent(in) :: phase, maximum(:)

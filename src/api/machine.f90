@@ -23,8 +23,8 @@ module gestell_api_machine
     !> The machine's input; it contains no groups if no machine has been read yet
     type(document_type) :: document
     type(schema_type), allocatable :: schema
-    !> Groups that were added but are not yet part of `document`: the first `waiting` elements. Collecting them here keeps the time
-    !> for adding n groups one by one proportional to n
+    !> The first `waiting` elements are groups that were added but are not yet part of `document`. Because they are collected
+    !> here, the time for adding n groups one by one is proportional to n
     type(group_type), allocatable :: added(:)
     integer :: waiting = 0
     !> For each group name of the schema: number of its groups in `document` and `added`. Unallocated until groups are added
@@ -198,8 +198,8 @@ contains
     call self%set_text(path, trim(adjustl(digits)), error)
   end subroutine set_number
 
-  !> Sets the value at `path` to the text `value`, written as after the = of --set PATH=VALUE. Fails if the path does not exist or
-  !> the value is not allowed there.
+  !> Sets the value at `path` to the text `value`, in the form that `--set PATH=VALUE` accepts after the equals sign. Fails if the
+  !> path does not exist or the value is not allowed there.
   subroutine set_text(self, path, value, error)
     class(machine_type), intent(inout) :: self
     character(len=*), intent(in) :: path, value
@@ -221,8 +221,8 @@ contains
     !$omp end critical (texts_of_gestell)
   end subroutine set_text
 
-  !> Records the assignment of `value` to `path`, which the heads of the result files quote. It replaces an earlier assignment to
-  !> this path.
+  !> Records the assignment of `value` to `path`, which replaces an earlier assignment to this path. The heads of the result files
+  !> list the recorded assignments.
   subroutine record_setting(self, path, value)
     class(machine_type), intent(inout) :: self
     character(len=*), intent(in) :: path, value

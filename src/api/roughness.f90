@@ -16,9 +16,10 @@ module gestell_api_roughness
 
   !> `points`: number of equidistant times at which the coefficients are sampled; `block`: number of these times per call.
   integer, parameter :: points = 4096, block = 64
-  !> Thresholds for the ratio of two maximum fourth differences: those with twice the spacing, divided by those with the spacing
-  !> itself. The ratio is 16 for a smooth function, 1 at a jump, 2 at a kink and 4 at a jump of the curvature. A ratio above
-  !> `smooth` means a smooth function, above `curved` a jump of the curvature, above `bent` a kink, and below `bent` a jump.
+  !> Thresholds for a test of smoothness. The tested ratio is the maximum fourth difference of samples with doubled spacing,
+  !> divided by the maximum fourth difference of samples with single spacing. This ratio is 16 for a smooth function, 4 at a jump
+  !> of the second derivative, 2 at a kink and 1 at a jump. A ratio above `smooth` indicates a smooth function, a smaller one
+  !> above `curved` a jump of the second derivative, a smaller one above `bent` a kink, and one below `bent` a jump.
   real(dp), parameter :: smooth = 8, curved = 2.9_dp, bent = 1.45_dp
   !> If large differences occur at no more than this many times, they are caused by a few jumps. If they occur at more times, the
   !> function is rough everywhere.
@@ -60,8 +61,8 @@ contains
     end do
   end subroutine describe_roughness
 
-  !> Computes for each coefficient the weighted sum of its elements at all phases, shape (phases, coefficients). `names` receives
-  !> the names of the coefficients.
+  !> Computes for each phase and each coefficient the weighted sum of the coefficient's elements. `values` has the shape (phases,
+  !> coefficients); `names` receives the names of the coefficients.
   subroutine sample_sums(system, phases, values, names)
     class(periodic_system), intent(in) :: system
     real(dp), intent(in) :: phases(:)
@@ -104,9 +105,9 @@ contains
     end do
   end subroutine sample_sums
 
-  !> Finds the time at which coefficient `which` has the largest fourth differences, away from the breaks that the system declares.
-  !> Samples again around this time with decreasing spacing, because a smooth function may have peaks or oscillations that the first
-  !> sampling does not resolve.
+  !> Describes in `sentence` where coefficient `which` is not smooth; `sentence` stays unallocated if the coefficient is smooth.
+  !> Finds the largest fourth differences, away from the breaks that the system declares. Samples again around their time with
+  !> decreasing spacing, because a smooth function may have peaks or oscillations that the first sampling does not resolve.
   subroutine find_rough_place(system, which, name, values, calls, sentence)
     class(periodic_system), intent(in) :: system
     integer, intent(in) :: which
@@ -150,8 +151,9 @@ contains
 
   contains
 
-    !> Computes from the samples `y` the magnitudes of the fourth differences, the ratio described at `smooth`, and the phase of the
-    !> largest difference. The first sample belongs to phase `from`. Differences no larger than rounding errors count as smooth.
+    !> Computes the magnitudes `sizes` of the fourth differences of the samples `y`, the phase `place` of the largest one, and the
+    !> ratio that is compared with `smooth`. The first sample belongs to phase `from`. If all differences are rounding errors, the
+    !> ratio is huge, as for a smooth function.
     subroutine compute_differences(y, from, sizes, ratio, place)
       real(dp), intent(in) :: y(:), from
       real(dp), allocatable, intent(out) :: sizes(:)

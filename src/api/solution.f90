@@ -217,8 +217,8 @@ contains
     !$omp end critical (texts_of_gestell)
   end subroutine response
 
-  !> Repeats the computation of the vibration if its stored motion has fewer than `rows` rows (gestell_model_quantity_rows lists the
-  !> rows). Fails if the vibration cannot be computed.
+  !> Computes the vibration again if its stored motion has fewer than `rows` rows, the number that a quantity needs (see
+  !> gestell_model_quantity_rows). Fails if the vibration cannot be computed.
   subroutine ensure_rows(solution, rows, error)
     type(solution_type), intent(inout), target :: solution
     integer, intent(in) :: rows

@@ -34,8 +34,8 @@ contains
 
   !> Solves a linear system with periodic coefficients. Fails if the tolerance is out of range or cannot be reached, or if the
   !> system is faulty: coefficients that are not finite or not smooth, a singular mass matrix, or a period that is far too long.
-  !> Such faults are found within 100,000 calls. If a motion is requested at an undamped resonance, it fails, but still returns the
-  !> multipliers.
+  !> Such faults are found within 100,000 calls. Also fails if a motion is requested at an undamped resonance; the multipliers are
+  !> returned even then.
   subroutine solve_system(system, motion, error, tolerance, points)
     !> Extends `second_order_system` (M q'' + B q' + C q = h) or `periodic_system` (x' = P x + f)
     class(periodic_system), intent(in) :: system

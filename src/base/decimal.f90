@@ -17,7 +17,7 @@ module gestell_base_decimal
   integer, parameter :: max_binary_exponent = 990
   !> Index for the implied do loops in the constants below.
   integer :: i
-  !> Powers of ten, truncated to 74 bits: 10^i = power(i) * 2^power_of_two(i).
+  !> Powers of ten: 10^i is power(i) * 2^power_of_two(i), where power(i) is truncated to 74 bits.
   integer(wide), parameter :: power(-300:320) = [(int(scale(10.0_qp**i, 74 - exponent(10.0_qp**i)), wide), i = -300, 320)]
   integer, parameter :: power_of_two(-300:320) = [(exponent(10.0_qp**i) - 74, i = -300, 320)]
   integer(int64), parameter :: ten(0:all_digits) = [(10_int64**i, i = 0, all_digits)]

@@ -9,8 +9,8 @@ module gestell_base_dictionary
   type, public :: dictionary_type
     private
     integer :: count = 0
-    !> `text` holds all words one after the other; word k is text(ends(k) + 1:ends(k + 1)). Both arrays are allocated longer than
-    !> needed.
+    !> `text` holds all words of the list one after the other; word k is text(ends(k) + 1:ends(k + 1)). `text` and `ends` are
+    !> allocated longer than needed.
     character(len=:), allocatable :: text
     integer, allocatable :: ends(:)
     !> Hash table: each slot holds the index of a word in the list, or 0. A word is in the slot that its hash indicates or, if this

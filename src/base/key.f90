@@ -14,7 +14,7 @@ module gestell_base_key
   !> Codes for two matrices of the foundation whose elements have different units.
   integer, parameter, public :: of_stiffness_matrix = 10, of_damping_diagonal = 11
 
-  !> Marks a number that is not given.
+  !> Value that marks a real number as not specified.
   real(dp), parameter, public :: unset = -huge(1.0_dp)
 
   !> Conditions on a number: inclusive bounds, and whether it must be positive, be nonzero, or be 1 or -1.
@@ -46,8 +46,9 @@ module gestell_base_key
     !> Code of the quantity that the key gives (`of_length`, ...). 0 if the key has no unit, or the fixed unit `symbol`
     integer :: unit = 0
     character(len=12) :: symbol = ""
-    !> Default value as a number (in SI units, angles in deg). A default that is no number is stored in `word` (one or more words,
-    !> separated by commas) or described in `otherwise`, for the manual. If none of the three is set, the key has no default
+    !> Default value as a number (in SI units, angles in deg). If the default is one word or several words separated by commas,
+    !> `word` contains it. Any other default is described in `otherwise`, for the manual. If none of these three components is
+    !> set, the key has no default
     real(dp) :: default = unset
     character(len=64) :: word = "", otherwise = ""
     type(range_type) :: range = range_type()
@@ -55,7 +56,7 @@ module gestell_base_key
     character(len=160) :: words = ""
     !> Number of rows, if the key is a matrix
     integer :: rows = 1
-    !> True if --set with a single value sets all components of the key to it
+    !> True if --set with a single value assigns this value to all components of the key
     logical :: alike = .false.
   end type key_type
 
@@ -74,7 +75,7 @@ contains
     i = 0
   end function find_key
 
-  !> Words of a list in which they are separated by commas.
+  !> Array of the words in a list that is separated by commas.
   pure function all_words(list) result(words)
     character(len=*), intent(in) :: list
     character(len=16), allocatable :: words(:)

@@ -7,8 +7,9 @@ module gestell_base_paths
 
   public :: full_path, is_link, is_same_file
 
-  !> `longest_path`: maximum length of a path (PATH_MAX). `stat_bytes`: size of a buffer for the C structure stat. `identity_bytes`:
-  !> number of bytes at its beginning that identify a file by device and inode (on macOS they also hold mode and number of links).
+  !> `longest_path`: maximum length of a path (PATH_MAX). `stat_bytes`: size of a buffer for the C structure stat.
+  !> `identity_bytes`: number of bytes at the beginning of this structure that identify a file by device and inode (on macOS they
+  !> also hold mode and number of links).
   integer, parameter :: longest_path = 4096, stat_bytes = 1024, identity_bytes = 16
 
   interface

@@ -29,7 +29,7 @@ contains
     end do
   end function character_count
 
-  !> True if a byte is any but the first byte of a UTF-8 character.
+  !> True if a byte belongs to a UTF-8 character but is not its first byte.
   elemental logical function continues(byte)
     character, intent(in) :: byte
 

@@ -1,4 +1,5 @@
-!> Old name of `gestell_api_numerics`, with the procedures and types that have a new name there. It works until version 2.0.0.
+!> Makes `gestell_api_numerics` available under its old name, and its renamed procedures and types under their old names. This
+!> module will exist until version 2.0.0.
 module gestell_door_numerics
   ! allow(C121)
   use gestell_api_numerics

@@ -7,12 +7,13 @@ module gestell_input_wording
 
   public :: counted, lower, shown, without_quotes
 
-  !> Maximum length of a text of the user in a message; longer texts are shortened.
+  !> Maximum length of a user's text that a message quotes; longer texts are shortened.
   integer, parameter, public :: longest_shown = 60
 
 contains
 
-  !> Text of the user as messages quote it: shortened if it is too long (never within a character), and without control characters.
+  !> A user's text in the form in which messages quote it: without control characters, and shortened if it is too long (never
+  !> within a character).
   pure function shown(text) result(short)
     character(len=*), intent(in) :: text
     character(len=:), allocatable :: short

@@ -48,7 +48,7 @@ module gestell_output_result
     !> The report
     character(len=:), allocatable :: report
     !> `printed`: number of characters of the report that have been printed. `headline_position`: position in the report at which
-    !> the headlines are to be inserted; -1 if there is none
+    !> the headlines are to be inserted; -1 if no position is marked
     integer, private :: printed = 0, headline_position = -1
     !> Diagnostics of the numerical solution
     character(len=:), allocatable :: details
@@ -300,9 +300,9 @@ contains
     call move_alloc(longer, self%headlines)
   end subroutine warn
 
-  !> Records a verdict on several machines. Unless all of them are stable, the verdict becomes a headline; a sweep writes a headline
-  !> of its own. The worst verdict recorded is stated in the last line of the report. If two verdicts are equally bad, that of a
-  !> sweep is not chosen.
+  !> Records a verdict on several machines. The last line of the report states the worst recorded verdict. Of two equally bad
+  !> verdicts, it states the one that does not concern a sweep. A verdict worse than stable becomes a headline, unless it concerns
+  !> a sweep, which writes a headline of its own.
   pure subroutine judge(self, judgement)
     class(result_type), intent(inout) :: self
     type(judgement_type), intent(in) :: judgement

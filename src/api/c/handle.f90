@@ -35,7 +35,8 @@ contains
     call fatal_error(error, what // " is a null pointer", wrong_usage)
   end subroutine report_null_pointer
 
-  !> Copies `found`, or 0 if `error` is already allocated, to the C variable to which `count` points. Fails if `count` is null.
+  !> Copies the number `found` to the C variable to which `count` points, or copies 0 if `error` is already allocated. Fails if
+  !> `count` is null.
   pure subroutine return_count(found, error, count)
     integer, intent(in) :: found
     type(error_type), allocatable, intent(inout) :: error

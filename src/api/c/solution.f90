@@ -131,8 +131,8 @@ contains
     if (.not. allocated(rho)) allocate(rho(0))
   end subroutine find_multipliers
 
-  !> Returns the sizes of the arrays that `get_response` fills for `quantity`: number of `orders` and of `points`. Also
-  !> copies the unit of the quantity, for which C provides `size` characters.
+  !> Returns in `orders` and `points` the sizes of the arrays `amplitudes` and `history` that `get_response` fills for `quantity`.
+  !> Also copies the unit of the quantity, for which C provides `size` characters.
   integer(c_int) function describe_response(handle, quantity, orders, points, size, unit, failure) result(code) &
     & bind(c, name="gestell_describe_response")
     type(c_ptr), value :: handle, quantity, unit, failure

@@ -38,9 +38,10 @@ module gestell_api_c_system
 
 contains
 
-  !> Solves M q'' + B q' + C q = h for f degrees of freedom. `multipliers` receives 6 f numbers: 2 f real parts, 2 f imaginary parts
-  !> and 2 f error bounds. Unless `motion` is null, it receives the state (q, q'), which has 2 f numbers, at points + 1 equidistant
-  !> times of the period; then 2 f bounds on the errors of the states.
+  !> Solves M q'' + B q' + C q = h for f degrees of freedom. `multipliers` receives 6 f numbers: 2 f real parts, 2 f imaginary
+  !> parts and 2 f error bounds. `motion` receives the state (q, q') at points + 1 equidistant times of the period, with 2 f
+  !> numbers for each time, and then the error bounds of the 2 f components of the state. If `motion` is null, no motion is
+  !> computed.
   integer(c_int) function solve_callback_system(f, period, callback, data, tolerance, size, verdict, multipliers, points, motion, &
     & failure) &
     & result(code) bind(c, name="gestell_solve_system")

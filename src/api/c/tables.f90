@@ -69,9 +69,9 @@ contains
     code = code_of(error, failure)
   end function shape_table
 
-  !> Describes the column with this index; indices start at 0. `key`, `unit`, and `error_key`, the key of the column with the error
-  !> bounds, are copied to texts for which C provides `size` characters each. `kind`: kind of the values; `width`: length of the
-  !> longest word.
+  !> Describes the column with this index; indices start at 0. Copies three texts, for which C provides `size` characters each:
+  !> the column's `key`, its `unit`, and the key `error_key` of the column with its error bounds. Returns in `kind` the kind of
+  !> the column's values and in `width` the length of its longest word.
   integer(c_int) function describe_column(handle, name, index, size, key, unit, error_key, kind, width, failure) result(code) &
     & bind(c, name="gestell_describe_column")
     type(c_ptr), value :: handle, name, key, unit, error_key, failure

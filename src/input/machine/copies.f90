@@ -34,11 +34,12 @@ contains
   !> Adds the joints or links of each copied mechanism (&repeat). In a copy called PART, the copy of joint or link NAME is called
   !> PART.NAME, and its keys refer to joints of the copy. Fails if a name becomes too long.
   subroutine add_copies(members, parts, originals, joints, copies, error)
-    !> Joints or links, to which those of the copies are appended
+    !> Joints or links of the input, to which the procedure appends the joints or links of the copies
     type(members_type), intent(inout) :: members
     !> Names of all mechanisms, then names of all copies
     character(len=*), intent(in) :: parts(:)
-    !> For each mechanism or copy: number of the mechanism that was copied, directly or through another copy
+    !> For each mechanism: its own number. For each copy: number of the mechanism that was copied, directly or through another
+    !> copy
     integer, intent(in) :: originals(:)
     !> Joints of the mechanisms that are copied
     type(members_type), intent(in) :: joints

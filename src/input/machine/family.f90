@@ -45,8 +45,8 @@ module gestell_input_machine_family
     !> True if a parameter p is a relative change: the numbers at its places are multiplied by 1 + p. False if p replaces the
     !> numbers
     logical :: relative = .false.
-    !> If no parameter changes the mechanism: `mechanism` contains it, evaluated once. `impossible`: reason why it cannot be
-    !> assembled
+    !> `mechanism`: the evaluated mechanism, which all members of the family share; unallocated if a parameter changes it.
+    !> `impossible`: reason why this mechanism cannot be assembled
     class(mechanism_type), allocatable :: mechanism
     type(error_type), allocatable :: impossible
   contains
@@ -69,9 +69,9 @@ contains
     !> Path of the value or values that each parameter changes, written as for --set
     character(len=*), intent(in) :: paths(:)
     type(error_type), allocatable, intent(out) :: error
-    !> If present, each parameter is the number at its path, and `start` contains a valid value of each parameter. If absent, each
-    !> parameter is the relative change of all numbers at its path. If all parameters are 0, the machine is that of the document.
-    !> Numbers that the document does not contain stay missing
+    !> If present, each parameter replaces the number at its path, and `start` contains a valid value of each parameter. If
+    !> absent, each parameter p multiplies all numbers at its path by 1 + p. Numbers that the document does not contain stay
+    !> missing
     real(dp), intent(in), optional :: start(:)
     integer :: k
     logical :: moves
@@ -115,8 +115,9 @@ contains
     if (i > 0) subject = schema%groups(i)%subject
   end function subject
 
-  !> Selects the groups that are read for each member. &mechanism and &repeat are always selected, because a frame that moves in
-  !> three dimensions depends on the positions of its mechanisms.
+  !> Selects the groups that are read again for each member of the family. Groups of the mechanism are selected only if
+  !> `mechanism` is true. &mechanism and &repeat are always selected, because a frame that moves in three dimensions depends on
+  !> the positions of its mechanisms.
   pure subroutine select_groups(doc, schema, mechanism, selected)
     type(document_type), intent(in) :: doc
     type(schema_type), intent(in) :: schema

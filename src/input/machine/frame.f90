@@ -88,9 +88,10 @@ module gestell_input_machine_frame
 
   !> Data of drive, frame and mounts in SI units. The mechanism is not included.
   type, public :: frame_data_type
-    !> Frame: `mass` (kg), `inertia` tensor (kg m^2), and position `origin` of O relative to F (m). Drive: `speed` (rad/s) and
-    !> `flywheel_inertia` (kg m^2). `gravity`: acceleration (m/s^2). `stiffness`, `damping`: matrices of the foundation (SI), in the
-    !> order of the frame's degrees of freedom, without the supports
+    !> Data of the frame: `mass` (kg), `inertia` tensor (kg m^2), and `origin`, position of the point O relative to the centre of
+    !> mass F (m). Data of the drive: `speed` (rad/s) and `flywheel_inertia` (kg m^2). `gravity`: acceleration (m/s^2).
+    !> `stiffness`, `damping`: matrices of the foundation without the supports (SI), in the order of the frame's degrees of
+    !> freedom
     real(dp) :: mass = 0, inertia(3, 3) = 0, origin(3) = 0, stiffness(6, 6) = 0, damping(6, 6) = 0, speed = 0, gravity(3) = 0, &
       & flywheel_inertia = 0
     !> What keeps the drive speed constant: 'motor', 'flywheel' or 'outside'. Value of the key `held_by`
@@ -300,7 +301,8 @@ contains
   end function note_on_ignored_values
 
   !> Reads the supports. Their axes can be tilted out of the plane only if the frame moves in three dimensions (`in_space`). Fails
-  !> if a value is invalid, or if a support is so far from F that its stiffness or damping about F overflows.
+  !> if a value is invalid, or if a support is so far from the frame's centre of mass F that its stiffness or damping about F
+  !> overflows.
   subroutine read_supports(doc, units, in_space, supports, error)
     type(document_type), intent(in) :: doc
     type(units_type), intent(in) :: units

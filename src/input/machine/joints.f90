@@ -29,7 +29,8 @@ module gestell_input_machine_joints
 
 contains
 
-  !> Records of the keys of all joint types. Each key has one record; its permitted number of values covers all types.
+  !> Records of the keys of all joint types. Keys of the same name are merged to one record, which permits the numbers of values
+  !> that any of the joint types permits.
   function joint_keys() result(keys)
     type(key_type), allocatable :: keys(:)
     type(form_type), allocatable :: forms(:)
@@ -252,8 +253,8 @@ contains
     end do
   end subroutine check_joint_references
 
-  !> True if the position of joint `i` depends on joint `target`, directly or through other joints. False if one of them does not
-  !> exist.
+  !> True if the position of joint `i` depends on joint `target`, directly or through other joints. False if joint `i` or joint
+  !> `target` does not exist.
   pure logical function builds_on(joints, i, target)
     type(group_type), intent(in) :: joints(:)
     integer, intent(in) :: i, target

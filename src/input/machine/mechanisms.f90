@@ -68,8 +68,8 @@ module gestell_input_machine_mechanisms
     integer :: original = 0
     !> Position of the mechanism, and its gear ratio to the drive
     type(placement_type) :: placement
-    !> Plane of the mechanism, with components along the axes of the frame: `origin` relative to O (m), normal `axis`, and direction
-    !> `x_axis` of x. If `x_axis` is 0, `plane_axes` chooses this direction
+    !> Plane of the mechanism, with components along the axes of the frame. `origin`: origin of the plane relative to the frame's
+    !> point O (m); `axis`: normal of the plane; `x_axis`: direction of x. If `x_axis` is 0, `plane_axes` chooses this direction
     real(dp) :: origin(3) = 0, axis(3) = [0.0_dp, 0.0_dp, 1.0_dp], x_axis(3) = 0
     !> True if the mechanism has a plane of its own, which is tilted relative to the plane of the frame
     logical :: tilted = .false.
@@ -85,7 +85,7 @@ contains
     type(units_type), intent(in) :: units
     !> Joints and links in the order of the document; those of the copies follow
     type(members_type), intent(out) :: joints, links
-    !> Position of each mechanism. If the input contains no &mechanism, its only mechanism is at O
+    !> Position of each mechanism. If the input contains no &mechanism, its only mechanism is at the point O of the frame
     type(placement_type), allocatable, intent(out) :: placements(:)
     type(error_type), allocatable, intent(out) :: error
     type(group_type), allocatable :: mechanisms(:), copies(:)
@@ -120,8 +120,8 @@ contains
     type(document_type), intent(in) :: doc
     !> Units of the input
     type(units_type), intent(in) :: units
-    !> `origins`: origin of each plane relative to O (m), shape (3, planes). `axes`: for each plane, unit vectors along x, y and the
-    !> normal, with components along the axes of the frame, shape (3, 3, planes)
+    !> `origins`: origin of each plane relative to the frame's point O (m), shape (3, planes). `axes`: for each plane, unit
+    !> vectors along x, y and the normal, with components along the axes of the frame, shape (3, 3, planes)
     real(dp), allocatable, intent(out) :: origins(:, :), axes(:, :, :)
     !> Axis of the drive: the normal of the first mechanism with ratio 1; zero if no mechanism has this ratio
     real(dp), intent(out) :: shaft(3)
@@ -188,7 +188,7 @@ contains
   end subroutine read_placed_mechanisms
 
   !> Unit vectors along x, y and the normal of a plane. The direction of x is the projection of `x_axis` on the plane. If `x_axis`
-  !> is zero, x is the direction into which the shortest rotation from zeta to the normal turns xi.
+  !> is zero, the shortest rotation that turns zeta to the normal turns xi to x.
   pure function plane_axes(axis, x_axis) result(axes)
     real(dp), intent(in) :: axis(3), x_axis(3)
     real(dp) :: axes(3, 3), n(3), x(3)
@@ -352,8 +352,8 @@ contains
     end do
   end subroutine assign_links
 
-  !> Fails if the key `mechanism` of a link names another mechanism than that of its joint `from`. Unknown joints are not reported
-  !> here, but by `read_link`.
+  !> Fails if the key `mechanism` of a link names a mechanism to which the link's joint `from` does not belong. Unknown joints are
+  !> not reported here, but by `read_link`.
   subroutine check_links(links, names, error)
     type(members_type), intent(inout) :: links
     character(len=*), intent(in) :: names(:)

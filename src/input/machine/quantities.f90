@@ -74,9 +74,9 @@ contains
     end do
   end subroutine read_probes
 
-  !> Reads the key `quantities` of a group. Without this key, the quantities are the force on the ground and, depending on
-  !> `coordinates`, either the free coordinates or the velocities of all probes with a limit. Fails if a quantity is unknown or
-  !> named twice.
+  !> Reads the key `quantities` of a group. If this key is missing, returns the force on the ground and either the free
+  !> coordinates (if `coordinates` is true) or the velocities of all probes with a limit. Fails if a quantity is unknown or named
+  !> twice.
   subroutine read_quantities(doc, keys, frame, probes, coordinates, quantities, error)
     type(document_type), intent(in) :: doc
     !> Records of the keys of the group
@@ -124,9 +124,9 @@ contains
     end do
   end subroutine read_quantities
 
-  !> Reads the key `measures` of a group, or its default, and returns these measures for each quantity. The measure 'band' is
-  !> omitted for quantities without a frequency band. Fails if `measures` is given without `quantities`, or if 'band' is given but
-  !> no quantity has a frequency band. Also fails if `new_measure` fails.
+  !> Reads the key `measures` of a group, or its default, and creates the requested measures of each quantity. A quantity without
+  !> a frequency band does not get the measure 'band'. Fails if `measures` is given without `quantities`, or if 'band' is given
+  !> but no quantity has a frequency band. Also fails if `new_measure` fails.
   subroutine read_measures(group, keys, frame, probes, names, measures, error)
     type(group_type), intent(in) :: group
     !> Records of the keys of the group

@@ -65,7 +65,8 @@ module gestell_input_namelist_document
 
 contains
 
-  !> Returns the group called `name`, or an empty group if the document contains none. For groups that may occur only once.
+  !> Returns the group called `name`, or an empty group if the document contains none. Intended for groups that may occur only
+  !> once.
   pure function group_named(doc, name) result(group)
     type(document_type), intent(in) :: doc
     character(len=*), intent(in) :: name

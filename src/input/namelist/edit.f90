@@ -87,8 +87,8 @@ contains
     text = text(:at - 1) // comma // remark // text(at:)
   end subroutine set_entry
 
-  !> Finds the entries of a key in a group: positions of their first and last characters, without trailing commas. `ending`:
-  !> position of the end of the group.
+  !> Finds the entries of a key in a group and returns the positions of their first and last characters, without trailing commas.
+  !> `ending`: position of the end of the group.
   pure subroutine find_entries(text, group, key, first, last, ending)
     character(len=*), intent(in) :: text, key
     integer, intent(in) :: group

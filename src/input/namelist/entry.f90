@@ -50,7 +50,7 @@ contains
     call parse_values(scanner, group, token, entry, error)
   end subroutine parse_entry
 
-  !> Parses the integers of a subscript "(i)" or "(i,j)". Afterwards the scanner is behind the closing parenthesis.
+  !> Parses the integers of a subscript "(i)" or "(i,j)" and moves the scanner past the closing parenthesis.
   pure subroutine parse_subscript(scanner, group, entry, error)
     type(scanner_type), intent(inout) :: scanner
     type(group_type), intent(in) :: group
@@ -171,7 +171,7 @@ contains
     value%line = entry%line
   end subroutine parse_value
 
-  !> Returns an error for the text of a group at line number `line`. `message` says what is wrong.
+  !> Returns an error that names the group and the line with number `line`. `message` says what is wrong.
   pure subroutine refuse(group, line, message, error)
     type(group_type), intent(in) :: group
     integer, intent(in) :: line

@@ -37,7 +37,7 @@ module gestell_input_namelist_scanner
 
 contains
 
-  !> Reads the next token and moves the scanner behind it.
+  !> Reads the next token and moves the scanner past it.
   pure subroutine next_token(scanner, token)
     type(scanner_type), intent(inout) :: scanner
     type(token_type), intent(out) :: token

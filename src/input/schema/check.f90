@@ -62,8 +62,8 @@ contains
     doc%normalised = .true.
   end subroutine normalise
 
-  !> Numbers the groups of the same name. Fails if a group is unknown, or if it occurs several times although the schema permits it
-  !> only once.
+  !> Gives each group its number among the groups of the same name. Fails if a group is unknown, or if it occurs several times
+  !> although the schema permits it only once.
   pure subroutine number_groups(doc, schema, error, before)
     type(document_type), intent(inout) :: doc
     type(schema_type), intent(in) :: schema

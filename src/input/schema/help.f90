@@ -165,7 +165,7 @@ contains
     end associate
   end function key_help
 
-  !> Lines with a name and its explanation. The explanation begins in the given `column`.
+  !> Lines that consist of a name and its explanation, which begins in the terminal column with number `column`.
   pure function entry(name, words, column) result(text)
     character(len=*), intent(in) :: name, words
     integer, intent(in), optional :: column

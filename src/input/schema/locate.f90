@@ -17,19 +17,20 @@ module gestell_input_schema_locate
 
   !> The part of a document that a path denotes
   type, public :: target_type
-    !> Indices of the denoted groups in the document; empty if the group does not exist yet and must be added
+    !> Indices in the document of the groups that the path denotes; empty if the group does not exist yet and must be added
     integer, allocatable :: groups(:)
     character(len=:), allocatable :: key
-    !> Index of the record of the denoted key in the schema
+    !> Index in the schema of the record of the key that the path denotes
     integer :: rule = 0
-    !> Index of the denoted element of a vector or matrix, counted column by column; 0 if the path denotes all elements
+    !> Index of the vector's or matrix's element that the path denotes, counted column by column; 0 if the path denotes all
+    !> elements
     integer :: element = 0
   end type target_type
 
   !> The parts of a path, as the user typed them
   type :: path_type
     character(len=:), allocatable :: group
-    !> Name or number that follows the group in parentheses
+    !> Name or number of a group, such as B in joint(B).lengths
     character(len=:), allocatable :: selector
     character(len=:), allocatable :: key
     integer, allocatable :: subscript(:)

@@ -127,8 +127,8 @@ contains
     end do
   end subroutine expand
 
-  !> Position at which value `n` of a list is stored. It differs from `n` only if the list is the short form of a matrix, which has
-  !> `total` values.
+  !> Position at which value `n` of an entry with `total` values is stored. It differs from `n` only if the entry gives a matrix
+  !> in its short form.
   pure integer function stored_position(n, total, rule)
     integer, intent(in) :: n, total
     type(key_type), intent(in) :: rule
@@ -142,7 +142,7 @@ contains
 
   !> Creates a merged entry that has no values yet.
   pure subroutine start(entry, rule, n, merged)
-    !> Entry of the file from which key and line number are copied
+    !> Entry from which key and line number are copied
     type(entry_type), intent(in) :: entry
     type(key_type), intent(in) :: rule
     !> Number of elements
@@ -157,8 +157,8 @@ contains
     allocate(merged%values(n))
   end subroutine start
 
-  !> Shortens a list that was given by subscripts: removes the elements after the last given one. Fails if an earlier element is
-  !> missing, unless it is one of the elements that the list always has.
+  !> Removes the elements after the last given one from a list of variable length, but keeps the minimum number of elements. Fails
+  !> if an element beyond this minimum is given although the element before it is missing.
   pure subroutine close_list(group, rule, merged, error)
     type(group_type), intent(in) :: group
     type(key_type), intent(in) :: rule

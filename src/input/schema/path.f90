@@ -146,8 +146,8 @@ contains
     end do
   end subroutine assign
 
-  !> Largest index of an element that may be set: the number of existing elements plus one, but at least the number of elements that
-  !> the key always has.
+  !> Largest index that an element may have when it is set. For a list of variable length this is the number of existing elements
+  !> plus one, or the minimum length of the list if that is larger.
   pure integer function largest_element_of(group, rule)
     type(group_type), intent(in) :: group
     type(key_type), intent(in) :: rule
@@ -160,8 +160,9 @@ contains
     if (i > 0) largest_element_of = max(largest_element_of, 1 + size(group%entries(i)%values))
   end function largest_element_of
 
-  !> Stores an entry in a group. If `element` > 0, only the first value of the entry is stored, as this element. If one value was
-  !> typed (`one`) for a key whose components are `alike`, this value is stored for all components that exist or must exist.
+  !> Stores an entry in a group. If `element` > 0, only the first value of the entry is stored, as this element; otherwise all
+  !> values are stored. If one value was typed (`one`) for a key whose components are `alike`, it is stored for all existing
+  !> components, and at least for the minimum number of components.
   pure subroutine store_entry(group, entry, rule, element, one)
     type(group_type), intent(inout) :: group
     type(entry_type), intent(in) :: entry
@@ -201,7 +202,7 @@ contains
     group%entries(i)%values(element) = entry%values(1)
   end subroutine store_entry
 
-  !> Splits a text at commas into the values of an entry. If the key takes a single text, this value is the whole text, including
+  !> Splits a text at commas into the values of an entry. If the key accepts only one text, the whole text is its value, including
   !> commas.
   pure subroutine split(text, rule, key, origin, entry, error)
     character(len=*), intent(in) :: text, key, origin

@@ -39,9 +39,9 @@ module gestell_input_schema_units
   logical, parameter :: is_rotation(6) = [.false., .false., .true., .false., .true., .true.]
   !> Indices for the implied do loops in the constants below.
   integer :: i, j
-  !> Codes of the quantities of a stiffness matrix's elements, column by column.
+  !> For each element of a stiffness matrix, column by column: code of its quantity.
   integer, parameter :: stiffness_matrix(36) = [((of_stiffness + count([is_rotation(i), is_rotation(j)]), i = 1, 6), j = 1, 6)]
-  !> Codes of the quantities of a damping matrix's diagonal elements.
+  !> For each diagonal element of a damping matrix: code of its quantity.
   integer, parameter :: damping_diagonal(6) = [(merge(of_rotary_damping, of_damping, is_rotation(i)), i = 1, 6)]
 
   !> All units. 1 kp = 9.80665 N.
@@ -127,8 +127,8 @@ contains
     if (key%unit == of_damping_diagonal) quantity = damping_diagonal(element)
   end function quantity_of
 
-  !> Symbol of the unit of an element of a key's values; empty if the element has no unit. If `element` is 0: symbol of the unit of
-  !> all elements. If their units differ, the symbol is empty or, with `as_list`, a list of the units.
+  !> Symbol of the unit of an element of a key's values; empty if the element has no unit. If `element` is 0, the symbol applies
+  !> to all elements. If their units differ, the symbol is then empty or, with `as_list`, a list of the units.
   pure function unit_symbol(key, element, units, as_list) result(symbol)
     type(key_type), intent(in) :: key
     integer, intent(in) :: element

@@ -49,8 +49,8 @@ contains
     end do
   end subroutine remove_made
 
-  !> True if no run of Gestell created this folder. Signs of this are that the folder, or one of the `files` in it, is a link, or
-  !> that such files exist but the file `mark` does not: every run creates `mark` before any other file.
+  !> True if this folder, or one of the `files` in it, is a link, or if such files exist but the file `mark` does not. No run of
+  !> Gestell has created such a folder, because every run creates `mark` before any other file.
   logical function is_foreign(folder, files, mark)
     character(len=*), intent(in) :: folder, files(:), mark
     logical :: exists

@@ -47,8 +47,8 @@ contains
     call output%complete(error)
   end subroutine write_file
 
-  !> Opens a file that will be called `name`, under its temporary name. If this or a later `append` fails, `complete` returns the
-  !> error.
+  !> Opens a file that will be called `name`, under its temporary name. If opening it or writing to it fails, `complete` returns
+  !> the error.
   subroutine open_output(output, name)
     type(output_type), intent(out) :: output
     character(len=*), intent(in) :: name

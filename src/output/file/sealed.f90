@@ -12,8 +12,8 @@ module gestell_output_file_sealed
   !> `sealed_head`: number of words in the header (magic number, fingerprint, number of words in the content). `word_bytes`: number
   !> of bytes in a word.
   integer, parameter, public :: sealed_head = 3, word_bytes = 8
-  !> Magic number: the letters "gestell" in ASCII and the version of this format. A file with the other byte order has another
-  !> number.
+  !> Magic number: the letters "gestell" in ASCII and the version of this format. A file that was written with the opposite byte
+  !> order begins with another number.
   integer(int64), parameter :: magic = int(z"67657374656C6C02", int64)
 
 contains

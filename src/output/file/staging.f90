@@ -100,9 +100,9 @@ contains
     if (folder_lock >= 0) call try_lock(folder_lock, .true., is_locked, busy)
   end subroutine lock_folder
 
-  !> Creates the staging folder, or empties and reuses that of a killed run. `is_acquired` is false if another process uses the
-  !> folder, if no run created it, or if it cannot be created (`reason` then says why). If the file system does not support locks,
-  !> an existing folder is never reused.
+  !> Creates the staging folder, or empties and reuses the staging folder of a killed run. `is_acquired` is false in three cases:
+  !> another process uses the folder, no run has created it, or it cannot be created (`reason` then says why). If the file system
+  !> does not support locks, an existing folder is never reused.
   subroutine acquire(staging, is_acquired, reason)
     type(staging_type), intent(inout) :: staging
     logical, intent(out) :: is_acquired
@@ -204,7 +204,8 @@ contains
   end subroutine publish
 
   !> Undoes the publication of the files `names`: moves the old files back to their folder, and removes new files that replaced no
-  !> old file. `done` is false if an old file cannot be moved back, as on a file system without hard links.
+  !> old file. `replaces`: true for each new file that replaced an old one. `done` is false if an old file cannot be moved back,
+  !> as on a file system without hard links.
   subroutine restore(staging, names, replaces, done)
     type(staging_type), intent(in) :: staging
     character(len=*), intent(in) :: names(:)

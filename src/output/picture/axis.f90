@@ -20,7 +20,7 @@ contains
     type(axis_type), intent(in) :: axis
     !> Text that labels the axis
     character(len=*), intent(in) :: name
-    !> Margin added at both ends, divided by the length of the range
+    !> Margin at each end of the axis, as a fraction of the length of its range
     real(dp), intent(in) :: margin
     character(len=:), allocatable :: lines
     real(dp) :: ends(2), wider
@@ -92,9 +92,9 @@ contains
     words = "'" // concise(value, 4) // "' " // concise(log10(abs(value)), 9)
   end function tic
 
-  !> Gnuplot lines that set the variables `low` and `high` to the minimum and maximum of some expressions over the rows of a file.
-  !> The range is never empty. With `smooth unique` gnuplot's table of plotted points has one row; without it, a file with millions
-  !> of rows would take minutes.
+  !> Gnuplot lines that set the variables `low` and `high` to the minimum and maximum of some expressions over the rows of a file,
+  !> and ensure that `low` < `high`. The option `smooth unique` reduces gnuplot's table of plotted points to one row. Without this
+  !> option a file with millions of rows would take minutes.
   pure function extent_lines(file, expressions) result(lines)
     character(len=*), intent(in) :: file, expressions(:)
     character(len=:), allocatable :: lines

@@ -12,8 +12,8 @@ module gestell_output_picture_marks
 
   public :: apart, choose_spaced, boxes_where, chart_marks, input_marks, input_point, shade
 
-  !> Gnuplot options: `unstable_fill` for shading unstable ranges, entries of the legend for shaded ranges, and `beyond_colour`, a
-  !> grey for motions that are too large for the linearised equations
+  !> Gnuplot options. `unstable_fill`: fill of unstable ranges. `shaded_entry`, `unstable_entry`: legend entries for shaded
+  !> ranges. `beyond_colour`: grey for motions that are too large for the linearised equations
   character(len=*), parameter, public :: unstable_fill = "fillcolor rgb '#F9E0C7' fillstyle solid 1 noborder", &
     & shaded_entry = ", keyentry with boxes lc rgb '#F9E0C7' fs solid 1 noborder title ", &
     & unstable_entry = shaded_entry // "'unstable'", &
@@ -31,8 +31,8 @@ module gestell_output_picture_marks
 
 contains
 
-  !> Marks of a picture with a parameter as abscissa: a line at the value of the input, and shaded areas over the unstable points. A
-  !> shaded area extends halfway to the neighbouring points.
+  !> Marks of a picture with a parameter as abscissa: a line at the value of the input, and shaded areas over the points (values
+  !> of the parameter) at which the machine is unstable. A shaded area extends halfway to the neighbouring stable points.
   pure type(marks_type) function chart_marks(range, input, unit, at, unstable) result(marks)
     !> `range`: ends of the x axis. `input`: value of the parameter in the input, or empty. `at`: values of the parameter at the
     !> points, in ascending or descending order
@@ -108,7 +108,7 @@ contains
   !> Part of a gnuplot plot command that draws a shaded box for each row of a file for which `condition` is true. All arguments
   !> except `file` are gnuplot expressions.
   pure function boxes_where(file, condition, x, half, low, high) result(words)
-    !> `x`, `half`: centre and half width of a box. `low`, `high`: its lower and upper end in the direction of y
+    !> `x`, `half`: centre and half width of a box. `low`, `high`: y coordinates of the box's lower and upper end
     character(len=*), intent(in) :: file, condition, x, half, low, high
     character(len=:), allocatable :: words, at
 
@@ -117,8 +117,8 @@ contains
       & // "):(" // at // " + " // half // "):(" // low // "):(" // high // ") with boxxyerror " // unstable_fill // " notitle"
   end function boxes_where
 
-  !> Gnuplot lines that mark the machine of the input in a plane of two parameters. `values`: its two parameters. Empty if the
-  !> machine lies outside the ranges.
+  !> Gnuplot lines that mark the machine of the input in a plane of two parameters. `values`: the parameters of this machine. The
+  !> lines are empty if a parameter lies outside the range of its axis.
   pure function input_point(axes, values) result(line)
     type(axis_type), intent(in) :: axes(2)
     real(dp), intent(in) :: values(2)

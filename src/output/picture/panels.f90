@@ -67,8 +67,8 @@ contains
       & // newline // x_names("crank angle (deg)", named)
   end function turn_axis
 
-  !> Gnuplot lines for an axis of orders (multiples of the crank speed). The axis extends from 0 to the order of harmonic number
-  !> `harmonics` of the period. `turns`: number of turns of the crank in the period.
+  !> Gnuplot lines for an axis of orders (multiples of the crank speed). The axis extends from 0 to the highest order, `harmonics`
+  !> / `turns`. `harmonics`: number of harmonics of the period. `turns`: number of turns of the crank in the period.
   pure function order_axis(harmonics, named, turns) result(lines)
     integer, intent(in) :: harmonics, turns
     logical, intent(in) :: named
@@ -100,8 +100,8 @@ contains
   !> column.
   pure function history_panel(table, label, factor, columns, titles, styles) result(lines)
     type(table_type), intent(in) :: table
-    !> `label`: label of the y axis. `factor`: gnuplot expression for a factor. `columns`: names of the columns. `titles`: titles of
-    !> the curves
+    !> `label`: label of the y axis. `factor`: gnuplot expression by which the values are multiplied. `columns`: names of the
+    !> columns. `titles`: titles of the curves
     character(len=*), intent(in) :: label, factor, columns(:), titles(:)
     !> Numbers of the curves' line types. If absent, the curves have the line types 1, 2, ...
     integer, intent(in), optional :: styles(:)
@@ -125,8 +125,8 @@ contains
   !> Gnuplot lines for a panel with amplitudes over the orders. The y axis is logarithmic and covers six decades.
   pure function order_panel(table, label, factor, columns, titles, turns) result(lines)
     type(table_type), intent(in) :: table
-    !> `label`: label of the y axis. `factor`: gnuplot expression for a factor. `columns`: names of the columns. `titles`: titles of
-    !> their bars
+    !> `label`: label of the y axis. `factor`: gnuplot expression by which the amplitudes are multiplied. `columns`: names of the
+    !> columns. `titles`: title of the bars of each column
     character(len=*), intent(in) :: label, factor, columns(:), titles(:)
     !> Number of turns that the crank completes in a period; it determines the width of the bars
     integer, intent(in) :: turns

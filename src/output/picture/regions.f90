@@ -14,9 +14,9 @@ module gestell_output_picture_regions
 
 contains
 
-  !> Boxes that cover the area on the left of the curves, seen in the direction of the curves; shape (4, boxes) with x from, x to, y
-  !> from, y to. A box of a row or column extends from one curve to the next, or to the edge of the square. Where no row or column
-  !> meets a curve, a gap remains.
+  !> Boxes that cover the area on the left of the curves, seen in the direction of the curves. Shape (4, boxes): minimum x,
+  !> maximum x, minimum y and maximum y of each box. A box lies in one row or column and extends from one curve to the next, or to
+  !> the edge of the square. A place stays uncovered if neither its row nor its column meets a curve.
   pure function left_side(points, curve) result(boxes)
     !> Points of all curves in the unit square, shape (2, points). The points of a curve are listed in its direction
     real(dp), intent(in) :: points(:, :)
@@ -37,9 +37,10 @@ contains
     end do
   end function left_side
 
-  !> Intervals of the coordinate `along`, shape (2, intervals), in which the line `across` = `at` lies inside the area.
-  !> `inside_before`: true if the area lies on the side of smaller `along` at crossings where `across` increases along the curve,
-  !> and on the side of larger `along` at crossings where it decreases. If `inside_before` is false, the sides are exchanged.
+  !> Returns in `spans`, shape (2, intervals), the parts of the line `across` = `at` that lie inside the area: intervals of the
+  !> other coordinate, `along`. If `inside_before` is true, the area lies at smaller `along` wherever `across` increases in the
+  !> direction of a curve, and at larger `along` wherever `across` decreases. If `inside_before` is false, the sides are
+  !> exchanged.
   pure subroutine intervals(across, along, curve, at, inside_before, spans)
     real(dp), intent(in) :: across(:), along(:), at
     integer, intent(in) :: curve(:)

@@ -28,12 +28,12 @@ module gestell_output_report_plausibility
   !> `no_mass`: a frame with less than this fraction of the total mass is not a real body. `light`: a frame with less than this
   !> fraction of the mechanism's mass is suspiciously light.
   real(dp), parameter :: no_mass = 1.0e-3_dp, light = 0.1_dp
-  !> `gravity`: acceleration of gravity (m/s^2). `suspicious_deflection`: static deflection, divided by the size of the machine,
-  !> above which a warning is given. A deflection of 0.25 m corresponds to a natural frequency of 1 Hz; mounted machines usually
-  !> have 2 to 30 Hz.
+  !> `gravity`: acceleration of gravity (m/s^2). `suspicious_deflection`: a warning is given if the static deflection, divided by
+  !> the size of the machine, exceeds this value. A deflection of 0.25 m corresponds to a natural frequency of 1 Hz; mounted
+  !> machines usually have 2 to 30 Hz.
   real(dp), parameter :: gravity = 9.81_dp, suspicious_deflection = 0.25_dp
-  !> Damping ratio of the whole machine along an axis above which a warning is given. Rubber mounts reach a damping ratio of 0.15,
-  !> oil dampers reach 1
+  !> A warning is given if the damping ratio of the machine along every axis exceeds this value. Rubber mounts reach a damping
+  !> ratio of 0.15, oil dampers reach 1
   real(dp), parameter :: overdamped = 5
   !> Relative change of a link's length during a turn that is too large to be rounding error
   real(dp), parameter :: largest_stretch = 1.0e-6_dp
@@ -235,8 +235,9 @@ contains
     end do
   end function slides
 
-  !> Warning if the upper half of the orders contributes too much to a follower's acceleration, in which the lift of order k has the
-  !> weight k^2; otherwise empty. `orders`: highest order of the lift table, or 0 if there is no such table.
+  !> Warning if the upper half of the orders contributes too much to a follower's acceleration; otherwise empty. In the
+  !> acceleration the lift of order k has the weight k^2. `orders`: highest order of the lift table, or 0 if there is no such
+  !> table.
   pure function lift_warning(name, lift, orders) result(line)
     character(len=*), intent(in) :: name
     real(dp), intent(in) :: lift(:)

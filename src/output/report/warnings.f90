@@ -15,8 +15,8 @@ module gestell_output_report_warnings
 
 contains
 
-  !> Warning if the largest of the motions `all` is too large for the linear equations; otherwise empty. The limits for the exact
-  !> frame are higher, because only the forces of its supports are linear.
+  !> Warning if the largest of the motions `all` is too large for the linear equations; otherwise empty. The limits for the model
+  !> 'exact' are higher, because only the forces of the supports are linear in it.
   pure function motion_warning(all, model) result(line)
     type(moved_type), intent(in) :: all(:)
     character(len=*), intent(in) :: model
@@ -44,8 +44,8 @@ contains
       & // small_motion_limits(all(path)%size) // newline
   end function motion_warning
 
-  !> Phrase that states up to which angle and up to which displacement of F a motion is small. The displacement is omitted unless
-  !> the size of the `machine` (m) is positive.
+  !> Phrase that states up to which angle, and up to which displacement of the frame's centre of mass F, a motion is small. The
+  !> displacement is omitted unless the size of the `machine` (m) is positive.
   pure function small_motion_limits(machine) result(words)
     real(dp), intent(in) :: machine
     character(len=:), allocatable :: words

@@ -47,7 +47,8 @@ module gestell_output_table
     !> Number of rows
     integer :: rows = 0
     type(column_type), allocatable :: columns(:)
-    !> After a call of `expect`: the existing columns and those added since then, until all expected columns have been added
+    !> Columns of the table, existing and added, from a call of `expect` until the last expected column has been added; otherwise
+    !> unallocated
     type(column_type), allocatable, private :: reserved(:)
     !> Number of columns in `reserved` that are complete
     integer, private :: filled = 0

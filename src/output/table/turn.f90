@@ -53,7 +53,7 @@ contains
   end subroutine add_order_column
 
   !> Adds two columns with amplitudes (in `unit`) and phases of a Fourier series, for the harmonics 0 to `last`. The amplitude of
-  !> harmonic 0 is the mean with its sign. Harmonics that the series does not contain are 0.
+  !> harmonic 0 is the mean with its sign. Harmonics that the series does not contain get amplitude 0 and phase 0.
   pure subroutine add_harmonics(table, name, unit, series, last)
     type(table_type), intent(inout) :: table
     !> Text with which the names of both columns begin
