@@ -239,8 +239,8 @@ contains
     self%settings = [self%settings, setting]
   end subroutine record_setting
 
-  !> Returns the numbers at `path` in the units of the input, as they were given. Fails if the path does not exist or holds no
-  !> number.
+  !> Returns the numbers at `path` as the input gives them, in the units of the input. Fails if the path does not exist or holds
+  !> no number.
   subroutine get(self, path, values, error)
     class(machine_type), intent(in) :: self
     character(len=*), intent(in) :: path

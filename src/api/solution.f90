@@ -58,8 +58,8 @@ module gestell_api_solution
 contains
 
   !> Runs the tasks of a checked document. If the tasks concern only the machine of the input, the report is composed only on
-  !> request, because this takes longer than computing the verdict. Fails if the machine is invalid, its mechanism cannot be
-  !> assembled at every crank angle, or nothing could be computed.
+  !> request, because composing it takes longer than computing the verdict. Fails if the machine is invalid, its mechanism cannot
+  !> be assembled at every crank angle, or nothing could be computed.
   subroutine solve_document(document, schema, settings, solution, error)
     type(document_type), intent(in) :: document
     type(schema_type), intent(in) :: schema

@@ -1,5 +1,5 @@
-!> Computes a hash of data, word by word with 64 bits each, on the principle of FNV-1a (Fowler, Noll, Vo). The hash reveals damaged
-!> data and data that belong to another input; it is not cryptographic.
+!> Computes a hash of data from words of 64 bits, on the principle of FNV-1a (Fowler, Noll, Vo). The hash reveals damaged data and
+!> data that belong to another input; it is not cryptographic.
 module gestell_base_hash
   use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)

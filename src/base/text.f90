@@ -117,7 +117,7 @@ contains
     if (value < 0) line = "-" // line(:len(line) - 1)
   end function integer_line
 
-  !> Text of the number whole * 10^-decimals, where whole >= 0. Without a decimal point if `decimals` is 0.
+  !> Text of the number whole * 10^-decimals, where whole >= 0. The text has no decimal point if `decimals` is 0.
   pure function decimal_digits(whole, decimals, length) result(line)
     integer(int64), intent(in) :: whole
     integer, intent(in) :: decimals, length

@@ -220,7 +220,7 @@ contains
     self%headline_position = -1
   end subroutine insert_headlines
 
-  !> Last line of the report: the worst verdict and as many warnings as fit. Without any verdict it is the first headline.
+  !> Last line of the report: the worst verdict and as many warnings as fit. If there is no verdict, it is the first headline.
   pure function summary_line(self) result(line)
     class(result_type), intent(in) :: self
     character(len=:), allocatable :: line

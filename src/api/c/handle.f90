@@ -50,7 +50,7 @@ contains
     if (.not. allocated(error)) count = int(found, c_int)
   end subroutine return_count
 
-  !> Returns the error that the array called `what` has `has_elements` elements although it must have `needed` elements.
+  !> Returns the error that the array called `what` has `has_elements` elements instead of `needed` elements.
   pure subroutine report_wrong_size(what, has_elements, needed, error)
     character(len=*), intent(in) :: what
     integer, intent(in) :: has_elements, needed

@@ -72,8 +72,8 @@ contains
     call move_alloc(mechanism, members%mechanism)
   end subroutine add_copies
 
-  !> Returns the copy of a joint or link of mechanism `original` for the copy called `part`: renames the joint or link, and the
-  !> joints to which its keys refer. Fails if a name becomes too long.
+  !> Converts `member`, a joint or link of mechanism `original`, to the joint or link of the copy called `part`: renames it, and
+  !> the joints to which its keys refer. Fails if a name becomes too long.
   subroutine rename(member, part, original, joints, names, copy, error)
     type(group_type), intent(inout) :: member
     character(len=*), intent(in) :: part

@@ -117,8 +117,8 @@ contains
     if (number == 0) call input_error(group, "type", "unknown" // suggestion(type, (forms%name)), error)
   end subroutine type_of_joint
 
-  !> Reads joint `i`, moves it to the position of its mechanism and adds it to the linkage. Fails if a key does not suit its type,
-  !> if a key refers to a joint that is unknown or listed later, or if a value is out of range.
+  !> Reads joint `i`, moves it to the position of its mechanism and adds it to the linkage. Fails if a key does not suit the
+  !> joint's type, if a key refers to a joint that is unknown or listed later, or if a value is out of range.
   subroutine read_joint(joints, names, i, forms, units, placement, linkage, error)
     !> Groups of all joints in the input
     type(group_type), intent(in) :: joints(:)

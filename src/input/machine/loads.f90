@@ -135,7 +135,8 @@ contains
     !> Components of the acceleration of gravity along xi, eta, zeta (m/s^2)
     real(dp), intent(out) :: gravity(3)
     type(error_type), allocatable, intent(out) :: error
-    !> Components of the direction smaller than this are set to zero: if gravity acts along an axis, they are rounding errors.
+    !> Components of the unit vector along gravity that are smaller than this are set to zero. They are rounding errors of sine
+    !> and cosine if gravity acts along an axis.
     real(dp), parameter :: rounding = 4 * epsilon(1.0_dp)
     real(dp) :: acceleration, angle(1)
     integer :: n

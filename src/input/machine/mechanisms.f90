@@ -188,7 +188,7 @@ contains
   end subroutine read_placed_mechanisms
 
   !> Unit vectors along x, y and the normal of a plane. The direction of x is the projection of `x_axis` on the plane. If `x_axis`
-  !> is zero, the shortest rotation that turns zeta to the normal turns xi to x.
+  !> is zero, x is the image of xi under the shortest rotation that maps zeta to the normal.
   pure function plane_axes(axis, x_axis) result(axes)
     real(dp), intent(in) :: axis(3), x_axis(3)
     real(dp) :: axes(3, 3), n(3), x(3)

@@ -16,7 +16,7 @@ contains
 
   !> Boxes that cover the area on the left of the curves, seen in the direction of the curves. Shape (4, boxes): minimum x,
   !> maximum x, minimum y and maximum y of each box. A box lies in one row or column and extends from one curve to the next, or to
-  !> the edge of the square. A place stays uncovered if neither its row nor its column meets a curve.
+  !> the edge of the square. A gap remains where neither the row nor the column meets a curve.
   pure function left_side(points, curve) result(boxes)
     !> Points of all curves in the unit square, shape (2, points). The points of a curve are listed in its direction
     real(dp), intent(in) :: points(:, :)

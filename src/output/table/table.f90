@@ -35,8 +35,8 @@ module gestell_output_table
     character(len=:), allocatable :: name
     !> `heading`: heading of the table in reports and pages. `caption`: caption of its picture
     character(len=:), allocatable :: heading, caption
-    !> `remarks`: lines that precede the keys of the columns in the file. `verdict`: verdict that the head of the file states; empty
-    !> if it states none. If unallocated, the verdict on the machine of the input is stated
+    !> `remarks`: lines that precede the keys of the columns in the file. `verdict`: verdict that the head of the file states, or
+    !> an empty text. If `verdict` is unallocated, the head states the verdict on the machine of the input
     character(len=:), allocatable :: remarks, verdict
     !> Model of the frame, if the table uses another model than the run; otherwise empty
     character(len=:), allocatable :: model
