@@ -83,7 +83,6 @@ contains
   end subroutine append
 
   module procedure number_of
-
     do number = size(self%columns), 1, -1
       associate (column => self%columns(number))
         if (column%key == name .or. column%key == new_key(name, column%unit)) return
@@ -92,7 +91,6 @@ contains
   end procedure number_of
 
   module procedure key_of_column
-
     key = self%columns(self%number_of(name))%key
   end procedure key_of_column
 
