@@ -34,12 +34,13 @@ contains
   !> Solves C q = load for a positive semi-definite C, by elimination with full pivoting, in units in which the diagonal is 1.
   !> Components of q that the equations do not determine are set to 0.
   pure subroutine solve_semidefinite(c, load, sizes, q, unsupported)
-    !> `c`: matrix C, shape (n, n). `load`: right-hand side, shape (n). `sizes`: for each element of `load`, the size of the terms
-    !> whose sum it is, shape (n).
+    !> `c`: matrix C, shape (n, n). `load`: right-hand side, shape (n). `sizes`: size of the terms that were summed to obtain each
+    !> element of `load`, shape (n).
     real(dp), intent(in) :: c(:, :), load(:), sizes(:)
     !> Solution q, shape (n); zero if C cannot balance the load
     real(dp), intent(out) :: q(:)
-    !> Number of a row in which C cannot balance the load with an accuracy of 1e-9 `sizes`; 0 if there is no such row
+    !> Number of a row in which C cannot balance the load to within 1e-9 of the sum of `sizes` (in units in which the diagonal of
+    !> C is 1); 0 if there is no such row
     integer, intent(out) :: unsupported
     real(dp), parameter :: singular = 1.0e-12_dp, negligible = 1.0e-9_dp
     real(dp) :: a(size(load), size(load)), b(size(load)), x(size(load)), unit(size(load)), maximum

@@ -61,8 +61,9 @@ contains
     r = s(1, 0) * c + s(2, 0) * matmul(c, c)
   end function rotation_less_one
 
-  !> R - 1 - [theta], the terms of a rotation of second and higher order, and its first and second time derivatives, shape (3, 3,
-  !> 0:2). `theta` contains theta, theta', theta'', shape (3, 0:2). The derivatives of R are R' = R [w], R'' = R ([w]^2 + [w']).
+  !> R - 1 - [theta], the terms of second and higher order of the rotation matrix R, and its first and second time derivatives;
+  !> shape (3, 3, 0:2). [theta] x is the cross product of theta and x. `theta` contains theta, theta', theta'', shape (3, 0:2).
+  !> With the angular velocity w, the derivatives of R are R' = R [w], R'' = R ([w]^2 + [w']).
   pure function turn_beyond_first_order(theta) result(beyond)
     real(dp), intent(in) :: theta(3, 0:2)
     real(dp) :: beyond(3, 3, 0:2), s(3, 0:2), t(3, 3, 0:2), r(3, 3), c(3, 3), spin(3, 3), w_d(3)
@@ -114,9 +115,9 @@ contains
     t = s(3, 0) * matmul(c, c) - s(2, 0) * c
   end function turning_less_one
 
-  !> Coefficients s_1, s_2, s_3 and their first and second derivatives with respect to x = a^2, where a is the angle of rotation;
-  !> shape (3, 0:2). They are computed by their series, which has enough terms for a few radians, more than any frame rotates. Up
-  !> to one radian ten terms are sufficient.
+  !> Coefficients s_1, s_2, s_3 of the matrices R and T in the module's header, and their first and second derivatives with
+  !> respect to x = a^2, where a is the angle of rotation; shape (3, 0:2). They are computed by their series, which has enough
+  !> terms for a few radians, more than any frame rotates. Up to one radian ten terms are sufficient.
   pure function coefficients(x) result(s)
     real(dp), intent(in) :: x
     real(dp) :: s(3, 0:2)

@@ -8,7 +8,7 @@ module gestell_math_turn
 
 contains
 
-  !> E - 1, without cancellation for small angles psi: 1 - cos psi = sin^2 psi/(1 + cos psi).
+  !> E - 1 for E = exp(i psi), without cancellation for small angles psi: 1 - cos psi = sin^2 psi/(1 + cos psi).
   elemental complex(dp) function less_one(turn)
     complex(dp), intent(in) :: turn
 

@@ -13,14 +13,14 @@ module gestell_math_batch_characteristic_roots
 
   !> Maximum number of iterations
   integer, parameter :: max_iterations = 40
-  !> The iteration ends when two conditions hold: a step is at most `last_step` times the norm of the matrix, and at most
-  !> `last_part` times the distance from other roots. Convergence is cubic: the remaining error is about the first bound times the
-  !> square of the second bound, which is below roundoff.
+  !> The iteration ends when every step is at most `last_step` times the norm of the matrix and at most `last_part` times the
+  !> distance to the other roots. Convergence is cubic: the remaining error, about `last_step` times `last_part`^2, is below
+  !> roundoff.
   real(dp), parameter :: last_step = 1.0e-9_dp, last_part = 1.0e-4_dp
-  !> Indices of the array constructor below
+  !> Indices of the implied loops that compute `begin_at`
   integer :: i, m
-  !> Cosines of the starting angles of m pairs of roots, in column m. The angles are not symmetric, because the iteration would
-  !> preserve a symmetry.
+  !> Column m: cosines of the angles at which m conjugate pairs of roots start on a circle. The angles are not symmetric, because
+  !> the iteration would preserve a symmetry.
   real(dp), parameter :: begin_at(max_states / 2, max_states / 2) = &
     & reshape([((cos(pi * (i - 0.6_dp) / m), i = 1, max_states / 2), m = 1, max_states / 2)], [max_states / 2, max_states / 2])
 
@@ -76,7 +76,7 @@ contains
   end subroutine guess_roots
 
   !> Updates root `k` in the lanes that have not converged, from the polynomial p and its derivative d at this root. `maximum`:
-  !> square of the largest step so far. `near`: positive where another root is too near for a step of this size.
+  !> square of the largest step so far. `near`: positive where the step is too large compared with the distance to another root.
   pure subroutine step_here(n, k, p_re, p_im, d_re, d_im, converged, z_re, z_im, maximum, near, once) bind(C, &
     & name="lanes_gestell_aberth")
     !$omp declare simd uniform(n, k, p_re, p_im, d_re, d_im, converged, z_re, z_im, maximum, near) linear(once) simdlen(2) &
@@ -131,10 +131,10 @@ contains
     end do
   end subroutine step_here
 
-  !> Computes the eigenvalues z, shape (lanes, n), from starting values by the iteration of Aberth and Ehrlich. It consists of
-  !> Newton steps for p / q, where q is the polynomial whose roots are all other approximations. Starting from quadratic factors,
-  !> one step is usually sufficient; starting from a circle, six to seven steps. A lane does not change once it has converged, so no
-  !> lane depends on another.
+  !> Computes the eigenvalues z, shape (lanes, n), from starting values by the iteration of Aberth and Ehrlich. Each step is a
+  !> Newton step for p / q. Here p is the characteristic polynomial, and q is the polynomial whose roots are the approximations of
+  !> the other eigenvalues. From quadratic factors one step is usually sufficient; from points on a circle six or seven are
+  !> needed. A lane does not change once it has converged, so no lane depends on another.
   pure subroutine find_roots(length, h, conjugate, z_re, z_im, converged)
     !> Number of double precision numbers in a vector register (gestell_base_processor)
     integer, intent(in) :: length
@@ -178,7 +178,7 @@ contains
     z_im = w_im(:, :max_states)
   end subroutine find_roots
 
-  !> Stores root `k` of n roots in both copies.
+  !> Stores root `k` in both copies: the arrays contain the n roots twice in succession.
   pure subroutine set(n, k, re, im, z_re, z_im)
     integer, intent(in) :: n, k
     real(dp), intent(in) :: re(lanes), im(lanes)

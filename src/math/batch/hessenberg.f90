@@ -22,7 +22,8 @@ module gestell_math_batch_hessenberg
   !> Hessenberg matrices with n rows. The first index of every array is the lane.
   type, bind(C), public :: hessenberg_type
     integer(c_int) :: n = 0
-    !> Each row divided by its subdiagonal element (row 1 by 1), with reversed sign; shape (lanes, max_states, max_states)
+    !> Elements of the matrix with reversed sign; each row except row 1 is divided by its subdiagonal element. Shape (lanes,
+    !> max_states, max_states)
     real(dp) :: g(lanes, max_states, max_states)
     !> Reciprocals of the subdiagonal elements h(i, i-1) in rows i > 1, and 1 in row 1; shape (lanes, max_states)
     real(dp) :: v(lanes, max_states)
@@ -35,13 +36,13 @@ module gestell_math_batch_hessenberg
 
 contains
 
-  !> Applies to `a` from both sides the reflection E - beta u u' for column `k`, which makes all elements below the subdiagonal
-  !> element zero.
+  !> Applies the Householder reflection E - beta u u' to `a` from both sides. It makes all elements of column `k` below the
+  !> subdiagonal zero.
   pure subroutine reflect_here(a, n, k, once) bind(C, name="lanes_gestell_reflect")
     !$omp declare simd uniform(a, n, k) linear(once) simdlen(2) notinbranch
     real(dp), intent(inout) :: a(lanes, max_states, max_states)
     integer(c_int), value :: n, k, once
-    !> Length of the part of a column below the diagonal; a shorter one needs no reflection.
+    !> Minimum length (Euclidean norm) of the part of a column below the diagonal; a shorter part is not reflected.
     real(dp), parameter :: nothing = 1.0e-100_dp
     real(dp) :: u(lanes, max_states), beta(lanes), share(lanes), length, sum
     integer :: i, j, lane
@@ -296,14 +297,14 @@ contains
     d_im = y_im(:, 0)
   end subroutine evaluate_here
 
-  !> Computes p = -r(lambda), which is the characteristic polynomial up to a constant factor, and its derivative d at lambda = z.
+  !> Evaluates the characteristic polynomial, up to a constant factor, by Hyman's method: its value p and its derivative d at z.
   pure subroutine evaluate(length, h, z_re, z_im, p_re, p_im, d_re, d_im)
     !> Number of double precision numbers in a vector register of the processor (gestell_base_processor)
     integer, intent(in) :: length
     type(hessenberg_type), intent(in) :: h
-    !> Real and imaginary parts of z
+    !> Real and imaginary parts of the arguments z
     real(dp), intent(in) :: z_re(lanes), z_im(lanes)
-    !> Real and imaginary parts of p and d
+    !> Real and imaginary parts of the values p and derivatives d
     real(dp), intent(out) :: p_re(lanes), p_im(lanes), d_re(lanes), d_im(lanes)
     procedure(evaluate_here), bind(C, name="_ZGVeN2uuuuuuul_lanes_gestell_evaluate") :: evaluate_512
     procedure(evaluate_here), bind(C, name="_ZGVdN2uuuuuuul_lanes_gestell_evaluate") :: evaluate_256

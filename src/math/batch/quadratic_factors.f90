@@ -14,7 +14,7 @@ module gestell_math_batch_quadratic_factors
 
   !> Maximum number of iterations. It limits an iteration that moves erratically, as may happen if roots are real.
   integer, parameter :: max_iterations = 30
-  !> The iteration ends when a step, relative to the mean radius of the roots, is at most this number. Convergence is quadratic.
+  !> The iteration ends when the relative change of the factors in a step is at most this number. Convergence is quadratic.
   real(dp), parameter :: last_step = 1.0e-6_dp
   !> Minimum absolute value of the divisor in a step; it replaces a smaller divisor
   real(dp), parameter :: min_divisor = 1.0e-100_dp
@@ -57,9 +57,10 @@ contains
   pure subroutine find_factors(length, m, c, radius, bound, s, q, converged)
     !> `length`: number of double precision numbers in a vector register (gestell_base_processor). `m`: number of factors.
     integer, intent(in) :: length, m
-    !> `c`: coefficients. `radius`: mean radius of the roots. `bound`: bound on the moduli of all roots.
+    !> `c`: coefficients. `radius`: geometric mean of the moduli of the roots. `bound`: bound on the moduli of all roots.
     real(dp), intent(in) :: c(lanes, 0:2 * m - 1), radius(lanes), bound(lanes)
-    !> s_k and q_k, shape (lanes, m): starting values, replaced by the result. The second half of each array holds a copy.
+    !> Coefficients s_k and q_k of the factors t^2 - s_k t + q_k: on input starting values, on output the result. The second half
+    !> of each array is a copy of the first half, which has the shape (lanes, m).
     real(dp), intent(inout) :: s(lanes, 2 * m), q(lanes, 2 * m)
     !> 1 in lanes that have converged, 0 in all others
     real(dp), intent(out) :: converged(lanes)
@@ -75,7 +76,8 @@ contains
     end if
   end subroutine find_factors
 
-  !> Updates factor `k` in the lanes that have not converged. `maximum`: square of the largest step so far, in units of q.
+  !> Updates factor `k`, t^2 - s t + q, in the lanes that have not converged. `maximum`: square of the largest change of a factor
+  !> so far, in the unit of q.
   pure subroutine improve(m, k, c, bound, converged, s, q, maximum)
     integer, intent(in) :: m, k
     real(dp), intent(in) :: c(lanes, 0:2 * m - 1), bound(lanes), converged(lanes)

@@ -85,7 +85,8 @@ contains
     end do
   end subroutine reflect
 
-  !> Replaces x by R^-1 x, where R consists of the first `rows` rows of `r`. `pivot`: reciprocals of the diagonal elements of R.
+  !> Replaces x by R^-1 x. R is the upper triangle of the first `rows` rows and columns of `r`. `pivot`: reciprocals of the
+  !> diagonal elements of R.
   pure subroutine substitute(n, rows, r, pivot, x)
     integer, intent(in) :: n, rows
     real(dp), intent(in) :: r(lanes, n, n + 1), pivot(lanes, n)

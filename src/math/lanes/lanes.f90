@@ -1,15 +1,15 @@
-!> Elimination in eight small matrices side by side. The first index of every array is the lane, the number of the matrix. A vector
-!> register of the processor holds one element of several matrices and applies the same arithmetic to all of them.
+!> Elimination in eight small matrices side by side. The first index of every array is the lane, the number of the matrix. A
+!> vector register of the processor holds one element of several matrices and applies the same arithmetic to all of them.
 !>
-!> Within each lane this is elimination by blocks of 3 x 3 from left to right, in panels of three or six columns. A panel needs only
-!> the multipliers of the columns to its left: L of A = L U. They are stored block row by block row: l(:, :, k, i) is column k in
-!> the rows of block i. U is not stored, because only the Schur complement is needed. So the matrix itself needs no memory: each
-!> panel is filled just before its elimination. Data are stored in the order in which they are read again.
+!> Within each lane this is elimination by blocks of 3 x 3 from left to right, in panels of three or six columns. To eliminate a
+!> panel, only the multipliers of the columns to its left are needed: the factor L of A = L U. They are stored block row by block
+!> row: l(:, :, k, i) is column k in the rows of block i. U is not stored, because only the Schur complement is needed. The matrix
+!> itself need not be stored either: the caller can fill each panel just before its elimination.
 !>
 !> The sums of a block stay in registers during the loop over all eliminated unknowns (gestell_math_lanes_versions). The compiler
-!> can keep the registers full because of this, and because only the data, not the flow of control, depend on the lane. The inner
-!> loop tests its end at the bottom, because a test at the top would be control flow within a lane. With `!GCC$ ivdep` gfortran
-!> assumes that lanes do not depend on each other; results are the same without it.
+!> can do this because the flow of control is the same in all lanes; only the data differ. The inner loop tests its end at the
+!> bottom, because a test at the top would be control flow within a lane. With `!GCC$ ivdep` gfortran assumes that lanes do not
+!> depend on each other; results are the same without it.
 module gestell_math_lanes
   use gestell_base_kinds, only: dp
   use gestell_base_processor, only: has_long_vectors, vector_length
@@ -51,8 +51,8 @@ contains
     if (left >= columns_at_once()) columns = columns_at_once()
   end function columns_of_panel
 
-  !> Index of the first element of `numbers` whose address is a multiple of eight elements. A vector of eight elements that does not
-  !> begin at such an address occupies two cache lines.
+  !> Index of the first element of `numbers` whose address is a multiple of 64 bytes (eight elements). A vector of eight elements
+  !> that begins at another address occupies two cache lines.
   integer function vector_border(numbers)
     real(dp), contiguous, target, intent(in) :: numbers(:)
 
@@ -105,7 +105,8 @@ contains
     end do
   end subroutine schur_complement
 
-  !> Eliminates three or six unknowns: a panel of columns of A and G. All columns before `first` have already been eliminated.
+  !> Eliminates the three or six unknowns of a panel. The columns of a panel contain the rows of A and, below them, the rows of G
+  !> (see `schur_complement`). All columns before `first` have already been eliminated.
   pure subroutine eliminate(first, columns, n, rows, panel, l, multiplier)
     !> `first`: first column of the panel. `columns`: number of columns of the panel. `n`: number of unknowns. `rows`: number of
     !> rows.

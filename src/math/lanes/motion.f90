@@ -74,7 +74,7 @@ contains
   !> Applies the affine maps x <- A x + b of `steps` successive steps to all vectors.
   pure subroutine apply_in_turn(n, columns, room, first, steps, groups, maps, forced, most, motion, done)
     !> `n`: number of states. `columns`: number of columns of a map. `room`: first extent of `maps`. `first`: number of the first
-    !> map. `steps`: number of steps. `groups`: number of groups of vectors.
+    !> map. `steps`: number of steps. `groups`: number of groups; a group contains as many vectors as there are lanes.
     integer, intent(in) :: n, columns, room, first, steps, groups
     !> `maps`: maps [A b], or A alone, shape (room, n, columns). `forced`: 1 in the lanes of the last group to which b is added, 0
     !> in its other lanes. `most`: limit on the sum of absolute values in a lane.

@@ -75,9 +75,10 @@ contains
     end do
   end subroutine find_next
 
-  !> Computes the maximum of |f| near the samples `at`, where |f| is at least as large as one spacing away on both sides. `maximum`
-  !> becomes this value if it was smaller. Newton's iteration for f' = 0 is confined to the interval from a point where |f| rises
-  !> towards the maximum to a point beyond the maximum. It ends when the next step would raise |f| by less than its rounding error.
+  !> Computes the maximum of |f| near each sample `at` at which |f| is not below its values at the two adjacent samples. If this
+  !> maximum exceeds `maximum`, it replaces it. Newton's iteration for f' = 0 is confined to the interval from a point where |f|
+  !> rises towards the maximum to a point beyond the maximum. It ends when the next step would raise |f| by less than its rounding
+  !> error.
   pure subroutine refine(n, mean, harmonics, at, maximum)
     integer, intent(in) :: n
     real(dp), contiguous, intent(in) :: harmonics(:, :)

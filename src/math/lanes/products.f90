@@ -91,9 +91,9 @@ contains
     end do
   end subroutine multiply_here
 
-  !> Computes C = factor A B. The rows of A have the shape (lanes, columns, n); their first n elements are used. B and C have the
-  !> shape (lanes, n, columns), columns >= n. `length`: number of double precision numbers in a vector register
-  !> (gestell_base_processor).
+  !> Computes C = factor A B for matrices with `n` rows and columns. `rows`: rows of A, of which the first n elements are used,
+  !> shape (lanes, columns, n). B and C have the shape (lanes, n, columns), columns >= n. `length`: number of double precision
+  !> numbers in a vector register (gestell_base_processor).
   pure subroutine multiply(length, n, columns, factor, rows, b, c)
     integer, intent(in) :: length, n, columns
     real(dp), intent(in) :: factor, rows(lanes, columns, n), b(lanes, n, columns)

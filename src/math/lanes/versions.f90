@@ -1,6 +1,6 @@
 !> Inner loops of elimination and of products for eight lanes. They are also compiled in versions for processors with long vectors
-!> (gestell_base_processor), so that a portable build can use long vectors without a compiler flag. Callers pass the first element
-!> of the three columns of a panel.
+!> (gestell_base_processor), so that a portable build can use long vectors without a compiler flag. A panel has six columns, of
+!> which a procedure processes three: callers pass the first element of these three columns.
 module gestell_math_lanes_versions
   use gestell_base_processor, only: has_versions
   use, intrinsic :: iso_c_binding, only: c_int, dp => c_double
@@ -247,7 +247,7 @@ contains
     end do
   end subroutine four_here
 
-  !> Computes C = A B in all lanes, for one row of A and C in each lane and four columns of B and C.
+  !> Computes four columns of C = A B. Each lane contains one row of A and the same row of C.
   pure subroutine four_columns(length, terms, a, b, c)
     integer, intent(in) :: length, terms
     real(dp), intent(in) :: a(lanes, terms), b(terms, 4)

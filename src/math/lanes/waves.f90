@@ -47,8 +47,8 @@ contains
     end do
   end function waves_at
 
-  !> Computes values at the phases k/phases from harmonics. The harmonics are the coefficients of the cosines of orders 0 ... half -
-  !> 1, followed by those of the sines. Values and harmonics have the shape (phases, functions).
+  !> Computes the values of functions at equidistant phases from their harmonics. The harmonics are the coefficients of the
+  !> cosines of orders 0 ... half - 1, followed by those of the sines. Values and harmonics have the shape (phases, functions).
   pure function values(waves, harmonics)
     class(waves_type), intent(in) :: waves
     real(dp), contiguous, intent(in) :: harmonics(0:, :)
@@ -92,7 +92,7 @@ contains
     harmonics(0, :) = harmonics(0, :) / 2
   end function harmonics
 
-  !> Product A B, computed in lanes, for a matrix A whose rows are stored side by side.
+  !> Product A B, computed for eight rows of A together. `a`: matrix A, shape (lanes, columns of A, rows of A / lanes).
   pure function products(a, b) result(c)
     real(dp), contiguous, intent(in) :: a(:, :, :)
     real(dp), intent(in) :: b(:, :)

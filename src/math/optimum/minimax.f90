@@ -38,8 +38,9 @@ module gestell_math_optimum_minimax
     !> The price is the sum of the multipliers of the group's branches, so it is never negative. For a limit that cannot be met the
     !> number is only a weight.
     real(dp), allocatable :: price(:)
-    !> Price of each bound, shape (parameters). If a bound is active, the price is dL/dx, which is positive at the lower bound and
-    !> negative at the upper bound. Between the bounds it is 0. For a fixed parameter it is dL/dx with either sign.
+    !> Price of each bound, shape (parameters). If a bound is active, the price is the derivative dL/dx of the Lagrangian, which
+    !> is positive at the lower bound and negative at the upper bound. Between the bounds it is 0. For a fixed parameter it is
+    !> dL/dx with either sign.
     real(dp), allocatable :: bound_price(:)
     !> Derivative dL/dx of the Lagrangian, shape (parameters); zero for fixed parameters
     real(dp), allocatable :: slope(:)
@@ -53,17 +54,19 @@ module gestell_math_optimum_minimax
     !>     max over i of |s_i - mid(0, s_i - dL/ds_i / S, 1)|, s_i = (x_i - lower_i) / (upper_i - lower_i), and
     !>     sum over b of lambda_b (max(phi_g, 0 for constraints) - f_b) / S.
     !>
-    !> The scale S is |objective| + max over b, i of lambda_b |df_b/ds_i|, but at least a thousandth of the objective's size at the
-    !> start. The residual does not depend on units or scaling.
+    !> L is the Lagrangian; branch b has the value f_b and the multiplier lambda_b, and phi_g is the value of its group. The scale
+    !> S is |objective| + max over b, i of lambda_b |df_b/ds_i|, but at least a thousandth of the objective's size at the start.
+    !> The residual does not depend on units or scaling.
     real(dp) :: stationarity = huge(1.0_dp)
     !> Bound on the possible improvement, valid if all branches are convex and all limits are met: no point has an objective below
     !> (1 - gap) times the result. If the objective is small, `gap` is relative to a thousandth of the objective's size at the
     !> start.
     !>
-    !> L is convex, and within the limits it never exceeds the objective, because lambda >= 0. It lies above its tangent, whose
-    !> minimum in the box is known (Boyd, Vandenberghe, Convex Optimization, 2004, sections 5.1.3 and 5.5.1):
+    !> The Lagrangian L = sum of lambda_b f_b is convex, and within the limits it never exceeds the objective, because lambda >=
+    !> 0. L lies above its tangent plane at the result x, whose minimum over all points xi between the bounds is known (Boyd,
+    !> Vandenberghe, Convex Optimization, 2004, sections 5.1.3 and 5.5.1):
     !>
-    !>     gap = (objective - sum of lambda_b f_b + sum over i of max over the box of -dL/dx_i (xi_i - x_i)) / |objective|.
+    !>     gap = (objective - sum of lambda_b f_b + sum over i of max over xi_i of -dL/dx_i (xi_i - x_i)) / |objective|.
     real(dp) :: gap = huge(1.0_dp)
     !> `iterations`: number of steps. `evaluations`: number of all evaluations. `gradients`: number of evaluations with gradients.
     integer :: iterations = 0, evaluations = 0, gradients = 0
@@ -72,21 +75,21 @@ module gestell_math_optimum_minimax
     logical :: converged = .false., feasible = .false.
   end type optimum_type
 
-  !> State of the search: scaling, weights w of the groups (1 for objectives), and the matrix B for the parameters that are not
-  !> fixed
+  !> State of the search: scaling, weights of the groups (1 for objectives), and the approximate Hessian of the Lagrangian for the
+  !> parameters that are not fixed
   type, extends(scaled_type) :: search_type
     real(dp), allocatable :: weight(:), hessian(:, :)
     !> Values of the groups at the latest points, at most three points; shape (groups, points)
     real(dp), allocatable :: past(:, :)
-    !> `learned`: true if at least one step has contributed to B. `full`: true if the full step will probably be accepted; gradients
-    !> are then requested together with the values.
+    !> `learned`: true if at least one step has contributed to the approximate Hessian. `full`: true if the full step will
+    !> probably be accepted; gradients are then requested together with the values.
     logical :: learned = .false., full = .true.
   end type search_type
 
   !> Maximum and minimum of the weights of constraints
   real(dp), parameter :: heaviest = 1.0e6_dp, lightest = 0.01_dp
-  !> `nothing`: rounding error in the violation of a group. `noise`: relative rounding error in Phi. `shortest`: minimum fraction of
-  !> a step. `standstill`: norm below which a step counts as zero.
+  !> `nothing`: rounding error in the violation of a group. `noise`: relative rounding error in the penalty function. `shortest`:
+  !> minimum fraction of a step. `standstill`: norm below which a step counts as zero.
   real(dp), parameter :: nothing = 1.0e-11_dp, noise = 1.0e-13_dp, shortest = 1.0e-9_dp, standstill = 1.0e-10_dp
   !> Minimum of the scale S by which optimality residuals are divided, as a fraction of the objective's size at the start
   real(dp), parameter :: floor_of_size = 1.0e-3_dp
@@ -95,8 +98,8 @@ contains
 
   !> Finds a local minimum. If the start lies outside the bounds, it is moved to them.
   !>
-  !> If rounding errors prevent convergence, the best point is returned and `converged` is false. The same happens if the optimum is
-  !> at a zero of a norm, where the norm has no gradient; the square of the norm has a gradient there. If the limits cannot be met,
+  !> If rounding errors prevent convergence, the best point is returned and `converged` is false. The same happens if the optimum
+  !> is at a zero of a norm, where the norm has no gradient; minimise the square of the norm instead. If the limits cannot be met,
   !> the result minimises the sum of their violations, each divided by the size of the limit at the start. Fails if bounds are not
   !> finite or lower > upper, the problem cannot be evaluated at the start, or `evaluate` fails.
   subroutine minimise(problem, start, tolerance, optimum, error)
@@ -153,7 +156,7 @@ contains
     optimum%gradients = search%gradients
   end subroutine minimise
 
-  !> Values of the groups as Phi counts them: for constraints, negative values are replaced by 0.
+  !> Values of the groups as they enter the penalty function: negative values of constraints are replaced by 0.
   pure function counted(search, maximum) result(top)
     type(search_type), intent(in) :: search
     real(dp), intent(in) :: maximum(:)
@@ -178,8 +181,8 @@ contains
     rounding_of = noise * max(floor_of_size, abs(merit))
   end function rounding_of
 
-  !> Initialises B in such a way that the first step, for the objective with the steepest gradient, changes no parameter by more
-  !> than a fifth of its range.
+  !> Initialises the approximate Hessian. It is chosen so that the first step changes no parameter by more than a fifth of its
+  !> range, for the objective with the steepest gradient.
   subroutine guess(search, here)
     type(search_type), intent(inout) :: search
     type(point_type), intent(in) :: here
@@ -197,8 +200,8 @@ contains
     type(point_type), intent(in) :: here
     !> `d`: step, shape (parameters). `lambda`: multipliers of the branches, shape (branches).
     real(dp), allocatable, intent(out) :: d(:), lambda(:)
-    !> `descent`: change of Phi that the linearised branches predict; it is negative. `violation_decrease`: predicted decrease of
-    !> the violation.
+    !> `descent`: change of the penalty function that the linearised branches predict; it is negative. `violation_decrease`:
+    !> predicted decrease of the violation.
     real(dp), intent(out) :: descent, violation_decrease
     type(error_type), allocatable :: error
     real(dp), allocatable :: slope(:, :), multiplier(:), value(:), prices(:)
@@ -259,7 +262,7 @@ contains
       end associate
     end subroutine solve
 
-    !> Values of the groups that the linearised branches predict after the step.
+    !> Values of the groups after the step, as predicted by the linearised branches.
     function model() result(maximum)
       real(dp) :: maximum(size(search%unit))
 
@@ -275,8 +278,8 @@ contains
 
   end subroutine find_step
 
-  !> Searches along `d`, beginning at point `here`, for a point where Phi is small enough. `there`: this point, with its gradients.
-  !> If the search fails, `there%known` is false.
+  !> Searches along the step `d`, beginning at point `here`, for a point with a sufficiently low value of the penalty function.
+  !> `there`: this point, with its gradients. If the search fails, `there%known` is false.
   subroutine line_search(problem, search, here, d, descent, there, error)
     class(minimax_problem), intent(inout) :: problem
     type(search_type), intent(inout) :: search
@@ -312,8 +315,8 @@ contains
     there%known = .false.
   end subroutine line_search
 
-  !> Updates B by damped BFGS with the change of the gradient of L over the step from `here` to `there`. The curvature of B along
-  !> the step falls to no less than a fifth of its old value.
+  !> Updates the approximate Hessian by the damped BFGS formula, from the change of the Lagrangian's gradient between `here` and
+  !> `there`. The curvature along the step falls to no less than a fifth of its old value.
   subroutine update_hessian(search, here, there, lambda)
     type(search_type), intent(inout) :: search
     type(point_type), intent(in) :: here, there
@@ -345,8 +348,9 @@ contains
       & + spread(change / dot_product(step, change), 2, n) * spread(change, 1, n)
   end subroutine update_hessian
 
-  !> Index of the branch at `there` that continues branch `b` of `here`. Among the branches of the same group it minimises the sum
-  !> of two errors: the change of the gradient, and the error of predicting the change of value from the mean of both gradients.
+  !> Index of the branch at `there` that continues branch `b` of `here`. Of all branches in the same group, it is the one with the
+  !> smallest sum of two errors: the change of the gradient (times the step), and the error with which the mean of both gradients
+  !> predicts the change of the value.
   pure integer function same_branch(here, b, there) result(best)
     type(point_type), intent(in) :: here, there
     integer, intent(in) :: b

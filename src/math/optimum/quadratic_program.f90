@@ -107,7 +107,8 @@ contains
 
   contains
 
-    !> Value, in the linear model, of the group of each branch: the maximum over the working branches of the group; 0 for group 0.
+    !> For each branch, the value of its group in the linear model: the maximum over the working branches of the group; 0 for
+    !> group 0.
     pure function top_of(groups) result(top)
       integer, intent(in) :: groups(:)
       real(dp) :: top(size(groups)), of_group(0:size(weight))
@@ -121,9 +122,9 @@ contains
       top = of_group(groups)
     end function top_of
 
-    !> Recomputes y from the working set alone, to remove rounding errors, which grow with the sizes of the multipliers. The new y
-    !> minimises |y|^2 / 2 + sum over g of w_g phi_g, where phi_g is the value of group g, under two conditions: all working
-    !> branches of a group have equal values, and those of group 0 have the value zero.
+    !> Recomputes the scaled step y from the working set alone, to remove rounding errors, which grow with the sizes of the
+    !> multipliers. The new y minimises |y|^2 / 2 + sum over g of w_g phi_g, where w_g and phi_g are weight and value of group g,
+    !> under two conditions: all working branches of a group have equal values, and those of group 0 have the value zero.
     subroutine settle()
       real(dp) :: gradient(size(d)), differences(size(working), size(d)), gaps(size(working))
       integer :: first(0:size(weight)), j, rows
@@ -149,9 +150,9 @@ contains
       call constrained_least_squares(unit_matrix(size(d)), gradient, differences(:rows, :), gaps(:rows), y, error)
     end subroutine settle
 
-    !> Computes the vector r of equation (1) in the module's header. If a working branch is the only one in its group, its element
-    !> of r is known: -1 for the group of p, 0 for other groups. Least squares therefore need only the working branches whose group
-    !> contains another working branch; these are at most twice as many as the parameters.
+    !> Computes the vector r of equation (1) in the module's header for the branch `entering`. If a working branch is the only one
+    !> in its group, its element of r is known: -1 for the group of `entering`, 0 for other groups. Least squares therefore need
+    !> only the working branches whose group contains another working branch; these are at most twice as many as the parameters.
     function change(entering) result(ratio)
       integer, intent(in) :: entering
       real(dp) :: ratio(size(working)), total(size(weight))

@@ -27,7 +27,7 @@ module gestell_math_optimum_scaled
     integer :: objectives = 1, constraints = 0
     !> Bounds, shape (parameters), finite. A parameter with equal bounds is fixed.
     real(dp), allocatable :: lower(:), upper(:)
-    !> Minimum relative improvement of a step; a step with less improvement counts as idle
+    !> Minimum relative improvement of a useful step; a step with less improvement counts as idle
     real(dp) :: worth = 0
     !> Number of successive idle steps (improvement below `worth`) after which the search ends
     integer :: patience = 15
@@ -157,7 +157,7 @@ contains
       & / spread(self%unit(at%group), 1, size(s))
   end subroutine evaluate_point
 
-  !> Maximum over the branches of each group of the values `number`, shape (groups).
+  !> For each group, the maximum of `number` over its branches; shape (groups).
   pure function largest_by_group(number, group, groups) result(maximum)
     real(dp), intent(in) :: number(:)
     integer, intent(in) :: group(:), groups
@@ -170,7 +170,7 @@ contains
     end do
   end function largest_by_group
 
-  !> Sum over the branches of each group of the values `number`, shape (groups).
+  !> For each group, the sum of `number` over its branches; shape (groups).
   pure function sums_by_group(number, group, groups) result(sums)
     real(dp), intent(in) :: number(:)
     integer, intent(in) :: group(:), groups

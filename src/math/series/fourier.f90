@@ -78,7 +78,7 @@ contains
     largest_value = largest_between(samples, cosine, sine)
   end function largest_value
 
-  !> Value of f at theta with its first and second derivative, shape (3).
+  !> Value of the series at the angle theta with its first and second derivative, shape (3).
   pure function series_value(self, theta) result(f)
     class(fourier_type), intent(in) :: self
     real(dp), intent(in) :: theta
@@ -87,8 +87,8 @@ contains
     f = value(self%mean, self%amplitude * cos(self%phase), -self%amplitude * sin(self%phase), theta)
   end function series_value
 
-  !> Value of f at theta with its first and second derivative, shape (3), from the Fourier coefficients. cos(k theta) and sin(k
-  !> theta) are computed by recurrence.
+  !> Value of a Fourier series at the angle theta with its first and second derivative, shape (3). The series is given by its mean
+  !> and the coefficients of cos(k theta) and sin(k theta), which are computed by recurrence.
   pure function value(mean, cosine, sine, theta) result(f)
     real(dp), intent(in) :: mean, cosine(:), sine(:), theta
     real(dp) :: f(3)
@@ -160,9 +160,9 @@ contains
     peak = largest_between(samples, self%amplitude * cos(self%phase), -self%amplitude * sin(self%phase))
   end function peak
 
-  !> Maximum of |f| over all theta, by solving f' = 0 near all samples that may be neighbours of the maximum. The highest orders are
-  !> omitted if their amplitudes are rounding errors (below epsilon / sqrt(samples) times the largest sample), because the factor
-  !> k^2 in f'' would turn them into many false candidates.
+  !> Maximum of |f| over all theta, by solving f' = 0 near all samples that may be neighbours of the maximum. The highest orders
+  !> are omitted if their amplitudes are rounding errors (below 4 epsilon / sqrt(samples) times the largest sample), because the
+  !> factor k^2 in f'' would turn them into many false candidates.
   pure real(dp) function largest_between(samples, cosine, sine) result(peak)
     real(dp), intent(in) :: samples(:), cosine(:), sine(:)
     real(dp), parameter :: noise = 4 * epsilon(1.0_dp)
@@ -199,7 +199,8 @@ contains
     real(dp), allocatable, intent(out) :: places(:)
     !> Spacing of theta (rad) between the points at which |f| was compared
     real(dp), intent(out) :: step
-    !> If more candidates than `few` points times the next divisor remain, the spacing is divided by `finer`, at most twice.
+    !> If too many candidates remain, f is evaluated at a spacing smaller by the factor `finer`. Too many are more than `few`
+    !> times the new number of points per sample. The spacing is reduced at most twice.
     integer, parameter :: finer = 4, finest = finer**2, few = 8
     real(dp), allocatable :: f(:)
     complex(dp), allocatable :: c(:)
@@ -220,8 +221,9 @@ contains
     end do
   end subroutine find_candidates
 
-  !> Maximum of |f| near `start`, where |f| is at least as large as one `step` away on both sides. Newton's iteration for f' = 0 is
-  !> confined to the interval from a point where |f| rises towards the maximum to a point beyond the maximum.
+  !> Maximum of |f| near `start`. |f| must be at least as large at `start` as at the distance `step` on both sides. Newton's
+  !> iteration for f' = 0 is confined to the interval from a point where |f| rises towards the maximum to a point beyond the
+  !> maximum.
   pure real(dp) function refine_maximum(mean, cosine, sine, start, step)
     real(dp), intent(in) :: mean, cosine(:), sine(:), start, step
     real(dp) :: theta, rising, falling, f(3)

@@ -12,8 +12,8 @@ module gestell_math_series_trigonometric
   type, public :: series_type
     !> Coefficients of cos(k theta) and sin(k theta), k = 0 ... K; shapes (0:K, functions)
     real(dp), allocatable :: cosine(:, :), sine(:, :)
-    !> Taylor coefficients of f_j in powers of K (theta - theta_p) about equidistant points theta_p = 2 pi p / size(taylor, 3),
-    !> shape (0:terms, functions, 0:places - 1). Allocated by `tabulate`.
+    !> Taylor coefficients of the functions in powers of K (theta - theta_p), where K is the highest order, about equidistant
+    !> points theta_p = 2 pi p / size(taylor, 3); shape (0:terms, functions, 0:places - 1). Allocated by `tabulate`.
     real(dp), allocatable, private :: taylor(:, :, :)
   contains
     procedure :: tabulate
@@ -25,9 +25,9 @@ module gestell_math_series_trigonometric
 
   !> Number of orders from which Taylor coefficients are used; with fewer orders, summing over the orders is cheaper.
   integer, parameter :: many_orders = 64
-  !> `places_per_order`: number of expansion points per order. `terms`: highest power. The distance of every phase from the nearest
-  !> expansion point, multiplied by K, is at most z = pi / 4. So the truncation error in the second derivative of order K, z^(terms
-  !> - 1) / (terms - 1)!, is below epsilon / 4.
+  !> `places_per_order`: number of expansion points per order. `terms`: highest power. With the highest order K, K times the
+  !> distance of a phase from the nearest expansion point is at most z = pi / 4. So the truncation error in the second derivative
+  !> of order K, z^(terms - 1) / (terms - 1)!, is below epsilon / 4.
   integer, parameter :: places_per_order = 4, terms = 18
 
 contains
