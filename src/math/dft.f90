@@ -9,12 +9,12 @@ module gestell_math_dft
 
 contains
 
-  !> Discrete Fourier transform y_k = sum over j of x_j exp(-2 pi i j k / n), j and k from 0 to n - 1. For n = p1 p2 ... it requires
-  !> n (p1 + p2 + ...) multiplications.
+  !> Discrete Fourier transform y_k = sum over j of x_j exp(-2 pi i j k / n), j and k from 0 to n - 1. For n = p1 p2 ... it
+  !> requires n (p1 + p2 + ...) multiplications.
   !>
   !> With n = l m there are m transforms X(a, j) of length l, one for each sequence of samples x_a, x_a+m, x_a+2m, ... For each
-  !> factor p of m, groups of p transforms are joined to one. The results are in Stockham's order, which needs no sorting (D. A.
-  !> Bailey, Int. J. Supercomput. Appl. 2, 1988, 82).
+  !> factor p of m, groups of p transforms are joined into one transform. The results are in Stockham's order, which needs no
+  !> sorting (D. A. Bailey, Int. J. Supercomput. Appl. 2, 1988, 82).
   pure function dft(x) result(y)
     complex(dp), contiguous, intent(in) :: x(:)
     complex(dp) :: y(size(x))

@@ -1,6 +1,6 @@
 !> Inner loops of elimination and of products for eight lanes. They are also compiled in versions for processors with long vectors
-!> (gestell_base_processor), so that a portable build can use long vectors without a compiler flag. A panel has six columns, of
-!> which a procedure processes three: callers pass the first element of these three columns.
+!> (gestell_base_processor), so that a portable build can use long vectors without a compiler flag. A panel has room for six
+!> columns, of which a procedure processes three: callers pass the first element of these three columns.
 module gestell_math_lanes_versions
   use gestell_base_processor, only: has_versions
   use, intrinsic :: iso_c_binding, only: c_int, dp => c_double

@@ -186,7 +186,7 @@ contains
   end function largest_between
 
   !> Finds the points close to which the maximum of |f| may lie. Within half a spacing of the maximum, |f| is smaller than the
-  !> maximum by at most `loss`, spacing^2 max |f''| / 8.
+  !> maximum by at most `loss` = spacing^2 max |f''| / 8.
   !>
   !> If all samples are nearly equal, such as those of a constant with rounding errors, all of them are candidates. If there are
   !> more than a few candidates, it is cheaper to evaluate f at a fraction of the spacing: `loss` falls with the square of the

@@ -52,7 +52,8 @@ contains
 
   !> Subtracts the forces F_j and moments of the supports from the left sides r of the equations of motion. The derivatives of
   !> forces and moments with respect to q' are subtracted from b, those with respect to q from c. The supports whose axes do not
-  !> turn with the frame have the total moment Im(conj(E) G) with G = sum of conj(p_j) F_j.
+  !> turn with the frame have the total moment Im(conj(E) G). Here E = exp(i psi), and G is the sum of conj(p_j) F_j with the
+  !> positions p_j of the upper ends.
   pure subroutine add_mounting(supports, q, v, turn, r, b, c)
     type(support_type), intent(in) :: supports(:)
     !> `q`: displacement and rotation (xi, eta, psi) of the frame, shape (points, 3). `v`: rates of change of `q`, in the same shape
@@ -102,8 +103,8 @@ contains
     c(:, 3, 3) = c(:, 3, 3) - cross(turn, g_turn) + real(conjg(turn) * g)      ! the moment arm rotates
   end subroutine add_mounting
 
-  !> Subtracts the force and moment of one support whose axes turn with the frame, and their derivatives, from r, b and c;
-  !> `add_mounting` calls it for each of these supports.
+  !> Subtracts the force and moment of one support whose axes turn with the frame from the left sides r, and their derivatives
+  !> with respect to q' and q from b and c. `add_mounting` calls it for each of these supports.
   pure subroutine add_in_frame(support, q, v, turn, r, b, c)
     type(support_type), intent(in) :: support
     real(dp), intent(in) :: q(:, :), v(:, :)
@@ -160,7 +161,8 @@ contains
     sums%difference_pp = sums%difference_pp + pair%difference * conjg(p)**2
   end subroutine add_pair
 
-  !> Adds the sum of the forces F_j to f and the sum of conj(p_j) F_j to g, for upper ends that move by u + w p_j.
+  !> Adds the sum of the supports' forces F_j to f and the sum of conj(p_j) F_j to g. The upper ends, at the positions p_j on the
+  !> frame, move by u + w p_j.
   pure subroutine add_head_forces(sums, u, w, f, g)
     type(sums_type), intent(in) :: sums
     complex(dp), intent(in) :: u(:), w(:)
@@ -170,9 +172,9 @@ contains
     g = g - (conjg(sums%mean_p) * u + sums%difference_p * conjg(u) + sums%mean_pp * w + sums%difference_pp * conjg(w))
   end subroutine add_head_forces
 
-  !> Forces of the supports on the ground along the fixed axes xi and eta (N), and their moment about the rest position of F (N m),
-  !> shape (points, 3). Static forces are excluded. The moment is the sum of (p + d) x (K d + B v), or of p x (E f - G) for axes
-  !> that turn with the frame.
+  !> Forces of the supports on the ground along the fixed axes xi and eta (N), and their moment about the rest position of the
+  !> frame's centre of mass F (N m), shape (points, 3). Static forces are excluded. The force of a support acts at its displaced
+  !> upper end, or at the rest position of this end if the axes turn with the frame.
   pure function ground_load(supports, q, v) result(load)
     type(support_type), intent(in) :: supports(:)
     real(dp), intent(in) :: q(:, :), v(:, :)
@@ -244,8 +246,9 @@ contains
     complex_of = cmplx(a(1), a(2), dp)
   end function complex_of
 
-  !> Adds to k the derivatives of -force and -moment with respect to xi and eta. A unit of xi moves all upper ends by 1, a unit of
-  !> eta by i. If `sums` are those of the dampers, the derivatives are with respect to xi' and eta'.
+  !> Adds to the matrices k the derivatives of -force and -moment with respect to the frame's displacements xi and eta. A unit of
+  !> xi moves all upper ends by 1, a unit of eta by i. If `sums` are those of the dampers, the derivatives are with respect to xi'
+  !> and eta'.
   pure subroutine subtract_plane(sums, turn, k)
     type(sums_type), intent(in) :: sums
     complex(dp), intent(in) :: turn(:)

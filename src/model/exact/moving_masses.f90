@@ -1,5 +1,6 @@
-!> Effective mass functions of the exact frame at given crank angles, with derivatives. They depend on what keeps the speed
-!> constant: the frame, a flywheel or an outside drive (see gestell_model_mechanism_held).
+!> Effective mass functions (the moving masses as they act on the frame) at given crank angles, with derivatives, for the exact
+!> equations. They depend on what keeps the speed constant: the frame, a flywheel or an outside drive (see
+!> gestell_model_mechanism_held).
 module gestell_model_exact_moving_masses
   use gestell_base_kinds, only: dp
   use gestell_model_frame, only: frame_type
@@ -10,19 +11,19 @@ module gestell_model_exact_moving_masses
 
   public :: find_masses
 
-  !> Sums over the masses about F along the frame's axes, each of shape (angles). Suffix _t: time derivative, Omega d/dphi at
-  !> constant psi. Suffix _psi: derivative with respect to psi at constant time; for a crank that turns uniformly relative to the
-  !> ground, the crank angle relative to the frame decreases as psi grows. Z = E S is the first moment of the masses along the fixed
-  !> axes xi and eta.
+  !> Sums over the masses about the frame's centre of mass F, along the frame's axes, each of shape (angles). Suffix _t: time
+  !> derivative, Omega d/dphi at constant psi. Suffix _psi: derivative with respect to psi at constant time; for a crank that
+  !> turns uniformly relative to the ground, the crank angle phi relative to the frame decreases as psi grows. Z = E S with E =
+  !> exp(i psi) is the first moment of the masses along the fixed axes xi and eta.
   type, public :: masses_type
-    !> First moment S = sum m r of the masses (kg m). `s_tt`: d2S/dt2. With Z = E S, E = exp(i psi): dZ/dpsi = i E S_1, d2Z/dpsi2 =
-    !> -E S_2, d3Z/dpsi3 = -i E S_3. Suffixes _t and _tt denote first and second time derivatives.
+    !> First moment S = sum m r of the masses (kg m). Suffixes _t and _tt: first and second time derivatives. S_1, S_2, S_3 give
+    !> the derivatives of Z = E S, E = exp(i psi): dZ/dpsi = i E S_1, d2Z/dpsi2 = -E S_2, d3Z/dpsi3 = -i E S_3.
     complex(dp), allocatable :: s_tt(:), s_1(:), s_1_t(:), s_1_tt(:), s_2(:), s_2_t(:), s_3(:)
     !> `inertia`: effective moment of inertia J_1, the factor of psi'' (kg m^2). The other components are the derivatives of J_1
     !> with respect to time and psi.
     real(dp), allocatable :: inertia(:), inertia_t(:), inertia_psi(:), inertia_tpsi(:), inertia_psipsi(:)
-    !> `moment`: moment about F of the load on a frame at rest (N m), with reversed sign, as in the equation of psi. `moment_psi`:
-    !> derivative of `moment` with respect to psi.
+    !> `moment`: moment of the load on a frame at rest about the frame's centre of mass (N m), with reversed sign, as in the
+    !> equation of psi. `moment_psi`: derivative of `moment` with respect to psi.
     real(dp), allocatable :: moment(:), moment_psi(:)
   end type masses_type
 
@@ -68,8 +69,9 @@ contains
 
   contains
 
-    !> The part of the moment of inertia about F that varies with the crank angle, a3 + 2 xi_0 a1 + 2 eta_0 a2, or one of its
-    !> derivatives. The arguments are column numbers of `effective`: those of a1, a2, a3 or of their derivatives.
+    !> The part of the moment of inertia about the frame's centre of mass that varies with the crank angle, or one of its
+    !> derivatives. With the mechanism's origin (xi_0, eta_0) it is a3 + 2 xi_0 a1 + 2 eta_0 a2. The arguments are column numbers
+    !> of `effective`: those of a1, a2, a3 or of their derivatives.
     pure function turned(a1, a2, a3)
       integer, intent(in) :: a1, a2, a3
       real(dp) :: turned(size(angles))

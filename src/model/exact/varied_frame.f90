@@ -46,21 +46,22 @@ module gestell_model_exact_varied_frame
 
   public :: varied_frame
 
-  !> A frame linearised about `motion`: M q'' + B q' + C q = h, where M, B, C are the derivatives of the exact equations. Its
-  !> multipliers decide whether `motion` is stable. If `newton` is true, its periodic solution is the next iterate of Newton's
-  !> method, (36). If `newton` is false, its periodic solution is `motion` itself.
+  !> A frame linearised about `motion`: M q'' + B q' + C q = h, where M, B, C are the derivatives of the exact equations. The
+  !> multipliers of this system decide whether `motion` is stable. If `newton` is true, the system's periodic solution is the next
+  !> iterate of Newton's method, (36). If `newton` is false, the periodic solution is `motion` itself.
   type, extends(frame_type), public :: varied_frame_type
     !> Displacements and rotations of all degrees of freedom as functions of theta = 2 pi t/T, where T is the period.
     type(series_type) :: motion
     logical :: newton = .true.
-    !> True if h is only the residual of the exact equations at `motion`, with reversed sign. The periodic solution is then the step
-    !> of Newton's method, not the next iterate.
+    !> True if the load h is only the residual of the exact equations at `motion`, with reversed sign. The periodic solution is
+    !> then the step of Newton's method, not the next iterate.
     logical :: lacking = .false.
     !> Factor on the excitation: 1 for the actual excitation, 0 where continuation begins at the frame at rest.
     real(dp) :: excitation = 1
-    !> Angle chi by which the drive lags (rad); see gestell_model_space_drive. Only for a frame in space with a flywheel.
+    !> Angle chi by which the drive lags behind uniform rotation relative to the frame (rad); see gestell_model_space_drive. Only
+    !> for a frame in space with a flywheel.
     type(series_type) :: flywheel_series
-    !> Mean over the period of the frame's rate of rotation about the shaft, w n (rad/s). Only for a frame in space with a flywheel.
+    !> Mean over the period of the frame's rate of rotation about the shaft (rad/s). Only for a frame in space with a flywheel.
     real(dp) :: drift = 0
   contains
     procedure :: linearise_about, lag, sample_second_order, coupled, ground_forces
@@ -145,9 +146,9 @@ contains
     call self%flywheel_series%tabulate()
   end subroutine spin_flywheel
 
-  !> Argument `lag` of `follow_frame` at phases of the period, shape (phases, 3). Columns: angle chi by which the drive lags (rad),
-  !> mean of the frame's rate of rotation about the shaft (rad/s), mean torque of the motor (N m). All columns are 0 without a
-  !> flywheel.
+  !> Argument `lag` of `follow_frame` at phases of the period, shape (phases, 3). Columns: angle chi by which the drive lags
+  !> behind uniform rotation relative to the frame (rad), mean of the frame's rate of rotation about the shaft (rad/s), mean
+  !> torque of the motor (N m). All columns are 0 without a flywheel.
   pure function lag(self, phases)
     class(varied_frame_type), intent(in) :: self
     real(dp), contiguous, intent(in) :: phases(:)
@@ -162,7 +163,8 @@ contains
     lag(:, 3) = self%motor_torque
   end function lag
 
-  !> Computes M, B, C (shape (phases, n, n)) and h (shape (phases, n)) of the n free degrees of freedom at phases of the period.
+  !> Computes the matrices M, B, C, shape (phases, n, n), and the load h, shape (phases, n), of the n free degrees of freedom at
+  !> phases of the period.
   subroutine sample_second_order(self, phases, m, b, c, h)
     class(varied_frame_type), intent(in) :: self
     real(dp), contiguous, intent(in) :: phases(:)
@@ -280,8 +282,8 @@ contains
     coupled = connections(self, 1 / pi)
   end function coupled
 
-  !> Forces (N) on the ground and their moments about the rest position of F (N m), shape (dofs, points). `x`: states (q, q'), shape
-  !> (states, points).
+  !> Forces (N) on the ground and their moments (N m) about the rest position of the frame's centre of mass, shape (dofs, points).
+  !> `x`: a state (q, q') in each column, shape (states, points).
   pure function ground_forces(self, x) result(forces)
     class(varied_frame_type), intent(in) :: self
     real(dp), intent(in) :: x(:, :)

@@ -12,8 +12,8 @@ contains
 
   !> The part of the mass matrix M in (9) that does not depend on the crank angle, for xi, eta and psi.
   pure function mass_matrix(mass, inertia, origin, mechanism) result(m)
-    !> `mass` (kg), `inertia` about F (kg m^2): mass and moment of inertia of the frame. `origin`: origin of the mechanism relative
-    !> to F (m)
+    !> `mass`, `inertia`: mass (kg) and moment of inertia (kg m^2) of the frame about its centre of mass F. `origin`: origin of
+    !> the mechanism relative to F (m)
     real(dp), intent(in) :: mass, inertia, origin(2)
     class(mechanism_type), intent(in) :: mechanism
     real(dp) :: m(3, 3)
@@ -30,12 +30,12 @@ contains
     end associate
   end function mass_matrix
 
-  !> Computes M, B and C of (9) to (11) for the degrees of freedom `free`, shapes (angles, size(free), size(free)). The mass
-  !> functions in `table` depend on the crank angle alone; the speed Omega enters through d/dt = Omega d/dphi.
+  !> Computes the matrices M, B and C of (9) to (11) for the degrees of freedom `free`, shapes (angles, size(free), size(free)).
+  !> The mass functions in `table` depend on the crank angle phi alone; the speed Omega enters through d/dt = Omega d/dphi.
   pure subroutine set_matrices(free, constant, damping, stiffness, speed, origin, table, m, b, c)
     integer, intent(in) :: free(:)
-    !> `constant`: M without the mass functions (from `mass_matrix`). `damping`: B_0. `stiffness`: C_0. `speed`: crank speed
-    !> (rad/s). `origin`: origin of the mechanism relative to F (m)
+    !> `constant`: constant part of the mass matrix (from `mass_matrix`). `damping`, `stiffness`: matrices B_0 and C_0 of the
+    !> mounting. `speed`: crank speed (rad/s). `origin`: origin of the mechanism relative to the frame's centre of mass (m)
     real(dp), intent(in) :: constant(3, 3), damping(3, 3), stiffness(3, 3), speed, origin(2)
     !> Mass functions at the crank angles, shape (angles, table_columns)
     real(dp), contiguous, intent(in) :: table(:, :)
@@ -75,7 +75,7 @@ contains
   !> Computes the load h of (12), shape (angles, size(free)), for the degrees of freedom `free`.
   pure subroutine set_load(free, speed, origin, load, h)
     integer, intent(in) :: free(:)
-    !> `speed`: crank speed (rad/s). `origin`: origin of the mechanism relative to F (m)
+    !> `speed`: crank speed (rad/s). `origin`: origin of the mechanism relative to the frame's centre of mass (m)
     real(dp), intent(in) :: speed, origin(2)
     !> Two forces and the moment of the load, each divided by -Omega^2, from `tabulate_effective`; shape (angles, 3)
     real(dp), contiguous, intent(in) :: load(:, :)
@@ -105,7 +105,8 @@ contains
   real(dp) function cancellation(mechanism, free, origin, mass, inertia, uniform_in_space)
     class(mechanism_type), intent(in) :: mechanism
     integer, intent(in) :: free(:)
-    !> `origin`: origin of the mechanism relative to F (m). `mass` (kg), `inertia` (kg m^2): mass and moment of inertia of the frame
+    !> `origin`: origin of the mechanism relative to the frame's centre of mass (m). `mass` (kg), `inertia` (kg m^2): mass and
+    !> moment of inertia of the frame
     real(dp), intent(in) :: origin(2), mass, inertia
     !> True if the crank turns uniformly relative to the ground, false if it turns uniformly relative to the frame
     logical, intent(in) :: uniform_in_space

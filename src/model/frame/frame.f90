@@ -27,8 +27,8 @@ module gestell_model_frame
 
   !> The frame as a periodic system. Its states are (q, q') in m, rad, m/s, rad/s. At time 0 (s) the crank angle is 0.
   type, extends(mounted_system), public :: frame_type
-    !> `inertia`: moment of inertia J_F of the frame about F (kg m^2). `origin`: origin O = (xi_0, eta_0) of the mechanism in the
-    !> frame's axes (m).
+    !> `inertia`: moment of inertia J_F of the frame about its centre of mass F (kg m^2). `origin`: origin O = (xi_0, eta_0) of
+    !> the mechanism relative to F, in the frame's axes (m).
     real(dp) :: inertia = 0, origin(2) = 0
     !> What keeps the crank speed constant: one of `holders` of gestell_model_mechanism_held.
     character(len=8) :: held_by = "motor"
@@ -69,9 +69,9 @@ contains
   subroutine new_frame(frame, mechanism, mass, inertia, origin, stiffness, damping, speed, error, free, supports, gravity, held_by)
     type(frame_type), intent(out) :: frame
     class(mechanism_type), intent(in) :: mechanism
-    !> `mass` (kg), `inertia` about F (kg m^2): mass and moment of inertia of the frame without links. `origin`: origin of the
-    !> mechanism's axes relative to F (m). `stiffness` (N/m, N, N m), `damping` (N s/m, N s, N m s): matrices of the foundation, or
-    !> of the whole mounting if there are no `supports`. `speed`: crank speed (rad/s); negative means clockwise
+    !> `mass` (kg), `inertia` (kg m^2): mass and moment of inertia of the frame without links. `origin`: origin of the mechanism's
+    !> axes relative to the frame's centre of mass (m). `stiffness` (N/m, N, N m), `damping` (N s/m, N s, N m s): matrices of the
+    !> foundation, or of the whole mounting if there are no `supports`. `speed`: crank speed (rad/s); negative means clockwise
     real(dp), intent(in) :: mass, inertia, origin(2), stiffness(3, 3), damping(3, 3), speed
     type(error_type), allocatable, intent(out) :: error
     !> Indices of the free degrees of freedom: 1 xi, 2 eta, 3 psi. By default all three are free
@@ -164,7 +164,7 @@ contains
     end if
   end subroutine check
 
-  !> Computes M, B and C of the free degrees of freedom at the time `t` (s).
+  !> Computes the matrices M, B and C of the free degrees of freedom at the time `t` (s).
   subroutine matrices(self, t, m, b, c)
     class(frame_type), intent(in) :: self
     real(dp), intent(in) :: t
@@ -198,7 +198,8 @@ contains
     call self%sample_at_rest(self%crank_angles(phases), self%free, m, b, c, h)
   end subroutine sample_second_order
 
-  !> Computes M, B, C and h, linearised about rest, at crank angles (rad), for the degrees of freedom `free`.
+  !> Computes the matrices M, B, C and the load h, linearised about rest, at crank angles (rad), for the degrees of freedom
+  !> `free`.
   subroutine sample_at_rest(self, angles, free, m, b, c, h)
     class(frame_type), intent(in) :: self
     real(dp), contiguous, intent(in) :: angles(:)
@@ -213,8 +214,8 @@ contains
     end if
   end subroutine sample_at_rest
 
-  !> Computes M, B, C and h, linearised about rest, of a frame in the plane, (9) to (12), from the effective mass functions
-  !> (gestell_model_mechanism_held).
+  !> Computes the matrices M, B, C and the load h, linearised about rest, of a frame in the plane, (9) to (12), from the effective
+  !> mass functions (gestell_model_mechanism_held).
   subroutine sample_in_plane(self, angles, free, m, b, c, h)
     class(frame_type), intent(in) :: self
     real(dp), contiguous, intent(in) :: angles(:)
@@ -289,8 +290,8 @@ contains
     coupled = connections(self, 0.0_dp)
   end function coupled
 
-  !> True for each pair of free degrees of freedom that M, B or C couples at one of many equidistant phases, shape (n, n). The
-  !> search stops as soon as all degrees of freedom are connected.
+  !> True for each pair of free degrees of freedom that one of the matrices M, B, C couples at one of many equidistant phases,
+  !> shape (n, n). The search stops as soon as all degrees of freedom are connected.
   function connections(frame, shift) result(coupled)
     class(frame_type), intent(in) :: frame
     !> Shift of the phases as a fraction of their spacing, 0 to 1
@@ -323,10 +324,10 @@ contains
     all_connected = all(reached)
   end function all_connected
 
-  !> Computes the model with M, B and C averaged over the period, and bounds on its rounding errors. The periodic parts of B and C
-  !> in (10) and (11) are derivatives with respect to the crank angle, so their means are zero. The mean of the periodic part of the
-  !> moment of the weights is zero as well. Hence the mean of B is the damping of the mounting. The mean of C is the stiffness of
-  !> the mounting, plus the contribution of the weights when the frame is at rest.
+  !> Computes the model with the matrices M, B and C averaged over the period, and bounds on its rounding errors. The periodic
+  !> parts of B and C in (10) and (11) are derivatives with respect to the crank angle, so their means are zero. The mean of the
+  !> periodic part of the moment of the weights is zero as well. Hence the mean of B is the damping of the mounting. The mean of C
+  !> is the stiffness of the mounting, plus the contribution of the weights when the frame is at rest.
   subroutine averaged(self, model)
     class(frame_type), intent(in) :: self
     type(averaged_system), intent(out) :: model
@@ -348,8 +349,8 @@ contains
     model%c_error = moved(self%free, self%free)
   end subroutine averaged
 
-  !> Computes means over the period for the degrees of freedom `free` of the frame linearised about rest: `m` of M, `c` of C, and
-  !> `g` of the gyroscopic part of B (0 in the plane).
+  !> Computes means over the period for the degrees of freedom `free` of the frame linearised about rest: `m` of the mass matrix,
+  !> `c` of the stiffness matrix, and `g` of the gyroscopic part of the damping matrix (0 in the plane).
   subroutine mean_matrices(self, free, m, g, c)
     class(frame_type), intent(in) :: self
     !> Indices of the degrees of freedom for which the means are computed; they may be free or locked
@@ -393,9 +394,9 @@ contains
     dofs = merge(6, 3, allocated(self%space))
   end function dofs
 
-  !> True if the equations of the degrees of freedom free(chosen) derive from a Lagrangian: no damping, symmetric stiffness. For a
-  !> frame in space the crank must also turn uniformly relative to the frame. The equations in space linearised about rest with two
-  !> or more rotations do not derive from a Lagrangian, because they neglect terms.
+  !> True if the equations of the degrees of freedom free(chosen) derive from a Lagrangian. This requires zero damping and a
+  !> symmetric stiffness matrix. For a frame in space the crank must also turn uniformly relative to the frame. The equations in
+  !> space linearised about rest with two or more rotations do not derive from a Lagrangian, because they neglect terms.
   pure logical function conserves(self, chosen)
     class(frame_type), intent(in) :: self
     integer, intent(in) :: chosen(:)
@@ -413,8 +414,8 @@ contains
     end associate
   end function conserves
 
-  !> Forces (N) of supports and foundation on the ground, and their moments about the rest position of F (N m), shape (dofs,
-  !> points). `x`: states (q, q'), shape (states, points).
+  !> Forces (N) of supports and foundation on the ground, and their moments (N m) about the rest position of the frame's centre of
+  !> mass, shape (dofs, points). `x`: a state (q, q') in each column, shape (states, points).
   pure function ground_forces(self, x) result(forces)
     class(frame_type), intent(in) :: self
     real(dp), intent(in) :: x(:, :)

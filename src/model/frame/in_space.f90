@@ -22,7 +22,7 @@ contains
   !> mechanism cannot turn.
   subroutine put_in_space(frame, inertia, planes, supports, free, error, stiffness, damping, drive)
     type(frame_type), intent(inout) :: frame
-    !> Inertia tensor of the frame about F (kg m^2)
+    !> Inertia tensor of the frame about its centre of mass (kg m^2)
     real(dp), intent(in) :: inertia(3, 3)
     !> The mechanisms, each in its plane; they replace the frame's mechanism
     type(plane_type), intent(in) :: planes(:)
@@ -30,8 +30,8 @@ contains
     !> Indices of the free degrees of freedom, 1 to 6
     integer, intent(in) :: free(:)
     type(error_type), allocatable, intent(out) :: error
-    !> Matrices of the foundation; degrees of freedom in the frame's order. Default: the matrices that the frame has for (xi, eta,
-    !> psi)
+    !> Matrices of the foundation, with degrees of freedom in the frame's order. By default the frame keeps its matrices for (xi,
+    !> eta, psi)
     real(dp), intent(in), optional :: stiffness(6, 6), damping(6, 6)
     !> What keeps the speed constant; by default it is the motor
     type(drive_type), intent(in), optional :: drive
@@ -88,8 +88,8 @@ contains
   !> gets all joints, but only the links that move in its plane. Planes without links are omitted.
   subroutine split_into_planes(linkage, origin, origins, axes, planes)
     type(linkage_type), intent(in) :: linkage
-    !> `origin`: origin of plane 0 relative to F (m). `origins`: origins of the other planes relative to `origin` (m), shape (3,
-    !> planes). `axes`: axes of the other planes as columns, shape (3, 3, planes)
+    !> `origin`: origin of plane 0 relative to the frame's centre of mass (m). `origins`: origins of the other planes relative to
+    !> `origin` (m), shape (3, planes). `axes`: axes of the other planes as columns, shape (3, 3, planes)
     real(dp), intent(in) :: origin(3), origins(:, :), axes(:, :, :)
     type(plane_type), allocatable, intent(out) :: planes(:)
     integer :: k, n

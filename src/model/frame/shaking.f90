@@ -1,5 +1,6 @@
-!> Shaking forces: the forces that mechanisms exert on a frame at rest if gravity is ignored. Moments are about the rest position of
-!> F. Only the moments of the balance table (`shaking_in_space`) are about O, the origin of the mechanisms.
+!> Shaking forces: the forces that mechanisms exert on a frame at rest if gravity is ignored. Moments are about the rest position
+!> of the frame's centre of mass. Only the moments of the balance table (`shaking_in_space`) are about the origin of the
+!> mechanisms.
 module gestell_model_frame_shaking
   use gestell_base_kinds, only: dp
   use gestell_math_series_fourier, only: fourier_series, fourier_type
@@ -33,8 +34,8 @@ module gestell_model_frame_shaking
 
 contains
 
-  !> Computes the load h, linearised about rest and without gravity, shape (phases, dofs): forces (N) and moments about the rest
-  !> position of F (N m), for all degrees of freedom in the frame's order.
+  !> Computes the load h, linearised about rest and without gravity, for all degrees of freedom in the frame's order: forces (N)
+  !> and moments (N m) about the rest position of the frame's centre of mass, shape (phases, dofs).
   subroutine shaking_loads(frame, phases, loads)
     class(frame_type), intent(in) :: frame
     real(dp), contiguous, intent(in) :: phases(:)

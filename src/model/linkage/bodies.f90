@@ -68,8 +68,8 @@ contains
     to%plane = from%plane
   end subroutine move_link
 
-  !> Computes the sums (4) to (7) over the links for one crank angle, at which the joints are at the points `at`. `terms`: sums of
-  !> the absolute values of the terms of a1'', a2'' (kg m), a4 and K' (kg m^2).
+  !> Computes the sums (4) to (7) of doc/theory.md over the links for one crank angle, at which the joints are at the points `at`.
+  !> `terms`: sums of the absolute values of the terms of a1'', a2'' (kg m), a4 and K' (kg m^2).
   pure subroutine sum_masses(links, at, a, terms)
     type(link_type), intent(in) :: links(:)
     !> Points of all joints at one crank angle
@@ -176,7 +176,8 @@ contains
       & merge(0.0_dp, sum%dd, abs(sum%dd) <= noise * magnitude%dd))
   end function cleaned
 
-  !> Computes the sums (4) to (7) over a batch of crank angles and stores them in rows `first` to `last` of the table.
+  !> Computes the sums (4) to (7) of doc/theory.md over a batch of crank angles and stores them in rows `first` to `last` of the
+  !> table.
   pure subroutine tabulate_masses(links, at, first, last, table)
     type(link_type), intent(in) :: links(:)
     !> Paths of all joints over the batch

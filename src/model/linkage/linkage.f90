@@ -361,7 +361,7 @@ contains
       & "the mechanism has no joints or no links", invalid_input)
   end subroutine check
 
-  !> Computes the sums (4) to (7) over the links at a crank angle (rad).
+  !> Computes the sums (4) to (7) of doc/theory.md over the links at a crank angle (rad).
   subroutine mass_functions(self, crank_angle, a)
     class(linkage_type), intent(in) :: self
     real(dp), intent(in) :: crank_angle

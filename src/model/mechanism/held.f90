@@ -65,10 +65,10 @@ contains
     end if
   end subroutine check_held
 
-  !> Tabulates the effective mass functions and the load.
+  !> Tabulates the effective mass functions (the moving masses as they act on the frame) and the load.
   subroutine tabulate_effective(mechanism, origin, uniform_in_space, angles, effective, load, slope)
     class(mechanism_type), intent(in) :: mechanism
-    !> Origin of the mechanism relative to F (m)
+    !> Origin of the mechanism relative to the frame's centre of mass (m)
     real(dp), intent(in) :: origin(2)
     !> True if the crank turns uniformly relative to the ground, false if it turns uniformly relative to the frame
     logical, intent(in) :: uniform_in_space
@@ -77,7 +77,7 @@ contains
     !> Effective mass functions, shape (angles, table_columns); column a4 is 0 if the crank turns uniformly relative to the ground
     real(dp), contiguous, intent(out) :: effective(:, :)
     !> `load`: two forces and the moment about the crank's pivot, each divided by -Omega^2, shape (angles, 3). `slope`: derivative
-    !> with respect to psi of the load's moment about F, divided by +Omega^2, shape (angles)
+    !> with respect to psi of the load's moment about the frame's centre of mass, divided by +Omega^2, shape (angles)
     real(dp), contiguous, intent(out), optional :: load(:, :), slope(:)
     real(dp), allocatable :: masses(:, :), drive(:, :)
     real(dp) :: part

@@ -11,7 +11,8 @@ module gestell_model_mechanism
   type, public :: mass_functions_type
     !> a1 = sum m x, a2 = sum m y (kg m), a3 = sum m (x^2 + y^2) (kg m^2).
     type(jet) :: a1 = jet(), a2 = jet(), a3 = jet()
-    !> a4 = sum [m (x y'' - y x'') + J phi''] (kg m^2); the symbol a4 of the paper is Omega^2 times this sum.
+    !> a4 = sum [m (x y'' - y x'') + J phi''] (kg m^2). In the paper on which doc/theory.md is based, a4 is Omega^2 times this
+    !> sum.
     real(dp) :: a4 = 0
   end type mass_functions_type
 

@@ -13,7 +13,7 @@ module gestell_model_mechanism_shaking
 
   !> Shaking forces over the crank angle phi. Each component is f = mean + sum of amplitude(k) cos(k phi + phase(k)).
   type, public :: shaking_type
-    !> Fourier series of the two forces along x and y (N) and of the moment about O (N m).
+    !> Fourier series of the two forces along x and y (N) and of the moment about the mechanism's origin O (N m).
     type(fourier_type) :: series(3)
     !> Maximum absolute value over the turn, and rms value, of the three components; the fourth element belongs to the magnitude of
     !> the force.

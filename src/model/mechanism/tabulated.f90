@@ -89,7 +89,8 @@ contains
     call self%source%mass_functions(crank_angle, a)
   end subroutine mass_functions
 
-  !> Copies the values if a table has exactly these angles in this order. If no table has, computes the mass functions.
+  !> Returns the mass functions at the given angles. They are copied if a table has exactly these angles in this order, and
+  !> computed otherwise.
   subroutine tabulate(self, angles, table)
     class(tabulated_type), intent(in) :: self
     real(dp), contiguous, intent(in) :: angles(:)

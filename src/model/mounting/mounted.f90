@@ -60,8 +60,8 @@ contains
     end do
   end subroutine scale_mounting
 
-  !> Mean over the period of C linearised about rest, shape (dofs, dofs): the sum of the contributions of mounting, weights and
-  !> static forces.
+  !> Mean over the period of the stiffness matrix C linearised about rest, shape (dofs, dofs): the sum of the contributions of
+  !> mounting, weights and static forces.
   pure function rest_stiffness(self) result(c)
     class(mounted_system), intent(in) :: self
     real(dp) :: c(size(self%stiffness, 1), size(self%stiffness, 1))
@@ -69,7 +69,8 @@ contains
     c = self%stiffness + self%weights%stiffness(:size(c, 1), :size(c, 1))
   end function rest_stiffness
 
-  !> Derivative with respect to q of the forces on the ground and of their moments about the rest position of F, shape (dofs, dofs).
+  !> Derivative of the forces on the ground, and of their moments about the rest position of the frame's centre of mass, with
+  !> respect to the displacements q; shape (dofs, dofs).
   pure function ground_stiffness(self) result(c)
     class(mounted_system), intent(in) :: self
     real(dp) :: c(size(self%stiffness, 1), size(self%stiffness, 1))

@@ -126,8 +126,9 @@ contains
     c = whole(in_space(:n), in_space(:n))
   end function of_frame
 
-  !> Matrix of one support for small motions q = (u, theta), shape (6, 6): the sum of k g g^T over its axes n, with g = (n, p x n).
-  !> `k` is the stiffness or damping along each axis. The motion q moves the upper end of the support by g . q along n.
+  !> Matrix of one support for small motions q = (u, theta), shape (6, 6): the sum of k g g^T over its axes n, with g = (n, p x
+  !> n). `k` is the stiffness or damping along each axis, p the position of the support. The motion q moves the upper end of the
+  !> support by g . q along n.
   pure function support_matrix(support, k) result(c)
     type(support_type), intent(in) :: support
     real(dp), intent(in) :: k(3)
@@ -142,8 +143,9 @@ contains
     end do
   end function support_matrix
 
-  !> Contribution to c_ij, to first order, of the static forces G of supports whose axes turn with the frame. Rows of u contain
-  !> theta x G. Rows of theta contain G x e, where e = u + theta x p is the displacement of the upper end.
+  !> Contribution to the stiffness matrix c_ij, to first order, of the static forces G of supports whose axes turn with the frame.
+  !> Rows of u contain theta x G. Rows of theta contain G x e, where e = u + theta x p is the displacement of the upper end of a
+  !> support at the position p.
   pure function load_matrix(supports, dofs) result(c)
     type(support_type), intent(in) :: supports(:)
     integer, intent(in) :: dofs
@@ -161,8 +163,9 @@ contains
     c = whole(in_space(:dofs), in_space(:dofs))
   end function load_matrix
 
-  !> Derivatives with respect to small motions of the static forces G on the ground that turn with the frame, and of the moments of
-  !> G about the rest position of F. The forces change by theta x G, the moments by p x (theta x G).
+  !> Derivatives, with respect to small motions, of the static forces G on the ground that turn with the frame, and of their
+  !> moments about the rest position of the frame's centre of mass. The forces change by theta x G, the moments by p x (theta x
+  !> G), where p is the position of the support.
   pure function turned_loads(supports, dofs) result(c)
     type(support_type), intent(in) :: supports(:)
     integer, intent(in) :: dofs

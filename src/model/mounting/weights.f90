@@ -40,7 +40,7 @@ module gestell_model_mounting_weights
     !> True if gravity acts on the masses.
     logical :: act = .false.
     !> `gravity`: acceleration of gravity g (m/s^2). `weight`: weight of all masses (N). `mean`: mean over the turn of the first
-    !> moment S of the moving masses (kg m). `rest`: the matrix Y (N m).
+    !> moment S of the moving masses (kg m). `rest`: the matrix Y in the header of this module (N m).
     real(dp) :: gravity(3) = 0, weight(3) = 0, mean(3) = 0, rest(3, 3) = 0
     !> `carried`: static moment that foundation and guides carry (N m). `rounding`: bound on the rounding errors of static moments
     !> (N m).
@@ -66,8 +66,9 @@ contains
   !> carries the weight along some free degree of freedom, or if the weight overflows.
   pure subroutine new_weights(weights, gravity, mass, mean, maximum, stiffness, supports, free, error)
     type(weights_type), intent(out) :: weights
-    !> `gravity`: acceleration of gravity (m/s^2). `mass`: mass of the whole machine (kg). `mean`: mean of S over the turn (kg m).
-    !> `maximum`: bound on the magnitude of S (kg m). `stiffness`: stiffness matrix of the whole mounting, shape (dofs, dofs)
+    !> `gravity`: acceleration of gravity (m/s^2). `mass`: mass of the whole machine (kg). `mean`: mean over the turn of the first
+    !> moment of the moving masses (kg m). `maximum`: bound on the magnitude of this moment (kg m). `stiffness`: stiffness matrix
+    !> of the whole mounting, shape (dofs, dofs)
     real(dp), intent(in) :: gravity(3), mass, mean(3), maximum, stiffness(:, :)
     !> Supports; the procedure sets their static forces
     type(support_type), intent(inout) :: supports(:)
@@ -186,8 +187,8 @@ contains
     end associate
   end function moment_in_space
 
-  !> Derivative of `moment_in_space` with respect to small rotations dalpha about the frame's axes, dR = R [dalpha], with reversed
-  !> sign (N m).
+  !> Derivative of `moment_in_space` with respect to small rotations dalpha about the frame's axes, with reversed sign (N m).
+  !> These rotations change the rotation matrix R by R [dalpha], where [dalpha] is the matrix of the cross product.
   pure function stiffness_in_space(self, rotation, s) result(c)
     class(weights_type), intent(in) :: self
     real(dp), intent(in) :: rotation(3, 3), s(3)
@@ -196,8 +197,8 @@ contains
     c = turn_stiffness(matmul(outer(s - self%mean, self%gravity) + self%rest, rotation))
   end function stiffness_in_space
 
-  !> Adds to C the periodic part of the stiffness due to the weights when the frame is at rest: the matrix tr N 1 - N^T with N = (S
-  !> - mean S) g^T, for moments along the frame's axes.
+  !> Adds to the stiffness matrix C the periodic part that is due to the weights when the frame is at rest, for moments along the
+  !> frame's axes. It is the matrix tr N 1 - N^T with N = (S - mean S) g^T, where S is the first moment of the moving masses.
   pure subroutine add_stiffness(self, at, s, c)
     class(weights_type), intent(in) :: self
     !> Rows and columns of `c` that belong to theta; 0 for a component that `c` does not contain
@@ -218,7 +219,7 @@ contains
     end associate
   end subroutine add_stiffness
 
-  !> Adds to the load h the periodic moment (S - mean S) x g of gravity on the moving masses.
+  !> Adds to the load h the periodic moment (S - mean S) x g of gravity on the moving masses, where S is their first moment.
   pure subroutine add_load(self, at, s, h)
     class(weights_type), intent(in) :: self
     !> Columns of `h` that belong to theta; 0 for a component that `h` does not contain

@@ -159,8 +159,8 @@ contains
     quantity%rounding = forces%rounding(:, columns)
   end subroutine find_force
 
-  !> Adds the forces of the guides on the ground, along the locked degrees of freedom, and their moments about the rest position of
-  !> F. Guides can also exert moments about axes about which the frame is free to rotate.
+  !> Adds the forces of the guides on the ground, along the locked degrees of freedom, and their moments about the rest position
+  !> of the frame's centre of mass. Guides can also exert moments about axes about which the frame is free to rotate.
   pure subroutine add_guides(frame, forces)
     class(frame_type), intent(in) :: frame
     type(ground_forces_type), intent(inout) :: forces
@@ -203,8 +203,8 @@ contains
     call add_turned(frame, number, forces)
   end subroutine add_support
 
-  !> Adds the forces on the ground, and their moments about the rest position of F, of a mounting with stiffness `c` and damping
-  !> `b`. Adds bounds on their rounding errors.
+  !> Adds the forces of a mounting with stiffness `c` and damping `b` on the ground, and their moments about the rest position of
+  !> the frame's centre of mass. Adds bounds on their rounding errors.
   pure subroutine add_matrices(c, b, forces)
     real(dp), intent(in) :: c(:, :), b(:, :)
     type(ground_forces_type), intent(inout) :: forces

@@ -27,7 +27,8 @@ module gestell_model_quantity_rows
   !> three.
   character(len=2), parameter, public :: force_names(6) = [character(len=2) :: "fx", "fy", "m", "fz", "mx", "my"]
 
-  !> Numbers of the last rows of groups for a frame in the plane: of q, of q', of q'' and of the guides' forces.
+  !> For a frame in the plane, the number of the last row in each group of rows: displacements q, velocities q', accelerations
+  !> q'', and forces of the guides.
   integer, parameter, public :: displacements = 3, velocities = 6, accelerations = 9, guide_forces = 12
 
   !> A probe: a measuring point on the frame, at `position` and `z` in the frame's axes (m). `limit`: maximum permitted vibration
@@ -54,8 +55,9 @@ module gestell_model_quantity_rows
     procedure :: rows
   end type quantity_type
 
-  !> Forces on the ground and their moments about the rest position of F, in the frame's order of degrees of freedom. `weights`:
-  !> weights of the rows of the motion. `rounding`: bounds on the rounding errors of the weights. Shapes (rows, dofs).
+  !> Forces on the ground, and their moments about the rest position of the frame's centre of mass, in the frame's order of
+  !> degrees of freedom. `weights`: weights of the rows of the motion. `rounding`: bounds on the rounding errors of the weights.
+  !> Shapes (rows, dofs).
   type, public :: ground_forces_type
     real(dp), allocatable :: weights(:, :), rounding(:, :)
   end type ground_forces_type
@@ -109,8 +111,8 @@ contains
   end function excess_row
 
   !> Contribution of the rotation's nonlinear part to the displacement of the point p: the weights of the rows of this part, shape
-  !> (rows, axes). In the plane the contribution is s k x p + c p with s = sin psi - psi and c = cos psi - 1; in space it is (R - 1
-  !> - [theta]) p.
+  !> (rows, axes). In the plane the contribution is s k x p + c p, where s = sin psi - psi, c = cos psi - 1, and k is the unit
+  !> normal. In space it is (R - 1 - [theta]) p with the rotation matrix R of the rotation vector theta.
   pure function excess_of_point(frame, p) result(weights)
     class(frame_type), intent(in) :: frame
     real(dp), intent(in) :: p(3)

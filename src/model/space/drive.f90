@@ -40,8 +40,9 @@ module gestell_model_space_drive
 
   !> The motion of a frame in space and of its drive at one phase.
   type, public :: moved_type
-    !> `rotation`: rotation matrix R. `w`, `w_d`: angular velocity of the frame and its derivative. `a`: acceleration of F minus
-    !> gravity. All vectors are along the frame's axes. `rate`, `gain`: phi' and phi'' of the mechanisms' angle.
+    !> `rotation`: rotation matrix R. `w`, `w_d`: angular velocity of the frame and its derivative. `a`: acceleration of the
+    !> frame's centre of mass minus gravity. All vectors are along the frame's axes. `rate`, `gain`: first and second time
+    !> derivatives of the mechanisms' angle phi.
     real(dp) :: rotation(3, 3) = reshape([1, 0, 0, 0, 1, 0, 0, 0, 1], [3, 3]), w(3) = 0, w_d(3) = 0, a(3) = 0, rate = 0, gain = 0
     !> Zero without a flywheel. `spin`: angular momentum of the flywheel about the shaft, in addition to that of the links (N m s).
     !> `motor`: torque of the flywheel's motor on the frame (N m).
@@ -75,13 +76,14 @@ contains
   !> Computes the motion of a frame, and the angle by which the drive lags behind uniform rotation relative to the frame.
   pure subroutine follow_frame(drive, speed, u_dd, theta, moved, turn, lag)
     type(drive_type), intent(in) :: drive
-    !> `speed`: mean rate of change of the mechanisms' angle (rad/s). `u_dd`: acceleration u'' of F minus gravity (m/s^2). `theta`:
-    !> rotation vector theta, theta', theta'', shape (3, 0:2)
+    !> `speed`: mean rate of change of the mechanisms' angle (rad/s). `u_dd`: acceleration of the frame's centre of mass minus
+    !> gravity (m/s^2). `theta`: rotation vector theta, theta', theta'', shape (3, 0:2)
     real(dp), intent(in) :: speed, u_dd(:), theta(:, 0:)
     type(moved_type), intent(out) :: moved
     type(turn_type), intent(out) :: turn
-    !> Lag chi of the drive (rad), mean of w n (rad/s) and torque of the motor (N m); required with a flywheel. Without this
-    !> argument, chi is n theta, and mean and torque are 0
+    !> Lag chi of the drive (rad), mean of the frame's rate of rotation about the shaft (rad/s), torque of the motor (N m);
+    !> required with a flywheel. Without this argument, chi is the component of the rotation vector along the shaft, and mean and
+    !> torque are 0
     real(dp), intent(in), optional :: lag(:)
     real(dp) :: turning(3, 3, 0:2)
 
@@ -213,8 +215,8 @@ contains
   !> shift of time does not change the multipliers.
   pure subroutine shift_time(turn, w_d, spin, turning, q, m, b, c)
     type(turn_type), intent(in) :: turn
-    !> `w_d`: w' (rad/s^2). `spin`: constant spin of the shaft (rad/s). `turning`: T, T', T'' in dalpha = T dtheta. `q`: q, q', q''
-    !> in the order (u, theta), shape (6, 0:2). `m`: mass matrix
+    !> `w_d`: angular acceleration of the frame (rad/s^2). `spin`: constant spin of the shaft (rad/s). `turning`: the matrix T in
+    !> dalpha = T dtheta with its derivatives T', T''. `q`: q, q', q'' in the order (u, theta), shape (6, 0:2). `m`: mass matrix
     real(dp), intent(in) :: w_d(3), spin, turning(3, 3, 0:2), q(6, 0:2), m(6, 6)
     real(dp), intent(inout) :: b(6, 6), c(6, 6)
     real(dp) :: shift(6, 0:1), moved(6)

@@ -11,8 +11,9 @@ module gestell_model_space_energy
 
 contains
 
-  !> Potential energy (J) of mounting and gravity at q = (u, theta), up to a constant. `s`: first moment S of the masses about F (kg
-  !> m). Gravity and the static forces contribute -tr(R X), with X as in gestell_model_mounting_weights.
+  !> Potential energy (J) of mounting and gravity at q = (u, theta), up to a constant. `s`: first moment of the masses about the
+  !> frame's centre of mass (kg m). Gravity and the static forces contribute -tr(R X) with the rotation matrix R; for the matrix X
+  !> see gestell_model_mounting_weights.
   pure real(dp) function mounting_energy(frame, q, s)
     class(mounted_system), intent(in) :: frame
     real(dp), intent(in) :: q(6), s(3)

@@ -24,12 +24,12 @@ module gestell_model_space_mounting
 
 contains
 
-  !> Dynamic force of a support on the ground (N), along the fixed axes xi, eta, zeta: -F minus the static force G. `turn` is R - 1,
-  !> so that R x = x + turn x.
+  !> Dynamic force of a support on the ground (N), without the static force, along the fixed axes xi, eta, zeta. `turn` is R - 1
+  !> with the rotation matrix R, so that R x = x + turn x.
   pure function support_force(support, u, v, turn, w) result(force)
     type(support_type), intent(in) :: support
-    !> `u`, `v`: displacement (m) and velocity (m/s) of F along the fixed axes xi, eta, zeta. `turn`: R - 1. `w`: angular velocity
-    !> along the frame's axes (rad/s)
+    !> `u`, `v`: displacement (m) and velocity (m/s) of the frame's centre of mass along the fixed axes xi, eta, zeta. `turn`: R -
+    !> 1 with the rotation matrix R. `w`: angular velocity along the frame's axes (rad/s)
     real(dp), intent(in) :: u(3), v(3), turn(3, 3), w(3)
     real(dp) :: force(3), d(3), e(3), e_d(3)
 
@@ -56,9 +56,10 @@ contains
     force = matmul(support%axes, support%stiffness * matmul(d, support%axes) + support%damping * matmul(d_d, support%axes))
   end function mount_force
 
-  !> Subtracts the forces of the supports, and their moments about F, from the left sides r, shape (6). The derivatives of forces
-  !> and moments with respect to u' and dalpha' are subtracted from b, those with respect to u and dalpha from c, shapes (6, 6).
-  !> Here dalpha is a small rotation about the frame's axes: R changes by R [dalpha], and dw = dalpha' + w x dalpha.
+  !> Subtracts the forces of the supports, and their moments about the frame's centre of mass, from the left sides r, shape (6).
+  !> The derivatives of forces and moments with respect to u' and dalpha' are subtracted from b, those with respect to u and
+  !> dalpha from c, shapes (6, 6). Here dalpha is a small rotation about the frame's axes: it changes the rotation matrix R by R
+  !> [dalpha], and the angular velocity w by dalpha' + w x dalpha.
   pure subroutine add_supports(supports, u, v, turn, w, r, b, c)
     type(support_type), intent(in) :: supports(:)
     !> As in `support_force`

@@ -41,7 +41,8 @@ module gestell_model_space
 
   !> The mechanisms of a frame in space, each in its own plane, and their drive.
   type, public :: space_type
-    !> `inertia`: inertia tensor of the frame about F (kg m^2). `origin`: origin O of the mechanisms relative to F (m).
+    !> `inertia`: inertia tensor of the frame about its centre of mass F (kg m^2). `origin`: origin O of the mechanisms relative
+    !> to F (m).
     real(dp) :: inertia(3, 3) = 0, origin(3) = 0
     type(plane_type), allocatable :: planes(:)
     type(drive_type) :: drive
@@ -58,8 +59,8 @@ module gestell_model_space
 
 contains
 
-  !> Computes averages over the turn. `mean`: mean of the first moment S of the moving masses about F (kg m). `mass`: mass of all
-  !> planes (kg). `maximum`: bound on the magnitude of S (kg m).
+  !> Computes averages over the turn. `mean`: mean of the first moment of the moving masses about the frame's centre of mass (kg
+  !> m). `mass`: mass of all planes (kg). `maximum`: bound on the magnitude of the first moment (kg m).
   subroutine average(self, mean, mass, maximum)
     class(space_type), intent(in) :: self
     real(dp), intent(out) :: mean(3), mass, maximum
@@ -99,8 +100,8 @@ contains
     call move_alloc(longer, self%tables)
   end subroutine remember
 
-  !> Computes mass, first moment S, inertia tensor J and angular momentum H about F of the frame with all moving masses, and their
-  !> time derivatives.
+  !> Computes mass, first moment S, inertia tensor J and angular momentum H of the frame with all moving masses, about the frame's
+  !> centre of mass, and their time derivatives.
   pure subroutine masses_at(self, mass, speed, angles, masses, rates)
     class(space_type), intent(in) :: self
     !> `mass`: mass of the frame (kg). `speed`: speed of the drive (rad/s); ignored if `rates` are given
@@ -149,8 +150,8 @@ contains
     masses%h(:, :, 1) = speed**2 * masses%h(:, :, 1)
   end subroutine masses_at
 
-  !> Computes M, B, C and h, linearised about rest, of a frame in space at angles of the drive (rad), for the degrees of freedom
-  !> `free`. Shapes: M, B, C (angles, size(free), size(free)), h (angles, size(free)).
+  !> Computes the matrices M, B, C, shape (angles, size(free), size(free)), and the load h, shape (angles, size(free)), of a frame
+  !> in space, linearised about rest. `angles`: angles of the drive (rad). `free`: degrees of freedom.
   pure subroutine sample_at_rest(self, frame, angles, free, m, b, c, h)
     class(space_type), intent(in) :: self
     class(mounted_system), intent(in) :: frame
@@ -194,7 +195,7 @@ contains
     if (self%drive%uniform_in_space()) call add_drive_at_rest(self, frame, angles, at, m, b, c, h)
   end subroutine sample_at_rest
 
-  !> Adds the effect of a drive that turns uniformly relative to the ground to M, B, C and h.
+  !> Adds the effect of a drive that turns uniformly relative to the ground to the matrices M, B, C and the load h.
   pure subroutine add_drive_at_rest(self, frame, angles, at, m, b, c, h)
     class(space_type), intent(in) :: self
     class(mounted_system), intent(in) :: frame
@@ -222,8 +223,8 @@ contains
     end do
   end subroutine add_drive_at_rest
 
-  !> Computes the shaking forces (N) and their moments about F (N m) on the frame at rest, without gravity, at angles of the drive;
-  !> shape (angles, 6), in the order (u, theta). `speed`: speed of the drive (rad/s).
+  !> Computes the shaking forces (N), and their moments about the frame's centre of mass (N m), on the frame at rest without
+  !> gravity, at angles of the drive; shape (angles, 6), in the order (u, theta). `speed`: speed of the drive (rad/s).
   pure subroutine shake(self, speed, angles, loads)
     class(space_type), intent(in) :: self
     real(dp), intent(in) :: speed
@@ -301,8 +302,8 @@ contains
     end associate
   end function cancellation
 
-  !> Adds factor [a] to matrices at each angle, for vectors a of shape (angles, 3). A 0 in `rows` or `columns` means that the
-  !> matrices do not contain this row or column.
+  !> Adds to the matrices, at each angle, `factor` times the cross product matrix of the vector a; `a` has the shape (angles, 3).
+  !> A 0 in `rows` or `columns` means that the matrices do not contain this row or column.
   pure subroutine add_cross(matrices, factor, a, rows, columns)
     real(dp), contiguous, intent(inout) :: matrices(:, :, :)
     real(dp), intent(in) :: factor
@@ -320,8 +321,8 @@ contains
     end do
   end subroutine add_cross
 
-  !> Adds the blocks a, shape (angles, 3, 3), to the rows and columns `at` of matrices. A 0 in `at` means that the matrices do not
-  !> contain this row and column.
+  !> Adds the 3 x 3 blocks `a`, shape (angles, 3, 3), to the rows and columns `at` of the matrices. A 0 in `at` means that the
+  !> matrices do not contain this row and column.
   pure subroutine add_block(matrices, a, at)
     real(dp), contiguous, intent(inout) :: matrices(:, :, :)
     real(dp), contiguous, intent(in) :: a(:, :, :)

@@ -20,8 +20,8 @@ module gestell_model_space_torque_roll
   type, public :: torque_roll_type
     !> True if the axis exists; false if J_c is singular or the numbers overflow.
     logical :: known = .false.
-    !> `axis`: direction as a unit vector. `center`: centre of mass of the machine relative to F (m); the axis passes through it.
-    !> `angle`: angle between axis and shaft (rad).
+    !> `axis`: direction as a unit vector. `center`: centre of mass of the machine, through which the axis passes, relative to the
+    !> frame's centre of mass (m). `angle`: angle between axis and shaft (rad).
     real(dp) :: axis(3) = 0, center(3) = 0, angle = 0
     !> Motion (u, theta) under a torque about the shaft, scaled so that theta is a unit vector.
     real(dp) :: motion(6) = 0

@@ -96,9 +96,9 @@ contains
     call space%masses_at(frame%mass, frame%speed, turned, masses, rates)
   end subroutine follow_motion
 
-  !> Forces (N) on the ground along the fixed axes xi, eta, zeta, and their moments about the rest position of F (N m), in the
-  !> frame's order, shape (6, points). `q`, `v`: motion, shape (points, 6). The force of a support acts at its displaced upper end,
-  !> or at the rest position of this end if the axes turn with the frame.
+  !> Forces (N) on the ground along the fixed axes xi, eta, zeta, and their moments (N m) about the rest position of the frame's
+  !> centre of mass, in the frame's order, shape (6, points). `q`, `v`: motion, shape (points, 6). The force of a support acts at
+  !> its displaced upper end, or at the rest position of this end if the axes turn with the frame.
   pure function ground_in_space(frame, q, v) result(forces)
     class(mounted_system), intent(in) :: frame
     real(dp), intent(in) :: q(:, :), v(:, :)

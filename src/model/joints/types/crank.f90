@@ -23,8 +23,9 @@ module gestell_model_joints_types_crank
   character(len=*), parameter, public :: no_ratio = "must be a fraction: a decimal such as 0.5 with a denominator of at " // &
     & "most 64, or numerator and denominator as whole numbers up to 4096"
 
-  !> A point at the distance `radius` (m) from the joint `pivot`. It turns about this joint by the angle phi `ratio`/`denominator` +
-  !> `phase` (rad). After the procedure `gear` (gestell_model_linkage_gearing) the denominator is 1.
+  !> A point at the distance `radius` (m) from the joint `pivot`. It turns about this joint by the angle phi `ratio`/`denominator`
+  !> + `phase` (rad), where phi is the linkage's crank angle. After the procedure `gear` (gestell_model_linkage_gearing) the
+  !> denominator is 1.
   type, extends(joint_type), public :: crank_joint
     integer :: pivot = 0
     real(dp) :: radius = 0, phase = 0

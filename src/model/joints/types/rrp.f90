@@ -143,11 +143,11 @@ contains
 
   !> Bounds on the joint's motion. The speed of the guide's point is at most v_g, and the rate of rotation of the guide at most
   !> omega; r leads from this point to `end`. The distance of `end` from the guide changes by at most v_end + v_g + omega |r| per
-  !> radian. A second bound is lower if the derivative of the distance is small in the middle of the interval: the second derivative
-  !> is at most a_end + a_g + 2 (v_end + v_g) omega + |r| (omega' + omega^2). The joint can be assembled if the distance remains
-  !> below l. Then the cosine c of the angle between rod and guide is positive. The rod limits the slider's velocity along itself.
-  !> Hence the slider moves along the guide with a speed of at most (v_end + v_guide) / c, where v_guide is the speed of the guide
-  !> at the slider.
+  !> radian. A second bound is lower if the derivative of the distance is small in the middle of the interval: the second
+  !> derivative is at most a_end + a_g + 2 (v_end + v_g) omega + |r| (omega' + omega^2). The joint can be assembled if the
+  !> distance remains below the length of the rod. Then the cosine c of the angle between rod and guide is positive. The rod
+  !> limits the component of the slider's velocity along the rod. Hence the slider moves along the guide with a speed of at most
+  !> (v_end + v_guide) / c, where v_guide is the speed of the guide at the slider.
   pure function reach(self, points, speeds, accelerations, half_width)
     class(rrp_joint), intent(in) :: self
     type(point_type), intent(in) :: points(:)
