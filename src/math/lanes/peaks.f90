@@ -50,8 +50,8 @@ contains
     end do
   end subroutine largest_values
 
-  !> Finds, in every lane, the next sample after sample `at` whose absolute value is at least `least` and not below those of both
-  !> adjacent samples. If there is no such sample, `at` becomes n + 1.
+  !> Finds, in every lane, the next sample after sample `at` whose absolute value is at least `least` and not below those of the
+  !> two adjacent samples. If there is no such sample, `at` becomes n + 1.
   pure subroutine find_next(n, size_at, least, at)
     integer, intent(in) :: n
     real(dp), intent(in) :: size_at(lanes, 0:n + 1), least(lanes)

@@ -11,9 +11,9 @@
 !> program are the multipliers of the branches.
 !>
 !> The weight w_g grows tenfold until the step reduces the violation almost as far as possible (Byrd, Nocedal, Waltz, Optim. Methods
-!> Softw. 23, 2008, 197-213, doi 10.1080/10556780701394169). If the limits can be met, the weight decreases towards twice the price.
-!> B approximates the Hessian of the Lagrangian L = sum of lambda_b f_b by damped BFGS updates (Powell, Lecture Notes in Mathematics
-!> 630, 1978, 144-157, doi 10.1007/BFb0067703).
+!> Softw. 23, 2008, 197-213, doi 10.1080/10556780701394169). If the limits can be met, w_g decreases towards twice the price of the
+!> constraint, which is the sum of the multipliers of its branches. B approximates the Hessian of the Lagrangian L = sum of lambda_b
+!> f_b by damped BFGS updates (Powell, Lecture Notes in Mathematics 630, 1978, 144-157, doi 10.1007/BFb0067703).
 !>
 !> A step must reduce Phi. Near an optimum Phi need only be below the maximum of its last three values, so that curved limits do not
 !> shorten the full steps, which converge superlinearly (Maratos effect). The alternative, a second-order correction, would have to

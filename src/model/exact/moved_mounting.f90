@@ -39,8 +39,8 @@ module gestell_model_exact_moved_mounting
     procedure :: times
   end type pair_type
 
-  !> Sums over all springs, or all dampers, whose axes do not turn with the frame; p is the position of their upper end. `mean`,
-  !> `mean_p` and `mean_pp` are sums of the means of the pairs times 1, p and |p|^2. `difference`, `difference_p` and
+  !> Sums over all pairs of springs, or of dampers, whose axes do not turn with the frame. With the position p of a pair's upper
+  !> end, `mean`, `mean_p` and `mean_pp` are sums of the means of the pairs times 1, p and |p|^2. `difference`, `difference_p` and
   !> `difference_pp` are sums of the differences times 1, conj(p) and conj(p)^2.
   type :: sums_type
     real(dp) :: mean = 0, mean_pp = 0

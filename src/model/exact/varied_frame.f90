@@ -304,8 +304,8 @@ contains
       & + matmul(v, transpose(self%foundation_damping)))
   end function ground_forces
 
-  !> The exact values of E = exp(i psi), dE/dpsi and again E. A frame linearised about rest uses three approximations in their place
-  !> (see `rotations` of gestell_model_frame).
+  !> Three complex numbers: E = exp(i psi), dE/dpsi and again E, all exact. A frame linearised about rest uses three
+  !> approximations in their place (see `rotations` of gestell_model_frame).
   pure function rotations(self, psi)
     class(varied_frame_type), intent(in) :: self
     real(dp), intent(in) :: psi

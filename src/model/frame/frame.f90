@@ -30,7 +30,7 @@ module gestell_model_frame
     !> `inertia`: moment of inertia J_F of the frame about its centre of mass F (kg m^2). `origin`: origin O = (xi_0, eta_0) of
     !> the mechanism relative to F, in the frame's axes (m).
     real(dp) :: inertia = 0, origin(2) = 0
-    !> What keeps the crank speed constant: one of `holders` of gestell_model_mechanism_held.
+    !> What keeps the crank speed constant: "motor", "outside" or "flywheel" (gestell_model_mechanism_held).
     character(len=8) :: held_by = "motor"
     !> Moment of inertia of the flywheel in addition to that of the links (kg m^2); 0 if unknown.
     real(dp) :: flywheel_inertia = 0
@@ -80,7 +80,7 @@ contains
     type(support_type), intent(in), optional :: supports(:)
     !> Acceleration of gravity along xi and eta (m/s^2); without this argument, gravity is ignored
     real(dp), intent(in), optional :: gravity(2)
-    !> What keeps the speed constant: one of `holders`. The default is "motor"
+    !> What keeps the speed constant: "motor" (the default), "outside" or "flywheel"
     character(len=*), intent(in), optional :: held_by
     !> Assumed number of rounding errors in each term of the load. They arise in the accelerations of the joints and in the crank
     !> angle of up to 2 pi.

@@ -13,8 +13,8 @@ module gestell_model_joints_joint
 
   public :: largest_change, point_type, reach_body, slack
 
-  !> Intervals are so short that the sine of a transmission angle does not fall below this fraction of its value in the middle of
-  !> the interval. The minimum over all middles is then nearly the minimum over the turn.
+  !> An interval of the crank angle is accepted only if the sine of the transmission angle does not fall below this fraction of
+  !> its value in the middle of the interval. The minimum over all middles is then nearly the minimum over the turn.
   real(dp), parameter, public :: steady = 0.8_dp
 
   !> Bounds on the motion of a joint over an interval of the crank angle, proved from the position in the middle of the interval.

@@ -104,8 +104,8 @@ contains
     if (present(terms)) terms = [size1%dd, size2%dd, a4_size, energy_size]
   end subroutine sum_masses
 
-  !> Computes the drive's functions H and K and their derivatives, summed over the links, with all joints at the points `at`; shape
-  !> (drive_columns).
+  !> Computes the functions H and K of the drive and their derivatives, summed over the links, with all joints at the points `at`;
+  !> shape (drive_columns). H is the angular momentum and K twice the kinetic energy at unit crank speed.
   pure subroutine sum_drive(links, at, drive)
     type(link_type), intent(in) :: links(:)
     type(point_type), intent(in) :: at(:)

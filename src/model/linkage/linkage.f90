@@ -393,7 +393,8 @@ contains
     end do
   end subroutine tabulate
 
-  !> Tabulates the drive's functions H and K with derivatives at crank angles (rad), shape (angles, drive_columns).
+  !> Tabulates the functions H and K of the drive with their derivatives at crank angles (rad), shape (angles, drive_columns). H
+  !> is the angular momentum and K twice the kinetic energy of the links at unit crank speed.
   subroutine tabulate_drive(self, angles, table, known)
     class(linkage_type), intent(in) :: self
     real(dp), intent(in) :: angles(:)

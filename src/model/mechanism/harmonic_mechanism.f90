@@ -141,8 +141,8 @@ contains
     end do
   end subroutine tabulate
 
-  !> Tabulates the drive's functions H and K with derivatives at crank angles (rad), shape (angles, drive_columns). `known` is true
-  !> if the harmonics of K are given.
+  !> Tabulates the functions H and K of the drive with their derivatives at crank angles (rad), shape (angles, drive_columns). H
+  !> is the angular momentum and K twice the kinetic energy at unit crank speed. `known` is true if the harmonics of K are given.
   subroutine tabulate_drive(self, angles, table, known)
     class(harmonic_mechanism_type), intent(in) :: self
     real(dp), intent(in) :: angles(:)

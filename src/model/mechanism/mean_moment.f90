@@ -9,8 +9,9 @@ module gestell_model_mechanism_mean_moment
 
 contains
 
-  !> Computes the mean of a1 + i a2 over the turn by the trapezoidal rule, and its maximum magnitude (kg m). The number of points is
-  !> doubled until two successive doublings change the mean only by rounding errors.
+  !> Computes the mean over the turn of the first moment a1 + i a2 of the masses, and its maximum magnitude (kg m). The mean is
+  !> computed by the trapezoidal rule. The number of points is doubled until two successive doublings change the mean only by
+  !> rounding errors, or until it exceeds 2^18.
   subroutine average_masses(mechanism, mean, maximum)
     class(mechanism_type), intent(in) :: mechanism
     complex(dp), intent(out) :: mean

@@ -84,8 +84,9 @@ contains
     end do
   end subroutine tabulate_one_by_one
 
-  !> Default of `tabulate_drive`: the drive's functions H and K are unknown, and `known` is false. Overriding versions tabulate them
-  !> at crank angles (rad), shape (angles, drive_columns).
+  !> Default of `tabulate_drive`: the functions H and K of the drive are unknown, and `known` is false. Overriding versions
+  !> tabulate them at crank angles (rad), shape (angles, drive_columns). H is the angular momentum and K twice the kinetic energy
+  !> of the links at unit crank speed.
   subroutine default_tabulate_drive(self, angles, table, known)
     class(mechanism_type), intent(in) :: self
     real(dp), intent(in) :: angles(:)

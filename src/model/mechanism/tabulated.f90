@@ -11,8 +11,9 @@ module gestell_model_mechanism_tabulated
 
   !> Table of the functions of a mechanism at given crank angles.
   type :: table_type
-    !> `angles`: crank angles (rad). `values`: mass functions at these angles, shape (angles, table_columns). `drive`: the drive's
-    !> functions H and K, shape (angles, drive_columns); allocated only if requested and known.
+    !> `angles`: crank angles (rad). `values`: mass functions at these angles, shape (angles, table_columns). `drive`: functions H
+    !> and K of the drive (angular momentum, and twice the kinetic energy, at unit crank speed), shape (angles, drive_columns);
+    !> allocated only if requested and known.
     real(dp), allocatable :: angles(:), values(:, :), drive(:, :)
   end type table_type
 
@@ -44,7 +45,8 @@ contains
     call take_over(tabulated)
   end subroutine new_tabulated
 
-  !> Tabulates the mass functions at crank angles (rad) and, if `drive` is true, the drive's functions H and K.
+  !> Tabulates the mass functions at crank angles (rad) and, if `drive` is true, the functions H and K of the drive (angular
+  !> momentum, and twice the kinetic energy, at unit crank speed).
   subroutine remember(self, angles, drive)
     class(tabulated_type), intent(inout) :: self
     real(dp), contiguous, intent(in) :: angles(:)
@@ -72,8 +74,8 @@ contains
     call move_alloc(longer, self%tables)
   end subroutine remember
 
-  !> Stores the drive's functions H and K, which the caller has computed, for the angles of the last table; shape (angles,
-  !> drive_columns).
+  !> Stores the functions H and K of the drive (angular momentum, and twice the kinetic energy, at unit crank speed), which the
+  !> caller has computed for the angles of the last table; shape (angles, drive_columns).
   pure subroutine set_drive_functions(self, drive)
     class(tabulated_type), intent(inout) :: self
     real(dp), intent(in) :: drive(:, :)

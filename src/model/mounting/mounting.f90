@@ -79,12 +79,12 @@ contains
     is_rotation = any(in_frame(4:) == dof)
   end function is_rotation
 
-  !> Stiffness matrix c_ij of all supports for `dofs` degrees of freedom (default 3). For example, supports at (X, Y) with springs k
-  !> along x and kb along y give in the plane
+  !> Stiffness matrix c_ij of all supports for `dofs` degrees of freedom (default 3). For example, supports at (X, Y) with springs
+  !> k along x and kb along y give in the plane
   !>
   !>     c11 = sum k,   c22 = sum kb,   c13 = -sum k Y,   c23 = sum kb X,   c33 = sum (k Y^2 + kb X^2),
   !>
-  !> which is (26) of doc/theory.md and [1] of the paper.
+  !> which is (26) of doc/theory.md, and [1] of the paper on which that page is based.
   pure function stiffness_matrix(supports, dofs) result(c)
     type(support_type), intent(in) :: supports(:)
     integer, intent(in), optional :: dofs

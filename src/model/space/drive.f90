@@ -27,7 +27,7 @@ module gestell_model_space_drive
 
   !> The drive of a frame in space: its shaft, and what keeps its speed constant.
   type, public :: drive_type
-    !> What keeps the speed constant: one of `holders` of gestell_model_mechanism_held.
+    !> What keeps the speed constant: "motor", "outside" or "flywheel" (gestell_model_mechanism_held).
     character(len=8) :: held_by = "motor"
     !> `axis`: unit vector n along the shaft. `flywheel_inertia`: moment of inertia of the flywheel in addition to that of the links
     !> (kg m^2).
