@@ -37,10 +37,11 @@ module gestell_task_balance_keys
     integer, allocatable :: links(:)
     !> Radii of the counterweights (m); if not allocated, the lengths of the links are used
     real(dp), allocatable :: radii(:)
-    !> Factor (0 to 1) of the moment's mean square in the weighted sum; the factor of the force's mean square is 1 - `weight`
+    !> Factor of the moment in the sum (1 - `weight`) F^2 + `weight` (M / `length`)^2, which some counterweights minimise. F and M
+    !> are the rms force and the rms moment on rigid ground. `weight` lies between 0 and 1
     real(dp) :: weight = 0.5_dp
-    !> Length (m) by which moments are divided in the weighted sum. 0: use the rms moment divided by the rms force, both of the
-    !> original machine
+    !> Length (m) by which the moment is divided when force and moment are added. 0: use the rms moment of the original machine
+    !> divided by its rms force
     real(dp) :: length = 0
     !> Reference point of moments on rigid ground. True: the frame's centre of mass F. False: the mechanism's origin O
     logical :: about_frame = .true.

@@ -20,15 +20,15 @@ module gestell_task_balance_report
 
   !> Maximum number of orders that the report lists for each variant
   integer, parameter :: max_orders = 3
-  !> `notable_change`: relative changes smaller than this are not mentioned. `rounding`: a part smaller than this fraction of the
-  !> whole is rounding error.
+  !> `notable_change`: relative changes smaller than this are not mentioned. `rounding`: a value counts as rounding error if it is
+  !> smaller than this fraction of the total
   real(dp), parameter :: notable_change = 0.01_dp, rounding = 1.0e-11_dp
 
 contains
 
-  !> Headlines on the rms force, one per line. The first ones name the variant with the smallest force on rigid ground and its
-  !> effect on the mounts, then the best variant on the mounts. The last one warns of another variant that reduces the force on
-  !> rigid ground but increases it on the mounts. Empty if no counterweight reduces the force on rigid ground.
+  !> Headlines on the rms force, one per line. They name the variant with the smallest force on rigid ground, and the variant with
+  !> the smallest force on the mounts. If another variant reduces the force on rigid ground but increases it on the mounts, a last
+  !> line warns of it. Empty if no counterweight reduces the force on rigid ground.
   function balance_headlines(variants) result(lines)
     type(variant_type), intent(in) :: variants(:)
     character(len=:), allocatable :: lines
@@ -174,8 +174,8 @@ contains
       & // tabulated("lrrrrrr", "counterweight,rigid " // heads // ",mounts " // heads // newline // ",N,N,N,N,N,N", orders)
   end function report_balance
 
-  !> Table of the first-order vectors of force and moment normal to the shaft, one rotating with the crank and one against it. Only
-  !> for frames in space. The shaft is the third of the `axes`.
+  !> Table of the first-order force and moment in the plane normal to the shaft, for a frame in space. Each is split into a vector
+  !> that rotates with the crank and a vector that rotates against it. The third of the `axes` is the direction of the shaft.
   function turning_lines(variants, axes, turns) result(lines)
     type(variant_type), intent(in) :: variants(:)
     real(dp), intent(in) :: axes(3, 3)
@@ -201,7 +201,8 @@ contains
       & // tabulated("lrrrr", "counterweight,force with,against,moment with,against" // newline // ",N,N,N m,N m", lines)
   end function turning_lines
 
-  !> Two cells of the table, for force and moment: values with units if `plain` is true, otherwise relative changes from `original`.
+  !> Two table cells, one for the force and one for the moment. If `plain` is true, they contain the values with units. Otherwise
+  !> they contain the relative changes from `original`.
   pure function cells(values, original, plain) result(words)
     real(dp), intent(in) :: values(2), original(2)
     logical, intent(in) :: plain
@@ -260,8 +261,9 @@ contains
     end do
   end function link_lines
 
-  !> Warning that lists those links with counterweights which &repeat would copy; empty if there are none. Copies of a link are
-  !> named PART.link.
+  !> Note that lists the links that have both a counterweight and a copy made by &repeat, because &repeat would copy the
+  !> counterweight too. Empty if there are none. A copy of a link is recognised by its name, which ends with a dot and the name of
+  !> the link.
   pure function copies_line(variants, rigid, linkage) result(line)
     type(variant_type), intent(in) :: variants(:)
     type(rigid_ground_type), intent(in) :: rigid

@@ -47,8 +47,8 @@ module gestell_task_campbell
     !> `dofs`: number of degrees of freedom, 0 if there is no machine. `free`: degree of freedom (1: xi, 2: eta, 3: psi, ...) to
     !> which each component of the mode shapes belongs
     integer :: dofs = 0, free(max_dofs) = 0
-    !> True if it is certain which mode of the previous point each mode continues. Also true for the first point and for the first
-    !> point after a gap
+    !> True if each mode could be matched with certainty to one mode of the previous point. Also true for the first point, and for
+    !> the first point after a gap
     logical :: unambiguous = .true.
     !> Mean of the mass matrix. Only its first `dofs` rows and columns are used
     real(dp) :: mass(max_dofs, max_dofs) = 0
@@ -84,9 +84,10 @@ module gestell_task_campbell
 
 contains
 
-  !> Computes the modes at all `speeds` and follows them from speed to speed. Where it is uncertain which modes belong together,
-  !> points are inserted. Modes are numbered by their frequencies at the lowest speed. A point at which no machine exists stays
-  !> unsolved. Fails if speeds or orders are invalid, if the family rejects a speed, or if its members are not frames.
+  !> Computes the modes at all `speeds` and follows them from speed to speed. If the modes at two neighbouring speeds cannot be
+  !> matched with certainty, points are inserted between them. Modes are numbered by their frequencies at the lowest speed. A point
+  !> at which no machine exists stays unsolved. Fails if speeds or orders are invalid, if the family rejects a speed, or if its
+  !> members are not frames.
   subroutine solve_campbell(family, speeds, options, campbell, error, executor)
     !> Family of machines that depend on one parameter, the speed (1/min). With an `executor`, several threads may request members
     !> at the same time
@@ -193,7 +194,8 @@ contains
     campbell%solutions = campbell%solutions + 1
   end subroutine record_solution
 
-  !> Updates `last`, the latest known data of each mode. If a mode is not identified at `point`, its previous data are kept.
+  !> Copies the modes of `point` to `last`, which holds the latest known data of each mode. If a mode is not identified at `point`,
+  !> its previous data are kept.
   pure subroutine update_latest(point, last)
     type(campbell_point_type), intent(in) :: point
     type(campbell_point_type), intent(inout) :: last
@@ -207,8 +209,9 @@ contains
     end do
   end subroutine update_latest
 
-  !> Reorders the modes of `point` so that they match those of `last`. If the matching is uncertain, points between the two speeds
-  !> are used. If such a point is not contained in `solved_points`, its speed is appended to `missing_speeds`.
+  !> Reorders the modes of `point` so that each continues the mode with the same number in `last`. If the modes cannot be matched
+  !> with certainty, the interval between the two speeds is halved, at most `halvings` times. If the point in the middle is not
+  !> among the `solved_points`, its speed is appended to `missing_speeds`.
   pure recursive subroutine connect(solved_points, last, point, halvings, campbell, missing_speeds)
     type(campbell_point_type), intent(in) :: solved_points(:), last
     type(campbell_point_type), intent(inout) :: point

@@ -22,19 +22,21 @@ module gestell_task_campbell_crossings
     integer :: mode = 0
     !> Ratio of the mode's frequency to the crank speed
     real(dp) :: order = 0
-    !> Number of the harmonic of the period that the crossing belongs to. 0: the order was not requested, or is a half order. Such a
-    !> crossing is listed only if locking removes at least half of the damping.
+    !> Number of the harmonic of the period that the mode crosses; 0 if the crossing belongs to a half order or to an order that
+    !> was not requested. A crossing with number 0 is listed only if the mode is locked and thereby loses at least half of its
+    !> damping.
     integer :: harmonic = 0
-    !> `speed`: speed of the crossing, or the middle of the interval of speeds in which the mode is locked. `ends`: ends of this
-    !> interval. `error`: error bound of these speeds. All are in 1/min
+    !> A mode is locked if its frequency equals the order times the crank speed over a whole interval of speeds. `ends`: ends of
+    !> this interval. `speed`: middle of the interval or, if the mode is not locked, speed of the crossing. `error`: error bound of
+    !> these speeds. All are in 1/min
     real(dp) :: speed = 0, ends(2) = 0, error = 0
-    !> True if the interval in which the mode is locked to the order is wider than the error of the speed
+    !> True if the mode is locked to the order over an interval of speeds that is wider than the error of its ends
     logical :: locked = .false.
     !> The mode at the speed of the crossing
     type(mode_type) :: at
   end type crossing_type
 
-  !> Search for the crossings of one mode with one multiple (n / 2) of the frequency of the period.
+  !> Search for the crossings of one mode with one multiple of the frequency of the period. Multiples are 1/2, 1, 3/2, ...
   type :: search_type
     class(family_type), pointer :: family => null()
     type(campbell_options) :: options
@@ -48,10 +50,10 @@ module gestell_task_campbell_crossings
     type(crossing_type), allocatable :: crossings(:)
     !> Number of solutions that were computed
     integer :: solutions = 0
-    !> True if the frequency jumps between point number `point - 1` and point number `point`
+    !> True if the frequency jumps across the multiple between point number `point - 1` and point number `point`
     logical :: jump = .false.
     integer :: point = 0
-    !> The last points on both sides of the zero or jump
+    !> The last two points of the search, one on each side of the zero or of the jump
     type(campbell_point_type) :: sides(2)
   contains
     procedure :: point_at, is_identified, is_locked, value
@@ -66,23 +68,26 @@ module gestell_task_campbell_crossings
     procedure :: exchange
   end type searches_type
 
-  !> Relative accuracy of the speed of a crossing, as far as the errors of the frequencies allow it
+  !> Relative accuracy to which the speed of a crossing is computed, unless the errors of the frequencies are larger
   real(dp), parameter :: speed_accuracy = 1.0e-11_dp
   integer, parameter :: max_steps = 100
-  !> A change of a frequency counts as a jump if it is at least this large, relative to the frequency of the period
+  !> A frequency jumps across a multiple if its distance from the multiple stays larger than this fraction of the frequency of the
+  !> period
   real(dp), parameter :: least_jump = 1.0e-6_dp
   !> Maximum number of jumps at which points are inserted
   integer, parameter :: most_jumps = 40
-  !> Functions whose zeros are sought. `detuning`: frequency of the mode minus `multiple` times the frequency of the period. It is
-  !> zero in the whole interval in which the mode is locked. `discriminant`: square of half the difference of the mode's two
-  !> exponents. It is positive where they are real.
+  !> Functions of the speed whose zeros are sought. `detuning`: frequency of the mode minus `multiple` times the frequency of the
+  !> period. It is zero wherever the mode is locked. `discriminant`: square of half the difference of the mode's two growth rates
+  !> where the mode is locked, and minus the square of the detuning elsewhere. It changes its sign at the ends of the locked
+  !> interval.
   integer, parameter :: detuning = 1, discriminant = 2
 
 contains
 
-  !> Finds all crossings of the modes with the harmonics that `options` requests, within the range of `campbell`. Finds also the
-  !> intervals in which a mode is locked to another order or half order, up to the highest one, and thereby loses damping. Crossings
-  !> are sorted by mode, order and speed. Fails if `solve_campbell` fails, or if `campbell` has not been solved.
+  !> Finds all crossings of the modes with the harmonics that `options` requests, within the range of `campbell`. Also finds the
+  !> intervals in which a mode is locked to an order or half order that was not requested, if locking takes at least half of the
+  !> damping of the mode. Crossings are sorted by mode, order and speed. Fails if `solve_campbell` fails, or if `campbell` has not
+  !> been solved.
   subroutine find_crossings(family, options, campbell, crossings, error, executor)
     !> Family of machines that depend on the speed (1/min)
     class(family_type), intent(in), target :: family
@@ -203,7 +208,8 @@ contains
   end subroutine point_at
 
   !> Finds the crossing between point number `first` and the next point, if there is one, and moves `first` past it. If the
-  !> frequency jumps across the multiple, `search%jump` is set instead. Such jumps occur where modes mix and exchange their numbers.
+  !> frequency of the mode jumps across the multiple, sets `search%jump` instead. Such jumps occur where two modes mix and exchange
+  !> their numbers.
   subroutine next_crossing(points, first, search, error)
     type(campbell_point_type), intent(in) :: points(:)
     integer, intent(inout) :: first
@@ -265,8 +271,9 @@ contains
     search%crossings = [search%crossings, crossing]
   end subroutine next_crossing
 
-  !> Finds the ends of the interval of speeds in which a mode is locked, and the mode at its middle. `within`: a point in the
-  !> interval. `l`, `r`: points at its ends or outside it.
+  !> Finds the ends of the interval of speeds in which a mode is locked, and the mode at the middle of this interval. `within`: a
+  !> point inside the interval. `l`, `r`: the points before and after it between which the ends are sought. If the mode is locked
+  !> at `l` or `r`, the interval ends there.
   subroutine find_interval(search, l, within, r, crossing, error)
     type(search_type), intent(inout) :: search
     type(campbell_point_type), intent(in) :: l, within, r
@@ -297,7 +304,7 @@ contains
   !> Finds a zero of the function `kind` between two points at which its values have different signs. The search for a zero of the
   !> detuning also ends at a point where the mode is locked.
   subroutine find_root(own, kind, l, r, root, uncertainty, error)
-    !> The search for one mode and one multiple. On return `sides` holds the last points on both sides of the zero
+    !> The search for one mode and one multiple. On return `sides` holds the last two points, one on each side of the zero
     type(search_type), intent(inout) :: own
     !> The function whose zero is sought: `detuning` or `discriminant`
     integer, intent(in) :: kind
@@ -369,8 +376,9 @@ contains
     is_identified = point%solved .and. point%modes(self%mode)%identified
   end function is_identified
 
-  !> True if two real multipliers lock the mode to the multiple of the period's frequency. They must differ by more than their
-  !> errors. At an ordinary crossing they are equal, and rounding alone can make them real.
+  !> True if the mode is locked: it has two real multipliers, and its frequency equals the multiple of the period's frequency. The
+  !> two multipliers must differ by more than their errors, because at an ordinary crossing they are equal, and rounding alone can
+  !> make them real.
   pure logical function is_locked(self, point)
     class(search_type), intent(in) :: self
     type(campbell_point_type), intent(in) :: point

@@ -35,8 +35,8 @@ module gestell_task_campbell_task
     type(crossing_type), allocatable :: crossings(:)
   end type diagram_type
 
-  !> Modes and critical speeds are computed from the equations linearised about rest. In a resonance, the vibration of the exact
-  !> frame may differ from their solution, or may not be found.
+  !> Model of the frame with which modes and critical speeds are computed: equations linearised about rest. In a resonance, the
+  !> vibration of the exact frame may differ from the solution of these equations, or may not be found.
   character(len=*), parameter, public :: model_of_modes = "rest"
 
 contains

@@ -27,7 +27,7 @@ module gestell_task_common_configuration
   !> The machine of an input file, and the settings shared by all tasks.
   type, public :: configuration_type
     character(len=:), allocatable :: title
-    !> Results that the tasks need for the machine of the input.
+    !> Which results are computed for the machine of the input, because a task needs them.
     type(analysis_options) :: analysis
     type(accuracy_type) :: accuracy
     type(frame_type) :: frame
@@ -182,8 +182,8 @@ contains
     end associate
   end subroutine read_model
 
-  !> Includes the rows of the motion for all forces on the ground, with the forces of guides, in the results to compute, because the
-  !> HTML page reports them.
+  !> Requests the motion from which all forces on the ground, including those of guides, are computed, because the HTML page
+  !> reports these forces. Does nothing if no vibration is computed.
   pure subroutine request_forces(self)
     class(configuration_type), intent(inout) :: self
 

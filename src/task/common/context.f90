@@ -43,7 +43,7 @@ module gestell_task_common_context
 contains
 
   !> Wraps `family` as `locked`, from which several threads may request members at the same time. Each member is linearised by the
-  !> configured model, or by `model` if present. This is omitted if the coefficients are averaged.
+  !> configured model of the frame, or by `model` if present. If the coefficients are averaged, `model` is ignored.
   subroutine members(self, family, locked, model)
     class(context_type), intent(in) :: self
     class(family_type), intent(in) :: family
@@ -69,8 +69,8 @@ contains
     self%head%settings = settings
   end subroutine fill_header
 
-  !> Opens the journal in the folder in which files are written. The executor stores finished pieces of work in the journal, and
-  !> reads from it those of an interrupted run.
+  !> Opens the journal in the folder in which files are written. The executor stores finished pieces of work in it. If an earlier
+  !> run was interrupted, the executor reads the results of that run from the journal.
   subroutine keep_journal(context, result)
     type(context_type), intent(inout) :: context
     type(result_type), intent(inout) :: result

@@ -23,7 +23,7 @@ module gestell_task_common_journal
     integer(int64), private :: fingerprint = 0
     !> Contents of the journal of an earlier run, as 64-bit words.
     integer(int64), allocatable, private :: words(:)
-    !> Positions of the first and the last word of each record, shape (records).
+    !> Indices in `words` of the first and the last word of each record.
     integer, allocatable, private :: begins(:), ends(:)
     !> Number of the record at which the next search begins. Results are usually requested in the order of the file.
     integer, private :: next = 1
@@ -103,7 +103,7 @@ contains
     self%handle = -1
   end subroutine store
 
-  !> Creates the file and first copies the records of an earlier run into it. `done`: false if this failed.
+  !> Creates the file, and copies the records of an earlier run into it. `done` is false if this failed.
   subroutine begin(journal, done)
     class(journal_type), intent(inout) :: journal
     logical, intent(out) :: done

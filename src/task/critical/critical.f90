@@ -31,17 +31,19 @@ module gestell_task_critical
 
   public :: find_critical
 
-  !> Outcomes at a crossing. `peak`: the vibration has a peak. `no_peak`: it has no peak, because the damping is high or the order
-  !> hardly excites the mode. `unbounded`: the vibration grows without bound. `self_excited`: the free vibration grows.
+  !> What is found at a crossing. `peak`: the vibration has a peak. `no_peak`: it has no peak, because the damping is high or the
+  !> order hardly excites the mode. `unbounded`: the vibration grows without bound, because the damping is zero within its error.
+  !> `self_excited`: the free vibration grows.
   integer, parameter, public :: peak = 1, no_peak = 2, unbounded = 3, self_excited = 4
   character(len=9), parameter, public :: outcomes(4) = [character(len=9) :: "peak", "no_peak", "unbounded", "unstable"]
 
-  !> Quantities whose peaks are sought. `force`: maximum of the total force on the ground (N). `amplitude`: size (m) of the
-  !> harmonic of the crossing's order, over all coordinates: its norm weighted with the mean mass matrix, divided by the square
-  !> root of the mass.
+  !> Quantities whose peaks are sought. `amplitude` (m): the harmonic of the crossing's order in all degrees of freedom, as one
+  !> number. It is the norm of the complex amplitudes, weighted with the mean mass matrix and divided by the square root of the
+  !> total mass. `force` (N): maximum of the total force on the ground.
   integer, parameter, public :: amplitude = 1, force = 2
-  !> Row of a point's values that contains the share of the order. For `amplitude` it is the share in the mean square of the
-  !> vibration; for `force` it is the force amplitude of the order divided by the maximum force. Row 1 contains the quantity itself.
+  !> Row of a point's values that contains how much the order contributes to the quantity, which is in row 1. For `amplitude` it is
+  !> the contribution of the order to the mean square of the vibration. For `force` it is the force amplitude of the order divided
+  !> by the maximum force.
   integer, parameter :: part_of_order = 3
 
   !> Result of the search at a crossing: a critical speed, or the reason why there is none.
@@ -54,11 +56,11 @@ module gestell_task_critical
     real(dp) :: half_width = 0
     !> For each quantity: true if it has a peak near the crossing
     logical :: found(2) = .false.
-    !> Values for each quantity; 0 if it has no peak. `speed`: speed of the peak (1/min). `error`: error bound of this speed
-    !> (1/min). `height`: value of the quantity at the peak (m, N). `prominence`: height divided by the value at the higher of the
-    !> two adjacent valleys.
+    !> Results for each of the two quantities; 0 if it has no peak. `speed`: speed of the peak (1/min). `error`: error bound of
+    !> this speed (1/min). `height`: value of the quantity at the peak (m, N). `prominence`: height divided by the value at the
+    !> higher of the two minima next to the peak
     real(dp), dimension(2) :: speed = 0, error = 0, height = 0, prominence = 0
-    !> Share of the order in the mean square of the vibration, at the peak of the amplitude
+    !> Contribution of the order to the mean square of the vibration, at the peak of the amplitude
     real(dp) :: share = 0
     !> Worst verdict on the machine at the peaks of amplitude and force. If the vibration is unbounded or self-excited, the verdict
     !> at the crossing
@@ -78,12 +80,13 @@ module gestell_task_critical
     procedure :: exchange
   end type searches_type
 
-  !> `reach`: half of the searched range of speeds, in half widths of the resonance. `most_reach`: limit of this half, relative to
-  !> the speed. A peak belongs to a crossing if their distance is less than about `near` half widths.
+  !> The search extends by `reach` half widths of the resonance to both sides of a crossing, but not farther than `most_reach`
+  !> times the speed of the crossing. A peak belongs to a crossing if the distance between them is less than about `near` half
+  !> widths
   real(dp), parameter :: reach = 6, most_reach = 0.3_dp, near = 1
-  !> Number of speeds at which the search for a peak starts
+  !> Number of equidistant speeds at which a search computes the vibration first
   integer, parameter :: samples = 37
-  !> Minimum prominence of a peak: its height divided by the value at the higher of the two adjacent valleys
+  !> Minimum prominence of a peak: its height divided by the value at the higher of the two minima next to it
   real(dp), parameter :: least_prominence = 1.02_dp
   !> Accuracy of the speed of a peak, in half widths of the resonance
   real(dp), parameter :: exact = 1.0e-3_dp
@@ -125,12 +128,13 @@ contains
     call remove_duplicates(critical)
   end subroutine find_critical
 
-  !> Finds the peaks near crossing number `k`.
+  !> Searches for the peaks of amplitude and force near crossing number `k`.
   recursive subroutine compute(self, k, error)
     class(searches_type), intent(inout) :: self
     integer, intent(in) :: k
     type(error_type), allocatable, intent(out) :: error
-    !> Relative distance from an undamped crossing at which the vibration shows whether the order excites the mode
+    !> To see whether the order excites an undamped mode, the vibration is computed at this relative distance from the speed of the
+    !> crossing
     real(dp), parameter :: aside = 1.0e-3_dp
     type(curve_points_type) :: curve
     type(maximum_type) :: tops(2)
@@ -207,7 +211,8 @@ contains
     self%critical(k) = transfer(words, self%critical(k))
   end subroutine exchange
 
-  !> Removes each peak that was also found from another crossing, if that crossing is closer to it in half widths of the resonance.
+  !> Removes duplicate peaks. If the searches near two crossings find the same peak, it is kept only for the crossing that is
+  !> closer to it, measured in half widths of the resonance.
   pure subroutine remove_duplicates(critical)
     type(critical_type), intent(inout) :: critical(:)
     integer :: i, k, quantity
@@ -245,8 +250,8 @@ contains
 
   end subroutine remove_duplicates
 
-  !> Finds that maximum of a quantity which is nearest to the crossing, if it is near enough. `apart`: distance between the sampled
-  !> speeds (1/min). `top%point` is 0 if there is no such maximum.
+  !> Finds the maximum of a quantity that is nearest to the crossing. `top%point` is 0 if no maximum is near enough. `apart`:
+  !> distance between the sampled speeds (1/min).
   subroutine nearest_top(curve, quantity, critical, apart, top)
     type(curve_points_type), intent(in) :: curve
     integer, intent(in) :: quantity
@@ -271,9 +276,8 @@ contains
     end associate
   end subroutine nearest_top
 
-  !> Records a peak, and updates the worst verdict and the largest motion. An amplitude that the accuracy cannot distinguish from
-  !> zero is rejected. A force whose peak is too prominent for the share of this order is also rejected, because it is the peak of
-  !> another order.
+  !> Records a peak, and updates the worst verdict and the largest motion. Rejects an amplitude that is zero within the accuracy.
+  !> Also rejects a peak of the force that is too high for the contribution of this order, because another order causes it.
   subroutine record_peak(point, top, options, critical)
     type(curve_point_type), intent(in) :: point
     type(maximum_type), intent(in) :: top

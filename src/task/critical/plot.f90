@@ -15,7 +15,7 @@ module gestell_task_critical_plot
 
   !> Maximum number of peaks that are labelled
   integer, parameter :: most_peaks = 20
-  !> Width of a label that is written upwards, as a fraction of the axis
+  !> Width of a label that is written vertically, as a fraction of the length of the axis
   real(dp), parameter :: upright = 0.024_dp
   !> Forces below this fraction of the largest force are not drawn
   real(dp), parameter :: least_force = 1.0e-3_dp

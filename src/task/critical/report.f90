@@ -73,8 +73,8 @@ contains
     if (quiet > 0) report = report // "  " // counted(quiet, "more crossing") // " without a noticeable peak" // newline
   end function report_critical
 
-  !> Worst verdict on the vibrations at the crossings, and at the speeds of the Campbell diagram in which the crossings were found.
-  !> It is printed at the head of the report on the critical speeds and in its files.
+  !> Worst verdict on the vibrations at the crossings and at all speeds of the Campbell diagram. It is printed at the head of the
+  !> report on the critical speeds and in its files.
   pure type(judgement_type) function critical_verdict(critical, campbell) result(judgement)
     type(critical_type), intent(in) :: critical(:)
     type(campbell_type), intent(in) :: campbell

@@ -71,7 +71,8 @@ contains
     end do
   end function between
 
-  !> Part of a plot command that draws a line or a set of points from mechanism.csv. `every`: rows that are used.
+  !> Part of a plot command that draws a line or a set of points from mechanism.csv. `every`: selection of the rows, in gnuplot's
+  !> notation.
   pure function element(every, columns, style) result(words)
     character(len=*), intent(in) :: every, columns, style
     character(len=:), allocatable :: words

@@ -12,8 +12,8 @@ module gestell_task_drawing_guides
 
 contains
 
-  !> Gnuplot functions that return a vector in the axes of a body. The first axis points from the joint in columns p and p + 1 to
-  !> the joint in columns q and q + 1.
+  !> Gnuplot functions that convert a vector with the components a and b in the axes of a body to the axes of the picture. The
+  !> first axis of the body points from the joint in columns p and p + 1 to the joint in columns q and q + 1.
   pure function body_functions() result(lines)
     character(len=:), allocatable :: lines
 

@@ -21,8 +21,8 @@ module gestell_task_drawing_mounts
   real(dp), parameter :: cup(2, 6) = reshape([0.35_dp, 0.09_dp, 0.65_dp, 0.09_dp, 0.65_dp, 0.0_dp, 1.0_dp, 0.0_dp, 0.65_dp, &
     & 0.0_dp, 0.65_dp, -0.09_dp], [2, 6])
 
-  !> A drawing that consists of lines. `points`: points of all lines, line after line, shape (2, points). `ends`: number of the last
-  !> point of each line
+  !> A drawing that consists of lines. `points`: points of all lines, one line after the other, shape (2, points). `ends`: for each
+  !> line, the number of its last point
   type, public :: drawing_type
     real(dp), allocatable :: points(:, :)
     integer, allocatable :: ends(:)

@@ -18,9 +18,9 @@ module gestell_task_drawing_placed
 
 contains
 
-  !> Computes positions in space. All joints of a mechanism get the same offset normal to its plane: the mean offset of its links.
-  !> If the mechanism has rotating links that start at a moving joint, only their offsets are averaged, because parts of a shaft may
-  !> lie anywhere along it.
+  !> Computes positions in space. All joints of a mechanism get the same offset from its plane, which is the mean offset of its
+  !> links. Rotating links that start at the frame may be parts of a shaft and lie anywhere along it. Their offsets are therefore
+  !> ignored if the mechanism has rotating links that start at a moving joint.
   subroutine place_in_space(frame, linkage, diagram, placed)
     class(frame_type), intent(in) :: frame
     class(linkage_type), intent(in) :: linkage

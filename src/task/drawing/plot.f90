@@ -19,8 +19,8 @@ module gestell_task_drawing_plot
 
   character(len=6), parameter :: colours(0:6) = [character(len=6) :: "555555", "D55E00", "0072B2", "009E73", "CC79A7", "E69F00", &
     & "56B4E9"]
-  !> Rows of mechanism.csv. `bold`: row whose position is drawn bold. `usual_step`, `wide_step`: number of rows between positions
-  !> that are drawn faint, for simple and for complicated mechanisms
+  !> Rows of mechanism.csv. `bold`: row whose position is drawn bold. Other positions are drawn faint. `usual_step`: number of rows
+  !> from one faint position to the next. `wide_step`: number that is used instead if there are many bars
   integer, parameter :: bold = 60, usual_step = 30, wide_step = 60
   !> Indices of the coordinate axes that point to the right and upward in the picture
   integer, parameter :: plane(2) = [1, 2]

@@ -125,8 +125,8 @@ contains
     end select
   end function report_transmission
 
-  !> Lines on the smallest transmission angle and on the nearest dead point. For the dead point they state which length of which
-  !> joint must change, and by how much, to reach it.
+  !> Lines on the smallest transmission angle and on the nearest dead point. For the dead point they name the joint at which a link
+  !> length must change to reach the dead point, and state the change.
   function transmission_line(mechanism, diagnosis) result(line)
     class(linkage_type), intent(in) :: mechanism
     type(diagnosis_type), intent(in) :: diagnosis
@@ -149,8 +149,8 @@ contains
       & // mechanism%joints(nearest)%name // "' changes by " // concise(diagnosis%joints(nearest)%margin, 3) // " m" // newline
   end function transmission_line
 
-  !> Table of the sliders: stroke, maximum speed and acceleration, and the time ratio of forward to return motion. `speed`: rate of
-  !> the linkage's crank angle (rad/s).
+  !> Table of the sliders: stroke, maximum speed and acceleration, and the time ratio of forward to return motion. `speed`: angular
+  !> velocity (rad/s) of a shaft that makes one turn in the period.
   function slider_lines(mechanism, diagnosis, speed) result(lines)
     class(linkage_type), intent(in) :: mechanism
     type(diagnosis_type), intent(in) :: diagnosis
@@ -238,8 +238,8 @@ contains
 
   contains
 
-    !> The three values as table cells; 0 for a rounding error. An empty cell follows each, because the next column of the table is
-    !> the phase.
+    !> The three values as table cells. A value below its rounding error is written as 0. An empty cell follows each of the first
+    !> two, because the next column of the table is for a phase.
     pure function sizes(values) result(words)
       real(dp), intent(in) :: values(3)
       character(len=:), allocatable :: words
@@ -265,7 +265,8 @@ contains
 
   end function shaking_lines
 
-  !> Lines on the counterweights with which the force vanishes: unbalance and direction in the axes of each link.
+  !> Lines on the counterweights that balance the shaking force completely: unbalance and direction of each, in the axes of its
+  !> link.
   function balance_lines(frame) result(lines)
     class(frame_type), intent(in) :: frame
     character(len=:), allocatable :: lines
@@ -310,8 +311,7 @@ contains
     if (words == "-0.0") words = "0.0"
   end function degrees
 
-  !> Mean ratio of the amplitudes of successive orders. It is computed from the largest amplitude to the last one above rounding
-  !> error.
+  !> Geometric mean of the ratios of successive amplitudes, from the largest amplitude to the last one above rounding error.
   pure real(dp) function amplitude_ratio(amplitude)
     real(dp), intent(in) :: amplitude(:)
     integer :: first, last

@@ -21,8 +21,8 @@ module gestell_task_drawing_views
 
   character(len=6), parameter :: colours(6) = [character(len=6) :: "D55E00", "0072B2", "009E73", "CC79A7", "E69F00", "56B4E9"]
   character(len=*), parameter :: unlinked_colour = "555555"
-  !> Rows of mechanism.csv. `bold`: row whose position is drawn bold. `step`: number of rows between positions that are drawn faint.
-  !> `last_row`: last row that may be drawn faint
+  !> Rows of mechanism.csv. `bold`: row whose position is drawn bold. Other positions are drawn faint. `step`: number of rows from
+  !> one faint position to the next. `last_row`: last row that may be drawn faint
   integer, parameter :: bold = 60, step = 60, last_row = 359
   !> Indices of the coordinate axes that point to the right and upward in each of the three views
   integer, parameter :: right(3) = [1, 3, 1], upward(3) = [2, 2, 3]
@@ -41,7 +41,7 @@ contains
     type(table_type), intent(in) :: table
     class(frame_type), intent(in) :: frame
     class(linkage_type), intent(in) :: linkage
-    !> Bars, joints on the frame and sliders of the mechanism, with positions in the planes of the mechanisms
+    !> Bars, joints on the frame and sliders. Positions are given in the planes of the mechanisms
     type(diagram_type), intent(in) :: diagram
     !> Positions of joints, centres of mass and guides in the frame's axes (m)
     type(placed_type), intent(in) :: placed

@@ -132,8 +132,8 @@ contains
     call compute_reaction(frame, vibration, "total", parts, reactions(size(reactions)), error)
   end subroutine find_reactions
 
-  !> Adds the static force and the minimum compression to `reaction`. `parts`: the quantities from which its components are
-  !> computed.
+  !> Adds to `reaction` the static force due to gravity, and the minimum over the period of the force in the direction of gravity.
+  !> `parts`: the quantities from which the components of the reaction are computed.
   subroutine add_static_force(frame, vibration, parts, reaction, error)
     class(frame_type), intent(in) :: frame
     type(vibration_type), intent(in) :: vibration
@@ -194,8 +194,8 @@ contains
     end associate
   end function static_force
 
-  !> Finds the quantities from which the components of a reaction are computed. The name of the reaction must end with a dot. If the
-  !> reaction does not have a component, `parts(i)%weights` stays unallocated.
+  !> Finds the quantities from which the components of a reaction are computed. `reaction`: name of the reaction, followed by a
+  !> dot, for example "support(2).". If the reaction does not have component number i, `parts(i)%weights` stays unallocated.
   subroutine find_components(frame, reaction, parts)
     class(frame_type), intent(in) :: frame
     character(len=*), intent(in) :: reaction
@@ -210,8 +210,8 @@ contains
     end do
   end subroutine find_components
 
-  !> Computes statistics and history of the reaction with this `name`. `parts`: the quantities from which its components are
-  !> computed.
+  !> Computes statistics and history of the reaction with this `name`. `parts`: the quantities from which the components of the
+  !> reaction are computed.
   subroutine compute_reaction(frame, vibration, name, parts, reaction, error)
     class(frame_type), intent(in) :: frame
     type(vibration_type), intent(in) :: vibration

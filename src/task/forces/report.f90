@@ -18,7 +18,7 @@ contains
     type(reaction_type), intent(in) :: reactions(:)
     class(frame_type), intent(in) :: frame
     character(len=:), allocatable :: lines
-    !> Largest distance from F at which a reaction acts (m); 1 if all reactions act at F
+    !> Largest distance from F at which a reaction acts (m). It is set to 1 if all reactions act at F
     real(dp) :: arm
     integer :: i, most
 

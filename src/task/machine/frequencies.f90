@@ -14,10 +14,10 @@ module gestell_task_machine_frequencies
 
   !> Highest order that the table may mark as near a natural frequency. Higher orders hardly excite the frame
   integer, parameter :: highest_order = 50
-  !> Two frequencies count as equal if their relative difference is smaller than this
+  !> Two natural frequencies count as equal if their relative difference is smaller than this
   real(dp), parameter :: equal = 1.0e-9_dp
-  !> The sum of two frequencies counts as near an order if their relative difference is smaller than this. The value is small
-  !> because regions of parametric instability are narrower than resonances
+  !> The sum of two natural frequencies counts as near an order of the crank if their relative difference is smaller than this. The
+  !> limit is small because regions of parametric instability are narrower than resonances
   real(dp), parameter :: near_sum = 0.03_dp
 
 contains
@@ -95,8 +95,9 @@ contains
     list = list // " Hz"
   end function frequency_list
 
-  !> Table of the natural frequencies, each with the nearest order of the crank speed. Orders are multiples of 1 / `turns`. If the
-  !> coefficients are `periodic`, it is followed by those sums of two frequencies that are near an order.
+  !> Table of the natural frequencies, each with the nearest order, a multiple of the crank speed. If the crank makes several
+  !> `turns` in the period, there are also fractional orders, multiples of 1 / `turns`. If the coefficients are `periodic`, lines
+  !> follow on sums of two frequencies that are near an order.
   pure function frequency_lines(frequencies, speed, turns, periodic) result(lines)
     !> `frequencies`: natural frequencies in ascending order (rad/s); a negative value is minus the growth rate (1/s) of an unstable
     !> motion. `speed`: crank speed (rad/s)

@@ -40,7 +40,8 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(error_type), allocatable :: failure
     character(len=:), allocatable :: activity
-    !> If a mechanism needs more steps than this, its solution takes seconds, and the progress display says why
+    !> If a mechanism needs more integration steps per turn than this, its solution takes seconds. The progress display then states
+    !> the reason
     integer, parameter :: slow_steps = 10000
     logical :: takes_seconds
 

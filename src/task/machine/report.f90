@@ -351,8 +351,8 @@ contains
     line = line // newline
   end function newton_line
 
-  !> Line that warns that the cheaper `model` is not accurate enough, because the exact model gives another result. Empty if
-  !> `exact` is not allocated, that is if both models agree.
+  !> Line that warns that the cheaper `model` is not accurate enough, because the exact model gives another result. Empty if the
+  !> models agree, in which case `exact` is not allocated.
   pure function model_warning(exact, model) result(line)
     type(multipliers_type), intent(in), allocatable :: exact
     character(len=*), intent(in) :: model

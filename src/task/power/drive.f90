@@ -17,8 +17,8 @@ module gestell_task_power_drive
 
   !> Peak, rms and mean of a torque over the period.
   type, public :: torque_type
-    !> `peak`: value with the largest magnitude, including its sign (N m). `peak_phase`: phase t / T of the peak. `rms`, `mean`: rms
-    !> and mean over the period (N m)
+    !> `peak`: the value with the largest magnitude, including its sign (N m). `peak_phase`: time of the peak as a fraction t / T
+    !> of the period T. `rms`, `mean`: rms and mean over the period (N m)
     real(dp) :: peak = 0, peak_phase = 0, rms = 0, mean = 0
   end type torque_type
 
@@ -31,8 +31,8 @@ module gestell_task_power_drive
     type(torque_type) :: actual, rigid
     !> Error bound of the peak torque of the drive on the vibrating frame (N m)
     real(dp) :: peak_error = 0
-    !> `drive_mean`: mean power of the drive (W). `dampers_mean`: mean power that the dampers absorb (W). `maximum`: maximum power
-    !> of the drive (W)
+    !> `drive_mean`: mean power of the drive (W). `dampers_mean`: mean power that the dampers absorb (W). `maximum`: magnitude of
+    !> the peak torque times the drive speed (W)
     real(dp) :: drive_mean = 0, dampers_mean = 0, maximum = 0
     !> True if the torque includes the effect of gravity on links and frame
     logical :: includes_weights = .false.
@@ -89,8 +89,8 @@ contains
     drive%maximum = abs(drive%actual%peak * frame%speed * frame%mechanism%turns)
   end subroutine find_drive
 
-  !> Computes peak, rms and mean of a torque from equidistant samples over the period. `between`: bound on the change of the peak by
-  !> orders that the samples do not resolve.
+  !> Computes peak, rms and mean of a torque from equidistant samples over the period. `between`: bound on the error of the peak
+  !> due to orders that the samples do not resolve.
   subroutine compute_torque(samples, statistics, between)
     real(dp), intent(in) :: samples(:)
     type(torque_type), intent(out) :: statistics
@@ -105,8 +105,8 @@ contains
     between = series%beyond()
   end subroutine compute_torque
 
-  !> Difference between the mean powers of drive and dampers, relative to the maximum power of the drive. Without numerical errors
-  !> it would be zero.
+  !> Magnitude of the difference between the mean powers of drive and dampers, relative to the maximum power of the drive. Without
+  !> numerical errors it would be zero.
   pure real(dp) function defect(self)
     class(drive_type), intent(in) :: self
 

@@ -1,9 +1,10 @@
 !> Computes how much the speed fluctuates if a flywheel keeps it nearly constant.
 !>
-!> A flywheel with the moment of inertia J_f rotates with the crank. Its angle relative to the ground is theta = phi + psi. If
-!> products of fluctuations are neglected, (J_f + K) theta'' = M - M_d. M_d is the torque on the crank at constant speed, and M is
-!> the mean of M_d. K = sum (m |r'|^2 + J phi'^2) is the reduced inertia of the mechanism, which is replaced by its mean. The
-!> neglected terms are about as large as the square of the relative fluctuation.
+!> A flywheel with the moment of inertia J_f rotates with the crank. Its angle relative to the ground is theta = phi + psi, where
+!> phi is the crank angle and psi the rotation of the frame. If products of fluctuations are neglected, (J_f + K) theta'' =
+!> M - M_d. M_d is the torque on the crank at constant speed, and M is the mean of M_d. K = sum (m |r'|^2 + J phi'^2) is the
+!> reduced inertia of the mechanism's links, which is replaced by its mean. The neglected terms are about as large as the square of
+!> the relative fluctuation.
 module gestell_task_power_flywheel
   use gestell_math_series_fourier, only: fourier_series, fourier_type, largest_value
   use gestell_base_kinds, only: dp, pi
@@ -14,14 +15,14 @@ module gestell_task_power_flywheel
 
   public :: find_fluctuation
 
-  !> The report treats the speed as constant up to this coefficient of irregularity. Inertia forces grow with the square of the
-  !> speed, and the change of the speed, mostly of second order, adds about as much. Together they change results by up to twice the
-  !> coefficient, here 2 %.
+  !> Above this coefficient of irregularity, the report notes that results computed for constant speed may be wrong. Inertia forces
+  !> grow with the square of the speed, and the change of the speed, mostly of second order, adds about as much. Together they
+  !> change results by up to twice the coefficient, here 2 %.
   real(dp), parameter, public :: max_irregularity = 0.01_dp
 
   !> Fluctuation of the drive speed over the period.
   type, public :: fluctuation_type
-    !> Difference of the drive speed from its mean (rad/s), at points + 1 times of the period
+    !> Difference of the drive speed from its mean (rad/s) at equidistant times of the period, shape (points + 1)
     real(dp), allocatable :: history(:)
     !> `maximum`, `least`: largest and smallest difference of the drive speed from its mean (rad/s)
     real(dp) :: maximum = 0, least = 0

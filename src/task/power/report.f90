@@ -11,7 +11,7 @@ module gestell_task_power_report
 
   public :: drive_lines
 
-  !> A torque counts as rounding error if it is below this fraction of the maximum torque
+  !> A torque counts as rounding error if its peak is below this fraction of the peak torque on the vibrating frame
   real(dp), parameter :: rounding = 1.0e-13_dp
 
 contains

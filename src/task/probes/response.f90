@@ -31,8 +31,8 @@ module gestell_task_probes_response
     type(statistics_type), allocatable :: statistics(:)
     !> Values of the quantities at the times of the vibration's history, shape (points + 1, quantities)
     real(dp), allocatable :: history(:, :)
-    !> Rms velocity (m/s) within the frequency band. `band`: along x, y and z. `maximum`: in the direction in which it is largest.
-    !> `error`: error bound of `maximum`
+    !> Rms velocity (m/s) within the frequency band. `band`: its components along x, y and z. `maximum`: its value in the direction
+    !> in which it is largest. `error`: error bound of `maximum`
     real(dp) :: band(3) = 0, maximum = 0, error = 0
   contains
     procedure :: verdict

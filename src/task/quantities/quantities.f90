@@ -22,7 +22,7 @@ module gestell_task_quantities
   !> The part of the task `response` that evaluates requested quantities.
   type, extends(task_type), public :: quantities_task
     private
-    !> The requested quantities. Each has a measure: its peak, its rms, or its rms within a band
+    !> The requested quantities, and for each the requested value: peak, rms, or rms within a frequency band
     type(measure_type), allocatable :: measures(:)
   contains
     procedure :: describe

@@ -23,9 +23,9 @@ module gestell_task_range_columns
 
 contains
 
-  !> Reads the solution method (`engine`), the columns and the measures. Any of the groups &sweep may contain these keys. The
-  !> mechanism of the frame is not evaluated, so it need not be able to turn. Fails if the groups request different values, or if a
-  !> name is neither a column nor a quantity.
+  !> Reads the solution method (`engine`), the columns and the measures of a sweep. Each of these keys may be in any group &sweep.
+  !> Fails if two groups give different values, or if a name is neither a column nor a quantity. The mechanism of the frame is not
+  !> evaluated, so it need not be able to turn.
   subroutine read_sweep_options(groups, frame, probes, options, error)
     type(group_type), intent(in) :: groups(:)
     !> The frame whose quantities may be requested
@@ -64,8 +64,8 @@ contains
     options%probes = probes
   end subroutine read_sweep_options
 
-  !> Finds the group from which to read a key that any of the groups may contain. This is the first group that contains the key; if
-  !> no group does, the first group. Fails if the groups give different values.
+  !> Finds the group &sweep from which to read a key. This is the first group that contains the key or, if no group does, the first
+  !> group. Fails if two groups give different values.
   subroutine find_group(groups, key, group, error)
     type(group_type), intent(in) :: groups(:)
     character(len=*), intent(in) :: key

@@ -36,7 +36,8 @@ module gestell_task_range_plan
     !> Format of the table of the sweep: 'csv' or 'npy'.
     character(len=:), allocatable :: format
     type(document_family_type) :: family
-    !> Values of the parameters for the machine of the input. Size 0 if this machine does not belong to the family.
+    !> Values of the varied parameters in the input itself. Size 0 if the input gives no value, or several different values, for
+    !> one of the parameters.
     real(dp), allocatable :: base(:)
   contains
     procedure :: period_varies
@@ -44,7 +45,8 @@ module gestell_task_range_plan
 
   !> Maximum number of values of an axis that are checked before the computation starts.
   integer, parameter :: most_checked = 10000
-  !> Maximum number of points of a sweep. With more points, the number of tiles might not fit a default integer.
+  !> Maximum number of points of a sweep. With more points, the number of tiles (rectangles of points that are computed as one
+  !> piece of work) might not fit a default integer.
   integer(int64), parameter :: max_points = 10_int64**11
 
 contains
@@ -144,8 +146,8 @@ contains
       & // " can be computed", error)
   end subroutine limit_points
 
-  !> Checks whether the sweep of `plan` is suitable for tasks that vary the speed. Fails unless the speed is its only parameter, has
-  !> two or more values, and has a range that excludes standstill.
+  !> Checks whether the sweep of `plan` is suitable for tasks that vary the speed. Fails if the sweep varies another parameter, if
+  !> it has fewer than two speeds, or if its range includes standstill.
   subroutine read_speeds(doc, plan, error)
     type(document_type), intent(in) :: doc
     type(sweep_plan_type), intent(in) :: plan
@@ -177,8 +179,8 @@ contains
     end do
   end subroutine refuse_standstill
 
-  !> Reads the values of the parameters from the document into `plan`. The list of values has the size 0 if the document gives no
-  !> value, or more than one, for a parameter.
+  !> Reads the values that the document gives for the varied parameters into `plan%base`. This array has the size 0 if the document
+  !> gives no value, or several different values, for one of the parameters.
   subroutine read_base(doc, schema, plan)
     type(document_type), intent(in) :: doc
     type(schema_type), intent(in) :: schema
@@ -200,15 +202,15 @@ contains
     plan%base = base
   end subroutine read_base
 
-  !> Finds the number of the input to which the path in the `key` of a group refers. Fails if the path does not refer to a number of
-  !> the machine that can be varied.
+  !> Finds the input value to which `path` refers. The path is given by the `key` of the `group`. Fails if the path does not refer
+  !> to a real number that describes the machine.
   subroutine find_number(doc, schema, group, key, path, target, error)
     type(document_type), intent(in) :: doc
     type(schema_type), intent(in) :: schema
     !> Group of the input that contains the path; error messages refer to it
     type(group_type), intent(in) :: group
     character(len=*), intent(in) :: key, path
-    !> The number of the input to which the path refers
+    !> The input value to which the path refers
     type(target_type), intent(out) :: target
     type(error_type), allocatable, intent(out) :: error
     type(error_type), allocatable :: reason
@@ -254,7 +256,7 @@ contains
     if (allocated(reason)) call input_error(group, trim(merge("count", "to   ", count == 1)), reason%message, error)
   end subroutine read_axis
 
-  !> True if two paths refer to the same number of the input.
+  !> True if two paths refer to a common value of the input.
   pure logical function overlap(doc, targets)
     type(document_type), intent(in) :: doc
     type(target_type), intent(in) :: targets(2)
@@ -272,9 +274,9 @@ contains
     overlap = any(chosen(:, 1) .and. chosen(:, 2)) .or. .not. any(chosen)
   end function overlap
 
-  !> Checks the values of each axis together with the first value of the other axis, and the last values of both axes together. On a
-  !> long axis only some values are checked. They include the end values and zero, because most keys allow a range of values, and
-  !> some do not allow zero.
+  !> Checks the values of each axis, combined with the first value of the other axis. Also checks the last values of both axes
+  !> together. On a long axis only some values are checked: evenly spaced values including both ends, and the value closest to
+  !> zero, because some keys do not allow zero.
   subroutine check_values(groups, plan, error)
     type(group_type), intent(in) :: groups(:)
     type(sweep_plan_type), intent(in) :: plan

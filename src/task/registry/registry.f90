@@ -102,7 +102,7 @@ contains
     call read_input(doc, input_schema(), tasks, configuration, error)
   end subroutine read_configuration
 
-  !> True if a requested task examines the machines `scope` (a constant such as `own_machine`).
+  !> True if a requested task examines the machines that `scope` denotes, a constant such as `own_machine`.
   pure logical function requests_any(tasks, scope)
     type(any_task_type), intent(in) :: tasks(:)
     integer, intent(in) :: scope

@@ -60,12 +60,12 @@ module gestell_task_resonance_curve
 
   !> `most_refined`: maximum number of speeds added to the grid. `max_rounds`: maximum number of rounds
   integer, parameter, public :: most_refined = 6000, max_rounds = 100
-  !> A maximum is listed if it exceeds each of its flanks by at least this much, in ln(peak)
+  !> A maximum is listed if ln(peak) exceeds the lowest value on each side of the maximum by more than this
   real(dp), parameter, public :: standing_out = 0.05_dp
-  !> Relative accuracy of the speeds at which the state of the machine changes
+  !> Relative accuracy of the speeds at which the state of the machine (stable, unstable, no vibration, ...) changes
   real(dp), parameter :: border = 1.0e-4_dp
-  !> Minimum width of an interval in which the vibration may be unbounded, relative to the speed. Such intervals lie at a stability
-  !> boundary, or at a resonance without damping
+  !> At a stability boundary, or at a resonance without damping, the vibration of the linearised equations may be unbounded.
+  !> Intervals there are not divided if they are narrower than this, relative to the speed
   real(dp), parameter :: coarsest = 1.0e-6_dp
 
 contains
@@ -121,14 +121,15 @@ contains
     if (size(speeds) > room) speeds = speeds(:room)
   end subroutine choose_speeds
 
-  !> Finds the intervals in which the curve is not resolved (`bent`). A straight line through the two points before an interval is
-  !> extrapolated to the far end of the interval. Its difference from the value computed there is h times the change of slope (h:
-  !> width of the interval). A straight line from the other side of the interval gives a second difference.
+  !> Finds the intervals between neighbouring points in which the curve is not resolved (`bent`). The straight line through the two
+  !> points before an interval is extrapolated to the point at the far end of the interval. There it differs from the computed
+  !> value by h times the change of slope, where h is the width of the interval. The straight line through the two points after the
+  !> interval gives a second difference.
   !>
-  !> If the curve has one bend within the interval, it deviates by at most half of the larger difference. Such a bend occurs where
-  !> two maxima over the period are equal. A curve of constant curvature deviates by at most a quarter. If only one side is known,
-  !> its difference counts twice. If neither side is known, the interval is divided. Straight lines are not extrapolated across a
-  !> jump.
+  !> If the curve has one bend within the interval, it deviates from a straight line by at most half of the larger difference. Such
+  !> a bend occurs where two maxima over the period are equal. A curve of constant curvature deviates by at most a quarter. If only
+  !> one of the two differences is known, it counts twice. If neither is known, the interval is not resolved. Straight lines are
+  !> not extrapolated across a jump.
   subroutine bent_intervals(self, level, known, bent)
     class(resonance_curve_type), intent(in) :: self
     real(dp), intent(in) :: level(:)
@@ -174,7 +175,7 @@ contains
     call self%insert(points, refined=self%rounds > 0)
   end subroutine add
 
-  !> Finds the maxima of all quantities that stand out, after the last round.
+  !> Completes the curve after the last round: finds the maxima that stand out, for all quantities.
   subroutine finish(self)
     class(resonance_curve_type), intent(inout) :: self
     type(maximum_type), allocatable :: found(:)

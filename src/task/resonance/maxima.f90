@@ -25,32 +25,33 @@ module gestell_task_resonance_maxima
     integer :: strongest_order = 0
     !> `speed`: speed of the maximum (1/min). `value`: value P_0 of the quantity's peak at this speed
     real(dp) :: speed = 0, value = 0
-    !> `half`: the two speeds, one on each side, at which the peak P has fallen to P_0 / sqrt(2). `width`: difference between them
-    !> (1/min). `damping_ratio`: half the width divided by the speed, which is correct for a single resonance. NaN if the curve
-    !> rises again or ends before it has fallen so far.
+    !> `half`: the two half-power speeds, one on each side of the maximum, at which the peak P has fallen to P_0 / sqrt(2).
+    !> `width`: difference between them (1/min). `damping_ratio`: half the width divided by the speed, which is correct for a
+    !> single resonance. Values are NaN if the curve rises again or ends before it has fallen to P_0 / sqrt(2).
     real(dp) :: half(2) = 0, width = 0, damping_ratio = 0
-    !> Height of the maximum above the higher one of its two flanks, in ln(peak)
+    !> Depth, in ln(peak), to which the curve falls from the maximum on that side on which it falls less
     real(dp) :: rise = 0
-    !> `resolved`: true if the intervals on both sides of the maximum are resolved. `unbounded`: true if the vibration at this speed
-    !> is unbounded, for example at a stability boundary
+    !> `resolved`: true if the points next to the maximum are close enough to each other to resolve the curve there. `unbounded`:
+    !> true if the vibration at this speed is unbounded, for example at a stability boundary
     logical :: resolved = .true., unbounded = .false.
     !> True if the motion is so small that linearised equations describe it
     logical :: small = .true.
-    !> `jump`: true if the vibration of the exact frame jumps at this speed; `value` is then the larger one of the two values.
-    !> `fold`: true if the vibration on one side of the jump ceases to exist there.
+    !> `jump`: true if the vibration of the exact frame changes abruptly at this speed; `value` is then the larger one of the two
+    !> values. `fold`: true if the vibration on one side of the jump ceases to exist there.
     logical :: jump = .false., fold = .false.
-    !> Value of the quantity on the side of the jump where it is smaller; NaN if there is no jump.
+    !> The smaller one of the two values of the quantity at a jump; NaN if there is no jump.
     real(dp) :: other_side = 0
   end type maximum_type
 
-  !> Next to a jump, a vibration ceases to exist (fold) if one of its multipliers is closer to 1 than this
+  !> At a jump, a vibration ceases to exist (fold) if one of its multipliers is closer to 1 than this
   real(dp), parameter :: at_fold = 1.0e-3_dp
 
-  !> The speed of a maximum is accurate if the next step is below `position` times the speed, and raises the maximum by less than
-  !> `gain` times its value.
+  !> The search for a maximum ends if its next step is smaller than `position` times the speed, and would raise the maximum by less
+  !> than `gain` times its value.
   real(dp), parameter, public :: position = 1.0e-7_dp
-  !> `gain`: the search for a maximum ends if the relative gain in height is smaller than this. `half_power`: a half-power speed is
-  !> accurate if (P_0 / P)^2 - 1 differs from 1 by no more than this.
+  !> `gain`: relative gain in height below which the search for a maximum ends. `half_power`: a half-power speed, at which the peak
+  !> P has fallen to P_0 / sqrt(2), is accurate if (P_0 / P)^2 - 1 differs from 1 by no more than this. P_0 is the height of the
+  !> maximum.
   real(dp), parameter :: gain = 1.0e-9_dp, half_power = 1.0e-4_dp
 
 contains
@@ -63,10 +64,11 @@ contains
     integer, intent(in) :: q
     !> ln(peak) at each point of the curve
     real(dp), intent(in) :: level(:)
-    !> `known`: true for points at which the quantity has a value, shape (points). `bent`: true for intervals that are not resolved,
-    !> shape (points - 1)
+    !> `known`: true for points at which the quantity has a value, shape (points). `bent`: true for intervals between neighbouring
+    !> points in which the curve is not resolved, shape (points - 1)
     logical, intent(in) :: known(:), bent(:)
-    !> Minimum height of a maximum above both of its flanks, and minimum height of a jump, both in ln(peak)
+    !> A maximum is listed if ln(peak) exceeds the lowest value on each side of the maximum by more than `least`. A jump is listed
+    !> if ln(peak) changes by more than `least`
     real(dp), intent(in) :: least
     type(maximum_type), allocatable, intent(out) :: maxima(:)
     type(maximum_type) :: found(size(level))
@@ -111,8 +113,8 @@ contains
     maxima = found(:n)
   end subroutine find_maxima
 
-  !> True if the value at point number `i` is larger than at both neighbours, and exceeds both flanks by more than `least`. For the
-  !> exact frame, points at which no vibration was found are skipped.
+  !> True if the curve has a maximum at point number `i`: its value is larger than at both neighbours, and exceeds the lowest value
+  !> on each side by more than `least`. For the exact frame, points at which no vibration was found are skipped.
   pure logical function is_top(curve, level, known, i, least)
     class(curve_points_type), intent(in) :: curve
     real(dp), intent(in) :: level(:), least
@@ -202,8 +204,9 @@ contains
     rises_into = min(descent(curve, level, known, first - 1, -1), descent(curve, level, known, last + 1, 1)) > least
   end function rises_into
 
-  !> Depth, in ln(peak), to which the curve falls on one side of point number `i`. It ends where the curve rises above this point or
-  !> is unknown. For the exact frame, points without a vibration are skipped.
+  !> Difference, in ln(peak), between point number `i` and the lowest point on one side of it. Points are considered until the
+  !> curve rises above point `i` or has no value. For the exact frame, points without a vibration are skipped. `step`: -1 for the
+  !> side before the point, 1 for the side after it.
   pure real(dp) function descent(curve, level, known, i, step)
     class(curve_points_type), intent(in) :: curve
     real(dp), intent(in) :: level(:)
@@ -268,8 +271,9 @@ contains
     end do
   end function top_speeds
 
-  !> Computes the step (1/min) from the point of a maximum to the vertex of the parabola through this point and its neighbours, and
-  !> the relative gain in height. Both are zero if the parabola has no maximum.
+  !> Fits a parabola to (P_0 / P)^2 at the point of a maximum and its two neighbours (P: peak, P_0: peak at the maximum). Returns
+  !> the step (1/min) from the point to the vertex of the parabola, and the relative gain in height. Both are zero if the vertex is
+  !> not a maximum of P.
   pure subroutine step_to_top(curve, maximum, step, gain_of_step)
     class(curve_points_type), intent(in) :: curve
     !> A maximum at a point that has neighbours on both sides
@@ -292,7 +296,8 @@ contains
     gain_of_step = b**2 / (8 * a)
   end subroutine step_to_top
 
-  !> The value of (P_i / P_k)^2 - 1 for the peaks P at points `i` and `k`. No digits are lost if it is small.
+  !> The value of (P_i / P_k)^2 - 1 for the peaks P at points number `i` and `k`. It is computed without loss of digits, even if it
+  !> is small.
   pure real(dp) function excess_power(curve, q, i, k)
     class(curve_points_type), intent(in) :: curve
     integer, intent(in) :: q, i, k
@@ -302,7 +307,8 @@ contains
     end associate
   end function excess_power
 
-  !> Interpolated half-power speeds of the resolved maxima. Those to which an existing point is close enough are omitted.
+  !> Interpolated half-power speeds of the resolved maxima, at which the peak is 1 / sqrt(2) of the maximum. A speed is omitted if
+  !> a point of the curve is close enough to it.
   function half_power_speeds(curve, maxima, bent) result(speeds)
     class(curve_points_type), intent(in) :: curve
     type(maximum_type), intent(in) :: maxima(:)

@@ -46,8 +46,8 @@ contains
     type(figure_type) :: figure
     character(len=:), allocatable :: lines
     type(marks_type) :: marks
-    !> `found`: true for states that occur. `visible`: true for orders that are visible in a panel. `parts`: whether some motions
-    !> are small, and whether some are not
+    !> `found`: true for each state in `marked` that occurs. `visible`: true for each order that is visible in a panel. `parts`:
+    !> whether some motions are small (element 1), and whether some are not (element 2)
     logical :: found(size(marked)), visible(max_orders, most_panels), parts(2)
     logical :: small(size(curve%points))
     integer, allocatable :: harmonics(:)

@@ -11,9 +11,9 @@ module gestell_task_resonance_points
 
   public :: exchange_point
 
-  !> A point of a resonance curve.
+  !> A point of a resonance curve, which is either a point of the grid or was added by the refinement.
   type, public, extends(speed_point_type) :: curve_point_type
-    !> True if the point was inserted between the points of the grid
+    !> True if the refinement added the point between points of the grid
     logical :: refined = .false.
   end type curve_point_type
 
@@ -34,7 +34,7 @@ module gestell_task_resonance_points
   !> Two speeds count as equal if their relative difference is smaller than this. Intervals narrower than four times this are not
   !> divided
   real(dp), parameter, public :: same = 1.0e-10_dp
-  !> Allowed deviation of the curve from a straight line between neighbouring points, in ln(peak)
+  !> Allowed deviation of the curve from a straight line between neighbouring points. The curve shows ln(peak) against the speed
   real(dp), parameter, public :: straight = 0.01_dp
 
 contains
@@ -97,8 +97,8 @@ contains
     allocate(new, source=sorted(:n))
   end subroutine select_new
 
-  !> Computes ln(peak) of quantity number `q` at all points. `known`: true where a vibration exists and its peak exceeds the error
-  !> bound. At all other points `level` is 0.
+  !> Computes `level` = ln(peak) of quantity number `q` at all points. `known`: true where a vibration exists and its peak exceeds
+  !> the error bound of the peak. At all other points `level` is 0.
   subroutine levels(self, q, level, known)
     class(curve_points_type), intent(in) :: self
     integer, intent(in) :: q
@@ -115,8 +115,8 @@ contains
     end do
   end subroutine levels
 
-  !> True for those intervals, shape (points - 1), in which the exact frame jumps to another vibration. Such an interval is too
-  !> short to be divided, but ln(peak) changes in it by more than `straight`.
+  !> True for each interval between neighbouring points, shape (points - 1), in which the exact frame jumps to another vibration.
+  !> Such an interval is too short to be divided, but ln(peak) changes in it by more than `straight`.
   pure function jumps(self, level, known)
     class(curve_points_type), intent(in) :: self
     real(dp), intent(in) :: level(:)
@@ -140,7 +140,7 @@ contains
     known = has_vibration(self%points%state)
   end function has_values
 
-  !> Writes a point to a record, or reads it from a record. Of its measures only the requested ones are stored.
+  !> Writes a point to a record, or reads it from a record. Requested measures (`measured`) are not stored.
   subroutine exchange_point(point, record)
     type(speed_point_type), intent(inout) :: point
     type(record_type), intent(inout) :: record

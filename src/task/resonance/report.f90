@@ -32,7 +32,7 @@ contains
     !> `model`: model of the frame
     character(len=*), intent(in) :: verdict, warning, model
     character(len=:), allocatable :: report
-    !> States of a point that have no vibration
+    !> States of those points at which no vibration was computed
     type(verdict_type), parameter :: missing(3) = [in_resonance, impossible, failed]
     character(len=*), parameter :: reasons(3) = [character(len=46) :: "no periodic vibration exists (resonance)", &
       & "the mechanism cannot be assembled", "the computation failed"]

@@ -1,5 +1,5 @@
-!> Finds resonances between the points of a curve. These are speeds at which a free vibration makes a whole number of oscillations
-!> in the period, so that a multiplier is closest to 1. The multipliers at the two neighbouring points reveal even the sharpest
+!> Finds resonances between the points of a curve. At a resonance, a free vibration makes a whole number of oscillations in the
+!> period, so that its multiplier is closest to 1. The multipliers at the two neighbouring points reveal even the sharpest
 !> resonance.
 module gestell_task_resonance_seeds
   use gestell_base_kinds, only: dp, pi
@@ -11,19 +11,22 @@ module gestell_task_resonance_seeds
 
   !> Highest order of the crank speed for which resonances are sought
   integer, parameter, public :: max_orders = 60
-  !> A point counts as lying on a resonance if the detuning is below `part_of_damping` times the damping, or below `part_of_turns`
-  !> times the number of oscillations in the period
+  !> The detuning is the difference between the number of a mode's oscillations in the period and the nearest harmonic. A point
+  !> lies on a resonance if the detuning is below `part_of_damping` times the damping, or below `part_of_turns` times the number of
+  !> the harmonic
   real(dp), parameter :: part_of_damping = 0.25_dp, part_of_turns = 1.0e-7_dp
 
 contains
 
-  !> Speeds to compute next. Between two neighbouring points the frequency of each mode is interpolated linearly. Each intersection
-  !> with a harmonic of the period is a resonance, whose speed is included. When a point lies on a resonance, the speeds at one and
-  !> three half widths from it are included as well, because a low maximum could be missed otherwise.
+  !> Speeds that are computed next in order to resolve resonances. Between two neighbouring points the frequency of each mode is
+  !> interpolated linearly. The speed at which it equals a harmonic of the period is included. If a point lies on a resonance
+  !> already, the speeds at one and three half widths on both sides of the resonance are included instead, because a low maximum
+  !> could be missed otherwise.
   function crossing_speeds(curve, pairs, counts) result(speeds)
     class(curve_points_type), intent(in) :: curve
-    !> `pairs`: true to search also for sums of two frequencies that equal a harmonic (parametric resonance). `counts`, shape
-    !> (points): true if the neighbourhood of a resonance at this point is needed; by default it is needed at all points
+    !> `pairs`: true to search for sums of two frequencies, instead of single frequencies, that equal a harmonic (parametric
+    !> resonance). `counts`, shape (points): false for points at which the speeds near a resonance are not needed; by default they
+    !> are needed at all points
     logical, intent(in), optional :: pairs, counts(:)
     real(dp), allocatable :: speeds(:), swings(:, :), damping(:, :)
     logical :: selected(size(curve%points))
@@ -56,7 +59,8 @@ contains
     end do
   end function crossing_speeds
 
-  !> Replaces the modes by all sums of two modes. Their numbers of oscillations are added, and their dampings, too.
+  !> Replaces the modes by all sums of two modes, including the sum of a mode with itself. Adds the numbers of oscillations of the
+  !> two modes, and their dampings.
   pure subroutine add_modes(swings, damping)
     real(dp), allocatable, intent(inout) :: swings(:, :), damping(:, :)
     real(dp), dimension(size(swings, 1) * (size(swings, 1) + 1) / 2, size(swings, 2)) :: sums, dampings
@@ -74,8 +78,8 @@ contains
     damping = dampings
   end subroutine add_modes
 
-  !> Speeds at one and three half widths from a resonance at `speed`. A speed is omitted if a point is close to it. `half_width`:
-  !> half width of the resonance, relative to the speed.
+  !> Speeds at one and three half widths on both sides of a resonance at `speed`. A speed is omitted if a point of the curve is
+  !> close to it. `half_width`: half width of the resonance, relative to the speed.
   function around(curve, speed, half_width) result(speeds)
     class(curve_points_type), intent(in) :: curve
     real(dp), intent(in) :: speed, half_width
@@ -87,7 +91,8 @@ contains
     speeds = pack(all, [(minval(abs(curve%points%speed - all(i))) > half_width / 2 * abs(speed), i = 1, 4)])
   end function around
 
-  !> True if some point lies on the resonance of the mode with harmonic number `k`.
+  !> True if a point lies on the resonance of a mode with harmonic number `k`. `swings`, `damping`: number of oscillations of the
+  !> mode in the period, and its damping, at this point.
   pure logical function found(swings, damping, k)
     real(dp), intent(in) :: swings, damping
     integer, intent(in) :: k
@@ -95,11 +100,12 @@ contains
     found = abs(swings - k) <= max(part_of_damping * damping, part_of_turns * k)
   end function found
 
-  !> Computes two numbers for each mode, shape (modes, points). `swings`: number of oscillations in the period. `damping`: |ln
-  !> |rho|| / 2 pi, in the same unit. Both are -1 at points without multipliers.
+  !> Computes two numbers for each mode at each point, shape (modes, points). `swings`: number of oscillations in the period.
+  !> `damping`: |ln |rho|| / 2 pi with the multiplier rho of the mode, in the unit of `swings`. At points without multipliers
+  !> `swings` is -1 and `damping` is 0.
   !>
-  !> The multipliers determine the number of oscillations only up to an integer. At the highest speed the integer is unambiguous.
-  !> From there it is chosen from speed to speed so that the frequency changes least.
+  !> The multipliers determine the number of oscillations only up to an integer. At the highest speed the integer follows from the
+  !> natural frequencies of the averaged frame. From there it is chosen from speed to speed so that the frequency changes least.
   subroutine swings_of_modes(curve, swings, damping)
     class(curve_points_type), intent(in) :: curve
     real(dp), allocatable, intent(out) :: swings(:, :), damping(:, :)
@@ -131,8 +137,8 @@ contains
     end do
   end subroutine swings_of_modes
 
-  !> Assigns a multiplier and a whole number of turns to each mode, so that the number of oscillations is nearest to the `expected`
-  !> one. The best matches are assigned first.
+  !> Assigns a multiplier and a whole number of oscillations to each mode, so that their sum is nearest to the `expected` number of
+  !> oscillations of the mode. The best matches are assigned first.
   pure subroutine assign(turns, growth, expected, swings, damping)
     real(dp), intent(in) :: turns(:), growth(:), expected(:)
     real(dp), intent(out) :: swings(:), damping(:)

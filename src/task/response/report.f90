@@ -48,8 +48,8 @@ contains
       & // newline
   end function vibration_lines
 
-  !> Line on the accuracy of the periodic solution: its condition number, and the difference of the motion after `turns` turns of
-  !> the crank from the motion at the start.
+  !> Line on the accuracy of the periodic solution: its condition number and, unless the coefficients are `averaged`, by how much
+  !> the motion changes from the start to the end of the period of `turns` turns of the crank.
   pure function closing_lines(vibration, turns, averaged) result(line)
     type(vibration_type), intent(in) :: vibration
     integer, intent(in) :: turns
@@ -66,8 +66,9 @@ contains
     end if
   end function closing_lines
 
-  !> Largest peak among the quantities of the same kind as quantity number `i`, in the unit of that quantity. The frame's radius of
-  !> gyration converts between displacements and rotations, and between forces and moments.
+  !> Largest peak among the quantities of the same kind as quantity number `i`: displacements, velocities, or forces. It is
+  !> converted to the unit of quantity `i`. The frame's radius of gyration converts between displacements and rotations, and
+  !> between forces and moments.
   pure real(dp) function largest_of_kind(vibration, frame, i) result(maximum)
     type(vibration_type), intent(in) :: vibration
     class(frame_type), intent(in) :: frame

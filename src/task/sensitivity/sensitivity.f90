@@ -1,11 +1,12 @@
 !> Computes the sensitivity of peaks and rms values to the parameters of a machine: d ln(peak) / d ln(parameter), which is the
 !> change in per cent for a change of the parameter by one per cent.
 !>
-!> The parameters of the family are relative changes, which are all zero for the unchanged machine. Let F be the logarithm of a peak
-!> or an rms value. The error of the central difference (F(h) - F(-h)) / (2 h) is a power series in h^2. Neville's table over h,
-!> h/2, h/4, ... extrapolates the differences to h = 0. The result is the entry of the table with the smallest estimated error: its
-!> difference from the neighbouring entries plus the rounding error divided by h (Ridders, Adv. Eng. Software 4, 1982, 75). Small
-!> steps lose digits by cancellation.
+!> The parameters of the family are relative changes, which are all zero for the unchanged machine. Let F(h) be the logarithm of a
+!> peak or an rms value if one parameter has the relative change h. The error of the central difference (F(h) - F(-h)) / (2 h) is a
+!> power series in h^2. Neville's table over h, h/2, h/4, ... extrapolates the differences to h = 0. For each entry of the table
+!> the error is estimated as its difference from the neighbouring entries plus the rounding error divided by h, because small steps
+!> lose digits by cancellation. The result is the entry with the smallest estimated error (Ridders, Adv. Eng. Software 4,
+!> 1982, 75).
 module gestell_task_sensitivity
   use gestell_base_error, only: error_type, failed_computation, fatal_error, invalid_input
   use gestell_base_verdict, only: has_vibration, in_resonance, operator(==), state_word, verdict_type
@@ -36,8 +37,8 @@ module gestell_task_sensitivity
     !> `values`: peaks and rms values, shape (changes, quantities). `relative_error`: relative errors of the peaks, shape
     !> (quantities).
     real(dp), allocatable :: values(:, :), relative_error(:)
-    !> `step`: largest relative change of a parameter. `rounding`: rounding error of a logarithm. `enough`: a derivative is accurate
-    !> enough if its error does not exceed `enough` times the larger of the derivative and 1.
+    !> `step`: largest relative change of a parameter. `rounding`: rounding error of the logarithm of a peak or rms value.
+    !> `enough`: a derivative is accurate enough if its error does not exceed `enough` times max(|derivative|, 1).
     real(dp) :: step = 0, rounding = 0, enough = 0
   end type sensitivity_base_type
 
@@ -46,10 +47,11 @@ module gestell_task_sensitivity
     !> Derivative d ln(value) / d ln(parameter) and its estimated error. NaN if the derivative does not exist, for example because
     !> the value is zero.
     real(dp), allocatable :: slope(:, :), error(:, :)
-    !> True if the value as a function of the parameter has a kink. The slopes on both sides then differ, and `slope` is their mean.
+    !> True if the value has a kink as a function of the parameter. The derivatives on the two sides then differ, and `slope` is
+    !> their mean.
     logical, allocatable :: bend(:, :)
-    !> True for a quantity that is zero within its error, shape (quantities). Nothing excites it, so a relative change is not
-    !> defined.
+    !> True for a quantity whose peak does not exceed its error bound, shape (quantities). Nothing excites the quantity, so a
+    !> relative change is not defined.
     logical, allocatable :: zero(:)
   contains
     procedure :: state
@@ -65,16 +67,16 @@ module gestell_task_sensitivity
     procedure :: exchange
   end type parameters_type
 
-  !> A derivative is undecided if its error exceeds this value times the larger of the derivative and 1.
+  !> A derivative is undecided if its error exceeds this value times max(|derivative|, 1).
   real(dp), parameter :: max_error = 0.02_dp
 
-  !> Minimum and maximum number of steps h, h/2, h/4, ... Further steps are used until the derivatives are accurate enough.
+  !> Minimum and maximum number of steps h, h/2, h/4, ... Steps are added until the derivatives are accurate enough.
   integer, parameter :: fewest_steps = 3, steps = 7
-  !> `max_step`: largest relative change of a parameter. `part_of_distance`: a change of a parameter may move a multiplier by at
-  !> most this fraction of its distance from 1.
+  !> `max_step`: largest relative change of a parameter. `part_of_distance`: the change of a parameter may move a multiplier by at
+  !> most this fraction of the multiplier's distance from 1.
   real(dp), parameter :: max_step = 1.0e-2_dp, part_of_distance = 0.1_dp
-  !> `sharp`: tolerance of the solutions, unless the user requests a smaller one. `least_rounding`: rounding error of a logarithm
-  !> with this tolerance, far from resonance.
+  !> `sharp`: tolerance of the solutions, unless the user requests a smaller one. `least_rounding`: rounding error, with this
+  !> tolerance and far from resonance, of the logarithm of a peak or rms value.
   real(dp), parameter :: sharp = 1.0e-12_dp, least_rounding = 1.0e-13_dp
 
 contains
@@ -148,8 +150,9 @@ contains
   end subroutine exchange
 
   !> Solves the unchanged machine and chooses the largest step. A relative change p of a parameter shifts the phase of a free
-  !> vibration with N cycles per turn by at most 2 pi N p. This shift must be small compared with the distance of its multiplier
-  !> from 1. Fails if there are no parameters, if there is no periodic vibration, or if `solve_response` fails.
+  !> vibration with N oscillations in the period by at most 2 pi N p. This shift must be small compared with the distance of the
+  !> multiplier of the free vibration from 1. Fails if there are no parameters, if there is no periodic vibration, or if
+  !> `solve_response` fails.
   subroutine solve_base(family, parameters, options, base, error)
     !> Family of machines that differ from the unchanged machine by relative changes of parameters
     class(family_type), intent(in) :: family
@@ -261,8 +264,9 @@ contains
 
   end subroutine solve_parameter
 
-  !> Computes the derivative at 0 of a function from its values at 0 (`middle`), at h (`above`) and at -h (`below`). Each h is half
-  !> the previous one. `noise`: error of each value. `bend`: true if the function has a kink at 0.
+  !> Computes the derivative of a function at 0 by extrapolation of central differences. `h`: steps, each half the previous one.
+  !> `above`, `below`, `middle`: values of the function at h, -h and 0. `noise`: error of each value. `bend`: true if the function
+  !> has a kink at 0.
   pure subroutine differentiate(h, above, below, middle, noise, slope, error, bend)
     real(dp), intent(in) :: h(:), above(:), below(:), middle, noise
     real(dp), intent(out) :: slope, error

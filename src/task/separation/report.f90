@@ -74,7 +74,8 @@ contains
     if (listed > max_listed) lines = lines // "  ... all pairs in separation.csv" // newline
   end function report_separation
 
-  !> Index of the order that is nearest to a mode, among the pairs of this mode with all orders. 1 if the mode was not identified.
+  !> Position, in `mode`, of the order that is nearest to a mode. `mode` holds the distances of one mode from all orders. The
+  !> result is 1 if the mode was not identified.
   pure integer function nearest_row(mode)
     type(separation_type), intent(in) :: mode(:)
 

@@ -17,7 +17,7 @@ module gestell_task_separation
 
   !> A pair of a mode with the frequency f (Hz) and an order k of the crank speed n (1/s). Their distance is d = |f / (k n) - 1|.
   type, public :: separation_type
-    !> `mode`: number of the mode. `harmonic`: number of the harmonic of the period that is the order
+    !> `mode`: number of the mode. `harmonic`: the order as a harmonic of the period
     integer :: mode = 0, harmonic = 0
     !> The order k, as a multiple of the crank speed
     real(dp) :: order = 0
@@ -25,8 +25,9 @@ module gestell_task_separation
     real(dp) :: speed = 0
     !> The mode at the speed with the smallest distance
     type(mode_type) :: at
-    !> `frequency`: f (Hz). `excitation`: k n (Hz). `distance`: d. `error`: error bound of d. All are NaN if the mode is not
-    !> identified at any speed
+    !> Values at the speed with the smallest distance. `frequency`: f of the mode (Hz). `excitation`: frequency k n of the order
+    !> (Hz). `distance`: d = |f / (k n) - 1|. `error`: error bound of d. If the mode is not identified at any speed, all but
+    !> `excitation` are NaN
     real(dp) :: frequency = 0, excitation = 0, distance = 0, error = 0
     !> Share of each degree of freedom in the kinetic energy of the mode
     real(dp) :: energy(max_dofs) = 0
@@ -40,8 +41,8 @@ module gestell_task_separation
 
 contains
 
-  !> True if a share of the kinetic energy (0 to 1) is large enough for a decoupled mode. The share is first rounded to whole per
-  !> cent, as it is printed.
+  !> True if a mode with this share of the kinetic energy (0 to 1) in one degree of freedom counts as decoupled. The share is first
+  !> rounded to whole per cent, as it is printed.
   pure logical function is_decoupled(part)
     real(dp), intent(in) :: part
 
@@ -113,9 +114,9 @@ contains
     self%excitation = excitation
   end subroutine update_nearest
 
-  !> Computes the shares of the degrees of freedom in the kinetic energy of a vibration q: Re(conj(q_i) (M q)_i) / q* M q, where M
-  !> is the mean mass matrix, which does not depend on the speed. The shares add up to 1. A share can be negative if M couples two
-  !> degrees of freedom.
+  !> Computes the shares of the degrees of freedom in the kinetic energy of a mode with the complex shape q. The share of degree of
+  !> freedom i is Re(conj(q_i) (M q)_i) / q* M q. M is the mean mass matrix, which does not depend on the speed, and q* is the
+  !> conjugate transpose of q. The shares add up to 1. A share can be negative if M couples two degrees of freedom.
   pure subroutine share_energy(campbell, self)
     type(campbell_type), intent(in) :: campbell
     type(separation_type), intent(inout) :: self

@@ -14,7 +14,8 @@ module gestell_task_stability_report
   !> If |ln |rho|| is larger than this, rho overflows or underflows double precision and is printed as a power of e
   real(dp), parameter, public :: out_of_range = 700
 
-  !> A mode counts as having several frequencies if its strongest component contributes less than this share to the mean square
+  !> A mode counts as having several frequencies if its strongest component contributes less than this share to the mean square of
+  !> the free vibration
   real(dp), parameter :: half = 0.5_dp
 
 contains

@@ -22,19 +22,19 @@ module gestell_task_trade_model_trade
     character(len=9) :: verdict = ""
     !> Natural logarithm of the largest modulus of a multiplier, and its error bound
     real(dp) :: log_rho = 0, log_rho_error = 0
-    !> Peaks of the vibration and their error bounds, in the order of `vibration_type`. Unallocated if there is no periodic
-    !> vibration
+    !> Peaks of the vibration and their error bounds, for the quantities in the order of `vibration_type`. Unallocated if there is
+    !> no periodic vibration
     real(dp), allocatable :: peak(:), peak_error(:)
     !> Median of the computing times of one solution (s)
     real(dp) :: seconds = 0
   end type finding_type
 
-  !> Comparison of the model with averaged coefficients with the model with periodic coefficients.
+  !> Comparison of two models of the frame, one with averaged coefficients and one with periodic coefficients.
   type, public :: model_trade_type
     !> Results with periodic coefficients, and results with averaged coefficients
     type(finding_type) :: periodic, averaged
-    !> Errors of Phi(T), of the multipliers and of x0 that are caused by averaging. They are defined in the same way as the errors
-    !> in `trade_row_type`
+    !> Errors that averaging causes in the monodromy matrix Phi(T), in the multipliers and in the initial state x0 of the
+    !> vibration. They are defined like the errors in `trade_row_type`
     real(dp) :: error_phi = 0, error_rho = 0, error_x0 = 0
     !> Number of evaluations of the coefficients from which the averages were computed
     integer :: evaluations = 0
@@ -63,7 +63,7 @@ module gestell_task_trade_model_trade
     real(dp) :: seconds = 0
   end type model_finding_type
 
-  !> Number of solutions from whose computing times the median is taken
+  !> Number of times that each solution is repeated. The median of the computing times is reported
   integer, parameter :: runs = 5
 
 contains
@@ -110,8 +110,8 @@ contains
     end associate
   end subroutine measure_model
 
-  !> Solves the frame with one model and measures the computing time. Fails if there is no periodic vibration. Even then `finding`
-  !> contains the verdict if the multipliers exist.
+  !> Solves the frame with one model and measures the computing time. Fails if there is no periodic vibration, or if the
+  !> multipliers cannot be computed. If only the vibration is missing, `finding` still contains the verdict.
   subroutine solve_model(frame, options, accuracy, analysis, finding, error)
     class(frame_type), intent(in) :: frame
     type(analysis_options), intent(in) :: options
@@ -193,8 +193,9 @@ contains
     end associate
   end function peak_difference
 
-  !> Relative error of ln rho_max that is caused by averaging. It is the error of the decay rate of the slowest free vibration, or
-  !> of the growth rate of the fastest. Zero if it lies within the error bounds.
+  !> Relative error that averaging causes in ln rho_max (rho_max: largest modulus of a multiplier). It is the error of the decay
+  !> rate of the slowest free vibration, or of the growth rate of the fastest. Zero if the two models agree within their error
+  !> bounds.
   pure real(dp) function log_rho_difference(self) result(miss)
     class(model_trade_type), intent(in) :: self
     real(dp) :: difference
@@ -206,7 +207,8 @@ contains
     end associate
   end function log_rho_difference
 
-  !> Relative error of rho_max that is caused by averaging; zero if it lies within the error bounds.
+  !> Relative error that averaging causes in the largest modulus of a multiplier. Zero if the two models agree within their error
+  !> bounds.
   pure real(dp) function rho_difference(self) result(miss)
     class(model_trade_type), intent(in) :: self
 
@@ -214,7 +216,8 @@ contains
     if (abs(self%log_rho_difference()) > 0) miss = exp(min(self%averaged%log_rho - self%periodic%log_rho, 700.0_dp)) - 1
   end function rho_difference
 
-  !> Largest magnitude of the relative errors that averaging causes in ln rho_max and in the peaks.
+  !> Largest magnitude of the relative errors that averaging causes in the peaks and in the logarithm of the largest modulus of a
+  !> multiplier.
   pure real(dp) function worst_difference(self) result(miss)
     class(model_trade_type), intent(in) :: self
     integer :: i, n

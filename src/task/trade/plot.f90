@@ -50,7 +50,7 @@ contains
     figure = new_figure("trade", "Measured error of Φ(T) against work", lines, width=960, height=520)
   end function plot_trade
 
-  !> Gnuplot range that contains all positive values. At both ends it is wider than they require by a factor of 2.
+  !> Gnuplot range that contains all positive values. A factor of 2 is left as a margin at both ends.
   pure function decades(values) result(range)
     real(dp), intent(in) :: values(:)
     character(len=:), allocatable :: range

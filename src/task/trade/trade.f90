@@ -30,10 +30,12 @@ module gestell_task_trade
     !> `order`: order of convergence. `steps`: number of steps in the period. `evaluations`: number of evaluations of the
     !> coefficients in the period
     integer :: order = 0, steps = 0, evaluations = 0
-    !> `error_phi`: error of Phi(T), relative to its norm. `error_x0`: error of x0, relative to its norm. Both are in balanced
-    !> units. `error_rho`: largest relative error of a multiplier
+    !> Errors of the row. `error_phi`: error of the monodromy matrix Phi(T), relative to its norm. `error_x0`: error of the initial
+    !> state x0 of the vibration, relative to its norm. For both, the state is scaled to balanced units. `error_rho`: largest
+    !> relative error of a multiplier
     real(dp) :: error_phi = 0, error_rho = 0, error_x0 = 0
-    !> Median of the computing times of one solution for Phi(T) and x_p(T) (s)
+    !> Median of the computing times (s) of one solution: the monodromy matrix Phi(T), and the state x_p(T) after one period of the
+    !> motion that starts from rest
     real(dp) :: seconds = 0
   end type trade_row_type
 
@@ -48,17 +50,17 @@ module gestell_task_trade
   type, public :: trade_type
     !> One row for each number of steps of every method
     type(trade_row_type), allocatable :: rows(:)
-    !> Error bounds of the converged solution, for the same quantities as the errors in `trade_row_type`. Errors below these bounds
-    !> cannot be measured
+    !> Error bounds of the converged solution: of the monodromy matrix (`floor_phi`), of the multipliers (`floor_rho`), and of the
+    !> initial state (`floor_x0`). Errors of the methods below these bounds cannot be measured
     real(dp) :: floor_phi = 0, floor_rho = 0, floor_x0 = 0
   end type trade_type
 
 contains
 
-  !> Measures every method with increasing numbers of steps, and the method "reduced" if it is applicable. The measurement of a
-  !> method ends when its error reaches that of the converged solution, or when half of its share of the time is spent. Before its
-  !> first row is complete, it may spend ten times as much. Fails if the budget is not positive and finite, if there is no converged
-  !> solution, or at resonance.
+  !> Measures every method with increasing numbers of steps, and the method "reduced" if it is applicable. Each method has the same
+  !> share of the budget. Its measurement ends when its error is about as small as that of the converged solution, or when half of
+  !> its share is spent. Until its first row is complete, it may spend five times its share. Fails if the budget is not positive
+  !> and finite, if there is no converged solution, or at resonance.
   subroutine measure_trade(frame, budget, trade, error, executor)
     class(frame_type), intent(in) :: frame
     !> Approximate computing time for all methods together (s)
@@ -220,7 +222,7 @@ contains
     trade%rows = [trade%rows, row]
   end subroutine measure_reduction
 
-  !> Computes the errors of a row. Multipliers whose relative error in the converged solution is 0.5 or more are ignored.
+  !> Computes the errors of a row. A multiplier is ignored if its relative error in the converged solution is 0.5 or more.
   subroutine compare(phi, its_multipliers, its_solution, converged, row)
     real(dp), intent(in) :: phi(:, :)
     type(multipliers_type), intent(in) :: its_multipliers
