@@ -129,8 +129,8 @@ contains
     !$omp end critical (texts_of_gestell)
   end subroutine report
 
-  !> Writes the files of the program into `folder`: tables, and the gnuplot scripts that draw their pictures. Fails if a file cannot
-  !> be written. If pictures are requested and gnuplot is missing, it fails after writing all other files.
+  !> Writes the files of the program into `folder`: tables, and the gnuplot scripts that draw their pictures. Fails if a file
+  !> cannot be written. If pictures are requested and gnuplot is missing, the procedure writes all other files and then fails.
   subroutine write_files(self, folder, error, pictures)
     class(solution_type), intent(in) :: self
     !> Folder for the files; it is created if it does not exist

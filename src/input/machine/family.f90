@@ -203,8 +203,8 @@ contains
     shares_mechanism = allocated(self%mechanism)
   end function shares_mechanism
 
-  !> Checks values of the parameters without evaluating the mechanism. Fails if they are invalid; the error message then quotes the
-  !> parameters instead of the values in the file.
+  !> Checks values of the parameters without evaluating the mechanism. Fails if a value is invalid; the error message then quotes
+  !> the parameters instead of the values in the file.
   subroutine check(self, parameters, error)
     class(document_family_type), intent(in) :: self
     real(dp), intent(in) :: parameters(:)
@@ -218,8 +218,8 @@ contains
     if (.not. allocated(error)) call read_drive_and_frame(doc, self%units, data, error)
   end subroutine check
 
-  !> Returns the document after the values of the parameters have been inserted. If `named`, error messages about these numbers
-  !> quote the path and the number.
+  !> Returns the document after the values of the parameters have been inserted. If `named` is true, error messages about an
+  !> inserted number quote the parameter's path and this number.
   subroutine set_numbers(self, parameters, named, doc)
     class(document_family_type), intent(in) :: self
     real(dp), intent(in) :: parameters(:)

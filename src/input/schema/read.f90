@@ -14,11 +14,12 @@ module gestell_input_schema_read
 
   public :: read, read_axis_values, count_values
 
-  !> call read(group, keys, name, value, error, units, default) reads the key called `name`, whose record is in `keys`. If `units`
-  !> is present, numbers are converted to SI units; otherwise they stay as typed. A missing key, or a missing element of a vector or
-  !> matrix, gets the value `default` if present, otherwise the default of the record. If a matrix in the input has more rows than
-  !> `value`, its first rows are read. Fails if a value is out of range, a word is not permitted, or a key without a default is
-  !> missing. Does nothing if `error` is already allocated: a caller can read several keys before testing for errors.
+  !> Reads the key called `name`, whose record is in `keys`: call read(group, keys, name, value, error, units, default). If
+  !> `units` is present, numbers are converted to SI units; otherwise they stay as typed. A missing key, or a missing element of a
+  !> vector or matrix, gets the value `default` if present, otherwise the default of the record. If a matrix in the input has more
+  !> rows than `value`, only its first rows are read. Fails if a value is out of range, a word is not permitted, or a key without
+  !> a default is missing. Does nothing if `error` is already allocated, so that a caller can read several keys before testing for
+  !> errors.
   interface read
     module procedure read_real
     module procedure read_vector

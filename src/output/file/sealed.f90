@@ -1,5 +1,5 @@
-!> Writes and checks sealed records of 8-byte words. A record consists of a header, which identifies the owner, the content and a
-!> checksum. A file may contain several successive records.
+!> Writes and checks sealed records of 8-byte words. A record consists of a header, a content and a checksum; the header
+!> identifies the owner of the content. A file may contain several successive records.
 module gestell_output_file_sealed
   use gestell_base_files, only: file_size
   use gestell_base_hash, only: hash_start, mix

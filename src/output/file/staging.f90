@@ -1,9 +1,9 @@
 !> Manages the staging folder of a run: .gestell-1, .gestell-2, ... inside the folder of the results.
 !>
 !> A run writes all its files into its staging folder; they are published together when the run ends. If a file cannot be written,
-!> the older results stay unchanged. Concurrent runs use staging folders with different numbers. The staging folder of a killed run
-!> is recognised by its file `mark`, emptied and reused. Links, and folders without the file `mark`, are never changed. Publishing
-!> never replaces the input file of the run.
+!> the older results stay unchanged. Concurrent runs use staging folders with different numbers. The staging folder of a killed
+!> run is recognised by its file `mark`, emptied and reused. A link is never changed, nor is a folder that contains files but not
+!> the file `mark`. Publishing never replaces the input file of the run.
 module gestell_output_file_staging
   use gestell_base_error, only: error_type, failed_computation, fatal_error, wrong_usage
   use gestell_base_text, only: text
