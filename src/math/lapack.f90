@@ -195,8 +195,8 @@ contains
   end subroutine complex_inverse
 
   !> Computes the eigenvalues of the real matrix `a(n, n)`, and its right and left eigenvectors as unit columns (dgeev, which
-  !> balances). Conjugate pairs are adjacent, the eigenvalue with positive imaginary part first. Fails if the iteration does not
-  !> converge.
+  !> balances the matrix). Conjugate pairs are adjacent, the eigenvalue with positive imaginary part first. Fails if the iteration
+  !> does not converge.
   subroutine real_eigensystem(a, values, right, left, error)
     real(dp), intent(in) :: a(:, :)
     complex(dp), allocatable, intent(out) :: values(:), right(:, :), left(:, :)

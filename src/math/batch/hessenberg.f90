@@ -202,7 +202,7 @@ contains
   !>
   !>     det(lambda E - H) = t^n + c_(n-1) t^(n-1) + ... + c_0,   lambda = `mean` + t.
   !>
-  !> x_(n-1) ... x_0 of Hyman's method are polynomials in t here; `x` holds their coefficients.
+  !> The unknowns x_(n-1) ... x_0 of Hyman's method are polynomials in t here; the array `x` contains their coefficients.
   pure subroutine characteristic_polynomial(h, mean, c)
     type(hessenberg_type), intent(in) :: h
     real(dp), intent(in) :: mean(lanes)

@@ -44,7 +44,7 @@ module gestell_math_optimum_minimax
     real(dp), allocatable :: bound_price(:)
     !> Derivative dL/dx of the Lagrangian, shape (parameters); zero for fixed parameters
     real(dp), allocatable :: slope(:)
-    !> Objective minus the Lagrangian L; positive if branches with multipliers lie below the value of their group
+    !> Objective minus the Lagrangian L; positive if branches with positive multipliers lie below the value of their group
     real(dp) :: slack = 0
     !> `objective`: sum of the values of the objectives. `violation`: largest value of a constraint, or 0 if no constraint is
     !> positive.

@@ -133,9 +133,9 @@ module gestell_model_joints_joint
 
 contains
 
-  !> Bound on the change of a length (m) while the crank angle changes by at most `half_width`. It is the smaller of two bounds. The
-  !> first uses the maximum speed. The second uses the speed in the middle of the interval and a bound on the second derivative; it
-  !> is much smaller near a dead point, where the length has an extremum.
+  !> Bound on the change of a length (m) while the crank angle changes by at most `half_width`. It is the smaller of two bounds.
+  !> The first uses the maximum speed. The second uses the speed in the middle of the interval and a bound on the second
+  !> derivative. Near a dead point, where the length has an extremum, the second bound is much smaller.
   pure real(dp) function largest_change(speed, speed_in_middle, second_derivative, half_width) result(change)
     !> `speed`: maximum rate of change of the length (m per rad). `speed_in_middle`: its rate of change in the middle of the
     !> interval. `second_derivative`: bound on its second derivative (m per rad^2). `half_width`: half the width of the interval
@@ -168,9 +168,9 @@ contains
     if (sum(speeds) > 0) reach%angle_scale = apart / sum(speeds)
   end function reach_body
 
-  !> Set that contains the deviation of the joint's acceleration from its value in the middle of an interval, where the joint is
-  !> `here`. By default the set is a disc that follows from `acceleration`, the bound on the joint's acceleration. Types of joints
-  !> that form long chains override this function to use the deviations of the earlier joints.
+  !> Set that contains the deviation of the joint's acceleration within an interval from the acceleration in the middle. `here`:
+  !> position of the joint in the middle. By default the set is a disc that follows from `acceleration`, the bound on the joint's
+  !> acceleration. Types of joints that form long chains override this function to use the deviations of the earlier joints.
   pure function deviation(self, points, here, deviations, acceleration, half_width)
     class(joint_type), intent(in) :: self
     type(point_type), intent(in) :: points(:), here
