@@ -1,5 +1,6 @@
-!> The points of a sweep: one or two axes of parameters, and the tiles into which the grid of points is divided. A tile is always
-!> computed, written and restarted as a whole. The tiles depend only on the grid, not on the number of threads or processes.
+!> Defines the points of a sweep: one or two axes of parameters, and the tiles (rectangles of points) into which the grid of
+!> points is divided. A tile is always computed, written and restarted as a whole. The tiles depend only on the grid, not on the
+!> number of threads or processes.
 module gestell_study_grid
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
@@ -25,7 +26,8 @@ module gestell_study_grid
   !> A grid of points (i, j) over one or two axes. The index j of the second axis varies fastest; with one axis j = 1.
   type, public :: grid_type
     type(axis_type), allocatable :: axes(:)
-    !> True if the points are solved one by one, without expansions; tiles are then smaller
+    !> True if the points are solved one by one, without expansions; tiles (the rectangles of points that are computed as a whole)
+    !> are then smaller
     logical :: one_by_one = .false.
   contains
     procedure :: points
@@ -34,8 +36,8 @@ module gestell_study_grid
     procedure :: parameters
   end type grid_type
 
-  !> A tile: all grid points with indices from first(1) to last(1) on the first axis and from first(2) to last(2) on the second
-  !> axis.
+  !> A tile: a rectangle of grid points. It contains the points with indices from first(1) to last(1) on the first axis and from
+  !> first(2) to last(2) on the second axis.
   type, public :: tile_type
     integer :: number = 0, first(2) = 1, last(2) = 1
   end type tile_type
@@ -136,7 +138,7 @@ contains
     end do
   end subroutine check_grid
 
-  !> Checks a tile. Fails if it is not one of the grid's tiles.
+  !> Checks a tile. Fails if it is not one of the rectangles of points into which the grid is divided.
   pure subroutine check_tile(grid, tile, error)
     type(grid_type), intent(in) :: grid
     type(tile_type), intent(in) :: tile
@@ -157,7 +159,7 @@ contains
     if (allocated(self%axes)) points = product(int(self%axes%count, int64))
   end function points
 
-  !> Number of tiles of the grid; 0 for a grid without axes.
+  !> Number of tiles (rectangles of points) into which the grid is divided; 0 for a grid without axes.
   pure integer function tiles(self)
     class(grid_type), intent(in) :: self
     integer :: along(2)
@@ -168,7 +170,8 @@ contains
     tiles = product(along)
   end function tiles
 
-  !> The tile with this number, from 1 to `tiles`. For any other number an empty tile with number 0.
+  !> The tile (rectangle of grid points) with this number, from 1 to `tiles`. For any other number the result is an empty tile
+  !> with number 0.
   pure type(tile_type) function tile(self, number)
     class(grid_type), intent(in) :: self
     integer, intent(in) :: number

@@ -101,8 +101,8 @@ contains
     end do
   end subroutine new_measure
 
-  !> Number of rows of the motion (gestell_model_quantity_rows) from which the measures are computed. Fails in the same cases as
-  !> `new_measure`.
+  !> Number of rows of the motion (gestell_model_quantity_rows) that are required to compute the measures. Fails in the same cases
+  !> as `new_measure`.
   pure subroutine rows_of(frame, probes, measures, rows, error)
     class(frame_type), intent(in) :: frame
     type(probe_type), intent(in) :: probes(:)

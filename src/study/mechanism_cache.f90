@@ -12,9 +12,9 @@ module gestell_study_mechanism_cache
 
 contains
 
-  !> Tabulates the frame's mechanism at those phases between `nodes` at which `method` evaluates it
-  !> (gestell_floquet_integrator_mesh). With these nodes the frame can be solved repeatedly without evaluating its mechanism again.
-  !> The table stays valid for any mass, inertia, origin, stiffness and damping, and for any speed of the same sign.
+  !> Tabulates the frame's mechanism at all phases at which the integration `method` evaluates it, if its steps end at `nodes`
+  !> (gestell_floquet_integrator_mesh). The frame can then be solved repeatedly with these steps without evaluating its mechanism
+  !> again. The table stays valid for any mass, inertia, origin, stiffness and damping, and for any speed of the same sign.
   subroutine cache_mechanism(frame, method, nodes)
     type(frame_type), intent(inout) :: frame
     class(method_type), intent(in) :: method

@@ -13,7 +13,7 @@ module gestell_study_member
 
   !> A machine of a family with its results. If a computation failed, it also holds the reason.
   type, public :: member_type
-    !> `not_judged` until a computation fails, then `impossible` or `failed`
+    !> State of the member: `not_judged` until a computation fails, then `impossible` or `failed`
     type(verdict_type) :: state = failed
     !> The error that led to the state `impossible` or `failed`
     type(error_type), allocatable :: reason

@@ -56,15 +56,16 @@ module gestell_study_design_motion
     procedure :: conserves
   end type loaded_type
 
-  !> `fewest`: minimum number of phases. `max_corrections`: maximum number of corrections for those terms of the equations that are
-  !> not contained in M, B, C.
+  !> `fewest`: minimum number of phases. `max_corrections`: maximum number of iterations that correct the derivatives for terms of
+  !> the equations that M, B, C do not contain.
   integer, parameter :: fewest = 64, max_corrections = 6
   !> Relative error allowed for the derivatives, and for the terms of the equations that are not contained in M, B, C.
   real(dp), parameter :: of_slope = 1.0e-10_dp
 
 contains
 
-  !> Phases at which a motion is sampled, in parts of the period, unless it requires more: k / `fewest` for k = 0 ... `fewest` - 1.
+  !> Default phases at which a motion is sampled, as fractions of the period: k / `fewest` for k = 0 ... `fewest` - 1. Motions
+  !> with high harmonics are sampled at more phases.
   pure function default_phases() result(phases)
     real(dp) :: phases(fewest)
     integer :: k
@@ -80,8 +81,8 @@ contains
     if (allocated(self%slope)) parameters = size(self%slope, 4)
   end function parameters
 
-  !> Error allowed for Phi (the matrix of the free vibrations over the period) when derivatives are computed. It is larger than the
-  !> tolerance, because the coefficients of the exact frame are only as accurate as its motion.
+  !> Error allowed for the monodromy matrix Phi when derivatives are computed. It is larger than the tolerance, because the
+  !> coefficients of the exact frame are only as accurate as its motion.
   pure real(dp) function derivative_tolerance(accuracy)
     type(accuracy_type), intent(in) :: accuracy
 
@@ -94,7 +95,7 @@ contains
     !> The machine, and its neighbours with one parameter changed each
     type(members_type), intent(in) :: members
     type(condition_type), intent(in) :: condition
-    !> True if the frame moves. False if no goal needs the vibration: then the frame stays at rest
+    !> False if no goal needs the vibration; the frame then stays at rest
     logical, intent(in) :: moves
     type(motion_type), intent(out) :: motion
     type(error_type), allocatable, intent(out) :: error
@@ -135,8 +136,8 @@ contains
     call motion%series%values(motion%phases, motion%q(:, :, 0), motion%q(:, :, 1), motion%q(:, :, 2))
   end subroutine solve_motion
 
-  !> Computes the derivatives of a motion with respect to the parameters. `members` must be the machine and neighbours with which
-  !> the motion was solved. Fails if `find_slopes` fails.
+  !> Computes the derivatives of a motion with respect to the parameters. `members` must contain the machine with which the motion
+  !> was solved, and its neighbours with one parameter changed each. Fails if `find_slopes` fails.
   subroutine solve_slopes(members, motion, error)
     type(members_type), intent(in) :: members
     type(motion_type), intent(inout) :: motion
@@ -219,8 +220,9 @@ contains
     call series%values([(real(k, dp) / size(values, 1), k = 0, size(values, 1) - 1)], lower, unused, also_unused)
   end function lower_part
 
-  !> Computes the motions under several loads like `respond`, but one load at a time. This works also if free vibrations are too
-  !> fast, or so small that they are lost next to larger ones. Fails if `solve_floquet` or `solve_periodic` fails.
+  !> Computes the periodic motions under several loads, like `respond`, but solves the equations for one load at a time. This
+  !> works also if free vibrations are too fast for `respond`, or so small that they are lost next to larger ones. Fails if
+  !> `solve_floquet` or `solve_periodic` fails.
   subroutine follow_loads(system, accuracy, phases, loads, changes, error)
     class(frame_type), intent(in), target :: system
     type(accuracy_type), intent(in) :: accuracy
@@ -255,8 +257,9 @@ contains
     end associate
   end subroutine follow_loads
 
-  !> Computes dR/dp + dR/dq s for parameter `k` at all phases, by differences between the machine and its neighbours. R: residual of
-  !> the equations. s: the derivative of the motion as computed so far.
+  !> Computes the total derivative of the equations with respect to parameter `k` at all phases, by differences between the
+  !> machine and its neighbours. This derivative is dR/dp + dR/dq s, where R is the residual of the equations and s the derivative
+  !> of the motion as computed so far.
   subroutine differentiate_equations(members, system, motion, k, lack)
     type(members_type), intent(in) :: members
     class(frame_type), intent(in) :: system
@@ -279,8 +282,8 @@ contains
     end do
   end subroutine differentiate_equations
 
-  !> Returns neighbour number `i` of the machine along parameter `k`, and its motion q to first order. If `system` is linearised
-  !> about its motion, the neighbour is linearised about q.
+  !> Returns neighbour number `i` of the machine, in which parameter `k` is changed, and the neighbour's motion q to first order
+  !> in the change. If `system` is linearised about its motion, the neighbour is linearised about q.
   subroutine get_neighbour(members, system, motion, k, i, frame, q)
     !> The machine and its neighbours, which differ in one parameter each
     type(members_type), intent(in) :: members
@@ -288,7 +291,7 @@ contains
     class(frame_type), intent(in) :: system
     !> The motion of the machine and its derivatives
     type(motion_type), intent(in) :: motion
-    !> Number of the parameter, and number of the neighbour along it (1 or 2)
+    !> Number of the changed parameter, and number of the neighbour for this parameter (1 or 2)
     integer, intent(in) :: k, i
     !> The neighbour of the machine under the operating condition
     class(frame_type), allocatable, intent(out) :: frame

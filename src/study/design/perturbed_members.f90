@@ -1,5 +1,6 @@
 !> A machine of a family and its neighbours. Each neighbour differs from the machine in one parameter. Differences between them
-!> yield the derivatives of functions f that can be computed without a solution, such as the coefficients of the equations:
+!> yield the derivatives of functions f that are known without solving the equations of motion, such as the coefficients of these
+!> equations:
 !>
 !>     df/dp = (w_0 f(p) + w_1 f(p + d_1 h) + w_2 f(p + d_2 h)) / h.
 !>
@@ -31,14 +32,14 @@ module gestell_study_design_perturbed_members
   !> Input keys of those properties of a link that design parameters can change: mass, centre of mass, moment of inertia.
   character(len=9), parameter, public :: part_names(4) = [character(len=9) :: "mass", "center(1)", "center(2)", "inertia"]
 
-  !> Quantity that varies along a line of conditions: the speed or the stiffness factor.
+  !> Quantity that varies along a line through the range of operating conditions: the speed or the stiffness factor.
   integer, parameter, public :: along_speed = 1, along_stiffness = 2
 
   !> Operating condition of a machine: its speed (rad/s; 0: the machine's own speed), and the factors that multiply the nominal
   !> values of speed, stiffness and damping.
   type, public :: condition_type
     real(dp) :: speed = 0, speed_factor = 1, stiffness_factor = 1, damping_factor = 1
-    !> The quantity that varies along a line of conditions: `along_speed` or `along_stiffness`
+    !> Quantity that varies along the line of conditions on which this condition lies: `along_speed` or `along_stiffness`
     integer :: along = along_speed
   contains
     procedure :: number
@@ -70,24 +71,24 @@ module gestell_study_design_perturbed_members
     !> The machine itself
     type(frame_type) :: frame
     type(step_type), allocatable :: steps(:)
-    !> Neighbours at the distances d_1 h and d_2 h along each parameter, shape (2, parameters); unallocated if no derivatives are
-    !> requested
+    !> Two neighbours for each parameter, shape (2, parameters); unallocated if no derivatives are requested
     type(frame_type), allocatable :: perturbed(:, :)
-    !> Difference formula for each parameter. `distance`: steps d_1 h and d_2 h to the neighbours, shape (2, parameters). `weight`:
-    !> factors w_0 / h, w_1 / h, w_2 / h of the machine and its neighbours, shape (0:2, parameters)
+    !> Difference formula for each parameter. `distance`: changes of the parameter in its two neighbours, shape (2, parameters).
+    !> `weight`: factors of the function values at the machine and at the two neighbours, shape (0:2, parameters)
     real(dp), allocatable :: distance(:, :), weight(:, :)
   end type members_type
 
-  !> Steps d_1, d_2 of central, forward and backward differences, in units of h.
+  !> Changes of the parameter in its two neighbours, for central, forward and backward differences, in units of the step h.
   real(dp), parameter :: offsets(2, 3) = reshape([-1.0_dp, 1.0_dp, 1.0_dp, 2.0_dp, -1.0_dp, -2.0_dp], [2, 3])
-  !> Factors w_0, w_1, w_2 of central, forward and backward differences.
+  !> Factors of the function values at the machine and at its two neighbours, for central, forward and backward differences, in
+  !> units of 1 / h.
   real(dp), parameter :: weights(0:2, 3) = reshape([0.0_dp, -0.5_dp, 0.5_dp, -1.5_dp, 2.0_dp, -0.5_dp, 1.5_dp, -2.0_dp, 0.5_dp], &
     & [3, 3])
 
 contains
 
-  !> Builds the machine at `parameters` and, if `steps` are given, its neighbours. The caller sets `members%setting`. Fails if the
-  !> parameters are invalid, or if the family's members are not frames.
+  !> Builds the machine at `parameters` and, if `steps` are given, its neighbours, which have one parameter changed each. The
+  !> caller sets `members%setting`. Fails if the parameters are invalid, or if the family's members are not frames.
   subroutine find_members(family, parameters, members, known, error, steps)
     !> The family of machines
     class(family_type), intent(in) :: family
@@ -264,7 +265,7 @@ contains
 
   end subroutine remember
 
-  !> Value of the quantity that varies along the line: a speed (rad/s) or a stiffness factor.
+  !> Value of the quantity that varies along the line of conditions: a speed (rad/s), a speed factor or a stiffness factor.
   elemental real(dp) function number(self)
     class(condition_type), intent(in) :: self
 
@@ -273,8 +274,8 @@ contains
     if (self%along == along_stiffness) number = self%stiffness_factor
   end function number
 
-  !> The condition moved along the line on which it lies. `value`: new value of the quantity that varies along this line (speed or
-  !> stiffness factor).
+  !> Copy of the condition with a new value of the quantity that varies along its line of conditions. `value`: the new speed
+  !> (rad/s), speed factor or stiffness factor.
   elemental function moved_to(self, value) result(there)
     class(condition_type), intent(in) :: self
     real(dp), intent(in) :: value
@@ -313,7 +314,7 @@ contains
     call run%scale_mounting(condition%stiffness_factor, condition%damping_factor)
   end subroutine at_condition
 
-  !> Appends to `list` those conditions of `more` that it does not contain yet.
+  !> Joins two lists: appends to `list` those conditions of `more` that it does not contain yet.
   pure function joined(list, more)
     type(condition_type), intent(in) :: list(:), more(:)
     type(condition_type), allocatable :: joined(:)

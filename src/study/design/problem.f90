@@ -16,10 +16,10 @@ module gestell_study_design_problem
 
   public :: design_options, evaluate_goals, goal_branches_type, is_squared, decide_inversion
 
-  !> A step of the search is rejected if its objective exceeds the smallest objective so far by this factor. Such large values need
-  !> not be exact.
+  !> A step of the search is rejected if its objective exceeds the smallest objective so far by this factor. Objectives above this
+  !> limit need not be exact.
   real(dp), parameter :: refused = 1.5_dp
-  !> Objectives that are smaller than this, relative to their scale, are replaced by this value before their inverse is computed.
+  !> Objectives (plus `shift`) that are smaller than this value are replaced by it before their inverse is computed.
   real(dp), parameter :: tiny_part = 1.0e-100_dp
 
   !> Relative margin that the search keeps to each limit. With the margin a limit is still met if the search ends within its
@@ -53,8 +53,8 @@ module gestell_study_design_problem
 
 contains
 
-  !> Evaluates the branches of the machine with the coordinates x. Computes derivatives if `gradients` is true. Fails if x or the
-  !> goals are invalid.
+  !> Evaluates the branches of all objectives and constraints for the machine with the coordinates x. Computes derivatives if
+  !> `gradients` is true. Fails if x or the goals are invalid.
   subroutine evaluate(self, x, gradients, at, error)
     class(design_problem), intent(inout) :: self
     real(dp), intent(in) :: x(:)
@@ -122,7 +122,7 @@ contains
 
   contains
 
-    !> True if this machine was also the last one to be evaluated.
+    !> True if this machine is the one that was evaluated last.
     pure logical function was_last_evaluated()
       was_last_evaluated = allocated(self%last_x)
       if (was_last_evaluated) was_last_evaluated = all(abs(self%last_x - parameters) <= 0)
@@ -252,8 +252,8 @@ contains
     end do
   end subroutine evaluate_range
 
-  !> True for the conditions under which a goal is close to its worst value. Other conditions are not expected to become the worst
-  !> within a step for which the model of the problem is valid. If one of them becomes the worst, the step is shortened.
+  !> True for the conditions under which a goal is close to its worst value. Only these conditions need derivatives: the others
+  !> are not expected to become the worst within one step of the search. If one of them does, the step is shortened.
   pure function near_worst(goals, values, conditions) result(counts)
     type(goal_type), intent(in) :: goals(:)
     type(goal_branches_type), intent(in) :: values

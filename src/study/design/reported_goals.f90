@@ -83,8 +83,8 @@ contains
     end associate
   end subroutine report_goals
 
-  !> Computes the goals that need no solution. Shaking forces are sums whose terms may cancel, so their error is the rounding error
-  !> of the terms.
+  !> Computes the goals that are properties of the machine or shaking forces on rigid ground. Shaking forces are sums whose terms
+  !> may cancel, so their error is the rounding error of the terms.
   subroutine report_without_motion(goals, run, options, values, errors, error)
     type(goal_type), intent(in) :: goals(:)
     type(frame_type), intent(in) :: run

@@ -29,16 +29,16 @@ module gestell_study_design_separation
   !> `orders`: largest order of the drive that is considered. `around`: number of directions in the plane of two modes that are used
   !> as branches.
   integer, parameter :: orders = 4, around = 12
-  !> Frequencies of two modes may coincide for another machine of the search if the relative difference of their squares is smaller
-  !> than this.
+  !> Two modes get further branches if the relative difference of the squares of their frequencies is smaller than this: for
+  !> another machine of the search the two frequencies may coincide.
   real(dp), parameter :: near = 0.1_dp
 
 contains
 
   !> Finds the branches of a machine. There is one branch for each mode and each harmonic that the shafts excite, up to four times
-  !> the drive's speed. There are further branches for directions between modes whose frequencies may coincide. If a frequency
-  !> coincides with an order within the range, the branch is chosen so that the frequency leaves the range at the nearer end. Fails
-  !> if the mass matrix is not positive definite.
+  !> the drive's speed. There are further branches for directions between modes whose frequencies may coincide. If the frequency
+  !> of a mode coincides with an order at some speed of the range, its branch requires that the frequency leaves the range at the
+  !> nearer end. Fails if the mass matrix is not positive definite.
   subroutine find_branches(frame, speeds, branches, error)
     !> The machine whose modes are computed
     class(frame_type), intent(in) :: frame
@@ -132,8 +132,9 @@ contains
     end do
   end subroutine compute_distances
 
-  !> Computes the undamped natural frequencies, ascending, and the modes u exp(i w t). The gyroscopic moments `g` are included,
-  !> except for modes that do not oscillate. Fails if the mass matrix is not positive definite.
+  !> Computes the undamped natural frequencies w, in ascending order, and the mode shapes u of the vibrations u exp(i w t). The
+  !> gyroscopic moments `g` are included, except for modes that do not oscillate. Fails if the mass matrix is not positive
+  !> definite.
   subroutine find_modes(m, g, c, frequencies, modes, error)
     real(dp), intent(in) :: m(:, :), g(:, :), c(:, :)
     real(dp), intent(out) :: frequencies(:)
@@ -178,8 +179,8 @@ contains
     g = (model%b - transpose(model%b)) / 2 * (speed / abs(frame%speed))
   end function gyroscopic
 
-  !> Index of that end of the range at which the frequency comes closest to the order: 2 for a frequency above the order, 1 for a
-  !> frequency below it.
+  !> Index of the end of the speed range at which a frequency is closest to an order: 2, the highest speed, for a frequency above
+  !> the order; 1, the lowest speed, for a frequency below it.
   pure integer function end_of(side)
     integer, intent(in) :: side
 

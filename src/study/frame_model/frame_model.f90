@@ -45,7 +45,7 @@ module gestell_study_frame_model
   !> If the first relative step of Newton's method is larger than this, the exact vibration differs much from the linear one and may
   !> be one of several.
   real(dp), parameter :: notably_nonlinear = 0.02_dp
-  !> A motion given as a start is rejected if a step of Newton's method, relative to the motion, reaches this value.
+  !> A motion that is given as a start is rejected if a step of Newton's method reaches this fraction of the motion.
   real(dp), parameter :: near_step = 0.3_dp
 
 contains
@@ -126,9 +126,10 @@ contains
     if (allocated(means)) call move_alloc(means, system)
   end subroutine settle_member
 
-  !> Searches for the vibration by Newton's method. The search starts from `varied`, the frame linearised about rest. If it fails,
-  !> the vibration is searched by continuation. A vibration between two turning points of its curve against the speed is unstable,
-  !> so no machine stays on it. If continuation with varying speed leads to another vibration, that vibration is returned instead.
+  !> Searches for the vibration of the exact frame. Newton's method starts from `varied`, the frame linearised about rest. If it
+  !> fails, the vibration is searched by continuation. On the curve of the vibration against the speed, a vibration between two
+  !> turning points is unstable, so no machine stays on it. If Newton's method finds such a vibration, and continuation from
+  !> another speed leads to a different one, the latter is returned.
   subroutine find_vibration(frame, accuracy, varied, error, newton)
     class(frame_type), intent(in) :: frame
     type(accuracy_type), intent(in) :: accuracy
@@ -175,7 +176,8 @@ contains
     if (allocated(between)) call move_alloc(between, newton%others)
   end subroutine find_vibration
 
-  !> True if a real multiplier is greater than 1. The vibration then lies between two turning points of its curve against the speed.
+  !> True if a real multiplier is greater than 1. On the curve of the vibration against the speed, the vibration then lies between
+  !> two turning points.
   logical function between_turning_points(varied)
     type(varied_frame_type), intent(in) :: varied
     type(floquet_type) :: floquet

@@ -11,8 +11,8 @@ module gestell_study_frame_model_gmres
     private
     !> Number of products A v so far
     integer :: products = 0
-    !> `vectors`: orthonormal vectors V. `r`: R of A V = (V Q) R. `cosine`, `sine`: the plane rotations that form Q.
-    !> `residual_norms`: components of the residual of b in the basis V Q
+    !> `vectors`: orthonormal basis vectors V. `cosine`, `sine`: the plane rotations that form the orthogonal matrix Q. `r`: the
+    !> triangular matrix R with A V = (V Q) R. `residual_norms`: components of the residual of b in the basis V Q
     real(dp), allocatable :: vectors(:, :), r(:, :), cosine(:), sine(:), residual_norms(:)
   contains
     procedure :: begin
@@ -111,7 +111,8 @@ contains
     end if
   end function residual
 
-  !> Estimate of the norm |A^-1| from the products so far: 1 + |R^-1 - E|.
+  !> Estimate of the norm |A^-1| from the products so far: 1 + |R^-1 - E|, where R is the triangular matrix of the iteration and E
+  !> the unit matrix.
   pure real(dp) function amplification(self)
     class(gmres_type), intent(in) :: self
     real(dp) :: column(self%products), squares

@@ -1,11 +1,12 @@
-!> Solves for the periodic motion of M q'' + B q' + C q = h by harmonic balance: the harmonics satisfy the equations at equidistant
-!> phases. Nothing is integrated, and the coefficients are evaluated at these phases only.
+!> Solves for the periodic motion of M q'' + B q' + C q = h by harmonic balance: the harmonics satisfy the equations at
+!> equidistant phases. Nothing is integrated, and the coefficients are evaluated at these phases only.
 !>
-!> The means of M, B, C alone would yield one equation A_k x_k = h_k for each harmonic k; A is the matrix of all A_k. The periodic
-!> parts of the coefficients couple the harmonics weakly. With A^-1 as preconditioner GMRES needs few iterations (Y. Saad, M. H.
-!> Schultz, SIAM J. Sci. Stat. Comput. 7, 1986, 856-869), even where a resonance of the means makes one or two couplings large. The
-!> error of the computed harmonics is estimated by the residual times an estimate of the norm of the inverse. Harmonics that the
-!> phases do not resolve appear as lower harmonics (doc/theory.md, equation 37).
+!> If M, B, C were replaced by their means over the turn, there would be a separate equation A_k x_k = h_k for each harmonic k.
+!> Let A be the matrix with the blocks A_k. The periodic parts of M, B, C couple the harmonics weakly. With A^-1 as preconditioner
+!> GMRES therefore needs few iterations (Y. Saad, M. H. Schultz, SIAM J. Sci. Stat. Comput. 7, 1986, 856-869), even where a
+!> resonance of the averaged equations makes one or two couplings large. The error of the computed harmonics is estimated by the
+!> residual times an estimate of the norm of the inverse. Harmonics that the phases do not resolve appear as lower harmonics
+!> (doc/theory.md, equation 37).
 module gestell_study_frame_model_harmonic_balance
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp, pi
@@ -29,16 +30,16 @@ module gestell_study_frame_model_harmonic_balance
     real(dp) :: rounding = 0, truncation = 0
     !> The part of `truncation` that could be reduced by more phases
     real(dp) :: left_out = 0
-    !> Units of the states, and phase advance of the free vibrations. They are kept for similar systems. The component `scale` is
-    !> unallocated before the first use
+    !> Units of the states, and phase advance of the free vibrations. They are kept and used again for similar systems. The
+    !> component `scale` is unallocated before the first use
     type(survey_type) :: survey
-    !> The preconditioner, which is kept for similar systems
+    !> The preconditioner, which is kept and used again for similar systems
     type(means_type), private :: means
   contains
     procedure :: at_phases
   end type balance_type
 
-  !> Coefficients M, B, C of the equations, each at all phases, shape (phases, f, f).
+  !> Coefficients M, B, C of the equations at all phases, each of shape (phases, degrees of freedom, degrees of freedom).
   type :: coefficients_type
     real(dp), allocatable, dimension(:, :, :) :: m, b, c
   end type coefficients_type
@@ -61,7 +62,7 @@ contains
   subroutine balance_harmonics(system, phases, of_motion, motion, fits)
     !> The system whose periodic motion is computed
     class(second_order_system), intent(in) :: system
-    !> Number of phases: a multiple of twice the number of lanes
+    !> Number of phases: a multiple of twice the number of phases that are processed together (`lanes`)
     integer, intent(in) :: phases
     !> Allowed error, relative to the size of the motion
     real(dp), intent(in) :: of_motion
@@ -118,8 +119,8 @@ contains
     end associate
   end subroutine balance_harmonics
 
-  !> Samples the coefficients of the equations over theta = 2 pi t/T and the load h at equidistant phases. `units`: units of the
-  !> states.
+  !> Samples the coefficients M, B, C of the equations, with theta = 2 pi t/T as independent variable, and the load h at
+  !> equidistant phases. All are in the units `units` of the states.
   subroutine sample(system, phases, units, at, h)
     class(second_order_system), intent(in) :: system
     integer, intent(in) :: phases
@@ -143,8 +144,8 @@ contains
     end do
   end subroutine sample
 
-  !> Applies the operator M q'' + B q' + C q and then the preconditioner to harmonics `v` that are multiplied by weights. The result
-  !> is multiplied by weights, too.
+  !> Applies the operator M q'' + B q' + C q to the harmonics of a motion q, and then the preconditioner. `v` and the result are
+  !> harmonics multiplied by `means%weights`.
   pure function applied(means, at, v) result(x)
     type(means_type), intent(in) :: means
     type(coefficients_type), intent(in) :: at
@@ -176,7 +177,7 @@ contains
     x = means%weighted(means%waves%harmonics(load))
   end function applied
 
-  !> Evaluates functions, given by their harmonics, at all phases. Arguments and result have shape (phases, functions).
+  !> Evaluates functions at all phases from their harmonics. Both `harmonics` and the result have the shape (phases, functions).
   pure function at_phases(self, harmonics) result(values)
     class(balance_type), intent(in) :: self
     real(dp), contiguous, intent(in) :: harmonics(:, :)

@@ -167,8 +167,8 @@ contains
   end function weighted
 
   !> Estimates the error caused by missing harmonics (doc/theory.md, equation 37). If the n phases do not resolve the order k,
-  !> harmonic k is missing, and its load appears as a load of order n - k. The load A_k x_k is assumed to decrease further as it
-  !> does over the last two sixths of the orders.
+  !> harmonic k is missing, and its load appears as a load of order n - k. The load A_k x_k is assumed to fall further as it falls
+  !> from the last but one to the last sixth of the resolved orders.
   pure real(dp) function left_out(means, x)
     class(means_type), intent(in) :: means
     real(dp), intent(in) :: x(0:, :)

@@ -17,10 +17,9 @@ module gestell_study_frame_model_model_check
 
 contains
 
-  !> Compares `multipliers` of a cheaper model with the multipliers about the exact vibration. If the multipliers about the exact
-  !> vibration are unknown or leave the verdict undecided, compares `multipliers` with those about the vibration of the equations
-  !> linearised about rest. `better` is allocated if the verdicts differ, or if ln rho_max differs by more than one per cent plus
-  !> both errors.
+  !> Compares `multipliers` of a cheaper model with the multipliers about the exact vibration. If these are unknown or leave the
+  !> verdict undecided, the comparison uses the multipliers about the vibration of the equations linearised about rest. `better`
+  !> is allocated if the verdicts differ, or if the values of ln rho_max differ by more than one per cent plus both errors.
   subroutine check_model(frame, accuracy, multipliers, better)
     class(frame_type), intent(in) :: frame
     type(accuracy_type), intent(in) :: accuracy

@@ -73,8 +73,8 @@ module gestell_study_frame_model_newton
 
 contains
 
-  !> Applies Newton's method. The start is the motion about which `varied` is linearised; the excitation is that of `varied`. Fails
-  !> if `solve_floquet` or `solve_periodic` fails, or if the method does not converge.
+  !> Applies Newton's method. It starts from the motion about which `varied` is linearised, and uses the excitation of `varied`.
+  !> Fails if `solve_floquet` or `solve_periodic` fails, or if the method does not converge.
   subroutine iterate(frame, accuracy, linear, varied, steps, error, quickly)
     !> The frame linearised about rest
     class(frame_type), intent(in), target :: frame
@@ -167,8 +167,8 @@ contains
     !> The computed motion. On entry it may hold the motion of a similar system
     type(next_type), intent(inout) :: next
     type(error_type), allocatable, intent(out) :: error
-    !> If `from` and `lack` are present, the motion is `from` plus the periodic motion of `lack`. The fast solvers then compute only
-    !> this change, and their errors are relative to it
+    !> A known motion, given together with the system `lack`. The computed motion is then `from` plus the periodic motion of
+    !> `lack`. The fast solvers compute only this change, and their errors are relative to it
     type(series_type), intent(in), optional :: from
     class(second_order_system), intent(in), optional :: lack
     !> Full solution of the system, with error bounds. It is computed only if this argument is present
@@ -334,8 +334,8 @@ contains
     next%truncation = 0
   end subroutine solve_fully
 
-  !> Accounts for the relative error `part` of the motion: adds its effect on the multipliers to the rounding error of `varied`.
-  !> This error changes only the difference between the coefficients linearised about the motion and those linearised about rest.
+  !> Adds to `varied%rounding` the effect that the relative error `part` of the motion has on the multipliers. An error of the
+  !> motion affects only the difference between the coefficients linearised about the motion and those linearised about rest.
   !> `scale`: units that make the states comparable.
   subroutine add_rounding(frame, scale, part, varied)
     class(frame_type), intent(in) :: frame

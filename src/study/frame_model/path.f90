@@ -1,13 +1,13 @@
 !> Follows periodic vibrations of a family of exact frames over a parameter lambda by arc length.
 !>
 !> Arc length continuation (H. B. Keller, 1977) passes turning points, where lambda reverses and Newton's method at given lambda
-!> fails. To first order in lambda the next iterate about a motion q is q_a + lambda q_b. The condition
+!> fails. One step of Newton's method from a motion q yields, to first order in lambda, the motion q_a + lambda q_b. Let (q_p,
+!> lambda_p) be the predicted point of the path, and (t_q, t_lambda) the tangent of the path. The condition
 !>
 !>     <t_q, q - q_p> + t_lambda (lambda - lambda_p) = 0
 !>
-!> with the inner product <,> keeps the correction of the predicted point (q_p, lambda_p) orthogonal to the tangent (t_q, t_lambda)
-!> and determines lambda. The derivative of Newton's map with respect to q vanishes at a vibration, so the tangent there is (q_b,
-!> 1).
+!> with the inner product <,> keeps the correction of the predicted point orthogonal to the tangent and determines lambda. The
+!> derivative of Newton's step with respect to q vanishes at a vibration, so the tangent there is (q_b, 1).
 module gestell_study_frame_model_path
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
@@ -26,8 +26,8 @@ module gestell_study_frame_model_path
 
   public :: advance, between, cubic, first_point, middle_of, motion_of, next_iterate, size_of, units_of
 
-  !> A family of machines that depend on the parameter lambda. Each member is a frame linearised about a motion. Motions are stored
-  !> at equidistant phases, shape (samples, dofs), divided by `units` (m, rad); the degrees of freedom are in the frame's order.
+  !> A family of machines that depend on the parameter lambda. Each member is a frame linearised about a motion. Motions are
+  !> stored at equidistant phases, shape (samples, dofs), divided by `units`; the degrees of freedom are in the frame's order.
   type, abstract, public :: path_family_type
     type(accuracy_type) :: accuracy
     real(dp), allocatable :: units(:)
@@ -209,7 +209,7 @@ contains
     q = cubic(x, resampled(from%q, n), resampled(to%q, n), arc * resampled(from%along, n), arc * resampled(to%along, n))
   end function between
 
-  !> Value at x of the cubic that has the value a at x = 0 and b at x = 1, and the given slopes there.
+  !> Value at x of the cubic with given values and slopes at two points: a and `slope_a` at x = 0, b and `slope_b` at x = 1.
   elemental real(dp) function cubic(x, a, b, slope_a, slope_b)
     real(dp), intent(in) :: x, a, b, slope_a, slope_b
 
@@ -261,8 +261,8 @@ contains
     q_a = q_a - ends(1) * q_b
   end subroutine linearise
 
-  !> Computes the next iterates from the motion q for both values `ends` of lambda. The second iterate has at least as many samples
-  !> as the first. Fails if `next_iterate` fails.
+  !> Computes the next iterates from the motion q for the two values of lambda in `ends`. The second iterate has at least as many
+  !> samples as the first. Fails if `next_iterate` fails.
   subroutine solve_both(self, q, ends, next, error)
     class(path_family_type), intent(in) :: self
     real(dp), intent(in) :: q(:, :), ends(2)

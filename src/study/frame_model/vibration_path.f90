@@ -171,8 +171,8 @@ contains
     total_mass = frame%mass + frame%mechanism%mass
   end function total_mass
 
-  !> Creates the path of the machine `varied`. Along the path the speed varies if `speeds` is present; otherwise the excitation
-  !> varies, starting from rest. `speeds`: speeds at lambda = 0 and 1 (rad/s).
+  !> Creates the path of the machine `varied`. If `speeds` is present, the speed varies along the path, from `speeds(1)` at lambda
+  !> = 0 to `speeds(2)` at lambda = 1 (rad/s). Otherwise the excitation varies, starting from rest.
   function machine_path(varied, accuracy, speeds) result(family)
     type(varied_frame_type), intent(in) :: varied
     type(accuracy_type), intent(in) :: accuracy

@@ -19,31 +19,33 @@ module gestell_study_design_range_branch
 
   public :: climb_branches
 
-  !> The local maxima over the turn under one condition. `places`: their phases (turns). `levels`: the levels of the goal there
-  !> (gestell_study_design_goal).
+  !> The local maxima of a goal over the turn under one condition. `places`: their phases (turns). `levels`: their levels (see
+  !> `level` of gestell_study_design_goal).
   type :: turn_type
     real(dp), allocatable :: places(:), levels(:)
   end type turn_type
 
-  !> The local maxima are compared at this distance from the maximum with respect to the speed, in half widths of the resonance.
+  !> The local maxima over the turn are compared at the speed where the largest of them is highest, and at this distance on both
+  !> sides of this speed. Unit: half widths of the resonance.
   real(dp), parameter :: comparison_distance = 0.125_dp
   !> Safety margin on the gain that is predicted by a parabola through three points, relative to this gain.
   real(dp), parameter :: margin = 1
 
 contains
 
-  !> Searches along the line for the maximum of every local maximum over the turn that may exceed `climb`. Sets `climb` to the
-  !> highest of them. On entry `climb` is a smooth maximum along the line. Fails if the goal is invalid.
+  !> Finds the highest maximum of a peak along a line of conditions. On entry `climb` holds a smooth maximum for one local maximum
+  !> over the turn. Every other local maximum over the turn that may exceed it is followed along the line to its own maximum. On
+  !> return `climb` holds the highest of these maxima. Fails if the goal is invalid.
   subroutine climb_branches(members, goal, start, bounds, climb, error, motion)
     !> The machine, and its neighbours with one parameter changed each
     type(members_type), intent(in) :: members
     !> The goal whose maxima are sought
     type(goal_type), intent(in) :: goal
-    !> Any condition on the line
+    !> Any condition on the line of conditions along which to search
     type(condition_type), intent(in) :: start
-    !> First and last position on the line between which to search
+    !> First and last position on this line between which to search
     real(dp), intent(in) :: bounds(2)
-    !> The highest maximum. On entry the one that is already known
+    !> On entry the maximum that is already known, on return the highest maximum
     type(climb_type), intent(inout) :: climb
     type(error_type), allocatable, intent(out) :: error
     !> See `climb_from`: on entry the motion from which the first search starts, on return the last motion
@@ -119,7 +121,8 @@ contains
     closest = minloc(abs(modulo(turn%places - place + 0.5_dp, 1.0_dp) - 0.5_dp), dim=1)
   end function closest
 
-  !> Height of the vertex of the parabola through three equidistant values above the middle value.
+  !> Predicted rise of the maximum above the middle one of three equidistant values: up to the vertex of the parabola through
+  !> them, or at least up to the largest of them.
   pure real(dp) function parabola_rise(f)
     real(dp), intent(in) :: f(3)
     real(dp) :: bend

@@ -2,14 +2,14 @@
 !>
 !>     call climb%start(places, values)                  ! three ascending positions and the values there
 !>     do while (.not. climb%done)
-!>       (the value at climb%next)
+!>       value = ...                                     ! the function at the position climb%next
 !>       call climb%take(value)
 !>     end do
 !>
-!> If the middle one of the three positions is not the highest, the positions move uphill, each time twice as far apart. After that
-!> the maximum is approached by parabolas. Golden sections are used if parabolas do not shorten the interval (R. P. Brent,
-!> Algorithms for Minimization without Derivatives, 1973, chapter 5). Near a resonance a peak is P = P_0 / sqrt(1 + u^2), where u is
-!> proportional to the distance from the resonance, so -1/P^2 is exactly a parabola.
+!> If the middle one of the three positions is not the highest, the positions move uphill, each time twice as far apart. After
+!> that the maximum is approached by parabolas. Golden sections are used if parabolas do not shorten the interval (R. P. Brent,
+!> Algorithms for Minimization without Derivatives, 1973, chapter 5). Near a resonance a peak is P = P_0 / sqrt(1 + u^2), where u
+!> is proportional to the distance from the resonance, so -1/P^2 is exactly a parabola.
 module gestell_study_design_range_climb
   use gestell_base_kinds, only: dp
   implicit none (type, external)
@@ -20,7 +20,8 @@ module gestell_study_design_range_climb
     !> `next`: position at which the caller evaluates the function next. `top`: position of the maximum. `highest`: largest value so
     !> far, which may be slightly below the maximum
     real(dp) :: next = 0, top = 0, highest = 0
-    !> True if the maximum is known to the relative accuracy `gain`, or if the maximum number of steps is reached
+    !> True if the search has ended: the maximum is known to the relative accuracy `gain`, it is at an end of the interval, the
+    !> interval is too short, or the maximum number of steps is reached
     logical :: done = .false.
     !> True if the maximum is smooth. False if it is at a jump or at an end of the interval, or if none was found
     logical :: smooth = .false.

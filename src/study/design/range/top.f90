@@ -1,7 +1,7 @@
-!> Evaluates one machine under a condition within a range, and finds the position on a line through the range at which a goal is
-!> worst. At such a maximum the derivative with respect to the position vanishes. Therefore the derivatives of the maximum with
-!> respect to the parameters are those at a fixed condition (local reduction in semi-infinite programming: R. Hettich, K. O.
-!> Kortanek, SIAM Review 35, 1993, 380-429, section 2.2).
+!> Evaluates one machine under a condition within a range of conditions. Along a line of conditions, on which one quantity varies,
+!> finds the position at which a goal is worst. At a maximum inside the line the derivative with respect to the position vanishes.
+!> Therefore the derivatives of the maximum with respect to the parameters are those at a fixed condition (local reduction in
+!> semi-infinite programming: R. Hettich, K. O. Kortanek, SIAM Review 35, 1993, 380-429, section 2.2).
 module gestell_study_design_range_top
   use gestell_base_error, only: error_type
   use gestell_base_verdict, only: failed, operator(/=), operator(==), stable
@@ -26,7 +26,7 @@ module gestell_study_design_range_top
 
   !> Maximum number of steps of a search for a maximum.
   integer, parameter :: max_steps = 40
-  !> Maximum number of halvings of the interval at the end of a line.
+  !> Maximum number of halvings of the interval at the end of a line of conditions.
   integer, parameter :: max_halvings = 8
 
 contains
@@ -131,9 +131,9 @@ contains
     call climb_branches(members, goal, start, places([1, 3]), climb, error, motion)
   end subroutine climb_from
 
-  !> If a goal is larger at the end of a line than at the point before it, searches for a maximum between the two. The interval is
-  !> halved until its middle is higher than the end, or until a parabola has its vertex beyond the end. Fails if the goal is
-  !> invalid.
+  !> If a goal is larger at the end of a line of conditions than at the point before it, searches for a maximum between the two.
+  !> The interval is halved until its middle is higher than the end, or until a parabola has its vertex beyond the end. Fails if
+  !> the goal is invalid.
   subroutine search_near_end(members, goal, start, ends, end_levels, places, levels, error)
     !> The machine, and its neighbours with one parameter changed each
     type(members_type), intent(in) :: members
