@@ -60,8 +60,8 @@ contains
 
   contains
 
-    !> Stores index `i` in `best` and the predicted work of method `one` in `min_work` if this work is less than that of all
-    !> candidates before it.
+    !> If method `one` is predicted to need less work than all candidates before it, stores its index `i` in `best` and its work
+    !> in `min_work`.
     subroutine consider(one)
       class(method_type), intent(in) :: one
       real(dp) :: work

@@ -12,10 +12,11 @@ module gestell_floquet_choice_methods
 
   public :: find_method, method_names, new_method, stages_of
 
-  !> Convergence is assumed as soon as a solution differs from a solution with more steps by less than this fraction.
+  !> A method is assumed to converge as soon as two solutions with different numbers of steps differ by less than this fraction
+  !> of their size.
   real(dp), parameter, public :: begun = 0.01_dp
-  !> For embedded methods, convergence is assumed as soon as the results of the first and the second embedded method differ by less
-  !> than this fraction.
+  !> A method with embedded methods is assumed to converge as soon as the results of its first and its second embedded method
+  !> differ by less than this fraction of their size.
   real(dp), parameter, public :: pair_begun = 3 * begun
 
 contains

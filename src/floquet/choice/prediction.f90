@@ -18,16 +18,16 @@ contains
   !> Number of steps for the first solution by a method with embedded methods. With this number the solution should reach the
   !> tolerance. It is the smallest number that meets all these requirements:
   !>
-  !> - the steps resolve the coefficients, and the phase of the fastest motion advances by at most `longest_turn` radians in a step,
-  !> - without fitting, the error of Gauss' method is at most `error_share` times the allowed error,
-  !> - the first embedded method changes the result by at most `change` times the allowed error,
-  !> - the second embedded method converges, or the first one changes the result by at most twice the allowed error,
+  !> - the steps resolve the coefficients,
+  !> - the phase of the fastest motion advances by at most `longest_turn` radians in a step,
+  !> - the error of the Gauss method without fitting is at most `error_share` times the allowed error,
+  !> - the result of the first embedded method differs from that of the method by at most `change` times the allowed error,
+  !> - the second embedded method converges, or the first one differs from the method by at most twice the allowed error,
   !> - the nodes resolve the coefficients and the loads (`steps_to_resolve`).
   !>
-  !> `steps_to_resolve` uses an error estimate whose order is lower by three than the order of quadrature; for loads the estimate
-  !> grows with the order. `of_changes` and the powers of gain, width and order were fitted to 30000 solutions of 548 random
-  !> machines. With smaller values of these constants a second solution is needed more often; with larger values the first solution
-  !> has too many steps. Values of `change` from 100 to 300 lead to the same total work.
+  !> The constants in `gain`, the required reduction of the quadrature error, were fitted to 30000 solutions of 548 random
+  !> machines. If these constants are smaller, a second solution is needed more often; if they are larger, the first solution has
+  !> too many steps. Values of `change` from 100 to 300 lead to the same total work.
   pure real(dp) function first_steps(method, system, survey, tolerance) result(steps)
     class(method_type), intent(in) :: method
     class(periodic_system), intent(in) :: system
@@ -56,11 +56,12 @@ contains
     steps = rounded_steps(method, system, steps)
   end function first_steps
 
-  !> Number of steps for which the estimated error of quadrature at the Gauss nodes falls to 1 / `gain` of the integrand. The
-  !> integrand is analytic up to the distance `width` (rad) from the real axis.
+  !> Number of steps for which the estimated quadrature error at the Gauss nodes is 1 / `gain` of the integrand. The integrand is
+  !> analytic up to the distance `width` (rad) from the real axis, with 2 pi per period.
   !>
-  !> In units of half a step, H = pi / N, Bernstein's ellipse has the minor semiaxis width / H = (R - 1 / R) / 2. The relative error
-  !> of quadrature is R**(-order) (Trefethen, doi:10.1137/060659831, Theorem 4.5). The estimate of this error is R**(3-order).
+  !> The quadrature error of N steps is proportional to R**(-order), where R is the sum of the semiaxes of Bernstein's ellipse
+  !> around a step (Trefethen, doi:10.1137/060659831, Theorem 4.5). In units of half a step, H = pi / N, the minor semiaxis is
+  !> width / H = (R - 1 / R) / 2. The estimate is larger than this error: it is R**(3 - order).
   pure real(dp) function steps_to_resolve(method, width, gain) result(steps)
     class(method_type), intent(in) :: method
     real(dp), intent(in) :: width, gain
@@ -72,9 +73,9 @@ contains
     steps = pi * (r - 1 / r) / (2 * width)
   end function steps_to_resolve
 
-  !> Distance (rad) from the real axis up to which the coefficients (`which` = 1) or the loads (`which` = 2) are analytic. If the
-  !> samples of the survey are too few, they make the distance appear too small. The result is therefore never below 7 / m, where
-  !> the fastest change takes 1 / m of the period; in no random linkage was the distance smaller.
+  !> Distance (rad) from the real axis up to which the coefficients (`which` = 1) or the loads (`which` = 2) are analytic. It is
+  !> taken from the survey, but is at least 7 / `least_steps`: a survey with too few samples underestimates the distance, and no
+  !> random linkage had a smaller one.
   pure real(dp) function width_of(system, survey, which) result(width)
     class(periodic_system), intent(in) :: system
     type(survey_type), intent(in) :: survey
@@ -84,8 +85,7 @@ contains
   end function width_of
 
   !> Minimum number of steps that resolves the fastest change of the coefficients: `least_steps` of the system. A method with
-  !> embedded methods may use fewer steps, but its total number of nodes must be at least that of `least_steps` steps with six
-  !> stages.
+  !> embedded methods may use fewer steps, but at least as many nodes in total as `least_steps` steps with six stages have.
   pure real(dp) function fewest(method, system)
     class(method_type), intent(in) :: method
     class(periodic_system), intent(in) :: system
@@ -94,8 +94,8 @@ contains
     if (method%lower_order > 0) fewest = 6 * fewest / method%stages
   end function fewest
 
-  !> Number of steps for which the fastest motion alone causes the error `error`. Its phase is taken to advance by 0.98 times
-  !> `fastest`, the median over random systems.
+  !> Number of steps for which the error that a method makes in the fastest motion is `error`. The phase of this motion is
+  !> assumed to advance by 0.98 times `survey%fastest`; this factor is the median over random systems.
   pure real(dp) function steps_to_follow(order, constant, survey, error) result(steps)
     integer, intent(in) :: order
     real(dp), intent(in) :: constant, error
@@ -104,10 +104,11 @@ contains
     steps = 0.98_dp * survey%fastest * (constant * survey%fade * max(survey%fastest, 1.0_dp) / error)**(1.0_dp / order)
   end function steps_to_follow
 
-  !> Number of steps for which the error of the method is `error`. This error grows with the phase advance of the fastest motion,
-  !> for which 0.925 `fastest` is used. It is proportional to `fade`, the share of this motion that remains after its decay. It also
-  !> grows with the bandwidth of the coefficients: their k-th harmonic falls like exp(-k width), and a method of order p has its
-  !> largest error at k = p / width.
+  !> Number of steps for which the error of the method is `error`.
+  !>
+  !> The error grows with the phase advance of the fastest motion, which is taken as 0.925 `survey%fastest`. It is proportional
+  !> to `survey%fade`, the share of the fastest motion in the monodromy matrix. It also grows with the bandwidth of the
+  !> coefficients: their k-th harmonic falls like exp(-k width), and a method of order p has its largest error at k = p / width.
   pure real(dp) function predicted(order, constant, system, survey, error) result(steps)
     !> Order p of the method
     integer, intent(in) :: order
@@ -122,8 +123,9 @@ contains
       & * (constant * survey%fade * max(survey%fastest, 1.0_dp) / error)**(1.0_dp / order)
   end function predicted
 
-  !> Total number of steps of the three solutions that a method without embedded methods needs: one with few steps, one with twice
-  !> as many, and one that reaches the tolerance. The number of steps of the last one follows from the method's error constant.
+  !> Total number of steps of the three solutions that a method without embedded methods computes. The second solution has twice
+  !> as many steps as the first; the third one reaches the tolerance. The number of steps of the third solution is predicted from
+  !> the method's error constant.
   pure real(dp) function steps_in_all(method, system, survey, tolerance, changing) result(steps)
     class(method_type), intent(in) :: method
     class(periodic_system), intent(in) :: system
@@ -143,7 +145,7 @@ contains
       & + rounded_steps(method, system, max(2.5_dp * coarse, last))
   end function steps_in_all
 
-  !> Smallest multiple of the number of steps that are computed together that is not below `steps`.
+  !> Number `steps`, rounded up to a multiple of the number of steps that the method computes together.
   pure real(dp) function rounded_steps(method, system, steps)
     class(method_type), intent(in) :: method
     class(periodic_system), intent(in) :: system

@@ -14,20 +14,22 @@ module gestell_floquet_choice_survey
   public :: survey_system
 
   !> Exponents in the assumed decay k^growth exp(-k width) of the k-th harmonic: `growth(1)` for coefficients, `growth(2)` for
-  !> loads. Positions have square-root branch points at complex crank angles at which a dyad is stretched, hence k^(-3/2). Loads
-  !> contain second derivatives of positions, hence k^(1/2) for high k; the low harmonics used here grow nearly like k.
+  !> loads. Positions of joints have square-root branch points at the complex crank angles at which a dyad is stretched. Their
+  !> harmonics therefore contain the factor k^(-3/2). Loads contain second derivatives of positions, and so the factor k^(1/2)
+  !> for high k; the low harmonics used here grow nearly like k.
   real(dp), parameter, public :: growth(2) = [-1.5_dp, 1.0_dp]
 
   !> Properties of a system with n states, estimated from samples of its coefficients before it is solved.
   type, public :: survey_type
-    !> Upper bound on the phase advance w_max T of the fastest motion within the period (rad): |P| T / sqrt 2. The factor sqrt 2 is
-    !> correct because frequencies come in pairs w, -w.
+    !> Upper bound on the phase advance w_max T of the fastest motion within the period (rad): |P| T / sqrt 2, with the Frobenius
+    !> norm of P. The factor sqrt 2 is allowed because frequencies come in pairs w, -w.
     real(dp) :: phase_advance = 0
     !> Better estimate of the phase advance w_max T of the fastest motion within the period (rad): (|P^16| / sqrt 2)^(1/16) T at the
     !> phase where P is largest. The 16th power suppresses all motions but the fastest.
     real(dp) :: fastest = 0
     !> `width`: distance from the real axis up to which the coefficients (element 1) and the loads (element 2) are analytic (rad,
-    !> with 2 pi per period); zero if unknown. `height`: the k-th harmonic is at most `height` k^`growth` exp(-k `width`).
+    !> with 2 pi per period); zero if unknown. `height`: factor in the bound `height` k^`growth` exp(-k `width`) on the k-th
+    !> harmonic, relative to the maximum of the function.
     real(dp) :: width(2) = 0, height(2) = 1
     !> Share of the fastest motion in the norm of the monodromy matrix Phi(T). It is below 1 if this motion decays over the period.
     real(dp) :: fade = 1
@@ -59,7 +61,7 @@ contains
     class(periodic_system), intent(in) :: system
     type(survey_type), intent(out) :: survey
     type(error_type), allocatable, intent(out) :: error
-    !> Present: also estimate how the coefficients vary over the period. True: also estimate how the loads vary
+    !> If present, also estimate how the coefficients vary over the period. If present and true, also estimate how the loads vary
     logical, intent(in), optional :: forced
     real(dp), allocatable :: p(:, :, :), f(:, :)
     real(dp), dimension(system%states, system%states) :: maximum, one, power, square
@@ -121,12 +123,13 @@ contains
     if (present(forced)) call find_changes(p, system%period, survey, f)
   end subroutine survey_system
 
-  !> Share of the fastest motion in the norm of Phi(T); between `least` and 1. `p` is P, shape (n, n), in units of `unit` / T,
-  !> `power` is its 16th power and `fastest` the phase advance of the fastest motion within the period (rad).
+  !> Share of the fastest motion in the norm of the monodromy matrix Phi(T); between `least` and 1. `p`: matrix P, shape (n, n),
+  !> in units of `unit` / T. `power`: 16th power of P. `fastest`: phase advance of the fastest motion within the period (rad).
   !>
-  !> Let the pair of eigenvalues of the fastest motion be r exp(+-i (pi / 2 + e)), so that this motion decays by exp(-d), d =
-  !> fastest e, in the period. Then tr P^16 = 2 r^16 cos 16 e and tr P^17 = -2 r^17 sin 17 e. The trace of P gives the mean decay of
-  !> the other motions. A share below `least` is raised to `least`, because motions that decay more slowly then contribute as well.
+  !> The fastest motion has a pair of eigenvalues r exp(+-i (pi / 2 + e)). Over the period it decays by the factor exp(-d), where
+  !> d = fastest e. The angle e follows from the traces tr P^16 = 2 r^16 cos 16 e and tr P^17 = -2 r^17 sin 17 e, in which the
+  !> other motions are negligible. The trace of P gives the mean decay of the other motions. A share below `least` is raised to
+  !> `least`, because motions that decay more slowly then contribute to the norm as well.
   pure real(dp) function fastest_share(p, power, unit, fastest) result(fade)
     real(dp), intent(in) :: p(:, :), power(:, :), unit, fastest
     real(dp), parameter :: least = 1 / 64.0_dp
@@ -179,9 +182,9 @@ contains
     call fit_harmonics(together, any_width, falling(:, 2), survey%width(2), survey%height(2), maximum)
   end subroutine find_changes
 
-  !> Computes the largest amplitude of a harmonic of `values`, `maximum`, and fits the decay of the harmonics. The `width` follows
-  !> from harmonics 3 and 4 compared with 7 and 8. From k = 3 on, the k-th harmonic is at most `height` falling(k) exp(-k width)
-  !> times the maximum of |values|.
+  !> Computes the largest amplitude of the harmonics of `values`, `maximum`, and fits their decay. The `width` follows from a
+  !> comparison of harmonics 3 and 4 with harmonics 7 and 8. From k = 3 on, the k-th harmonic is at most `height` falling(k)
+  !> exp(-k width) times the maximum of |values|.
   pure subroutine fit_harmonics(values, any_width, falling, width, height, maximum)
     real(dp), intent(in) :: values(points), any_width, falling(points / 2)
     real(dp), intent(out) :: width, height, maximum

@@ -43,15 +43,16 @@ contains
 
   !> Computes the periodic motion of `system` and bounds on its error.
   !>
-  !> The number of samples is doubled until the harmonics change by no more than rounding errors. The error bound is the sum of four
-  !> parts:
+  !> The number of samples is doubled until the harmonics change by no more than rounding errors. The error bound is the sum of
+  !> four parts:
   !>
   !> - the effect of the errors of M, B and C,
-  !> - the effect of rounding in h,
-  !> - the change of the harmonics at the last doubling, in which a harmonic that is new counts with its full amplitude,
-  !> - the response of free vibrations above the highest harmonic to a load as large as the upper third of the harmonics of h.
+  !> - the effect of errors in the load amplitudes h_m, caused by rounding and by harmonics that the samples do not resolve,
+  !> - the change of the harmonics at the last doubling; a new harmonic counts with its full amplitude,
+  !> - the resonant response of each free vibration that is faster than the highest harmonic, to a load as large as the largest
+  !>   amplitude in the upper third of the h_m.
   !>
-  !> Fails if Z_m is singular within its error (resonance, or no spring against the mean load).
+  !> Fails if the matrix Z_m of a harmonic is singular within its error (resonance, or no spring carries the mean load).
   subroutine solve_harmonics(system, scale, values, spectrum, error)
     type(averaged_system), intent(in) :: system
     !> Units of the states, shape (n)
@@ -154,9 +155,9 @@ contains
       & * maxval(norm2(samples, dim=2)))
   end subroutine load_harmonics
 
-  !> Computes all harmonics `x`, and `bound` on the error of their sum. This error is caused by errors of the coefficients and by
-  !> the errors of h, which `rounding` bounds. `condition`: the largest factor by which a harmonic amplifies relative errors of M, B
-  !> or C.
+  !> Computes all harmonics `x`. `bound`: bound on the error of their sum, caused by the errors of M, B, C and of the load
+  !> amplitudes `h`. `rounding`: bounds on the errors of `h`. `condition`: largest factor by which the solution of a harmonic
+  !> amplifies relative errors of M, B or C.
   subroutine solve_all(coefficients, h, rounding, x, bound, condition, error)
     type(coefficients_type), intent(in) :: coefficients
     complex(dp), intent(in) :: h(:, 0:)
@@ -216,7 +217,7 @@ contains
     error%cause = resonance
   end subroutine invert
 
-  !> Maximum row sum, which is the norm used here, of a matrix without negative elements.
+  !> Norm of a matrix without negative elements: its maximum row sum.
   pure real(dp) function norm(a)
     real(dp), intent(in) :: a(:, :)
 

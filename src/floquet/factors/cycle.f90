@@ -112,13 +112,15 @@ contains
     call accumulate_uncoupled(factors, spectrum, relative_error, at_starts)
   end subroutine accumulate
 
-  !> Replaces each bound by the bound from the eigenvectors if the latter is smaller. With e = X z the errors e_{k+1} = (A_k + E_k)
-  !> e_k + d_k satisfy
+  !> Replaces each bound in `at_starts` by the bound from the eigenvectors if that bound is smaller.
+  !>
+  !> The errors e_k at the starts satisfy e_{k+1} = (A_k + E_k) e_k + d_k, where E_k is the error of A_k and d_k the error that
+  !> segment k adds. With e_k = X_k z_k this becomes
   !>
   !>     z_{k+1} = Lambda_k z_k + Y_{k+1} d_k + Y_{k+1} (E_k X_k + S_k) z_k,   S_k = A_k X_k - X_{k+1} Lambda_k.
   !>
-  !> First z is computed without the last term. If the last term changes z by at most a fraction q < 1/2, fixed-point iteration
-  !> converges and multiplies the bound by at most 1 / (1 - q).
+  !> First z is computed without the last term. Let q be the largest fraction by which the last term changes z. If q < 1/2,
+  !> fixed-point iteration converges and increases the bound by at most the factor 1 / (1 - q). Otherwise no bound is replaced.
   pure subroutine accumulate_uncoupled(factors, spectrum, relative_error, at_starts)
     type(factors_type), intent(in) :: factors
     type(spectrum_type), intent(in) :: spectrum
@@ -157,9 +159,11 @@ contains
     end do
   end subroutine accumulate_uncoupled
 
-  !> Computes the periodic solution of z_{k+1} = R_k z_k + b_k, shape (n, K), for triangular R_k with prod R_k(i, i) =
-  !> exp(logarithm(i)). If `distances` is present, R and b must contain magnitudes. The result is then an upper bound on |z|,
-  !> computed with the lower bounds `distances` in place of 1 - rho.
+  !> Computes the periodic solution z, shape (n, K), of z_{k+1} = R_k z_k + b_k for upper triangular R_k. `logarithm`: logarithms
+  !> of the multipliers rho_i, the products of R_k(i, i) over k.
+  !>
+  !> If `distances` is present, it contains lower bounds that replace |1 - rho_i|, and R and b must contain magnitudes. The
+  !> result is then an upper bound on |z|.
   pure subroutine solve_triangular_cycle(logarithm, r, b, z, distances)
     complex(dp), intent(in) :: logarithm(:), r(:, :, :), b(:, :)
     complex(dp), intent(out) :: z(:, :)

@@ -10,15 +10,16 @@ module gestell_floquet_factors_periodic_bounds
 
   public :: periodic_bounds
 
-  !> Largest modulus of logarithms of ratios; larger ones would overflow when exponentiated.
+  !> Largest modulus of the logarithm of a ratio; exponentials of larger logarithms would overflow.
   real(dp), parameter :: far = 300
 
-  !> Discs |mu - c_j| <= radius(j) |c_j| around centres c_j. All components have the shape (n).
+  !> Discs around the centres c_j in the complex plane; a point mu lies in disc j if |mu - c_j| <= radius(j) |c_j|. All
+  !> components have the shape (n).
   type :: discs_type
     !> `log_abs`: ln |c_j|. `arg`: argument of c_j.
     real(dp), allocatable :: log_abs(:), arg(:)
-    !> `radius`: radius relative to |c_j|, at most exp(far). `most`: maximum of ln |mu| in the disc, valid even if the radius
-    !> exceeds exp(far).
+    !> `radius`: radius of each disc relative to the modulus of its centre, at most exp(far). `most`: maximum of ln |mu| over the
+    !> points mu of the disc, valid even if the radius exceeds exp(far).
     real(dp), allocatable :: radius(:), most(:)
     !> Number of the cluster to which each disc belongs. Discs that touch belong to the same cluster.
     integer, allocatable :: cluster(:)
@@ -26,20 +27,22 @@ module gestell_floquet_factors_periodic_bounds
 
 contains
 
-  !> Computes error bounds for the multipliers rho_i = exp(log_abs(i) + i arg(i)) of a product of factors that have errors.
+  !> Computes error bounds for the multipliers rho_i = exp(log_abs(i) + i arg(i)) of a product of factors A_k + E_k, in which the
+  !> errors E_k are unknown.
   !>
-  !> The eigenvectors X_k, Y_k = X_k^-1 transform the true factors A_k + E_k to Lambda_k + F_k with F_k = Y_{k+1} (E_k X_k + S_k),
-  !> S_k = A_k X_k - X_{k+1} Lambda_k. The vectors are scaled to |y_i| = 1. Each element of column j of F_k Lambda_k^-1 is then at
-  !> most eta_k(j) = (|E_k| + |S_k(:, j)|) |y_j| / |lambda_k(j)|, with |x_j| = 1. By Gershgorin's theorem for columns all
-  !> multipliers lie in discs |mu - rho_j| <= |rho_j| r_j. A cluster of connected discs contains as many multipliers as discs. The
-  !> bound for a multiplier therefore extends over its whole cluster.
+  !> Eigenvectors are the columns x_j of X_k and the rows y_j of Y_k = X_k^-1. They transform the true factors A_k + E_k to
+  !> Lambda_k + F_k, where Lambda_k is diagonal, F_k = Y_{k+1} (E_k X_k + S_k), and S_k = A_k X_k - X_{k+1} Lambda_k is the
+  !> residual. Let |x_j| = 1. If the rows of Y_{k+1} are then scaled to unit length, each element of column j of F_k Lambda_k^-1
+  !> is at most eta_k(j) = (|E_k| + |S_k(:, j)|) |y_j| / |lambda_k(j)|. By Gershgorin's theorem for columns all true multipliers
+  !> mu lie in discs |mu - rho_j| <= |rho_j| r_j. A cluster of connected discs contains as many multipliers as discs. The bound
+  !> for a multiplier therefore extends over its whole cluster.
   !>
-  !> The relation 1 + r_j = prod_k (1 + n eta_k(j)) is proved for an error in a single factor, of any size, and for multipliers that
-  !> do not couple (n = 1). For errors in several factors it neglects products of two couplings between multipliers, so it is
-  !> correct to first order in the couplings.
+  !> The relation 1 + r_j = prod_k (1 + n eta_k(j)) is proved for an error in a single factor, of any size, and for multipliers
+  !> that do not couple (n = 1). For errors in several factors it neglects products of two couplings between multipliers, so it
+  !> is correct to first order in the couplings.
   !>
-  !> The discs are valid for any X_k, because S_k includes the inaccuracy of X_k. For close or defective multipliers X_k is nearly
-  !> singular. If discs touch, the routine therefore also tries the eigenvectors of factors perturbed by about |E_k|. The
+  !> The discs are valid for any X_k, because S_k includes the inaccuracy of X_k. For close or defective multipliers X_k is
+  !> nearly singular. If discs touch, the routine therefore also tries the eigenvectors of factors perturbed by about |E_k|. The
   !> perturbation splits a multiplier of multiplicity m in proportion to |E|^(1/m), and the bound is of the same size.
   pure subroutine periodic_bounds(factors, log_abs, arg, vectors, errors, bound, most, condition)
     !> Factors A_k, shape (n, n, K)
@@ -49,8 +52,9 @@ contains
     real(dp), intent(in) :: log_abs(:), arg(:), errors(:)
     !> Eigenvectors of the factors
     type(eigenvectors_type), intent(in) :: vectors
-    !> Three arrays of shape (n). `bound`: bounds on |mu - rho_i| / |rho_i|, at most about 1e300. `most`: bounds on ln |mu|, valid
-    !> even if rho has no correct digit. `condition`: condition numbers, maxima of |y_i| |x_i| over the period, at least 1.
+    !> Three arrays of shape (n). `bound`: bounds on the errors of the multipliers, relative to |rho_i|, at most about 1e300.
+    !> `most`: upper bounds on the logarithms of the moduli, valid even if rho_i has no correct digit. `condition`: condition
+    !> numbers |y_i| |x_i| of the multipliers, maxima over the period, at least 1.
     real(dp), intent(out) :: bound(:), most(:), condition(:)
     type(discs_type) :: discs
     type(error_type), allocatable :: failure
@@ -151,8 +155,8 @@ contains
     end do
   end function discs_of
 
-  !> Computes two maxima over the cluster of discs that contains rho_i: `bound`, the largest distance from rho_i relative to
-  !> |rho_i|, and `most`, the largest ln |mu|.
+  !> For each multiplier rho_i, computes two maxima over the cluster of discs that contains it. `bound`: largest distance of a
+  !> point of the cluster from rho_i, relative to |rho_i|. `most`: largest logarithm of the modulus of a point.
   pure subroutine bound_errors(discs, log_abs, arg, bound, most)
     type(discs_type), intent(in) :: discs
     real(dp), intent(in) :: log_abs(:), arg(:)
@@ -179,7 +183,7 @@ contains
     end do
   end subroutine bound_errors
 
-  !> Radius of disc `j` relative to a multiplier whose ln |rho| is `log_abs`.
+  !> Radius of disc `j` relative to the modulus of another multiplier; `log_abs` is the logarithm of this modulus.
   pure real(dp) function relative_radius(discs, j, log_abs)
     type(discs_type), intent(in) :: discs
     integer, intent(in) :: j

@@ -20,9 +20,10 @@ contains
 
   !> Computes the eigenvectors from the periodic Schur form `q` and `r`, shapes (n, n, K).
   !>
-  !> Each multiplier is swapped to the first position of the Schur form, where its Schur vectors are x. It is also swapped to the
-  !> last position, where its Schur vectors are conjg(y). If equal multipliers share an eigenvector, X_k is singular. Y_k is then
-  !> large, and only the diagonal elements of Y_k X_k agree with the unit matrix.
+  !> Each multiplier is swapped to the first position of the Schur form; its Schur vectors there are its right eigenvectors x. It
+  !> is also swapped to the last position; its Schur vectors there are the conjugates of its left eigenvectors y. If equal
+  !> multipliers share an eigenvector, X_k is singular. Y_k is then large, and only the diagonal elements of Y_k X_k agree with
+  !> the unit matrix.
   pure subroutine periodic_eigenvectors(q, r, vectors)
     complex(dp), intent(in) :: q(:, :, :), r(:, :, :)
     type(eigenvectors_type), intent(out) :: vectors

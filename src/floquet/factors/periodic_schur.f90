@@ -12,15 +12,15 @@ module gestell_floquet_factors_periodic_schur
 
 contains
 
-  !> Computes the periodic Schur form of the product A_K ... A_1: unitary Q_1, ..., Q_K such that Q_{k+1}^H A_k Q_k = R_k is upper
-  !> triangular, with Q_{K+1} = Q_1. All shapes are (n, n, K). The multipliers prod_k R_k(i, i) are sorted by descending modulus as
-  !> far as roundoff permits.
+  !> Computes the periodic Schur form of the product A_K ... A_1: unitary Q_1, ..., Q_K such that Q_{k+1}^H A_k Q_k = R_k is
+  !> upper triangular, with Q_{K+1} = Q_1. All shapes are (n, n, K). The multipliers prod_k R_k(i, i) are sorted by descending
+  !> modulus as far as roundoff permits.
   !>
-  !> The method is the complex periodic QR algorithm (Bojanczyk, Golub and Van Dooren 1992; Kressner, BIT 41 (2001) 736). It reduces
-  !> A_K to Hessenberg form and the other factors to triangular form, then applies sweeps with one implicit shift each. The error of
-  !> each factor is of the order of roundoff times its norm, even if the elements of the product differ by many orders of magnitude.
-  !> Zeros on the diagonals need no special treatment: a sweep without shift moves them to the end, where the next sweep separates
-  !> them. Fails if a factor is not finite or the sweeps do not converge.
+  !> The method is the complex periodic QR algorithm (Bojanczyk, Golub and Van Dooren 1992; Kressner, BIT 41 (2001) 736). It
+  !> reduces A_K to Hessenberg form and the other factors to triangular form, then applies sweeps with one implicit shift each.
+  !> The error of each factor is of the order of roundoff times its norm, even if the elements of the product differ by many
+  !> orders of magnitude. Zeros on the diagonals need no special treatment: a sweep without shift moves a zero to the last
+  !> position, where the next sweep separates it. Fails if a factor is not finite or the sweeps do not converge.
   pure subroutine periodic_schur(factors, q, r, error)
     !> Factors A_k
     complex(dp), intent(in) :: factors(:, :, :)
@@ -151,8 +151,9 @@ contains
     block_start = 1
   end function block_start
 
-  !> Direction of the first rotation of a sweep: the first column of (product of the block) - shift E. Wilkinson's shift is taken
-  !> from the last rows and columns of the product. Every tenth sweep uses an arbitrary direction, to break rare cycles.
+  !> Direction of the first rotation of a sweep: the first column of S - shift E, where S is the product of the factors' blocks
+  !> in rows and columns `low` to `high`, and E the unit matrix. Wilkinson's shift is computed from the last rows and columns of
+  !> S. Every tenth sweep uses an arbitrary direction, to break rare cycles.
   pure function first_direction(r, low, high, sweeps) result(v)
     complex(dp), intent(in) :: r(:, :, :)
     integer, intent(in) :: low, high, sweeps
@@ -186,8 +187,8 @@ contains
     v = unit(v)
   end function first_direction
 
-  !> Wilkinson's shift: the eigenvalue of t, shape (2, 2), that is nearer to t(2, 2). An exception is made if the other eigenvalue
-  !> is much smaller: then that one is used, because for products of graded factors sweeps towards the larger eigenvalue may cycle.
+  !> Wilkinson's shift: the eigenvalue of t, shape (2, 2), that is nearer to t(2, 2). If the other eigenvalue is much smaller, it
+  !> is the shift instead: for products of graded factors, sweeps with the larger eigenvalue may cycle.
   pure function shift_of(t) result(shift)
     complex(dp), intent(in) :: t(2, 2)
     complex(dp) :: shift, mean, root

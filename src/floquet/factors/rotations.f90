@@ -51,8 +51,8 @@ contains
     norm = largest * norm2(abs(a) / largest)
   end function norm
 
-  !> Computes v_2, ..., v_K from v_1: v_{k+1} is the direction of R_k v_k in rows and columns i, i + 1. Shapes: r (n, n, K), v (2,
-  !> K).
+  !> Computes the unit vectors v_2, ..., v_K from v_1: v_{k+1} is the direction of R_k v_k, where only rows and columns i, i + 1
+  !> of R_k are used. Shapes: r (n, n, K), v (2, K).
   pure subroutine propagate_vector(r, i, v)
     complex(dp), intent(in) :: r(:, :, :)
     integer, intent(in) :: i
@@ -87,8 +87,8 @@ contains
   pure subroutine rotate(r, q, i, v, left, bottom)
     !> Triangular factors and unitary matrices, shapes (n, n, K)
     complex(dp), intent(inout) :: r(:, :, :), q(:, :, :)
-    !> `i`: first index of the plane. R_K may have elements below its diagonal: in columns i and i + 1 down to row `bottom`, and in
-    !> rows i and i + 1 from column `left` on.
+    !> `i`: first index of the plane (i, i + 1). `bottom`, `left`: R_K may have elements below its diagonal, in columns i and i +
+    !> 1 down to row `bottom`, and in rows i and i + 1 from column `left` on.
     integer, intent(in) :: i, left, bottom
     !> First columns of the rotation matrices G_k, shape (2, K)
     complex(dp), intent(in) :: v(:, :)
@@ -106,7 +106,7 @@ contains
     call rotate_columns(q(:, i:i + 1, last), v(:, last))
   end subroutine rotate
 
-  !> Replaces m, shape (:, 2), by m G; `v` is the first column of G.
+  !> Replaces the matrix m, shape (:, 2), by m G, where `v` is the first column of the rotation matrix G.
   pure subroutine rotate_columns(m, v)
     complex(dp), intent(inout) :: m(:, :)
     complex(dp), intent(in) :: v(2)
@@ -120,7 +120,7 @@ contains
     end do
   end subroutine rotate_columns
 
-  !> Replaces m, shape (2, :), by G^H m; `v` is the first column of G.
+  !> Replaces the matrix m, shape (2, :), by G^H m, where `v` is the first column of the rotation matrix G.
   pure subroutine rotate_rows(m, v)
     complex(dp), intent(inout) :: m(:, :)
     complex(dp), intent(in) :: v(2)
@@ -134,12 +134,13 @@ contains
     end do
   end subroutine rotate_rows
 
-  !> Computes the rotations that swap the multipliers at (i, i) and (i + 1, i + 1).
+  !> Computes the rotations that swap the multipliers at the positions (i, i) and (i + 1, i + 1) of triangular factors.
   !>
-  !> Consider the 2 x 2 blocks of the factors in rows and columns i, i + 1. The vectors v_k are the eigenvectors of these blocks for
-  !> the second multiplier. If [A B; 0 D] is the product of the blocks, v_1 is parallel to (B, D - A). The other vectors are
-  !> computed forward if |D| >= |A| and backward if |D| < |A|, so that errors decay. `gap` measures how far the sequence fails to
-  !> close after a period, relative to the block of R_K. It is about roundoff unless A and D agree to roundoff.
+  !> Only the 2 x 2 blocks of the factors in rows and columns i, i + 1 matter. The vectors v_k are the eigenvectors of these
+  !> blocks for the multiplier at (i + 1, i + 1). If [A B; 0 D] is the product of the blocks, v_1 is parallel to (B, D - A). The
+  !> other vectors are computed forward from v_1 if |D| >= |A| and backward if |D| < |A|, so that errors decay. `gap` is the
+  !> component of R_K v_K perpendicular to v_1, relative to the block of R_K. It is about roundoff unless A and D agree to
+  !> roundoff.
   pure subroutine find_swap(r, i, v, gap)
     !> Triangular factors, shape (n, n, K)
     complex(dp), intent(in) :: r(:, :, :)

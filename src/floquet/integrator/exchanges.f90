@@ -15,20 +15,22 @@ module gestell_floquet_integrator_exchanges
 
 contains
 
-  !> Computes the maps [A b], or A alone, of step `k` with row exchanges, shape (states, columns, 1 or 3). The last index is 1 for
-  !> the method, 2 for its first and 3 for its second embedded method. The first embedded method sets the unknowns u of the last
-  !> node to zero, the second one those of the last two nodes. The equations of these nodes then contain Lagrange multipliers mu:
+  !> Computes the maps [A b], or A alone, of step `k` with row exchanges. Fails if the equations are singular.
+  !>
+  !> The first embedded method sets the unknowns u of the last node to zero; the second one sets those of the last two nodes to
+  !> zero. The equations of these nodes then contain Lagrange multipliers mu:
   !>
   !>     K' u - E mu = R,  E^T u = 0,
   !>
-  !> where the columns of E are the columns of the unit matrix that belong to these unknowns. Fails if the equations are singular.
+  !> where the columns of E are the columns of the unit matrix that belong to the unknowns set to zero.
   subroutine map_with_exchanges(tableau, at, k, maps, error)
     class(tableau_type), intent(in) :: tableau
     !> Coefficients at the nodes of all steps
     type(coefficients_type), intent(in) :: at
     !> Number of the step whose map is computed
     integer, intent(in) :: k
-    !> Maps of the method and, if requested, of its two embedded methods
+    !> Maps of the method (last index 1) and, if requested, of its first (2) and second (3) embedded method, shape (states,
+    !> columns, 1 or 3)
     real(dp), intent(inout) :: maps(:, :, :)
     type(error_type), allocatable, intent(out) :: error
     real(dp), allocatable :: left(:, :), right(:, :), mu(:, :), border(:, :)
@@ -95,8 +97,8 @@ contains
     end do
   end subroutine map_with_exchanges
 
-  !> Map of a step, shape (states, columns), computed from the unknowns `u` of the step, shape (unknowns, columns). The length of
-  !> the step is the unit of time.
+  !> Map of a step, shape (states, columns), computed from the unknowns `u` of the step, shape (unknowns, columns). The map
+  !> measures time in units of the length of the step.
   pure function map_of(tableau, states, u) result(map)
     class(tableau_type), intent(in) :: tableau
     integer, intent(in) :: states

@@ -1,5 +1,6 @@
-!> Gauss-Legendre collocation with s stages. It has order 2 s, is stable for every step length and symmetric, and is symplectic for
-!> undamped systems. Methods with six stages or more are fitted to the fastest motion (gestell_floquet_integrator_pace).
+!> Gauss-Legendre collocation with s stages. The method has order 2 s. It is symmetric, stable for every step length, and
+!> symplectic for undamped systems. Methods with six stages or more are fitted to the fastest motion
+!> (gestell_floquet_integrator_pace).
 module gestell_floquet_integrator_gauss
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -121,7 +122,8 @@ contains
     end if
   end function work
 
-  !> Number of steps that are computed together: `lanes` if the equations of a step fit in lanes, and 1 if they do not.
+  !> Number of steps that are computed together: `lanes` if the equations of a step are small enough to be solved in one lane of
+  !> the vector registers; otherwise 1.
   pure integer function steps_at_once(self, states, second_order)
     class(gauss_method), intent(in) :: self
     integer, intent(in) :: states

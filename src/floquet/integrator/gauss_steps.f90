@@ -40,19 +40,20 @@ module gestell_floquet_integrator_gauss_steps
 
   public :: fits_lanes, gauss_steps
 
-  !> Sizes of arrays for eight steps side by side, as numbers of double precision elements. `of_panel`: a panel. `multiplier_goal`:
-  !> the multipliers of elimination. `of_stages`: the matrices M of all stages, one below the other; h B and h^2 C have the same
-  !> size.
+  !> Sizes of arrays for eight steps side by side, as numbers of double precision elements. `of_panel`: a panel (a group of
+  !> columns of the equations). `multiplier_goal`: the multipliers of elimination. `of_stages`: the matrices M of all stages; h B
+  !> and h^2 C have the same size.
   integer, parameter :: of_panel = lanes * width * max_rows, multiplier_goal = lanes * max_rows**2, &
     & of_stages = lanes * max_rows * (max_rows / 2)
-  !> Positions of arrays in the memory that begins with the panel: multipliers of elimination, M, h B and h^2 C
+  !> Offsets of arrays in the memory that begins with the panel. `multipliers`: multipliers of elimination. `mass`, `damping`,
+  !> `stiffness`: M, h B and h^2 C.
   integer, parameter :: multipliers = of_panel, mass = multipliers + multiplier_goal, damping = mass + of_stages, &
     & stiffness = damping + of_stages
 
 contains
 
-  !> True if the equations of a step with this number of stages have few enough rows to be eliminated in lanes. Each of the last two
-  !> nodes begins a new block of rows.
+  !> True if the equations of a step have few enough rows for elimination in lanes (eight steps side by side in vector
+  !> registers). Each of the last two nodes begins a new block of rows.
   pure logical function fits_lanes(stages, states, second_order)
     integer, intent(in) :: stages, states
     logical, intent(in) :: second_order
@@ -62,10 +63,11 @@ contains
     fits_lanes = padded_to_block(max(stages - 2, 0) * f) + 2 * padded_to_block(f) + padded_to_block(states) <= max_rows
   end function fits_lanes
 
-  !> Computes the maps of steps, eight steps at a time. Steps are computed one by one with row exchanges if fewer than eight remain,
-  !> if their equations are too large for lanes, or if elimination without exchanges is unsafe.
+  !> Computes the maps of all steps. Eight steps at a time are eliminated side by side, one in each lane of the vector registers.
+  !> A step is computed alone, with row exchanges, in three cases: there are fewer than eight steps, its equations are too large
+  !> for lanes, or elimination without exchanges is unsafe.
   subroutine gauss_steps(tableau, fitted, system, phases, lengths, map, error, lower, unresolved)
-    !> Coefficients of the method. If `fitted`, this procedure fits them to the fastest motion
+    !> Coefficients of the method. If `fitted` is true, they are fitted to the fastest motion
     class(tableau_type), intent(inout) :: tableau
     !> If true, fit the tableau to the fastest motion of the steps in this call
     logical, intent(in) :: fitted
@@ -139,8 +141,8 @@ contains
     end select
   end subroutine gauss_steps
 
-  !> Copies the maps of the steps `from` to `to` from the lanes to `map`, shape (steps, states, columns), and converts them to the
-  !> units of the states. The first lane holds step `first`. `of_step`: units of the columns in each lane.
+  !> Copies the maps of the steps `from` to `to` from the lanes (one step in each) to `map`, shape (steps, states, columns), and
+  !> converts them to the units of the states. The first lane holds step `first`. `of_step`: units of the columns in each lane.
   pure subroutine copy_from_lanes(of_step, first, from, to, in_lanes, map)
     integer, intent(in) :: first, from, to
     real(dp), contiguous, intent(in) :: of_step(:, :), in_lanes(:, :, :)
@@ -158,10 +160,13 @@ contains
     end do
   end subroutine copy_from_lanes
 
-  !> Computes the maps [A b], or A alone, of eight steps by elimination; `maps` has the shape (lanes, states, columns, 1 or 3). The
-  !> last index is 1 for the method, 2 for its first and 3 for its second embedded method. The panels of the unknowns are eliminated
-  !> first, then the panels of the map. From these, the map of each embedded method is copied as soon as its own unknowns have been
-  !> eliminated. `first`: number of the first step.
+  !> Computes the maps [A b], or A alone, of the eight steps from number `first` on. The steps are eliminated side by side, one
+  !> in each lane. `maps` has the shape (lanes, states, columns, 1 or 3). Its last index is 1 for the method, 2 for its first and
+  !> 3 for its second embedded method.
+  !>
+  !> The equations are eliminated panel by panel, a panel being a group of columns: first the columns of the unknowns, then those
+  !> of the map. In the latter columns the map of an embedded method is complete, and is copied, as soon as the unknowns of this
+  !> method have been eliminated.
   pure subroutine eliminate_panels(tableau, at, first, layout, panel, l, masses, dampers, springs, maps, safe)
     class(tableau_type), intent(in) :: tableau
     type(coefficients_type), intent(in) :: at

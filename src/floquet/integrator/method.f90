@@ -12,11 +12,12 @@ module gestell_floquet_integrator_method
 
   public :: evaluation_work, matrix_work, product_work
 
-  !> Sums over steps of the variations of coefficients and loads between the nodes of a step; the method neglects these variations
+  !> Effects of variations of the coefficients and loads between the nodes of a step, summed over the steps. The method does not
+  !> see these variations
   type, public :: unresolved_type
-    !> `coefficients`: phase error (radians) due to variations of the coefficients. `turns`: phase advance (radians) of the fastest
-    !> motion. `load`, `loads`, `missed`: integrals over time of the size of the loads, of their error, and of their interpolation
-    !> error.
+    !> `coefficients`: phase error (radians) due to variations of the coefficients. `turns`: phase advance (radians) of the
+    !> fastest motion. `load`, `loads`, `missed`: integrals over time of the size of the loads, of the error of their quadrature,
+    !> and of the error of their interpolation.
     real(dp) :: coefficients = 0, loads = 0, turns = 0, load = 0, missed = 0
     !> Number of steps
     integer :: steps = 0
@@ -44,10 +45,10 @@ module gestell_floquet_integrator_method
     !>
     !>     error_constant theta (theta / N)**order.
     real(dp) :: error_constant = 0
-    !> True if the method is exact for constant P. The error predicted by `error_constant` is then multiplied by the variation of P
-    !> over the period, relative to P. Let theta be the phase advance (radians) of the fastest motion in a period. If theta exceeds
-    !> the number m of steps (`least_steps`) that resolve P, the error is also multiplied by (m / theta)**3: errors of a motion much
-    !> faster than the changes of P nearly cancel.
+    !> True if the method is exact for constant P. Its error is then the error predicted by `error_constant`, times the relative
+    !> variation of P over the period. The error is smaller still if the phase advance theta (radians per period) of the fastest
+    !> motion exceeds m = `least_steps`, the number of steps that resolve P. It is then also multiplied by (m / theta)**3,
+    !> because errors of a motion much faster than the changes of P nearly cancel.
     logical :: exact_if_constant = .false.
     !> Order of the first embedded method; 0 if the method has no embedded methods
     integer :: lower_order = 0
@@ -81,9 +82,9 @@ module gestell_floquet_integrator_method
       type(error_type), allocatable, intent(out) :: error
     end subroutine step_maps
 
-    !> Computing time of a step, approximately in nanoseconds, for a system with this number of states. Evaluations of the
-    !> coefficients are included. The formulas are fitted to measured times of systems with 2, 6 and 12 states (Debian's BLAS). Only
-    !> ratios matter.
+    !> Computing time of a step, approximately in nanoseconds, for a system with this number of states. The evaluation of the
+    !> coefficients is included. The formulas are fitted to measured times of systems with 2, 6 and 12 states (Debian's BLAS).
+    !> Only the ratios of the times matter.
     pure function step_work(self, states, second_order) result(work)
       import :: method_type, dp
       implicit none (type, external)
@@ -138,7 +139,7 @@ contains
   end function default_phases
 
   !> Default of `steps_at_once`: 1, for methods that compute each step separately. Other methods return the number of steps that
-  !> they compute together; for them, fewer steps take as long as this number of steps.
+  !> they compute together. Fewer steps than this number take just as long.
   pure integer function one_step(self, states, second_order)
     class(method_type), intent(in) :: self
     integer, intent(in) :: states
@@ -149,9 +150,9 @@ contains
     one_step = 1
   end function one_step
 
-  !> Computing time of one evaluation of the coefficients, in the units of `step_work`. M, B, C and h of a frame take 15 to 25 per
-  !> phase if many phases are evaluated at once. User code that evaluates a single time takes 40 or more. A P given by formulas
-  !> takes little.
+  !> Computing time of one evaluation of the coefficients, in the units of `step_work`. M, B, C and h of a frame take 15 to 25
+  !> per phase if many phases are evaluated at once. A user's model that evaluates one time per call takes 40 or more. A matrix P
+  !> given by short formulas takes little.
   pure real(dp) function evaluation_work(second_order) result(work)
     logical, intent(in) :: second_order
 

@@ -1,22 +1,25 @@
-!> Gauss-Legendre collocation with two embedded methods, arranged so that a single elimination gives the maps of all three methods.
+!> Gauss-Legendre collocation with two embedded methods, arranged so that a single elimination gives the maps of all three
+!> methods.
 !>
 !> Collocation at the Gauss nodes is a Galerkin method for accelerations v of degree s - 1 whose integrals are computed by Gauss
 !> quadrature. The embedded methods are Galerkin methods for v of degree s - 2 and s - 3, of orders 2 s - 2 and 2 s - 4. In the
 !> first embedded method v has no part along the Legendre polynomial P_s-1, and the residual has a part along P_s-1 only. In the
-!> second embedded method the same holds for P_s-1 and P_s-2 together. Two middle nodes, p and q, become the last nodes. The
-!> unknowns of these nodes are
+!> second embedded method v has no parts along P_s-1 and P_s-2, and the residual has parts along these two only.
+!>
+!> Two middle nodes, called p and q, are moved to the end of the list of nodes. The unknowns of these nodes are
 !>
 !>     u_q = v_q - sum over j of e_j v_j,    u_p = v_p - sum over j of e'_j v_j:
 !>
 !> u_q is the difference between v_q and the polynomial of degree s - 2 through all nodes except q, and u_p is the difference
-!> between v_p and the polynomial of degree s - 3 through all nodes except p and q. u_q is zero in both embedded methods, u_p in the
-!> second one.
+!> between v_p and the polynomial of degree s - 3 through all nodes except p and q. So u_q is zero in both embedded methods, and
+!> u_p is zero in the second one.
 !>
-!> With v = X u the matrix K of the equations becomes (B^-1 X^T B) K X, B = diag(b). Its first rows contain no residuals along P_s-1
-!> (and P_s-2), because the sums of these polynomials with weights b_j against polynomials of lower degree vanish. The leading
-!> blocks of the transformed matrix are therefore the matrices of the embedded methods. In gestell_floquet_integrator_gauss_steps, S
-!> holds the map of the first embedded method before the unknowns of q are eliminated, and the map of the second one before the
-!> unknowns of p and q are eliminated.
+!> With v = X u the matrix K of the equations becomes (B^-1 X^T B) K X, B = diag(b). The transformed equations of all nodes
+!> except q contain no residuals along P_s-1, and those of all nodes except p and q contain none along P_s-2 either. The reason
+!> is that, with the weights b_j, these polynomials are orthogonal to all polynomials of lower degree. The leading blocks of the
+!> transformed matrix are therefore the matrices of the embedded methods. In gestell_floquet_integrator_gauss_steps, the matrix S
+!> holds the map of the second embedded method before the unknowns of p and q are eliminated, and the map of the first one before
+!> those of q alone are eliminated.
 module gestell_floquet_integrator_nested
   use gestell_base_kinds, only: dp
   use gestell_floquet_integrator_tableau, only: add_tail, find_legendre, product_of, tableau_type
@@ -25,12 +28,13 @@ module gestell_floquet_integrator_nested
 
   public :: phase_error_ratio, embedded_phase_error, nested_tableau
 
-  !> Gauss tableau with reordered nodes, for the unknowns u with v = X u. The components inherited from `tableau_type` then hold
-  !> transformed coefficients: `b` holds b X, `ba` holds b A X and, after fitting, `a` holds A X and `aa` holds A A X.
+  !> Gauss tableau with reordered nodes. Its unknowns u are related to the accelerations v at the nodes by v = X u. The
+  !> components inherited from `tableau_type` hold transformed coefficients: `b` holds b X, `ba` holds b A X and, after fitting,
+  !> `a` holds A X and `aa` holds A A X.
   type, extends(tableau_type), public :: nested_type
-    !> `values`: last two rows of X, which give the accelerations in the last two nodes, shape (2, s). `sums`: multiples of the last
-    !> two equations that are added to each equation, shape (s, 2). `tails`: factors that convert values at the nodes to the rms of
-    !> their parts along P_s-4 to P_s-1, shape (s, 4). `weights`: the weights b, shape (s).
+    !> `values`: last two rows of X, which give the accelerations at the last two nodes, shape (2, s). `sums`: factors of the
+    !> last two equations, which are added to each equation, shape (s, 2). `tails`: factors that convert values at the nodes to
+    !> the rms of their parts along the Legendre polynomials P_s-4 to P_s-1, shape (s, 4). `weights`: the weights b, shape (s).
     real(dp), allocatable :: values(:, :), sums(:, :), tails(:, :), weights(:)
   contains
     procedure :: fit => fit_nested
@@ -38,8 +42,8 @@ module gestell_floquet_integrator_nested
 
 contains
 
-  !> Ratio of the phase errors of Gauss' methods with s - 1 and with s stages, times z^2, for a motion whose phase advances by z
-  !> radians in a step.
+  !> Ratio of the phase errors of the Gauss methods with s - 1 and with s stages, multiplied by z^2. Here z is the phase advance
+  !> (radians) of the motion in a step.
   elemental real(dp) function phase_error_ratio(s)
     integer, intent(in) :: s
 
@@ -117,7 +121,8 @@ contains
     self%aa = product_of(slopes, self%a)
   end subroutine fit_nested
 
-  !> Replaces factors Z of the accelerations v at the nodes, shape (rows, s), by the factors Z X of the unknowns u.
+  !> Replaces the factors Z of the accelerations v at the nodes, shape (rows, s), by the factors Z X of the unknowns u, where v =
+  !> X u. `values`: last two rows of X.
   pure subroutine transform_unknowns(values, z)
     real(dp), intent(in) :: values(:, :)
     real(dp), intent(inout) :: z(:, :)

@@ -1,20 +1,20 @@
 !> Estimates the frequency of the fastest motion of a system, equation (60) of doc/theory.md.
 !>
-!> A motion u exp(z t) satisfies M z^2 u + B z u + C u = 0, and so z^2 + 2 d z + k = 0 with scalars d and k. The fastest motion has
-!> the largest k. It dominates (M^-1 C)^16, which is computed where C is largest. Take the column and the row of this matrix that
-!> contain its largest diagonal element: the column is the shape u, the row times M^-1 is the left vector y. At other phases the
-!> shape differs from u. Two-sided Rayleigh quotients with u and y still have only an error of the order of the product of the
-!> errors of u and y (A. M. Ostrowski, Arch. Rational Mech. Anal. 3 (1959), 325):
+!> A motion u exp(z t) satisfies M z^2 u + B z u + C u = 0, and so z^2 + 2 d z + k = 0 with scalars d and k. The fastest motion
+!> has the largest k and therefore dominates (M^-1 C)^16. This power is computed at the phase at which C is largest. Take the
+!> column and the row of the power that contain its largest diagonal element: the column is the shape u, the row times M^-1 is
+!> the left vector y. At other phases the shape differs from u. Two-sided Rayleigh quotients with u and y still have only an
+!> error of the order of the product of the errors of u and y (A. M. Ostrowski, Arch. Rational Mech. Anal. 3 (1959), 325):
 !>
 !>     k = y C u / y M u,   2 d = y B u / y M u,   w^2 = -Re z^2 = k - 2 d^2.
 !>
-!> For a system without positions, x' = P x, the vectors u and y are a column and a row of P^16, to which both conjugate motions z
-!> contribute. So t_j = y P^j u satisfies t_j+2 = 2 Re z t_j+1 - |z|^2 t_j. Two equations of this form give Re z and |z|^2, and w^2
-!> = |z|^2 - 2 (Re z)^2.
+!> For a system without positions, x' = P x, the vectors u and y are a column and a row of P^16, to which both conjugate motions
+!> z contribute. So t_j = y P^j u satisfies t_j+2 = 2 Re z t_j+1 - |z|^2 t_j. Two equations of this form give Re z and |z|^2, and
+!> w^2 = |z|^2 - 2 (Re z)^2.
 !>
 !> In a step of length h a method with s stages has a phase error c (w h)^(2 s + 1). If the method is fitted to a motion of
-!> frequency v (gestell_floquet_integrator_tableau), its phase error is nearly c (w h)^(2 s - 1) (w^2 - v^2) h^2. The sum of these
-!> errors over the steps is zero for
+!> frequency v (gestell_floquet_integrator_tableau), its phase error is nearly c (w h)^(2 s - 1) (w^2 - v^2) h^2. The sum of
+!> these errors over the steps is zero for
 !>
 !>     v^2 = sum of w^(2 s + 1) / sum of w^(2 s - 1).
 module gestell_floquet_integrator_pace
@@ -115,13 +115,13 @@ contains
     end where
   end subroutine square_with_positions
 
-  !> Computes p and q such that z^2 = p z - q for two motions z. The sequence t_j = y A^j u is a sum over both motions, so that
-  !> t_j+2 = p t_j+1 - q t_j. Returns zeros if one motion dominates the sum.
+  !> Computes p and q such that both motions z of a pair satisfy z^2 = p z - q. `t_0` to `t_3` are the numbers t_j = y A^j u.
+  !> Each is a sum over both motions, so that t_j+2 = p t_j+1 - q t_j. Returns zeros if one motion dominates the sum.
   elemental subroutine find_pair(t_0, t_1, t_2, t_3, p, q)
     real(dp), intent(in) :: t_0, t_1, t_2, t_3
     real(dp), intent(out) :: p, q
-    !> Smallest accepted determinant relative to its terms: the value for a decaying motion whose phase advances by a ten-thousandth
-    !> of a radian
+    !> Smallest accepted determinant, relative to its terms. A decaying motion whose phase advances by a ten-thousandth of a
+    !> radian has this determinant
     real(dp), parameter :: least = 1.0e-8_dp
     real(dp) :: det
 
@@ -133,8 +133,8 @@ contains
     q = (t_1 * t_3 - t_2**2) / det
   end subroutine find_pair
 
-  !> Computes w^2, the square of the angular frequency of the fastest motion, in every step from B = -P, for systems without
-  !> positions. It is zero where a single motion that does not oscillate dominates u.
+  !> Computes w^2, the square of the angular frequency of the fastest motion, in every step of a system without positions. `b` is
+  !> -P. The result is zero in steps in which a motion that does not oscillate dominates.
   pure subroutine square_of(b, square)
     real(dp), intent(in) :: b(:, :, :)
     real(dp), intent(out) :: square(:)

@@ -13,7 +13,8 @@ module gestell_floquet_integrator_step_coefficients
 
   public :: layout_of, estimate_unresolved, sample_coefficients, scale_coefficients
 
-  !> Maximum number of rows (unknowns and states) of a step in lanes: ten stages of six degrees of freedom
+  !> Maximum number of rows (unknowns and states) of a step that is computed in lanes (eight steps side by side). It suffices for
+  !> ten stages and six degrees of freedom
   integer, parameter, public :: max_rows = 72
 
   !> Coefficients at the nodes of all steps: M, B, C, shape (points, f, f), and g, shape (points, f). All points of one stage are
@@ -41,14 +42,14 @@ module gestell_floquet_integrator_step_coefficients
     integer(c_int) :: node(max_rows) = 0, component(max_rows) = 0
     !> True if the method has embedded methods (a nested tableau)
     logical(c_bool) :: nested = .false.
-    !> Only for a nested tableau. `values`: factors by which the unknowns give the accelerations at the last two nodes. `sums`:
-    !> multiples of the last two equations that are added to each equation.
+    !> Only for a nested tableau. `values`: factors that convert the unknowns to the accelerations at the last two nodes. `sums`:
+    !> factors with which the last two equations are added to each equation.
     real(dp) :: values(2, max_rows) = 0, sums(max_rows, 2) = 0
   end type layout_type
 
 contains
 
-  !> Samples the coefficients, and the loads if `forced`, at all nodes. `at` holds the results in the units `units` of the states.
+  !> Samples the coefficients, and the loads if `forced`, at all nodes. Stores them in `at` for states measured in `units`.
   subroutine sample_coefficients(system, phases, forced, at, units)
     class(periodic_system), intent(in) :: system
     !> Nodes of all steps, as phases
@@ -87,11 +88,12 @@ contains
     end select
   end subroutine sample_coefficients
 
-  !> Adds estimates of the variations of coefficients and loads between the nodes to `unresolved`.
+  !> Adds the estimated effects of variations of coefficients and loads between the nodes to `unresolved`.
   !>
-  !> In a step the phase of the fastest motion advances by z = |h^2 C|^1/2 + |h B| radians. Changes of the coefficients of size |M|,
-  !> |h B| and |h^2 C| shift its phase by z |M| + |h B| + |h^2 C| / z radians. If interpolation between the nodes misses a part e of
-  !> a variation, quadrature misses only e^2. Masses are about 1 in these units, so a load times a time is a change of velocity.
+  !> In a step of length h the phase of the fastest motion advances by z = |h^2 C|^1/2 + |h B| radians. Changes of M, h B and h^2
+  !> C shift this phase by z |change of M| + |change of h B| + |change of h^2 C| / z radians. If interpolation between the nodes
+  !> misses a fraction e of a variation, quadrature misses only the fraction e^2. In the units used, masses are about 1, so the
+  !> integral of a load over time is a change of velocity.
   pure subroutine estimate_unresolved(nested, at, units, unresolved)
     type(nested_type), intent(in) :: nested
     type(coefficients_type), intent(in) :: at
@@ -132,14 +134,15 @@ contains
     end do
   end subroutine estimate_unresolved
 
-  !> Estimates for each step, shape (steps, 3), from `values` at the nodes, shape (steps, s, count):
+  !> Estimates three quantities for each step, shape (steps, 3), from `values` at the nodes, shape (steps, s, count):
   !> - (1) the component that interpolation misses: the rms along the Legendre polynomial P_s, extrapolated from the decay of the
   !>   components along P_s-4 to P_s-1, minus the rounding error;
-  !> - (2) the variation within the step: difference between the values at the first and the last stored node, which are an end node
-  !>   and a middle node;
+  !> - (2) the variation within the step: difference between the values at the first and the last stored node, which are an end
+  !>   node and a middle node;
   !> - (3) the size of the values.
   !>
-  !> All `count` functions are added up with quasi-random weights, so that they do not cancel each other.
+  !> For (1) all `count` functions are added up with quasi-random weights, so that they do not cancel each other. For (2) and (3)
+  !> their magnitudes are added up.
   pure function interpolation_errors(nested, steps, count, values)
     type(nested_type), intent(in) :: nested
     integer, intent(in) :: steps, count
@@ -171,8 +174,8 @@ contains
       & * interpolation_errors(:, 3), 0.0_dp)
   end function interpolation_errors
 
-  !> Arranges the unknowns and states in rows for steps with this tableau. In a nested tableau, the unknowns of each of the last two
-  !> nodes begin in a new block of `block` rows.
+  !> Arranges the unknowns and states in the rows of the equations, for steps with this tableau. In a nested tableau, the
+  !> unknowns of each of the last two nodes begin in a new block of `block` rows.
   pure subroutine layout_of(tableau, at, layout)
     class(tableau_type), intent(in) :: tableau
     type(coefficients_type), intent(in) :: at

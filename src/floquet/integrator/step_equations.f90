@@ -1,5 +1,5 @@
-!> Sets up equations (a) and (b) of gestell_floquet_integrator_gauss_steps for eight collocation steps side by side. The equations
-!> are filled in panel by panel, just before gestell_math_lanes eliminates each panel.
+!> Sets up the collocation equations (a) and (b) of gestell_floquet_integrator_gauss_steps for eight steps side by side. The
+!> equations are filled in by panels (groups of columns), each just before gestell_math_lanes eliminates it.
 module gestell_floquet_integrator_step_equations
   use gestell_base_processor, only: has_versions, vector_length
   use gestell_math_lanes, only: lanes, width
@@ -13,8 +13,9 @@ module gestell_floquet_integrator_step_equations
 
 contains
 
-  !> Fills the first `together` (one to three) columns of a panel for unknowns of node `j`. `a`, `aa`: columns of A and A A for this
-  !> node. `mass`, `damping`, `stiffness`: columns of M, h B and h^2 C.
+  !> Fills the first `together` (one to three) columns of a panel, a group of columns of the equations. These columns belong to
+  !> unknowns of node `j`. `a`, `aa`: columns of A and A A for this node. `mass`, `damping`, `stiffness`: columns of M, h B and
+  !> h^2 C.
   !>
   !> The rows of successive nodes have no gaps between them, except for the last two nodes of a nested tableau. Three columns are
   !> computed together, because they use the same factors of the tableau. If fewer than three are requested, the last requested
@@ -101,8 +102,8 @@ contains
     end associate
   end subroutine fill_here
 
-  !> Fills columns of a panel from M, h B and h^2 C. Rows and columns of padding, which belong to neither an unknown nor a state,
-  !> contain ones on the diagonal and zeros elsewhere.
+  !> Fills columns of a panel (a group of columns of the equations) from M, h B and h^2 C. Rows and columns of padding, which
+  !> belong to neither an unknown nor a state, contain ones on the diagonal and zeros elsewhere.
   pure subroutine fill_panel(tableau, at, step, layout, column, columns, panel, mass, damping, stiffness)
     class(tableau_type), intent(in) :: tableau
     !> Coefficients at the nodes of all steps
@@ -160,8 +161,8 @@ contains
     end do
   end subroutine fill_panel
 
-  !> Fills column `c` of a panel with the column of a state, with that of the loads (which follow the states), or with padding. For
-  !> systems without positions C is zero.
+  !> Fills column `c` of a panel. It becomes the column of a state, the column of the loads, which follows the states, or
+  !> padding, depending on `state`. For systems without positions C is zero.
   pure subroutine fill_state(nodes, at, step, layout, state, c, panel, damping, stiffness)
     real(dp), intent(in) :: nodes(:)
     type(coefficients_type), intent(in) :: at

@@ -78,8 +78,9 @@ contains
     work = self%stages * matrix_work(states, second_order) + slopes * (product_work(states) + 40)
   end function work
 
-  !> Computes the maps [A b] of all steps from the slopes K_i = P_i (E + h sum_j a_ij K_j). The start values are the columns of the
-  !> unit matrix E. A last column gives the vector b: its start value is zero, and the forcing f_i is added to its slopes.
+  !> Computes the maps [A b] of all steps. A follows from the slopes K_i = P_i (E + h sum_j a_ij K_j), whose start values are the
+  !> columns of the unit matrix E. The vector b is computed as an additional column: its start value is zero, and its slopes
+  !> include the forcing f_i.
   subroutine maps(self, system, from, to, map, error)
     class(cooper_verner_method), intent(in) :: self
     class(periodic_system), intent(in) :: system
@@ -109,7 +110,8 @@ contains
 
   contains
 
-    !> The start values (E, and 0 in the last column) plus the sum of the slopes, each times its element of `along`.
+    !> Start values plus the sum of the slopes, in which slope j has the factor `along(j)`. The start values are the unit matrix
+    !> and, in the column of the vector b, zeros.
     function started(along) result(x)
       real(dp), intent(in) :: along(:)
       real(dp) :: x(size(slope, 1), size(slope, 2))

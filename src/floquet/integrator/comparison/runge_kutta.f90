@@ -1,4 +1,4 @@
-!> Classical Runge-Kutta method of order 4, which the paper uses. Its step is the matrix (18) of the paper.
+!> Classical Runge-Kutta method of order 4. The matrix of a step is equation (18) of the paper that doc/theory.md names.
 module gestell_floquet_integrator_comparison_runge_kutta
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -40,8 +40,9 @@ contains
     work = self%stages * matrix_work(states, second_order) + 6 * product_work(states) + 100
   end function work
 
-  !> Computes the maps of the steps by (18) of the paper, but with the later factor on the left in every product, as x' = P x
-  !> requires. The paper has the factors in reverse order, which is accurate to order 2 only.
+  !> Computes the maps of the steps by equation (18) of the paper with one correction: in every product the factor for the later
+  !> time stands on the left, as x' = P x requires. With the factors in the paper's order, the method is accurate to order 2
+  !> only.
   subroutine maps(self, system, from, to, map, error)
     class(runge_kutta_method), intent(in) :: self
     class(periodic_system), intent(in) :: system

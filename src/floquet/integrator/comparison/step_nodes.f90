@@ -7,8 +7,8 @@ module gestell_floquet_integrator_comparison_step_nodes
 
   public :: sample_steps
 
-  !> Distance, in phase, between the end of a step and the sample that belongs to it. If the coefficients jump there, this distance
-  !> ensures that the sample belongs to the correct side in spite of rounding errors.
+  !> Distance in phase between the end of a step and the sample for this end. If the coefficients jump at the end of the step,
+  !> this distance keeps the sample on the correct side of the jump in spite of rounding errors.
   real(dp), parameter :: inside = 8 * epsilon(1.0_dp)
 
 contains
