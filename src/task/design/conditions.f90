@@ -1,5 +1,5 @@
-!> Reads the operating conditions of a design: all combinations of the speeds of the sweep with the tolerances of &robust. Defines
-!> the lines along which worse conditions between these combinations are sought.
+!> Reads the operating conditions of a design: each speed of the sweep combined with the tolerances in &robust. Defines the lines
+!> along which worse conditions between these combinations are sought.
 module gestell_task_design_conditions
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp, pi
@@ -65,8 +65,8 @@ contains
     call build_lines(conditions, of_stiffness, of_damping, lines)
   end subroutine read_conditions
 
-  !> Factors at which a number with this relative tolerance is evaluated: nominal value, lower and upper limit. If the tolerance is
-  !> zero: the factor 1 alone.
+  !> Factors by which a number with the relative tolerance `scatter` is multiplied: lower limit, 1 and upper limit. If the
+  !> tolerance is zero, the factor 1 is the only element.
   pure function factors_within(scatter) result(factors)
     real(dp), intent(in) :: scatter
     real(dp), allocatable :: factors(:)
@@ -75,8 +75,8 @@ contains
     if (scatter > 0) factors = [1 - scatter, 1.0_dp, 1 + scatter]
   end function factors_within
 
-  !> Defines the lines on which designs are examined. There is a line of varying speed for each combination of stiffness and damping
-  !> factors. There are lines of varying stiffness at the lowest and at the highest speed, one for each damping factor.
+  !> Defines the lines along which designs are examined. One line of varying speed belongs to each combination of stiffness and
+  !> damping factors. Lines of varying stiffness lie at the lowest and at the highest speed, one for each damping factor.
   subroutine build_lines(conditions, of_stiffness, of_damping, lines)
     type(condition_type), intent(in) :: conditions(:)
     !> Factors by which the stiffness and the damping of the mounts are multiplied

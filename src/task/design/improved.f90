@@ -21,8 +21,8 @@ module gestell_task_design_improved
 
 contains
 
-  !> Returns the text of the input with all changes made by --set and by the design. A comment marks each change. The text is empty
-  !> if the input has no text of its own. Fails if the number at a path cannot be set.
+  !> Returns the text of the input with all changes made by --set and by the design. A comment marks each change. The text is
+  !> empty if `doc` does not contain the text of the input. Fails if the number at a path cannot be set.
   subroutine improved_text(doc, schema, paths, values, text, error)
     type(document_type), intent(in) :: doc
     !> Groups and keys that are allowed in the input

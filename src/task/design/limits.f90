@@ -67,8 +67,8 @@ contains
     end do
   end subroutine check_contradictions
 
-  !> True if the two limits contradict each other: `low` requires a value above the limit of `high`, although its quantity cannot
-  !> exceed the quantity of `high`.
+  !> True if the two limits contradict each other: the quantity of `low` must exceed the limit of `high`, but it cannot be larger
+  !> than the quantity of `high`.
   pure logical function contradict(low, high)
     type(goal_type), intent(in) :: low, high
 

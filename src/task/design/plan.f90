@@ -34,8 +34,8 @@ module gestell_task_design_plan
   !> Family of machines in which each design parameter may set several numbers of the input.
   type, extends(family_type) :: linked_family_type
     type(document_family_type) :: inner
-    !> For each number, index of the design parameter that sets it; shape (numbers). The numbers are in the order of the parameters
-    !> of `inner`.
+    !> For each number of the input that the design changes, the index of the design parameter that sets it; shape (numbers). The
+    !> numbers are in the order of the parameters of `inner`.
     integer, allocatable :: owner(:)
   contains
     procedure :: member
@@ -72,7 +72,7 @@ module gestell_task_design_plan
 
 contains
 
-  !> Creates the machine with these values of the design parameters.
+  !> Creates the machine with the given values of the design `parameters`.
   subroutine member(self, parameters, system, error)
     class(linked_family_type), intent(in) :: self
     real(dp), intent(in) :: parameters(:)
@@ -91,8 +91,8 @@ contains
   end function covers
 
   !> Reads the plan of a design from a checked input document. Fails if &design or &objective is missing, a range is empty, or a
-  !> goal does not exist. Fails also if a path cannot be changed or occurs twice, if a value is invalid, or if the coefficients are
-  !> averaged.
+  !> goal does not exist. Fails also if the number at a path cannot be changed, a path occurs twice, a value is invalid, or the
+  !> coefficients are averaged.
   subroutine read_design(configuration, plan, error)
     type(configuration_type), intent(inout) :: configuration
     type(design_plan_type), intent(out) :: plan
@@ -247,7 +247,7 @@ contains
     same_link = one(:index(one, ").")) == other(:index(other, ")."))
   end function same_link
 
-  !> Value in the input file of the number with this path, for example "frame.mass"; 0 if the file does not give it.
+  !> Value that the input file gives for the number at `path`, for example "frame.mass"; 0 if the file gives no value.
   real(dp) function value_in_file(configuration, path) result(value)
     type(configuration_type), intent(in) :: configuration
     character(len=*), intent(in) :: path
@@ -283,8 +283,8 @@ contains
     end do
   end subroutine check_range_ends
 
-  !> Reads the goals of all groups with this name (`objective` or `constraint`). Fails if there is no objective, or if `new_goal`,
-  !> `read_limit` or `check_contradictions` fails.
+  !> Reads the goals of all groups with the given `name` (`objective` or `constraint`). Fails if there is no objective, or if
+  !> `new_goal`, `read_limit` or `check_contradictions` fails.
   subroutine read_goals(configuration, name, keys, goals, error)
     type(configuration_type), intent(in) :: configuration
     character(len=*), intent(in) :: name
@@ -353,7 +353,7 @@ contains
     end if
   end subroutine read_shared_keys
 
-  !> Index of the first group that contains this key; 1 if no group contains it.
+  !> Index of the first group that contains the given key; 1 if no group contains it.
   pure integer function first_with_key(groups, key)
     type(group_type), intent(in) :: groups(:)
     character(len=*), intent(in) :: key

@@ -1,13 +1,13 @@
 !> Finds the worst values of the goals of a design over the whole range of speeds and tolerances, including conditions between the
 !> given ones.
 !>
-!> The range is searched along lines. There is a line of varying speed for each combination of the other factors. There are lines of
-!> varying stiffness of the mounts at the lowest and the highest speed. The speed of a resonance rises with the stiffness, so each
-!> resonance in the range meets one of these lines.
+!> The range is searched along lines. One line of varying speed belongs to each combination of stiffness and damping factors.
+!> Lines of varying stiffness of the mounts lie at the lowest and the highest speed. The speed of a resonance rises with the
+!> stiffness, so each resonance in the range meets one of these lines.
 !>
-!> Points are added along a line as for resonance curves. The multipliers at neighbouring points show where a natural frequency, or
-!> an instability tongue, meets an order of the crank. An interval is halved if the straight lines extrapolated from both sides meet
-!> above the largest computed value. Then each maximum close to the largest one is refined.
+!> Points are added along a line as for resonance curves. The multipliers at neighbouring points show where a natural frequency,
+!> or an instability tongue, meets an order of the crank. An interval is halved if the straight lines extrapolated from both sides
+!> meet above the largest computed value. At the end each maximum close to the largest one is refined.
 module gestell_task_design_range
   use gestell_base_error, only: error_type
   use gestell_base_verdict, only: operator(/=), operator(==), stable
@@ -28,8 +28,8 @@ module gestell_task_design_range
 
   public :: survey_machine, survey_range
 
-  !> A line through the range of speeds and tolerances. `start`: the condition at the start of the line; it also contains the
-  !> quantity that varies along the line. `places`: positions on the line at which conditions are given.
+  !> A line through the range of speeds and tolerances. `start`: the condition at the start of the line, which also states whether
+  !> the speed or the stiffness varies along the line. `places`: positions on the line at which conditions are given.
   type, public :: range_line_type
     type(condition_type) :: start
     real(dp), allocatable :: places(:)
@@ -60,8 +60,9 @@ module gestell_task_design_range
     type(range_line_type) :: line
   end type curve_type
 
-  !> `near`: a maximum is ignored if it is lower than the largest one by more than this fraction of the goal's magnitude.
-  !> `min_rise`: an interval is halved if its extrapolated maximum exceeds the values at both ends by more than this fraction.
+  !> `near`: a maximum is ignored if it is lower than the largest maximum by more than this fraction of the goal's magnitude.
+  !> `min_rise`: an interval is halved if its extrapolated maximum exceeds the values at both ends by more than this fraction of
+  !> the goal's magnitude.
   real(dp), parameter :: near = 0.25_dp, min_rise = 0.01_dp
   !> Two points of a line count as equal if the relative difference of their positions is smaller than this.
   real(dp), parameter :: same = 1.0e-9_dp
@@ -72,15 +73,15 @@ module gestell_task_design_range
 
 contains
 
-  !> Finds, along each line, those maxima of the goals that are close to the worst value.
+  !> Finds, along each line, those maxima of each goal that are close to the worst value of this goal.
   subroutine find_tops(self, members, goals, tops, known, error)
     class(range_of_lines_type), intent(in) :: self
-    !> The machine, and its neighbours with one parameter changed each
+    !> The machine, and copies of it (neighbours) in each of which one parameter is changed
     type(members_type), intent(in) :: members
     type(goal_type), intent(in) :: goals(:)
     !> Maxima that were found, each with its goal, excess, condition and vibration
     type(top_type), allocatable, intent(out) :: tops(:)
-    !> False if there is no stable vibration at some point; `tops` is then not allocated
+    !> False if the machine has no stable vibration at some point of a line; `tops` is then not allocated
     logical, intent(out) :: known
     type(error_type), allocatable, intent(out) :: error
     type(curve_type) :: curves(size(self%lines))
@@ -171,7 +172,7 @@ contains
     end do
   end subroutine survey_machine
 
-  !> Computes points on a line: first the given ones, then further ones until no more are needed.
+  !> Computes points on a line: first the points at the given conditions, then further points until no more are needed.
   subroutine sample_line(members, goals, line, curve, error, enough)
     type(members_type), intent(in) :: members
     type(goal_type), intent(in) :: goals(:)
@@ -207,8 +208,8 @@ contains
     end do
   end subroutine sample_line
 
-  !> For each point: true if the value of a goal is at least half of its worst value. True at all points if the multipliers are a
-  !> goal.
+  !> For each point of the curve: true if the value of a goal is at least half of the worst value of this goal. True at all points
+  !> if the multipliers are a goal.
   pure function is_high(curve, goals) result(high)
     type(curve_type), intent(in) :: curve
     type(goal_type), intent(in) :: goals(:)
@@ -244,7 +245,8 @@ contains
     excesses = [(curve%points(i)%values(1, g), i = 1, size(excesses))]
   end function excesses
 
-  !> Magnitude of a goal, to which differences of its values are compared. `excess`: excess of the goal over its limit.
+  !> Magnitude of the values of a goal. Differences between values are judged relative to it. `excess`: excess of the goal over
+  !> its limit.
   pure real(dp) function magnitude_of(goal, excess)
     type(goal_type), intent(in) :: goal
     real(dp), intent(in) :: excess

@@ -30,8 +30,8 @@ module gestell_task_design_report
 
 contains
 
-  !> For goal number g: its value under its worst condition, the error of this value, and the speed of this condition (1/min; 0 for
-  !> the machine's own speed).
+  !> Three numbers for goal number `g`: the value under its worst condition, the error of this value, and the crank speed under
+  !> this condition (1/min). The speed is 0 if the machine runs at a speed of its own, because the speed is a design parameter.
   pure function worst_of(reported, design, g) result(numbers)
     type(reported_goals_type), intent(in) :: reported
     type(design_type), intent(in) :: design

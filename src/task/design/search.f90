@@ -36,7 +36,7 @@ module gestell_task_design_search
   type, public :: design_type
     !> Optimum that was reached from each start, shape (starts).
     type(optimum_type), allocatable :: found(:)
-    !> Number of the start with the best optimum; 0 if no machine at a start has a vibration.
+    !> Number of the start with the best optimum; 0 if the machine has no vibration at any start.
     integer :: best = 0
     !> Options with the conditions at which the goals are reported: first the given conditions, then the maxima between them.
     type(design_options) :: options
@@ -53,7 +53,7 @@ module gestell_task_design_search
     type(goal_type), allocatable :: goals(:)
     !> Values of the goals: `before` for the machine of the input, `after` for the design.
     type(reported_goals_type) :: before, after
-    !> Relative increase of the objective if this parameter alone is reset to its original value, shape (parameters).
+    !> Relative increase of the objective if only one parameter is reset to its original value, shape (parameters).
     real(dp), allocatable :: reset_losses(:)
     type(trade_off_point_type), allocatable :: curve(:)
     !> Number of turns that the drive makes in a period.
@@ -62,7 +62,8 @@ module gestell_task_design_search
 
 contains
 
-  !> Finds the best design and evaluates it. Fails if no machine at a start has a vibration, or if the goals are invalid.
+  !> Finds the best design and evaluates it. Fails if the goals are invalid, or if the machine at the only start has no vibration.
+  !> With several starts, `design%best` is 0 if the machine has no vibration at any of them.
   subroutine find_design(family, plan, machine, design, error, executor)
     !> Family of machines that differ in the design parameters
     class(family_type), intent(in), target :: family
@@ -128,8 +129,9 @@ contains
     call find_reset_losses(family, plan, design, error)
   end subroutine find_design
 
-  !> Computes the proved gap of the best design. It results from the duality gap of a convex problem, and from the fact that all
-  !> objectives except `added_mass` cannot be negative.
+  !> Computes the gap of the best design: a proved bound on the distance of its objective from the global minimum. The bound
+  !> results from the duality gap of a convex problem, and from the fact that all objectives except `added_mass` cannot be
+  !> negative.
   subroutine find_gap(plan, design)
     type(design_plan_type), intent(in) :: plan
     type(design_type), intent(inout) :: design
@@ -158,8 +160,8 @@ contains
     read (digits_text, *) rounded
   end function rounded
 
-  !> Computes, for each parameter, the increase of the objective if this parameter alone is reset to its original value; NaN if no
-  !> such machine exists.
+  !> Computes, for each parameter, the relative increase of the objective if only this parameter is reset to its original value;
+  !> NaN if the resulting machine does not exist.
   subroutine find_reset_losses(family, plan, design, error)
     class(family_type), intent(in) :: family
     type(design_plan_type), intent(in) :: plan
@@ -194,8 +196,9 @@ contains
     value = options%combined([(maxval(at%value, at%group == g), g = 1, size(options%objectives))])
   end function objective_at
 
-  !> Computes the trade-off curve: the minimum of the first objective for several upper limits on the second one. The limits range
-  !> from the value of the second objective at the minimum of the first one down to its own minimum.
+  !> Computes the trade-off curve: the minimum of the first objective for several upper limits on the second objective. The
+  !> largest limit is the value of the second objective at the minimum of the first one. The smallest limit is the minimum of the
+  !> second objective.
   subroutine find_curve(family, plan, design, error)
     class(family_type), intent(in) :: family
     type(design_plan_type), intent(in) :: plan

@@ -45,8 +45,9 @@ module gestell_task_design_starts
 
 contains
 
-  !> Finds an optimum from each start. If the plan has lines through a range, the optima hold over the whole range. Fails if there
-  !> is no machine at any start, or if the goals are invalid.
+  !> Finds an optimum from each start. If the plan has lines through a range, the optima hold over the whole range. With several
+  !> starts, a start whose search fails has no optimum (see `has_machine`). Fails if the search from a single start fails, or if
+  !> `survey_range` fails.
   subroutine search_starts(family, plan, found, error, executor)
     class(family_type), intent(in), target :: family
     type(design_plan_type), intent(in), target :: plan
@@ -114,10 +115,10 @@ contains
 
   end subroutine search_starts
 
-  !> Improves an optimum under the given conditions so that it holds over all lines. Its objective and its violation of limits then
+  !> Improves an optimum for the given conditions so that it holds along all lines. Its objective and its violation of limits then
   !> refer to the whole range. Each search considers only those lines on which a goal had its worst value. If other lines become
   !> worst at the new optimum, they are added and the search is repeated (exchange method). If limits are violated, the largest
-  !> excess is minimised first until they are met. Fails if `survey_range` fails.
+  !> excess is minimised first until all limits are met. Fails if `survey_range` fails.
   subroutine extend_to_range(family, options, lines, optimum, error)
     class(family_type), intent(in) :: family
     type(design_options), intent(in) :: options
@@ -182,8 +183,8 @@ contains
     end associate
   end subroutine set_range_values
 
-  !> True if `one` is better than `other`. An optimum that meets the limits is better than one that does not. If both meet them, the
-  !> smaller objective is better; if neither does, the smaller violation.
+  !> True if `one` is better than `other`. An optimum that meets the limits is better than one that does not. If both meet the
+  !> limits, the one with the smaller objective is better. If neither meets them, the one with the smaller violation is better.
   pure logical function better(one, other)
     type(optimum_type), intent(in) :: one, other
 
