@@ -1,8 +1,9 @@
 !> Manages the files of a sweep in the folder sweep.blocks while the sweep is computed.
 !>
-!> In the file `rows` the rows of each tile have a fixed position (gestell_task_sweep_layout). The file `marks` lists the finished
-!> tiles. A mark is written after its rows; rows without a mark are ignored. One or several processes compute tiles, if necessary
-!> continuing an interrupted run, and pass them to `store`. `finish` turns `rows` into the table: it adds the header and the name.
+!> A tile is a rectangle of grid points that is computed as one piece of work. In the file `rows` the rows of each tile have a
+!> fixed position (gestell_task_sweep_layout). The file `marks` lists the finished tiles. The mark of a tile is written after its
+!> rows; rows without a mark are ignored. One or several processes compute tiles and pass them to `store`; they may continue an
+!> interrupted run. `finish` turns `rows` into the table: it adds the header and the name.
 !>
 !> The file `origin` identifies the input and the version of the program, and contains the header of the table. A process that
 !> changes the folder locks the file `lock` exclusively; processes that store tiles share this lock. `lock` is created first and
@@ -85,8 +86,8 @@ contains
     if (.not. allocated(error)) call campaign%look(selected)
   end subroutine open_campaign
 
-  !> Finds out which of the `selected` tiles are finished. A tile is finished if its mark is valid and the checksum of its rows
-  !> agrees.
+  !> Finds out which of the `selected` tiles are finished; by default all tiles are examined. A tile is finished if its mark is
+  !> valid and the checksum of its rows agrees with the mark.
   subroutine look(self, selected)
     class(campaign_type), intent(inout) :: self
     logical, intent(in), optional :: selected(:)
@@ -135,7 +136,7 @@ contains
   end function first_lines
 
   !> Reads the file `origin` and determines the length of the table's header. Fails if `origin` belongs to another input or to
-  !> another version of the program, or if the folder contains other files.
+  !> another version of the program, or if the folder contains files that are not from a sweep.
   subroutine compare_origin(campaign, error)
     type(campaign_type), intent(inout) :: campaign
     type(error_type), allocatable, intent(out) :: error

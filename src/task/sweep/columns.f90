@@ -29,7 +29,7 @@ module gestell_task_sweep_columns
 
 contains
 
-  !> All columns of the table in the order in which they are written: first the parameters, then the numbers of a point.
+  !> All columns of the table in the order in which they are written: first the parameters, then the results at a point.
   pure function columns_of(plan) result(columns)
     type(sweep_plan_type), intent(in) :: plan
     type(column_type) :: columns(size(plan%grid%axes) + plan%options%numbers())
@@ -70,7 +70,7 @@ contains
     end do
   end function columns_of
 
-  !> Meaning of column number `number` of the records, in words.
+  !> Meaning, in words, of the column with this `number` in `column_records`.
   pure function meaning_of(number) result(words)
     integer, intent(in) :: number
     character(len=:), allocatable :: words
@@ -115,8 +115,8 @@ contains
     end do
   end function table_of
 
-  !> Creates a table that explains the columns of `table`, with one row for each. The file sweep.npy needs it, because it contains
-  !> no names.
+  !> Creates a table that explains the columns of `table`, with one row for each column. The file sweep.npy needs this table,
+  !> because it contains no names.
   pure type(table_type) function column_table(table)
     type(table_type), intent(in) :: table
     character(len=word_length + 16) :: names(size(table%columns))

@@ -1,6 +1,6 @@
-!> Formats the lines of sweep.csv. They are written in pieces of any length, so that only one piece is in memory. All lines have the
-!> same width, because numbers are padded on the left. If a verdict is short, the preceding number is padded instead, because
-!> programs that read CSV keep the blanks in words.
+!> Formats the lines of sweep.csv. The lines are written in pieces of any length, so that only one piece is in memory. All lines
+!> have the same width, because numbers are padded on the left. If a verdict is short, the number before it is padded instead,
+!> because programs that read CSV keep the blanks in words.
 module gestell_task_sweep_csv
   use gestell_base_kinds, only: dp
   use gestell_base_verdict, only: verdict_length, verdict_named, verdict_type

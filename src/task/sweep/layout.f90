@@ -31,7 +31,7 @@ module gestell_task_sweep_layout
     procedure :: values
   end type layout_type
 
-  !> A piece of the file: points that are contiguous in it, with the indices `first` to `last` on both axes.
+  !> A piece of the file: rows that are contiguous. They belong to the points with the indices `first` to `last` on both axes.
   type, public :: piece_type
     integer :: first(2) = 1, last(2) = 1
   end type piece_type
@@ -44,7 +44,7 @@ module gestell_task_sweep_layout
 
 contains
 
-  !> Layout of the file for a sweep with this plan.
+  !> Layout of the file for a sweep with the given plan.
   pure type(layout_type) function new_layout(plan) result(layout)
     type(sweep_plan_type), intent(in) :: plan
 

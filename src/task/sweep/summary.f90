@@ -26,7 +26,8 @@ module gestell_task_sweep_summary
     !> Number of points with each verdict. The index is the number that represents the verdict. All are 0 if the verdict is not
     !> requested.
     integer(int64) :: verdicts(0:last_number) = 0
-    !> Smallest (`least`) and largest (`most`) rho_max. If there is no value, `least` exceeds `most`.
+    !> Smallest (`least`) and largest (`most`) value of rho_max, the largest modulus of a multiplier. If there is no value,
+    !> `least` exceeds `most`.
     real(dp) :: least = huge(1.0_dp), most = -huge(1.0_dp)
     !> Indices of the point with the largest rho_max, one for each axis.
     integer(int64) :: where(2) = 0

@@ -1,4 +1,5 @@
-!> Solves a tile of a sweep. Cells for which an expansion is faster are solved by expansions, all other points one by one.
+!> Solves a tile (a rectangle of grid points) of a sweep. Parts of the tile (cells) in which Chebyshev series in the parameters
+!> (expansions) are faster are solved by them, all other points one by one.
 module gestell_task_sweep
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
@@ -124,9 +125,10 @@ contains
     call evaluate(problem, cell, sampler, expansion, perturbations, error)
   end subroutine expand_cell
 
-  !> Compares the expansion with separate solutions at random points. `fits`: true if the deviations of Phi(T) and of [Phi(T)
-  !> x_p(T)] do not exceed the sum of two bounds: the one in `perturbations`, and the error bound of the separate solution (x_p:
-  !> motion forced from rest). `deviation`: largest deviation, relative to the separate solution.
+  !> Compares the expansion over a cell with separate solutions at random points. Compared are the monodromy matrix Phi(T) alone,
+  !> and [Phi(T) x_p(T)], where x_p is the motion forced from rest. `fits`: true if no deviation exceeds the sum of two bounds:
+  !> its bound in `perturbations`, and the error bound of the separate solution. `deviation`: largest deviation, relative to the
+  !> separate solution.
   subroutine check_cell(problem, cell, expansion, perturbations, sampler, deviation, fits)
     type(problem_type), intent(in) :: problem
     type(tile_type), intent(in) :: cell

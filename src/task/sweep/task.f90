@@ -39,7 +39,8 @@ module gestell_task_sweep_task
     procedure :: conclude
   end type sweep_task
 
-  !> Parallel work: each piece computes one tile. Its results are stored in files or, if `values` is allocated, in `values`.
+  !> Parallel work: each piece computes one tile (a rectangle of grid points). Its results are stored in files or, if `values` is
+  !> allocated, in `values`.
   type, extends(work_type) :: tiles_type
     type(locked_family_type) :: family
     type(sweep_plan_type) :: plan
@@ -150,9 +151,9 @@ contains
     if (judgement%verdict /= not_judged) call result%judge(judgement)
   end subroutine run
 
-  !> Opens the campaign (the stored tiles of the sweep) for the tiles `own_tiles`. If nothing is stored yet, one process begins the
-  !> campaign. Then each process examines its share of the tiles. Fails if the stored tiles do not belong to this input, if the
-  !> folder cannot be created, or if it is not visible to all processes.
+  !> Opens the campaign (the stored tiles of the sweep) for the tiles marked in `own_tiles`. If nothing is stored yet, one process
+  !> begins the campaign. Then each process examines its share of the tiles. Fails if the stored tiles do not belong to this
+  !> input, if the folder cannot be created, or if it is not visible to all processes.
   subroutine open_shared_campaign(context, own_tiles, campaign, error)
     type(context_type), intent(in) :: context
     logical, intent(in) :: own_tiles(:)

@@ -1,4 +1,4 @@
-!> Divides a tile into cells. A cell is the range of points that one expansion covers.
+!> Divides a tile (a rectangle of grid points) into cells. A cell is the part of the tile that one expansion covers.
 module gestell_task_sweep_expansion_cell
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -28,20 +28,20 @@ module gestell_task_sweep_expansion_cell
   !> Decisions on a cell. `expand_it`: compute it by an expansion. `solve_it`: solve it point by point. A positive number is the
   !> axis along which to split the cell.
   integer, parameter, public :: expand_it = 0, solve_it = -1
-  !> Fraction of the tolerance that the sum of the omitted terms may reach on a line. It is small because the series of a cell has
-  !> more terms than that of a line.
+  !> The sum of the omitted terms of a series along a line through a cell may reach this fraction of the tolerance. It is small
+  !> because the series of the cell has more terms than the series along a line.
   real(dp), parameter :: part_of_tolerance = 1 / 16.0_dp
-  !> Number of points that are added to those that a line needs. With them the last terms of the cell's series serve to estimate the
-  !> truncation error.
+  !> Number of points that are added on each axis to those that a series along a line needs. Because of these additional points,
+  !> the last terms of the cell's series can serve to estimate the truncation error.
   integer, parameter :: margin = 2
-  !> Minimum number of points on each axis if the cell has two axes.
+  !> If the cell has two axes: minimum number of Chebyshev points that is assumed on the other axis.
   integer, parameter :: fewest = 5
-  !> If the expansion in the first variable needs more points than this, the other variables are tried too.
+  !> If the expansion in the variable that is tried first needs more points than this, other variables are tried too.
   integer, parameter :: few_points = 20
 
 contains
 
-  !> Solves the single point (i, j). Fails if `solve_point` fails.
+  !> Solves the machine at the grid point (i, j) without an expansion. Fails if `solve_point` fails.
   subroutine solve_single(self, i, j, error)
     class(problem_type), intent(in) :: self
     integer, intent(in) :: i, j
@@ -123,9 +123,9 @@ contains
     if (problem%options%engine == "auto" .and. 2 * product(points) > cell_points(cell)) plan = solve_it
   end subroutine plan_cell
 
-  !> Determines whether an expansion may be faster than separate solutions. The limit is the square root of the number that
-  !> `max_useful_points` returns. At least one of the two axes must need no more points than this limit. `tried`: number of points
-  !> that each axis needs; 0 if it needs too many; -1 if it was not tried.
+  !> Determines whether an expansion may be faster than separate solutions. Along at least one of two axes, the expansion must
+  !> need no more points than the square root of the number that `max_useful_points` returns. `tried`: number of points that each
+  !> axis needs; 0 if it needs too many; -1 if it was not tried.
   subroutine check_cost(sampler, middle, tolerance, variables, options, cell, tried, fits)
     type(sampler_type), intent(inout) :: sampler
     real(dp), intent(in) :: middle(:), tolerance
@@ -146,8 +146,8 @@ contains
     end do
   end subroutine check_cost
 
-  !> Largest number of points along an axis for which an expansion is assumed to be faster than separate solutions. `others`: number
-  !> of points along the other axis. In total there may be half as many points as the cell has.
+  !> Largest number of Chebyshev points along an axis for which an expansion is assumed to be faster than separate solutions. The
+  !> expansion may have at most half as many points in total as the cell. `others`: number of points along the other axis.
   pure integer function max_useful_points(options, cell, others) result(most)
     type(sweep_options), intent(in) :: options
     type(tile_type), intent(in) :: cell
@@ -157,7 +157,7 @@ contains
     if (options%engine == "auto") most = cell_points(cell) / (2 * others)
   end function max_useful_points
 
-  !> Finds that variable in which the expansion along a line needs the fewest points.
+  !> Finds the variable in which the expansion along a line needs the fewest points.
   subroutine best_variable(sampler, axis, line, tolerance, most, variable, points, fits)
     type(sampler_type), intent(inout) :: sampler
     integer, intent(in) :: axis
@@ -188,7 +188,7 @@ contains
     end do
   end subroutine best_variable
 
-  !> Parameters at the corners and at the centre of a cell, shape (axes, corners).
+  !> Parameters at the corners of a cell and, in the last column, at its centre; shape (axes, number of corners + 1).
   pure function corners(grid, cell)
     type(grid_type), intent(in) :: grid
     type(tile_type), intent(in) :: cell

@@ -21,8 +21,8 @@ module gestell_task_sweep_expansion_evaluation
 
 contains
 
-  !> Computes the results at the points of `cell` from the expansion. Near a resonance the expansion may not be accurate enough for
-  !> the vibration; points without an accurate vibration are solved separately. Fails if a separate solution fails.
+  !> Computes the results at the points of `cell` from the expansion. Near a resonance the expansion may not give the vibration
+  !> accurately enough. Points without an accurate vibration are solved separately. Fails if a separate solution fails.
   subroutine evaluate(problem, cell, sampler, expansion, perturbations, error)
     !> The tile that contains the cell, and its results
     type(problem_type), intent(in) :: problem
@@ -32,7 +32,8 @@ contains
     type(sampler_type), intent(in) :: sampler
     !> Chebyshev series over the cell
     type(expansion_type), intent(in) :: expansion
-    !> Bounds on the error norms of Phi(T) (element 1) and of all numbers of the expansion (element 2)
+    !> Bounds on the error norms of Phi(T) (element 1) and of [Phi(T) x_p(T)] (element 2), where Phi(T) is the monodromy matrix
+    !> and x_p the motion forced from rest
     real(dp), intent(in) :: perturbations(2)
     type(error_type), allocatable, intent(out) :: error
     real(dp), allocatable :: lines(:, :, :), points(:, :, :), blocks(:, :, :), eight(:, :, :), columns(:, :)
@@ -70,8 +71,8 @@ contains
     end associate
   end subroutine evaluate
 
-  !> Computes the columns at the points along a line, shape (points, columns). `line`: values at the support points of the series on
-  !> this line. `factors`: interpolation factors.
+  !> Computes the columns of the sweep at the points along a line through the cell, shape (points, columns). `line`: expanded
+  !> numbers at the Chebyshev points on this line. `factors`: factors for the interpolation between the Chebyshev points.
   subroutine set_columns(options, sampler, factors, line, perturbations, columns)
     type(sweep_options), intent(in) :: options
     type(sampler_type), intent(in) :: sampler

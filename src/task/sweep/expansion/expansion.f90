@@ -12,17 +12,18 @@ module gestell_task_sweep_expansion
 
   public :: expand
 
-  !> Chebyshev series for those numbers by which a sampler represents the motion.
+  !> Chebyshev series of the numbers by which a sampler represents the motion over a period.
   type, public :: expansion_type
     !> Variables in which the two axes are expanded. If there is a single axis, it is the second one.
     type(variable_type) :: variables(2)
     !> `points`: number of points of the series along each axis. `numbers`: number of quantities that are expanded.
     integer :: points(2) = 1, numbers = 0
-    !> Values of the numbers at the points of the series, shape (points(2), numbers, points(1)). The extent for the numbers is at
-    !> least eight and padded to a multiple of four. If there is a single axis, it is the second one.
+    !> Values of the expanded numbers at the points of the series, shape (points(2), numbers, points(1)). The second dimension is
+    !> padded to a multiple of four and is at least eight. If there is a single axis, it is the second one.
     real(dp), allocatable :: values(:, :, :)
-    !> `rest`: bound on the norm of the sum of the omitted terms. `maximum`: largest norms, among the points of the series, of
-    !> Phi(T) and of [Phi(T) x_p(T)], where x_p is the motion forced from rest. `least`: smallest norm of Phi(T) among these points.
+    !> `rest`: bound on the norm of the sum of the omitted terms. `maximum`: largest norms, among the points of the series, of the
+    !> monodromy matrix Phi(T) and of [Phi(T) x_p(T)], where x_p is the motion forced from rest. `least`: smallest norm of Phi(T)
+    !> among these points.
     real(dp) :: rest = 0, maximum(2) = 0, least = 0
   contains
     procedure :: factors
@@ -103,8 +104,8 @@ contains
     end do
   end function omitted
 
-  !> Factors that interpolate between the points of an axis to the given parameters, shape (lanes, points, groups). A group contains
-  !> eight parameters; the last one is repeated to fill the group.
+  !> Factors that interpolate from the Chebyshev points of an axis to the given parameters, shape (lanes, points, groups). Eight
+  !> parameters form a group, one in each vector lane. The last parameter is repeated to fill the last group.
   pure function factors(self, axis, parameters)
     class(expansion_type), intent(in) :: self
     integer, intent(in) :: axis
@@ -123,8 +124,8 @@ contains
     end associate
   end function factors
 
-  !> The expanded values in blocks of eight, for each point of the first axis; shape (lanes, points(1), blocks). The last block ends
-  !> with the last value.
+  !> The expanded values in blocks of eight, for each point of the first axis; shape (lanes, points(1), blocks). The last block
+  !> ends with the last value and may overlap the block before it.
   pure function blocks(self)
     class(expansion_type), intent(in) :: self
     real(dp), allocatable :: blocks(:, :, :)
@@ -141,8 +142,9 @@ contains
     end do
   end function blocks
 
-  !> Interpolates to eight positions on the first axis. `factors`: interpolation factors of these positions, shape (lanes,
-  !> points(1)). `values`: results at the points of the second axis, shape (points(2) * size(values, 2), lanes).
+  !> Interpolates to eight positions on the first axis, one in each vector lane. `factors`: interpolation factors of these
+  !> positions, shape (lanes, points(1)). `values`: results at the points of the second axis, shape (points(2) * size(values, 2),
+  !> lanes).
   pure subroutine lines(self, blocks, factors, values)
     class(expansion_type), intent(in) :: self
     real(dp), contiguous, intent(in) :: blocks(:, :, :), factors(:, :)

@@ -1,7 +1,8 @@
 !> Represents the motion over a period as a list of numbers. The period is divided into parts. Phases of vibrations change less
-!> within a part than within the whole period, so the series in the parameters need fewer terms. For part k there are two kinds of
-!> numbers, in balanced units: the map x -> A_k x + b_k over the part, and the maps from the state at the beginning of the part to
-!> the positions at times within it. b_k exists if the periodic vibration is requested; it has a unit of its own.
+!> within a part than within the whole period, so the series in the parameters need fewer terms. For part k the list contains two
+!> kinds of numbers, in balanced units. The first kind describes the map of the state over the part, x -> A_k x + b_k. The second
+!> kind describes the maps from the state at the beginning of the part to the positions at times within it. b_k exists if the
+!> periodic vibration is requested; it has a unit of its own.
 !>
 !> An error dA of A_k changes the state at the beginning of part j by A_(j-1) ... A_(k+1) dA x_k, where x_k is the state at the
 !> beginning of part k. Each number of part k is therefore multiplied by a weight: the product of the norms of A_(j-1) ... A_(k+1)
@@ -14,9 +15,10 @@ module gestell_task_sweep_expansion_parts
   implicit none (type, external)
   private
 
-  !> Structure and weights of the list of numbers that represent the motion. The period is divided into parts. For each part the
-  !> list contains two kinds of numbers: the map [A_k b_k], row by row; and the rows of the maps to the positions at each of the
-  !> `between` times within the part. Column b_k exists only if `forced` is true.
+  !> Structure and weights of the list of numbers that represent the motion. The period is divided into parts. For each part k the
+  !> list contains two kinds of numbers. First come the rows of [A_k b_k], the map of the state x -> A_k x + b_k over the part.
+  !> Then come the rows of the maps to the positions at each of the `between` times within the part. Column b_k exists only if
+  !> `forced` is true.
   type, public :: parts_type
     !> `states`: number of states. `parts`: number of parts of the period. `between`: number of times within a part at which
     !> positions are computed.
@@ -42,7 +44,7 @@ module gestell_task_sweep_expansion_parts
 
 contains
 
-  !> Number of columns of [A_k b_k]: one for each state, and one more if `forced` is true.
+  !> Number of columns of the map [A_k b_k] of a part: one for each state, and the column b_k if `forced` is true.
   pure integer function columns(self)
     class(parts_type), intent(in) :: self
 
@@ -110,8 +112,8 @@ contains
     end do
   end function weighted
 
-  !> Phi(T), column by column, and the motion x_p(T), which is forced from rest, both computed from weighted numbers; shape
-  !> (numbers_of_period).
+  !> Computes the monodromy matrix Phi(T), column by column, and the motion x_p(T) forced from rest; shape (numbers_of_period).
+  !> `values`: weighted numbers that represent the motion.
   pure function period(self, values)
     class(parts_type), intent(in) :: self
     real(dp), intent(in) :: values(:)
@@ -187,8 +189,8 @@ contains
     of_times = max(of_times, tiny(1.0_dp)) / sqrt(real(self%parts * self%between + 1, dp))
   end subroutine find_weights
 
-  !> Largest norm that a state of norm 1 can have after any number of the given maps, which are applied one after another. `n`:
-  !> number of states.
+  !> Bound on the largest norm that a state of norm 1 can have before or after any of the given maps, which are applied one after
+  !> another. `n`: number of states.
   pure real(dp) function max_amplification(n, maps) result(maximum)
     integer, intent(in) :: n
     real(dp), intent(in) :: maps(:, :, :)
@@ -211,7 +213,7 @@ contains
     norm_bound = sqrt(maxval(sum(abs(matrix), dim=1)) * maxval(sum(abs(matrix), dim=2)))
   end function norm_bound
 
-  !> The initial motion [E 0]: transition matrix E, and state 0.
+  !> The motion [E 0] at the start of the period: the unit matrix E as the transition matrix, and the state 0.
   pure function unit_motion(self) result(motion)
     class(parts_type), intent(in) :: self
     real(dp) :: motion(self%states, self%columns())
@@ -244,8 +246,9 @@ contains
     end associate
   end function moved
 
-  !> Computes [Phi x_p], the transition matrix and the motion forced from rest, at the ends of all parts for eight machines, shape
-  !> (lanes, states, columns, 0:parts). `values`: weighted numbers of these machines, shape (lanes, numbers).
+  !> Computes the transition matrix Phi and the motion x_p forced from rest at the ends of all parts, for eight machines at once.
+  !> `values`: weighted numbers of these machines, shape (lanes, numbers). `motion`: [Phi x_p], shape (lanes, states, columns,
+  !> 0:parts).
   pure subroutine compose(self, values, motion)
     class(parts_type), intent(in) :: self
     real(dp), contiguous, intent(in) :: values(:, :)

@@ -13,15 +13,16 @@ module gestell_task_sweep_expansion_peaks
 
 contains
 
-  !> Computes max |q(t)| for each position q of the periodic motion x(t) = Phi(t) x0 + x_p(t), x0 = (E - Phi(T))^-1 x_p(T), in units
-  !> of the states. x_p is the motion forced from rest. Digits are lost near a resonance, where E - Phi(T) is nearly singular.
+  !> Computes the peak max |q(t)| of each position q in the periodic motion x(t) = Phi(t) x0 + x_p(t), in the units of the states.
+  !> Phi(t) is the transition matrix, x_p the motion forced from rest, and x0 = (E - Phi(T))^-1 x_p(T) the initial state. Digits
+  !> are lost near a resonance, where E - Phi(T) is nearly singular (E: unit matrix).
   subroutine peaks_of_motion(sampler, values, motion, filled, perturbation, limit, peaks, known)
     !> Defines the sizes, units and times of the numbers that represent the motions
     type(sampler_type), intent(in) :: sampler
     !> `values`: weighted numbers that represent the motions, shape (lanes, numbers). `motion`: [Phi x_p] at the ends of the parts
     !> of the period, shape (lanes, states, columns, 0:parts)
     real(dp), contiguous, intent(in) :: values(:, :), motion(:, :, :, 0:)
-    !> Number of machines; lanes after this number are not used
+    !> Number of machines, at most eight; the remaining vector lanes (first dimension of the arrays) are not used
     integer, intent(in) :: filled
     !> `perturbation`: bound on the error norm of the numbers. `limit`: allowed relative error of the initial state x0
     real(dp), intent(in) :: perturbation, limit
@@ -102,8 +103,8 @@ contains
     end associate
   end subroutine move
 
-  !> Computes q = P x + p for each lane. `rows`: [P p], shape (lanes, n + 1, n / 2). `x`: [x 1], shape (lanes, n + 1). `q`: result,
-  !> shape (lanes, n / 2).
+  !> Computes the positions q = P x + p from the state x, for the machine in each vector lane. `rows`: [P p], shape (lanes, n + 1,
+  !> n / 2). `x`: [x 1], shape (lanes, n + 1). `q`: positions, shape (lanes, n / 2).
   pure subroutine apply(n, rows, x, q)
     integer, intent(in) :: n
     real(dp), intent(in) :: rows(lanes, n + 1, n / 2), x(lanes, n + 1)

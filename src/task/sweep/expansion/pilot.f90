@@ -16,7 +16,7 @@ module gestell_task_sweep_expansion_pilot
 contains
 
   !> Determines the number of Chebyshev points of a series along a line. The sum of the omitted terms must be below `tolerance`
-  !> times the smallest norm of Phi(T) on the line.
+  !> times the smallest norm of the monodromy matrix Phi(T) on the line.
   subroutine count_points(sampler, axis, variable, fixed, tolerance, most, needed, fits)
     !> Integrates the machines on the line
     type(sampler_type), intent(inout) :: sampler
@@ -24,7 +24,8 @@ contains
     integer, intent(in) :: axis
     !> Variable in which this parameter is expanded
     type(variable_type), intent(in) :: variable
-    !> `fixed`: values of all parameters; the parameters that do not vary keep them. `tolerance`: relative tolerance
+    !> `fixed`: values of all parameters; the parameters that do not vary keep them. `tolerance`: tolerance relative to the
+    !> smallest norm of Phi(T)
     real(dp), intent(in) :: fixed(:), tolerance
     !> Maximum number of points that a trial may use
     integer, intent(in) :: most
@@ -67,7 +68,7 @@ contains
   end subroutine count_points
 
   !> Smallest number of terms of the series through `values`, shape (numbers, points), for which the sum of the remaining terms is
-  !> below `limit`. It may be up to twice the number of points. 0 if the series is too short to decide.
+  !> below `limit`. The result may be up to twice the number of points. It is 0 if the series is too short to decide.
   pure integer function needed_points(values, limit) result(needed)
     real(dp), intent(in) :: values(:, :), limit
     real(dp) :: size_of_term(size(values, 2)), rest
@@ -89,8 +90,9 @@ contains
     end if
   end function needed_points
 
-  !> Number of terms that are needed, extrapolated from terms that are not yet small enough. For cos(h x) the terms are Bessel
-  !> functions J_k(h), which finally decrease by the factor h / 2k from term to term. 0 if the terms do not decrease fast enough.
+  !> Number of terms that a series needs, extrapolated from terms that are not yet small enough. For cos(h x) the terms are Bessel
+  !> functions J_k(h), which finally decrease by the factor h / 2k from term to term. The result is 0 if the terms do not decrease
+  !> fast enough.
   pure integer function extrapolated_count(size_of_term, limit) result(needed)
     real(dp), intent(in) :: size_of_term(:), limit
     !> The extrapolation is reliable if the ratio of successive terms does not exceed this value.

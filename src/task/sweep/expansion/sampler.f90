@@ -30,17 +30,18 @@ module gestell_task_sweep_expansion_sampler
   type, public :: sampler_type
     class(family_type), pointer :: family => null()
     class(method_type), allocatable :: method
-    !> Numbers of steps that may be used, ascending. The last one is sufficient for a member whose fastest motion is `fastest`.
+    !> Numbers of steps that may be used, ascending. The last number is sufficient for a member whose fastest motion has the phase
+    !> advance `fastest`.
     integer, allocatable :: steps(:)
-    !> `fastest`: phase advance of the fastest motion of all members that were measured. `fewest`: smallest number of nodes that any
-    !> member needs.
+    !> `fastest`: phase advance of the fastest motion at any corner of the cell. `fewest`: smallest number of nodes that a corner
+    !> needs.
     real(dp) :: fastest = 0, fewest = huge(1.0_dp)
     !> Structure of the list of numbers that represent the motion over a period.
     type(parts_type) :: parts
-    !> Units of the states in which their magnitudes are balanced, shape (n).
+    !> Units of the states in which their magnitudes are balanced, shape (number of states).
     real(dp), allocatable :: scale(:)
-    !> Bound on the relative error, due to integration and rounding, of the numbers that represent the motion. It is the error of
-    !> those members for which the error was determined.
+    !> Bound on the relative error, due to integration and rounding, of the numbers that represent the motion. It is the largest
+    !> of the errors that were determined at the corners of the cell.
     real(dp) :: error = 0
     !> Number of solutions that have been computed.
     integer :: solutions = 0
@@ -54,7 +55,8 @@ module gestell_task_sweep_expansion_sampler
     logical :: conserves = .true.
     !> Degree of freedom (1: xi, 2: eta, 3: psi, ...) to which each position belongs.
     integer, allocatable :: free(:)
-    !> A member with the stored functions of the mechanism. Allocated if all members have the same mechanism.
+    !> A machine that stores the functions of its mechanism, so that they are computed only once. Allocated only if all members of
+    !> the family have the same mechanism.
     type(frame_type), allocatable :: remembered
   contains
     procedure :: sample
@@ -76,7 +78,7 @@ module gestell_task_sweep_expansion_sampler
 
 contains
 
-  !> Sets up a sampler that is accurate at all corners of a cell. The corner that needs most steps determines their number.
+  !> Sets up a sampler that is accurate at all corners of a cell. The corner that needs most steps determines the number of steps.
   subroutine new_sampler(sampler, family, corners, accuracy, forced, points, fits)
     type(sampler_type), intent(out) :: sampler
     !> Family of machines that depend on the parameters of the sweep
@@ -187,8 +189,8 @@ contains
     sampler%steps = [sampler%steps, last]
   end subroutine choose_steps
 
-  !> Factor on the number of steps by which the error falls to a sixteenth. Interpolation may amplify an error that is not smooth by
-  !> a factor of this size: the Lebesgue constant is 4 for a hundred points on an axis.
+  !> Factor on the number of steps by which the error falls to a sixteenth. Interpolation on two axes may amplify an error that is
+  !> not smooth by about 16: the Lebesgue constant is 4 for a hundred points on one axis.
   pure real(dp) function reserve(self)
     class(sampler_type), intent(in) :: self
 
@@ -209,9 +211,9 @@ contains
     enough = self%steps(k)
   end function enough
 
-  !> Number of parts for which the cost of `points` points is lowest. The number of parts must divide `times`. Along an axis the
-  !> phase of the fastest vibration at the end of the period changes by +-`half_turn`. The series of a function cos(z + x h) needs
-  !> slightly more than h terms (Bessel functions J_k(h)).
+  !> Number of parts of the period for which the cost of computing `points` points is lowest. It must divide `times`. Along an
+  !> axis the phase of the fastest vibration at the end of the period changes by +-`half_turn`. The series of a function cos(z + x
+  !> h) needs slightly more than h terms (Bessel functions J_k(h)).
   pure integer function cheapest_parts(half_turn, points, times) result(cheapest)
     real(dp), intent(in) :: half_turn
     integer, intent(in) :: points, times
@@ -246,8 +248,8 @@ contains
     call sampler%parts%set_weights(values)
   end subroutine weigh
 
-  !> Determines the number of times at which the vibration of a frame must be computed. Sets `fits` to false if `system` is not a
-  !> frame.
+  !> Determines the number of times within a period at which the vibration of a frame must be computed. Sets `fits` to false if
+  !> `system` is not a frame.
   subroutine look_at_vibration(sampler, system, accuracy, fits)
     type(sampler_type), intent(inout) :: sampler
     class(periodic_system), intent(in) :: system
@@ -279,7 +281,7 @@ contains
     end select
   end subroutine look_at_vibration
 
-  !> Computes the weighted numbers that represent the motion of the machine with these parameters. Sets `fits` to false if the
+  !> Computes the weighted numbers that represent the motion of the machine with the given parameters. Sets `fits` to false if the
   !> machine has no solution.
   subroutine sample(self, parameters, values, fits)
     class(sampler_type), intent(inout) :: self
@@ -320,15 +322,16 @@ contains
     end select
   end subroutine exchange
 
-  !> Computes Phi(T), and the motion x_p(T) that is forced from rest, by a separate solution. Also computes a bound on their errors
-  !> relative to their norms.
+  !> Computes the monodromy matrix Phi(T), and the motion x_p(T) forced from rest, by a separate solution. Also computes a bound
+  !> on their errors relative to their norms.
   subroutine check(self, parameters, accuracy, values, bound, fits)
     class(sampler_type), intent(inout) :: self
     !> Parameters of the machine
     real(dp), intent(in) :: parameters(:)
     !> Accuracy requested for the sweep
     type(accuracy_type), intent(in) :: accuracy
-    !> `values`: Phi(T), column by column, and x_p(T), not weighted. `bound`: bound on their relative error
+    !> `values`: Phi(T), column by column, and x_p(T), in balanced units but without weights. `bound`: bound on their relative
+    !> error
     real(dp), intent(out) :: values(:), bound
     !> False if the machine has no solution
     logical, intent(out) :: fits
@@ -352,8 +355,8 @@ contains
     fits = .true.
   end subroutine check
 
-  !> The numbers that represent the motion, computed from `maps` that start at the beginning of each part of the period, shape (n,
-  !> columns, parts * (between + 1)).
+  !> The numbers that represent the motion, without weights. They are computed from `maps`, shape (states, columns, parts *
+  !> (between + 1)). Each map leads from the beginning of a part of the period to a time within this part or at its end.
   pure function numbers_of(self, maps) result(values)
     class(sampler_type), intent(in) :: self
     real(dp), contiguous, intent(in) :: maps(:, :, :)

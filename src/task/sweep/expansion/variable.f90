@@ -7,7 +7,7 @@ module gestell_task_sweep_expansion_variable
 
   integer, parameter, public :: itself = 1, inverse = 2, logarithm = 3
 
-  !> A variable in which a parameter is expanded. Its range is mapped to x in [-1, 1].
+  !> A variable in which a parameter is expanded. The range of the parameter is mapped to x in [-1, 1].
   type, public :: variable_type
     real(dp) :: from = 0, to = 0
     integer :: kind = itself
