@@ -18,8 +18,8 @@ module gestell_task_balance_plot
 
 contains
 
-  !> The picture balance.gp: rms force and moment of every variant, as percentages of the original machine. Each variant has a pair
-  !> of bars: on rigid ground and on its mounts.
+  !> The picture balance.gp: rms force and moment of every variant, as percentages of the original machine. Each variant has two
+  !> bars, one for rigid ground and one for the mounts.
   function plot_balance(variants) result(figure)
     type(variant_type), intent(in) :: variants(:)
     type(figure_type) :: figure

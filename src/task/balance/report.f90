@@ -75,7 +75,8 @@ contains
 
   end function balance_headlines
 
-  !> Relative change as text, for example "-63.2 %". If the value before the change is 0: the value after it, with its unit.
+  !> Relative change as text, for example "-63.2 %". If the value before the change is 0, the text is the value after the change,
+  !> with its unit.
   pure function change_words(after, before, unit) result(words)
     real(dp), intent(in) :: after, before
     character(len=*), intent(in) :: unit

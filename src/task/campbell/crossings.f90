@@ -84,10 +84,9 @@ module gestell_task_campbell_crossings
 
 contains
 
-  !> Finds all crossings of the modes with the harmonics that `options` requests, within the range of `campbell`. Also finds the
-  !> intervals in which a mode is locked to an order or half order that was not requested, if locking takes at least half of the
-  !> damping of the mode. Crossings are sorted by mode, order and speed. Fails if `solve_campbell` fails, or if `campbell` has not
-  !> been solved.
+  !> Finds all crossings of the modes with the harmonics that `options` requests, within the range of `campbell`. Also finds
+  !> intervals in which a mode is locked to another order or half order, if the mode thereby loses at least half of its damping.
+  !> Crossings are sorted by mode, order and speed. Fails if `solve_campbell` fails, or if `campbell` has not been solved.
   subroutine find_crossings(family, options, campbell, crossings, error, executor)
     !> Family of machines that depend on the speed (1/min)
     class(family_type), intent(in), target :: family

@@ -17,8 +17,8 @@ module gestell_task_campbell_plot
   integer, parameter :: most_named = 12
   !> Width of a label, as a fraction of the axis
   real(dp), parameter :: label_width = 0.043_dp
-  !> An interval of speeds in which a mode is locked to an order is drawn if its width is at least this fraction of the half width
-  !> of the resonance
+  !> Minimum width of an interval of speeds in which a mode is locked to an order, as a fraction of the half width of the
+  !> resonance. Narrower intervals are not drawn
   real(dp), parameter :: noticeable = 0.1_dp
 
 contains

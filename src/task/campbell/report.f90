@@ -115,8 +115,8 @@ contains
     if (size(crossings) > max_listed) report = report // "  ... all crossings in crossings.csv" // newline
   end function crossing_lines
 
-  !> True if the interval of speeds in which the mode is locked to the order is wide relative to the resonance, or if the free
-  !> vibration grows in it.
+  !> True if the mode is locked to the order over an interval of speeds that is wide relative to the resonance, or in which the
+  !> free vibration grows.
   pure logical function noticeably_locked(crossing)
     type(crossing_type), intent(in) :: crossing
     real(dp), parameter :: small_part = 0.1_dp

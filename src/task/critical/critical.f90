@@ -80,9 +80,8 @@ module gestell_task_critical
     procedure :: exchange
   end type searches_type
 
-  !> The search extends by `reach` half widths of the resonance to both sides of a crossing, but not farther than `most_reach`
-  !> times the speed of the crossing. A peak belongs to a crossing if the distance between them is less than about `near` half
-  !> widths
+  !> The search extends to both sides of a crossing by `reach` half widths of the resonance, but at most by `most_reach` times the
+  !> speed. A peak belongs to a crossing if the distance between them is less than about `near` half widths
   real(dp), parameter :: reach = 6, most_reach = 0.3_dp, near = 1
   !> Number of equidistant speeds at which a search computes the vibration first
   integer, parameter :: samples = 37
@@ -211,8 +210,8 @@ contains
     self%critical(k) = transfer(words, self%critical(k))
   end subroutine exchange
 
-  !> Removes duplicate peaks. If the searches near two crossings find the same peak, it is kept only for the crossing that is
-  !> closer to it, measured in half widths of the resonance.
+  !> Removes duplicate peaks. If two crossings lead to the same peak, it is kept only for the closer crossing. Distances are
+  !> measured in half widths of the resonance.
   pure subroutine remove_duplicates(critical)
     type(critical_type), intent(inout) :: critical(:)
     integer :: i, k, quantity

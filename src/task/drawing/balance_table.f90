@@ -18,8 +18,8 @@ module gestell_task_drawing_balance_table
 
 contains
 
-  !> The balance table, a section of the report. For each order it lists the amplitudes of forces and couples along the axes, and
-  !> the magnitudes of the vectors that rotate with the crank and against it.
+  !> The balance table, a section of the report. For each order it lists the amplitudes of forces and couples along the axes. It
+  !> also lists the magnitudes of the vectors that rotate with the crank and against it.
   function balance_table(frame) result(lines)
     class(frame_type), intent(in) :: frame
     character(len=:), allocatable :: lines, rows, turning, shaft

@@ -80,9 +80,9 @@ contains
     end do
   end function support_positions
 
-  !> Computes all reactions: first those of the supports in the frame's order, then those of the foundation and the guides if there
-  !> are any, then the total. Fails if the frame's `check` fails, or if `vibration` lacks rows of the motion from which the forces
-  !> are computed.
+  !> Computes all reactions: those of the supports in the frame's order, then those of the foundation and the guides if there are
+  !> any, then the total. Fails if the frame's `check` fails, or if `vibration` lacks rows of the motion from which the forces are
+  !> computed.
   subroutine find_reactions(frame, vibration, reactions, error, executor)
     class(frame_type), intent(in) :: frame
     !> The periodic vibration of the frame

@@ -204,7 +204,7 @@ contains
     integer, intent(in) :: turns
     !> Text on directions in which the mounting does not hold the frame; empty if it holds in all directions
     character(len=*), intent(in) :: free_directions
-    !> True if Phi(T) cannot reach the requested tolerance because of rounding errors
+    !> True if the monodromy matrix Phi(T) cannot reach the requested tolerance because of rounding errors
     logical, intent(in) :: at_precision_limit
     character(len=:), allocatable :: lines, word
     integer :: worst
@@ -278,8 +278,8 @@ contains
     words = words // " +- " // concise(bound, 1)
   end function modulus
 
-  !> Lines on the numerical solution: method, number of steps, error of Phi(T), defect of Liouville's formula, and condition of the
-  !> multipliers.
+  !> Lines on the numerical solution: method, number of steps, error of the monodromy matrix Phi(T), defect of Liouville's formula,
+  !> and condition of the multipliers.
   function evidence_lines(analysis, accuracy) result(lines)
     type(analysis_type), intent(in) :: analysis
     type(accuracy_type), intent(in) :: accuracy

@@ -41,7 +41,8 @@ contains
     configuration%analysis%modes = self%requested
   end subroutine read_modes
 
-  !> Adds the table modes.csv and its picture to `result`. They contain the eigenvectors of equation (19) at t = 0.
+  !> Adds the table modes.csv and its picture to `result`. They contain the mode shapes at crank angle 0, which are the
+  !> eigenvectors of the monodromy matrix Phi(T).
   subroutine run(self, context, result, error)
     class(modes_task), intent(inout) :: self
     type(context_type), intent(inout) :: context

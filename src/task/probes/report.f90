@@ -51,7 +51,7 @@ contains
     integer, intent(in) :: turns
     character(len=*), intent(in) :: verdict
     character(len=:), allocatable :: lines
-    !> If the rms velocity over all orders exceeds the rms within the band by this factor, the report warns that much of the
+    !> Ratio of the rms velocity over all orders to the rms within the band. Above this ratio the report warns that much of the
     !> velocity lies outside the band
     real(dp), parameter :: significant_ratio = 1.5_dp
     real(dp) :: orders(2), whole

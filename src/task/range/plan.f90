@@ -275,8 +275,8 @@ contains
   end function overlap
 
   !> Checks the values of each axis, combined with the first value of the other axis. Also checks the last values of both axes
-  !> together. On a long axis only some values are checked: evenly spaced values including both ends, and the value closest to
-  !> zero, because some keys do not allow zero.
+  !> together. On a long axis only evenly spaced values including both ends are checked, and the value closest to zero, because
+  !> some keys do not allow zero.
   subroutine check_values(groups, plan, error)
     type(group_type), intent(in) :: groups(:)
     type(sweep_plan_type), intent(in) :: plan

@@ -46,19 +46,18 @@ module gestell_task_resonance_maxima
   !> At a jump, a vibration ceases to exist (fold) if one of its multipliers is closer to 1 than this
   real(dp), parameter :: at_fold = 1.0e-3_dp
 
-  !> The search for a maximum ends if its next step is smaller than `position` times the speed, and would raise the maximum by less
-  !> than `gain` times its value.
+  !> The search for a maximum ends if its next step is smaller than `position` times the speed, and raises the maximum by less than
+  !> the fraction `gain`.
   real(dp), parameter, public :: position = 1.0e-7_dp
-  !> `gain`: relative gain in height below which the search for a maximum ends. `half_power`: a half-power speed, at which the peak
-  !> P has fallen to P_0 / sqrt(2), is accurate if (P_0 / P)^2 - 1 differs from 1 by no more than this. P_0 is the height of the
-  !> maximum.
+  !> `gain`: relative gain in height below which the search for a maximum ends. `half_power`: a half-power speed is accurate if
+  !> (P_0 / P)^2 - 1 differs from 1 by no more than this. P is the peak at this speed, and P_0 is the height of the maximum.
   real(dp), parameter :: gain = 1.0e-9_dp, half_power = 1.0e-4_dp
 
 contains
 
-  !> Finds the maxima of quantity number `q`, and the jumps of the exact frame. For linearised equations, a maximum counts as
-  !> unbounded if it is not resolved and the stability changes there or is uncertain. A jump is listed at the side with the larger
-  !> value, even if this value is not a maximum.
+  !> Finds the maxima of quantity number `q`, and the jumps of the exact frame. For linearised equations, the vibration at a
+  !> maximum counts as unbounded if the curve is not resolved there and the stability changes or is uncertain. A jump is listed at
+  !> the side with the larger value, even if this value is not a maximum.
   subroutine find_maxima(curve, q, level, known, bent, least, maxima)
     class(curve_points_type), intent(in) :: curve
     integer, intent(in) :: q
@@ -113,8 +112,8 @@ contains
     maxima = found(:n)
   end subroutine find_maxima
 
-  !> True if the curve has a maximum at point number `i`: its value is larger than at both neighbours, and exceeds the lowest value
-  !> on each side by more than `least`. For the exact frame, points at which no vibration was found are skipped.
+  !> True if the curve has a maximum at point number `i`. Its value must be larger than at both neighbours, and exceed the lowest
+  !> value on each side by more than `least`. For the exact frame, points at which no vibration was found are skipped.
   pure logical function is_top(curve, level, known, i, least)
     class(curve_points_type), intent(in) :: curve
     real(dp), intent(in) :: level(:), least
@@ -252,7 +251,8 @@ contains
     end do
   end function half_power_speed
 
-  !> Interpolated speeds of those maxima that are resolved but not yet accurate.
+  !> Interpolated speeds of those maxima whose speed is not accurate yet. Jumps, and maxima at which the curve is not resolved, are
+  !> omitted.
   function top_speeds(curve, maxima) result(speeds)
     class(curve_points_type), intent(in) :: curve
     type(maximum_type), intent(in) :: maxima(:)

@@ -31,8 +31,8 @@ module gestell_task_resonance_points
     procedure :: jumps
   end type curve_points_type
 
-  !> Two speeds count as equal if their relative difference is smaller than this. Intervals narrower than four times this are not
-  !> divided
+  !> Two speeds count as equal if their relative difference is smaller than this. Intervals whose relative width is smaller than
+  !> four times this value are not divided
   real(dp), parameter, public :: same = 1.0e-10_dp
   !> Allowed deviation of the curve from a straight line between neighbouring points. The curve shows ln(peak) against the speed
   real(dp), parameter, public :: straight = 0.01_dp

@@ -19,9 +19,9 @@ module gestell_task_resonance_seeds
 contains
 
   !> Speeds that are computed next in order to resolve resonances. Between two neighbouring points the frequency of each mode is
-  !> interpolated linearly. The speed at which it equals a harmonic of the period is included. If a point lies on a resonance
-  !> already, the speeds at one and three half widths on both sides of the resonance are included instead, because a low maximum
-  !> could be missed otherwise.
+  !> interpolated linearly. The speed at which it equals a harmonic of the period is included. If a point already lies on a
+  !> resonance, the speeds at one and three half widths on both sides of it are included instead. Otherwise a low maximum could be
+  !> missed.
   function crossing_speeds(curve, pairs, counts) result(speeds)
     class(curve_points_type), intent(in) :: curve
     !> `pairs`: true to search for sums of two frequencies, instead of single frequencies, that equal a harmonic (parametric
@@ -137,8 +137,8 @@ contains
     end do
   end subroutine swings_of_modes
 
-  !> Assigns a multiplier and a whole number of oscillations to each mode, so that their sum is nearest to the `expected` number of
-  !> oscillations of the mode. The best matches are assigned first.
+  !> Assigns a multiplier and a whole number of oscillations to each mode. Their sum is as near as possible to the `expected`
+  !> number of oscillations of the mode. The best matches are assigned first.
   pure subroutine assign(turns, growth, expected, swings, damping)
     real(dp), intent(in) :: turns(:), growth(:), expected(:)
     real(dp), intent(out) :: swings(:), damping(:)

@@ -48,8 +48,8 @@ contains
       & // newline
   end function vibration_lines
 
-  !> Line on the accuracy of the periodic solution: its condition number and, unless the coefficients are `averaged`, by how much
-  !> the motion changes from the start to the end of the period of `turns` turns of the crank.
+  !> Line on the accuracy of the periodic solution: its condition number and, unless the coefficients are `averaged`, the closing
+  !> defect. This is the change of the motion from the start to the end of the period of `turns` turns of the crank.
   pure function closing_lines(vibration, turns, averaged) result(line)
     type(vibration_type), intent(in) :: vibration
     integer, intent(in) :: turns

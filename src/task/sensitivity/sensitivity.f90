@@ -1,12 +1,12 @@
-!> Computes the sensitivity of peaks and rms values to the parameters of a machine: d ln(peak) / d ln(parameter), which is the
+!> Computes the sensitivity of peaks and rms values to the parameters of a machine: d ln(peak) / d ln(parameter). This is the
 !> change in per cent for a change of the parameter by one per cent.
 !>
 !> The parameters of the family are relative changes, which are all zero for the unchanged machine. Let F(h) be the logarithm of a
 !> peak or an rms value if one parameter has the relative change h. The error of the central difference (F(h) - F(-h)) / (2 h) is a
-!> power series in h^2. Neville's table over h, h/2, h/4, ... extrapolates the differences to h = 0. For each entry of the table
-!> the error is estimated as its difference from the neighbouring entries plus the rounding error divided by h, because small steps
-!> lose digits by cancellation. The result is the entry with the smallest estimated error (Ridders, Adv. Eng. Software 4,
-!> 1982, 75).
+!> power series in h^2. Neville's table over h, h/2, h/4, ... extrapolates the differences to h = 0. The error of an entry of the
+!> table is estimated as its difference from the neighbouring entries plus the rounding error divided by h. The latter is included
+!> because small steps lose digits by cancellation. The result is the entry with the smallest estimated error (Ridders, Adv. Eng.
+!> Software 4, 1982, 75).
 module gestell_task_sensitivity
   use gestell_base_error, only: error_type, failed_computation, fatal_error, invalid_input
   use gestell_base_verdict, only: has_vibration, in_resonance, operator(==), state_word, verdict_type

@@ -87,7 +87,7 @@ contains
     end do
   end function find_separations
 
-  !> Updates the pair if its mode is nearer to the order at this speed than at all previous speeds.
+  !> Updates the pair if its mode is nearer to the order at `speed` than at all previous speeds.
   pure subroutine update_nearest(self, speed, mode)
     type(separation_type), intent(inout) :: self
     real(dp), intent(in) :: speed

@@ -1,5 +1,5 @@
-!> Compares models with each other for the machine of the input: errors and time saved with averaged coefficients, and results and
-!> computing times of all models of the frame.
+!> Compares models for the machine of the input. For averaged coefficients it computes the errors and the time saved. For all
+!> models of the frame it lists results and computing times.
 module gestell_task_trade_model_trade
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -178,8 +178,8 @@ contains
     end do
   end subroutine measure_frame_models
 
-  !> Relative error that averaging causes in a peak. The function returns 0 if the difference between the two models' peaks does
-  !> not exceed the sum of their error bounds, or if the averaged model has no vibration.
+  !> Relative error that averaging causes in a peak. It is 0 if the peaks of the two models agree within the sum of their error
+  !> bounds, or if the averaged model has no vibration.
   pure real(dp) function peak_difference(self, quantity) result(miss)
     class(model_trade_type), intent(in) :: self
     integer, intent(in) :: quantity

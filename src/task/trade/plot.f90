@@ -12,8 +12,8 @@ module gestell_task_trade_plot
 
 contains
 
-  !> The picture trade.gp: error of Phi(T) against the number of evaluations, and against the computing time in seconds. Each method
-  !> has a line.
+  !> The picture trade.gp: error of the monodromy matrix Phi(T) against the number of evaluations, and against the computing time
+  !> in seconds. Each method has a line.
   function plot_trade(trade, with_averaged) result(figure)
     type(trade_type), intent(in) :: trade
     !> True if the table has a row for the averaged model

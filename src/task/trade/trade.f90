@@ -34,8 +34,8 @@ module gestell_task_trade
     !> state x0 of the vibration, relative to its norm. For both, the state is scaled to balanced units. `error_rho`: largest
     !> relative error of a multiplier
     real(dp) :: error_phi = 0, error_rho = 0, error_x0 = 0
-    !> Median of the computing times (s) of one solution: the monodromy matrix Phi(T), and the state x_p(T) after one period of the
-    !> motion that starts from rest
+    !> Median of the computing times (s) of one solution, which consists of the monodromy matrix Phi(T) and the response x_p(T)
+    !> from rest after one period
     real(dp) :: seconds = 0
   end type trade_row_type
 
@@ -182,8 +182,8 @@ contains
     if (.not. allocated(error)) call compare(coarse%phi, its_multipliers, its_solution, converged, row)
   end subroutine measure_row
 
-  !> Adds a row for the method "reduced" if it is applicable to this machine. Phi(T) is composed from its multipliers and
-  !> eigenvectors.
+  !> Adds a row for the method "reduced" if it is applicable to this machine. The monodromy matrix Phi(T) is composed from the
+  !> multipliers and eigenvectors that this method computes.
   subroutine measure_reduction(frame, converged, trade)
     class(frame_type), intent(in) :: frame
     type(converged_type), intent(in) :: converged
@@ -240,7 +240,8 @@ contains
     end associate
   end subroutine compare
 
-  !> Index of the fastest row among those whose errors of Phi(T) and x0 do not exceed `allowed`; 0 if there is none.
+  !> Index of the fastest row among those whose errors of the monodromy matrix and of the initial state do not exceed `allowed`; 0
+  !> if there is none.
   pure integer function cheapest(rows, allowed)
     type(trade_row_type), intent(in) :: rows(:)
     real(dp), intent(in) :: allowed
