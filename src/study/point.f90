@@ -117,7 +117,7 @@ contains
   end subroutine solve_point
 
   !> Maximum accepted relative error of a vibration that is computed by an expansion, in units that make the states comparable. It
-  !> is larger than the tolerance, because near a resonance the error of the vibration is many times that of Phi.
+  !> is larger than the tolerance, because near a resonance the error of the vibration is many times that of the monodromy matrix.
   pure real(dp) function peak_limit(options)
     type(sweep_options), intent(in) :: options
 

@@ -1,4 +1,5 @@
-!> Defines the columns of a sweep, with one record for each column, and stores the results of one tile.
+!> Defines the columns of a sweep, with one record for each column, and stores the results of one tile (a rectangle of grid
+!> points).
 module gestell_study_tile_results
   use gestell_base_kinds, only: dp
   implicit none (type, external)
@@ -37,7 +38,7 @@ module gestell_study_tile_results
     & sweep_column_type("rot_xi_peak_rad", "rad", "rot ξ"), &
     & sweep_column_type("rot_eta_peak_rad", "rad", "rot η")]
 
-  !> Results of a sweep for one tile.
+  !> Results of a sweep for one tile (a rectangle of grid points).
   type, public :: tile_results_type
     !> Values at all points, shape (values, points of axis 2, points of axis 1): first the requested columns, then the measures with
     !> their errors. NaN where a value does not exist. Verdicts are stored as numbers (gestell_base_verdict)
@@ -46,8 +47,8 @@ module gestell_study_tile_results
     integer :: solutions = 0
     !> Number of points at which the result of an expansion was checked against a direct solution
     integer :: checks = 0
-    !> Largest deviation of Phi, or of Phi together with the forced motion x_p, from the direct solution at these points, relative
-    !> to its size
+    !> Largest deviation of the expansion from the direct solution at the checked points, relative to the size of the direct
+    !> solution. The monodromy matrix Phi is compared, with vibrations also Phi together with the motion forced from rest
     real(dp) :: deviation = 0
   end type tile_results_type
 

@@ -8,17 +8,17 @@ module gestell_study_mode_components
 
   public :: find_components, append_component
 
-  !> Components whose share of the total strength is smaller are dropped.
+  !> A component is dropped if its share of the total strength is smaller than this.
   real(dp), parameter :: min_share = 1.0e-3_dp
 
 contains
 
   !> Finds the components c_m of a mode and sorts them, strongest first. They are the harmonics of p, the periodic part of a free
   !> vibration. The strength |c_m|^2 is measured in the norm of `mass`, so it does not depend on the springs. The strengths add up
-  !> to the mean square of p (Parseval). If lambda is real, p has conjugate components; two of them count as one vibration. The
-  !> strongest component may have less than half of the total strength, as when a slow crank modulates the frequency. The principal
-  !> component is then the one whose frequency is nearest to the mean frequency of all components, weighted by strength and by
-  !> similarity of shape.
+  !> to the mean square of p (Parseval). If the exponent lambda of the vibration is real, p has pairs of conjugate components;
+  !> each pair counts as one component. The first component is the strongest one. It may have less than half of the total
+  !> strength, as when a slow crank modulates the frequency. The mode then gets the frequency that is nearest to the mean
+  !> frequency of all components, weighted by strength and by similarity of shape.
   pure subroutine find_components(p, turn, period, mass, mode)
     !> Positions of p, the periodic part of the free vibration, without its growth; shape (samples, f)
     complex(dp), intent(in) :: p(:, :)

@@ -10,9 +10,12 @@ module gestell_study_mode
   !> `max_dofs`: maximum number of degrees of freedom. `max_components`: maximum number of components of a mode that are kept.
   integer, parameter, public :: max_dofs = 6, max_components = 8
 
-  !> A mode: the free vibration that belongs to a conjugate pair of multipliers, or to two real multipliers that form a pair.
+  !> A mode: the free vibration that belongs to a conjugate pair of multipliers, or to two real multipliers that form a pair. Its
+  !> displacements are
   !>
-  !>     q(t) = Re sum_m c_m exp((growth + i w_m) t),   w_m = Im lambda + m 2 pi / T
+  !>     q(t) = Re sum_m c_m exp((growth + i w_m) t),   w_m = Im lambda + m 2 pi / T,
+  !>
+  !> where lambda is the exponent of the multiplier, T the period, and the sum is over the components c_m of all orders m.
   type, public :: mode_type
     !> False if the multiplier is lost in rounding errors. Frequency, damping ratio and share are then NaN
     logical :: identified = .false.

@@ -29,7 +29,7 @@ module gestell_study_mode_motion
 
   !> Maximum phase advance over the period (rad) for which free vibrations are computed.
   real(dp), parameter :: max_turns = 1.0e5_dp
-  !> Number of integration steps whose maps are computed together.
+  !> Number of integration steps whose state-transition matrices are computed together.
   integer, parameter :: block_length = 64
 
 contains

@@ -9,14 +9,15 @@ module gestell_study_mode_naming
 
   public :: modes_of_multipliers
 
-  !> Two exponents are taken as equal if their distance exceeds the sum of their errors by less than this fraction of the crank
+  !> Two exponents count as equal if their distance exceeds the sum of their error bounds by less than this fraction of the crank
   !> speed.
   real(dp), parameter :: alike = 1.0e-6_dp
 
 contains
 
-  !> Index of the mode of each multiplier: the mode whose exponent equals that of the multiplier within the errors; 0 if there is no
-  !> such mode. The best matches are assigned first, at most two multipliers to each mode. `speed`: speed of the crank (rad/s).
+  !> Index of the mode to which each multiplier belongs; 0 if there is none. The exponents of mode and multiplier must agree
+  !> within their error bounds. The best matches are assigned first, at most two multipliers to each mode. `speed`: speed of the
+  !> crank (rad/s).
   pure function modes_of_multipliers(multipliers, modes, speed) result(mode)
     type(multipliers_type), intent(in) :: multipliers
     type(mode_type), intent(in) :: modes(:)

@@ -20,9 +20,10 @@ module gestell_study_mode_solution
 
 contains
 
-  !> Computes the modes of `system`, one for each degree of freedom, in ascending order of frequency. Uncoupled parts of the system
-  !> are solved separately. Modes that cannot be identified come last, with `identified` false, as do all modes of a part that
-  !> cannot be solved. Fails if the system or the accuracy is invalid, or if the system has more than `max_dofs` degrees of freedom.
+  !> Computes the modes of `system`, one for each degree of freedom, in ascending order of frequency. Uncoupled parts of the
+  !> system are solved separately. If a mode cannot be identified, or if its part of the system cannot be solved, it comes last
+  !> and `identified` is false. Fails if the system or the accuracy is invalid, or if the system has more than `max_dofs` degrees
+  !> of freedom.
   subroutine solve_modes(system, accuracy, modes, mass, error)
     !> A system with f degrees of freedom
     class(second_order_system), intent(in) :: system
@@ -101,8 +102,8 @@ contains
     mean = sum(m, dim=1) / samples
   end function mean_mass
 
-  !> Computes the modes of a system with constant coefficients from its eigenvalues. The imaginary parts of the eigenvalues are the
-  !> frequencies. Unlike the frequencies of multipliers they are not ambiguous by multiples of Omega.
+  !> Computes the modes of a system with constant coefficients from its eigenvalues. The imaginary parts of the eigenvalues are
+  !> the frequencies. Multipliers, by contrast, determine frequencies only up to multiples of 2 pi / T.
   subroutine constant_modes(system, mass, modes)
     type(averaged_system), intent(in) :: system
     real(dp), intent(in) :: mass(:, :)
@@ -186,8 +187,8 @@ contains
     partner = minloc(abs(difference), dim=1, mask=.not. paired)
   end function partner_of
 
-  !> Pairs exponents to form modes. Conjugate exponents are paired first. Then real exponents are paired, best match first, if their
-  !> multipliers have the same sign and their shapes and frequencies are similar.
+  !> Pairs exponents to form modes. Conjugate exponents are paired first. Then real exponents are paired in order of similarity:
+  !> preferably their multipliers have the same sign and their shapes and frequencies are similar.
   subroutine pair(z, error, period, mass, single, modes)
     complex(dp), intent(in) :: z(:)
     real(dp), intent(in) :: error(:), period, mass(:, :)

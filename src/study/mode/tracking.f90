@@ -7,16 +7,16 @@ module gestell_study_mode_tracking
 
   public :: track
 
-  !> `alike`: a mode at one speed is taken as the same mode at another speed if their likeness exceeds this value. `apart`: the
-  !> assignment of modes is unambiguous if the product of likenesses of the second-best assignment is at most this fraction of the
-  !> largest product.
+  !> Likeness (0 to 1) is computed by `compare`. `alike`: two modes at different speeds count as the same mode if their likeness
+  !> reaches this value. `apart`: an assignment of modes is unambiguous if the second-best assignment has at most this fraction of
+  !> its product of likenesses.
   real(dp), parameter :: alike = 0.8_dp, apart = 0.7_dp
 
 contains
 
-  !> Sorts `modes` into the order of the modes in `last`. The principal component of each mode becomes the component that is most
-  !> similar in shape and frequency to the principal component of its predecessor in `last`. A mode that is not identified is put in
-  !> one of the remaining positions.
+  !> Sorts `modes` into the order of the modes at the previous speed, `last`. Each mode gets as principal component the component
+  !> that is most similar, in shape and frequency, to the principal component of its predecessor in `last`. A mode that is not
+  !> identified is put in one of the remaining positions.
   pure subroutine track(last, mass, base, modes, like, unambiguous)
     !> Modes at the previous speed, in the order that `modes` will get
     type(mode_type), intent(in) :: last(:)
@@ -24,8 +24,8 @@ contains
     real(dp), intent(in) :: mass(:, :), base
     !> Modes at the new speed. On return they are in the order of `last`
     type(mode_type), intent(inout) :: modes(:)
-    !> `like`: true if every mode is similar to its predecessor, so that no smaller step of the speed is needed. `unambiguous`: true
-    !> if moreover no other assignment is nearly as good. Where modes mix, several assignments may be equally good
+    !> `like`: true if every mode is similar to its predecessor; then the step of the speed is small enough. `unambiguous`: true
+    !> if, in addition, no other assignment is nearly as good. Where modes mix, several assignments may be equally good
     logical, intent(out) :: like, unambiguous
     type(mode_type) :: ordered(size(modes))
     real(dp) :: likeness(size(last), size(modes)), best, second, least
@@ -51,10 +51,10 @@ contains
     modes = ordered
   end subroutine track
 
-  !> Finds the assignment of modes to the modes at the previous speed with the largest product of likenesses (`order`, `best`), and
-  !> the second-largest product (`second`). The modes before number `from` are already assigned in `trial`; `total` is the product
-  !> of their likenesses. Likenesses are at most 1. An incomplete assignment is therefore abandoned if its product does not exceed
-  !> the second-largest product.
+  !> Assigns the modes to the modes at the previous speed. Finds the assignment with the largest product of likenesses (`order`,
+  !> product `best`), and the second-largest product (`second`). The modes before number `from` are already assigned in `trial`;
+  !> `total` is the product of their likenesses. Likenesses are at most 1. An incomplete assignment is therefore abandoned if its
+  !> product does not exceed the second-largest product.
   pure recursive subroutine assign(likeness, from, total, trial, order, best, second)
     real(dp), intent(in) :: likeness(:, :), total
     integer, intent(in) :: from

@@ -57,8 +57,8 @@ module gestell_study_vibration_analysis
     !> found
     type(listed_vibration_type), allocatable :: several(:)
     type(vibration_type), allocatable :: vibration
-    !> The multiplier nearest to 1. Allocated only if, because of this resonance, the vibration loses a digit of accuracy or more.
-    !> `find_modes` adds the mode of the multiplier
+    !> The multiplier nearest to 1. Allocated only if this resonance costs the vibration a digit of accuracy or more. `find_modes`
+    !> adds the mode of the multiplier
     type(resonance_type), allocatable :: resonance
     !> The modes of the frame about its vibration, computed by `find_modes`; empty if they cannot be computed
     type(mode_type), allocatable :: modes(:)
@@ -187,8 +187,9 @@ contains
     if (allocated(error)) deallocate(analysis%resonance)
   end subroutine find_modes
 
-  !> Extends the message of `failure` by the reason why there is no vibration: a direction that the mounting does not hold, a
-  !> resonance of the frame linearised about rest, or otherwise advice what to change.
+  !> Explains in the message of `failure` why there is no vibration. If the mounting does not hold the frame in some direction,
+  !> the explanation replaces the message. Otherwise it is appended: a resonance of the frame linearised about rest, or advice
+  !> what to change.
   subroutine explain_at_rest(frame, accuracy, failure)
     class(frame_type), intent(in) :: frame
     type(accuracy_type), intent(in) :: accuracy
@@ -228,8 +229,8 @@ contains
     if (explained) failure%message = "there is no periodic vibration: " // directions
   end subroutine explain_by_mounting
 
-  !> Extends the message of `failure` by the cause of the resonance: a direction that the mounting does not hold, or the mode that
-  !> is in resonance.
+  !> Explains the cause of the resonance in the message of `failure`. If the mounting does not hold the frame in some direction,
+  !> the explanation replaces the message. Otherwise the mode that is in resonance is appended to it.
   subroutine explain(frame, accuracy, analysis, failure)
     class(frame_type), intent(in) :: frame
     type(accuracy_type), intent(in) :: accuracy

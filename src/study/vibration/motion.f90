@@ -42,7 +42,7 @@ contains
   !> Computes the complete motion at `phases` from the states x, which belong to the free degrees of freedom.
   subroutine whole_motion(frame, system, phases, x, last, motion)
     class(frame_type), intent(in) :: frame
-    !> The frame or its averaged model, of which x is a solution
+    !> The system of which the states x are a solution: the frame or its averaged model
     class(periodic_system), intent(in) :: system
     real(dp), contiguous, intent(in) :: phases(:)
     !> States, shape (states, phases)
@@ -89,10 +89,11 @@ contains
     end do
   end subroutine complete_motion
 
-  !> Converts the moments of the guides to moments about the rest position of F. In the exact frame the forces of the guides act at
-  !> the moving point F. In space the guides exert generalised moments rho along the rotation coordinates theta. Their moments about
-  !> axes fixed to the ground are M = T^-1 rho. The reason: with the angular velocity w = T theta' in the frame's axes, rho = T^T
-  !> R^T M and R = T^T T^-1, where T and T^T commute.
+  !> Converts the moments of the guides to moments about the rest position of F, the centre of mass of the frame. In the exact
+  !> frame the forces of the guides act at the moving point F. In space the guides exert generalised moments rho along the
+  !> rotation coordinates theta. Their moments about axes fixed to the ground are M = T^-1 rho. The reason: with the angular
+  !> velocity w = T theta' in the frame's axes, rho = T^T R^T M and R = T^T T^-1, where R is the rotation matrix, and T and T^T
+  !> commute.
   pure subroutine move_moments(frame, motion)
     class(frame_type), intent(in) :: frame
     real(dp), intent(inout) :: motion(:, :)
@@ -160,7 +161,7 @@ contains
     end associate
   end subroutine add_turned
 
-  !> Computes the accelerations q'' from x' = P x + f (doc/theory.md, equations 20 to 22).
+  !> Computes the accelerations q'' from the states x and the equations x' = P x + f (doc/theory.md, equations 20 to 22).
   subroutine add_accelerations(frame, system, phases, x, motion)
     class(frame_type), intent(in) :: frame
     class(periodic_system), intent(in) :: system
@@ -231,7 +232,7 @@ contains
   subroutine motion_errors(frame, system, phases, states, parts, motion, errors)
     !> The frame whose motion was computed
     class(frame_type), intent(in) :: frame
-    !> The frame or its averaged model, of which the states are a solution
+    !> The system of which the states are a solution: the frame or its averaged model
     class(periodic_system), intent(in) :: system
     !> Phases at which the errors are evaluated
     real(dp), contiguous, intent(in) :: phases(:)
@@ -277,9 +278,9 @@ contains
     if (size(errors) > rows_of(n, guide_forces)) call add_moment_errors(frame, maxval(abs(motion(:4 * n, :)), dim=2), errors)
   end subroutine motion_errors
 
-  !> Adds the errors that `move_moments` causes in the guides' moments. `large`: maxima of the rows, shape (rows). With the
-  !> displacement u of F and the force r of the guides, the moment u x r has the error du x r + u x dr. In space T^-1 rho (T: see
-  !> gestell_math_rotation; theta: rotation) also differs from the moment rho by about theta x rho/2.
+  !> Adds the errors that `move_moments` causes in the guides' moments. `large`: maxima of the rows, shape (rows). Let u be the
+  !> displacement of F and r the force of the guides, with the errors du and dr. The moment u x r has the error du x r + u x dr.
+  !> In space T^-1 rho (T: see gestell_math_rotation; theta: rotation) also differs from the moment rho by about theta x rho/2.
   pure subroutine add_moment_errors(frame, large, errors)
     class(frame_type), intent(in) :: frame
     real(dp), intent(in) :: large(:)
@@ -300,9 +301,10 @@ contains
       & + sum(large(turns)) * sum(errors(first + turns))
   end subroutine add_moment_errors
 
-  !> Computes the errors of the rows that exist only for the exact frame. Errors of s = sin psi - psi and c = cos psi - 1 are at
-  !> most |dpsi|, because |psi| is at most about 1. Errors of their derivatives are bounded in the same way. In space the errors of
-  !> all rotations are added. Errors of moments and support forces are bounded by those of the linear terms.
+  !> Computes the errors of the rows that exist only for the exact frame. Let dpsi be the error of the rotation psi. The errors of
+  !> s = sin psi - psi and c = cos psi - 1 are at most |dpsi|, because |psi| is at most about 1. Errors of their derivatives are
+  !> bounded in the same way. In space the errors of all rotations are added. Errors of moments and support forces are bounded by
+  !> those of the linear terms.
   subroutine add_turned_errors(frame, errors)
     class(frame_type), intent(in) :: frame
     real(dp), intent(inout) :: errors(:)

@@ -32,7 +32,8 @@ module gestell_study_vibration_resonance
     procedure :: near
   end type resonance_type
 
-  !> A frequency is near an order if their distance, in orders, is below `near_spacing` and also below `near_order` times the order.
+  !> A frequency is near an order k if its distance from k times the crank speed is less than both `near_order` times k and
+  !> `near_spacing`. Unit of the distance: the crank speed.
   real(dp), parameter :: near_order = 0.05_dp, near_spacing = 0.125_dp
 
 contains

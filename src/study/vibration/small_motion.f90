@@ -9,8 +9,8 @@ module gestell_study_vibration_small_motion
 
   !> Largest rotation (rad) that counts as small: for larger angles the cosine differs from 1 by more than half a per cent.
   real(dp), parameter, public :: small_turn = 0.1_dp
-  !> Largest displacement of F that counts as small, relative to the machine's size. Larger displacements noticeably move the points
-  !> at which springs act.
+  !> Largest displacement of the frame's centre of mass that counts as small, relative to the machine's size. Larger displacements
+  !> noticeably move the points at which springs act.
   real(dp), parameter, public :: small_part = 0.1_dp
   !> A motion that exceeds the limits by this factor is too large even for the exact frame, because the model keeps springs and
   !> dampers linear.
@@ -18,8 +18,8 @@ module gestell_study_vibration_small_motion
 
   !> Extent of the frame's motion, and size of the machine with which the displacement is compared.
   type, public :: moved_type
-    !> `displacement`: maximum of |xi|, |eta| and |zeta| (m). `turn`: maximum of the rotations (rad). `size`: largest distance of a
-    !> support or of O from F (m), 0 if there is none
+    !> `displacement`: maximum of |xi|, |eta| and |zeta| (m). `turn`: maximum of the rotations (rad). `size`: largest distance of
+    !> a support or of the mechanism's origin O from the frame's centre of mass F (m), 0 if there is none
     real(dp) :: displacement = 0, turn = 0, size = 0
     !> The coordinate that has the largest rotation
     character(len=7) :: rotation = "psi"

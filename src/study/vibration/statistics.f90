@@ -95,8 +95,8 @@ contains
   end subroutine compute_minimum
 
   !> Maximum of the magnitude of a vector, from the samples of its components, shape (samples, components), and from their Fourier
-  !> series. The square of the magnitude has orders twice as high. If the upper half of the components' orders is not negligible,
-  !> the square is sampled twice as finely.
+  !> series. The square of the magnitude contains orders up to twice the highest order of the components. If the upper half of the
+  !> components' orders is not negligible, the square is therefore sampled twice as finely.
   pure real(dp) function largest_size(series, samples)
     type(fourier_type), intent(in) :: series(:)
     real(dp), intent(in) :: samples(:, :)

@@ -180,7 +180,7 @@ contains
       &   "more rows of the motion in solve_vibration", invalid_input)
   end subroutine check_rows
 
-  !> The largest stride with which at least `kept_samples` of the samples are selected.
+  !> The largest stride that divides the number of samples and selects at least `kept_samples` of them.
   pure integer function stride(samples, kept_samples)
     integer, intent(in) :: samples, kept_samples
     integer :: k
@@ -191,7 +191,7 @@ contains
     end do
   end function stride
 
-  !> Error bounds of all quantities. They result from the errors `states` of the free states x, shape (states, phases), and from
+  !> Error bounds of all quantities. They result from the errors `states` of the states x, shape (states, phases), and from
   !> rounding of the mounting's matrices.
   pure function quantity_errors(frame, states, x) result(errors)
     class(frame_type), intent(in) :: frame
@@ -217,9 +217,9 @@ contains
     errors(2 * n + 1:) = [(states%along(weights(:, i)), i = 1, n)] + matmul(maxval(abs(x), dim=2), rounding)
   end function quantity_errors
 
-  !> Computes the errors of the motion's rows from the errors of the free states at the same phases. For this the rows are computed
-  !> again with the errors added to the motion: to the computed motion of the exact frame, or to rest for other models. Rounding
-  !> errors result from the states, the load and the sums.
+  !> Computes the errors of the rows of the motion from the errors `states` of the states x at the same phases. The rows are
+  !> computed twice, without and with these errors, and compared. For the exact frame the errors are added to the computed motion,
+  !> for other models to rest. Rounding errors result from the states, the load and the sums.
   subroutine compute_motion_errors(frame, system, phases, x, rows, states, errors)
     class(frame_type), intent(in) :: frame
     class(periodic_system), intent(in) :: system
@@ -270,9 +270,9 @@ contains
     end do
   end subroutine compute_series
 
-  !> True if the samples resolve the accelerations and the forces of guides: the rows of the motion that come after the rows of the
+  !> True if the samples resolve the accelerations and the forces of guides, which are the rows of the motion after those of the
   !> states. Harmonics below the rounding error of a row's terms count as resolved. A larger harmonic counts as resolved if it is
-  !> smaller than both the row's error and the difference between the row's values at the two ends of the period.
+  !> smaller than both the row's error and the difference between the row's values at the start and at the end of the period.
   logical function rows_resolved(frame, system, phases, x, vibration)
     class(frame_type), intent(in) :: frame
     class(periodic_system), intent(in) :: system
@@ -292,10 +292,10 @@ contains
     end associate
   end function rows_resolved
 
-  !> True if the samples resolve the free states, from which the forces result. In comparable units, harmonics below the rounding
-  !> error of the largest state count as resolved. Harmonics also count as resolved if they are smaller than the error of the state
-  !> and than `missed`, the difference between its values at the end and at the start of the period. Motions of this size are free
-  !> vibrations, not harmonics.
+  !> True if the samples resolve the states, from which the forces result. In comparable units, harmonics below the rounding error
+  !> of the largest state count as resolved. Larger harmonics of a state count as resolved if they are smaller than both its error
+  !> and `missed`, the difference between its values at the end and at the start of the period. They then belong to free
+  !> vibrations of this size, which are not periodic.
   pure logical function states_resolved(frame, floquet, vibration, missed)
     class(frame_type), intent(in) :: frame
     type(floquet_type), intent(in) :: floquet
@@ -314,7 +314,8 @@ contains
     end associate
   end function states_resolved
 
-  !> True if the upper orders of a series are negligible relative to its largest order, to `rounding`, or to its `error`.
+  !> True if the upper third of the orders of a series is negligible: relative to its largest order, to `rounding`, or to its
+  !> `error`.
   pure logical function is_resolved(series, rounding, error)
     type(fourier_type), intent(in) :: series
     real(dp), intent(in) :: rounding, error

@@ -2,9 +2,10 @@
 !>
 !> Vibrations are followed in both directions while a parameter varies: the speed, from every known vibration, or the excitation,
 !> from rest. Where such a path crosses the machine's own speed or excitation, there is a vibration of the machine. The index of a
-!> vibration is the sign of det(E - Phi). It is -1 if the number of real multipliers above 1 is odd, as between two turning points,
-!> otherwise 1. Without excitation there is one vibration, the state of rest, with the index 1. Vibrations appear and vanish in
-!> pairs of opposite index, so the indices add up to 1 (doc/theory.md, "The vibration").
+!> vibration is the sign of det(E - Phi), where Phi is the monodromy matrix and E the unit matrix. The index is -1 if the number
+!> of real multipliers above 1 is odd, as between two turning points, otherwise 1. Without excitation there is one vibration, the
+!> state of rest, with the index 1. Vibrations appear and vanish in pairs of opposite index, so the indices add up to 1
+!> (doc/theory.md, "The vibration").
 module gestell_study_vibration_vibration_list
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -79,7 +80,8 @@ contains
     end do
   end subroutine search_vibrations
 
-  !> Follows a path from the motion q at lambda = 0, and adds the vibrations at lambda = `home` to `list`. The path ends if
+  !> Follows a path of vibrations over a parameter lambda (speed or excitation), from the motion q at lambda = 0. At lambda =
+  !> `home` the parameter has the machine's own value; the vibrations found there are added to `list`. The path ends if
   !> abs(lambda) exceeds `furthest`, if continuation with varying speed reaches a known vibration, if Newton's method fails, or if
   !> the frame rotates too far. It also ends when the maximum number of points or of linear systems is reached.
   subroutine follow_branch(frame, start, q, home, furthest, way, list)
@@ -122,8 +124,8 @@ contains
     end do
   end subroutine follow_branch
 
-  !> True if a path crosses lambda = `home` twice between two points on the same side of `home`. Between the points lambda is
-  !> approximated by the cubic that has the values and slopes of both points.
+  !> True if the path crosses lambda = `home` twice between two points that lie on the same side of `home`. Between the points
+  !> lambda is approximated by the cubic that has the values and slopes of both points.
   pure logical function crosses_home_twice(at, next, arc, home)
     type(point_type), intent(in) :: at, next
     real(dp), intent(in) :: arc, home
@@ -139,8 +141,9 @@ contains
     end do
   end function crosses_home_twice
 
-  !> Adds the vibration at lambda = `home`, between two points of a path, to `list`. If `list` already contains this vibration, sets
-  !> `known` to true instead. `arc`: length of the path from the first point to the second.
+  !> Computes the vibration at lambda = `home`, where the parameter lambda has the machine's own value, between the points `from`
+  !> and `to` of a path. Adds it to `list`, or sets `known` to true if `list` already contains it. `arc`: length of the path from
+  !> the first point to the second.
   subroutine add_crossing(frame, family, from, to, arc, home, list, known)
     class(frame_type), intent(in) :: frame
     class(path_family_type), intent(inout) :: family
@@ -148,7 +151,7 @@ contains
     real(dp), intent(in) :: arc, home
     type(varied_frame_type), allocatable, intent(inout) :: list(:)
     logical, intent(inout) :: known
-    !> Number of secant steps towards lambda = `home`. After these steps the start is so close that Newton's method does not find
+    !> Number of secant steps towards lambda = `home`. They bring the start so close that Newton's method does not converge to
     !> another vibration.
     integer, parameter :: secants = 2
     real(dp), parameter :: min_tolerance = 1.0e-12_dp
@@ -245,7 +248,7 @@ contains
     end do
   end subroutine list_vibrations
 
-  !> Index of the vibration, 1 or -1: the sign of the determinant det(E - Phi).
+  !> Index of the vibration, 1 or -1: the sign of det(E - Phi) with the monodromy matrix Phi and the unit matrix E.
   pure integer function vibration_index(self)
     class(listed_vibration_type), intent(in) :: self
 
