@@ -11,7 +11,8 @@ module gestell_floquet_multipliers_gershgorin
 
   public :: find_discs
 
-  !> Discs around the n eigenvalues of the matrix in each lane. Components have the shape (lanes, max_states) or (lanes).
+  !> Gershgorin discs around the n eigenvalues of the matrix in each lane. Components have the shape (lanes, max_states) or
+  !> (lanes).
   type, bind(C), public :: discs_type
     !> Radii of the discs, and condition numbers of the eigenvalues
     real(dp) :: radius(lanes, max_states), condition(lanes, max_states)
@@ -21,8 +22,8 @@ module gestell_floquet_multipliers_gershgorin
     !> 1 if Newton's step was applied. 0 if the approximations are too inaccurate for Newton's step; the caller must first improve
     !> them.
     real(dp) :: sharp(lanes)
-    !> `step_re`, `step_im`: real and imaginary parts of Newton's steps, to be subtracted. `right`, `left`: residuals of the right
-    !> and left unit eigenvectors.
+    !> `step_re`, `step_im`: real and imaginary parts of Newton's steps, which are subtracted from the eigenvalues. `right`,
+    !> `left`: residuals of the right and left unit eigenvectors.
     real(dp), dimension(lanes, max_states) :: step_re, step_im, right, left
   end type discs_type
 
@@ -169,25 +170,27 @@ contains
 
   !> Improves approximate eigenvalues of `h` by a Newton step and computes Gershgorin discs around them, in all lanes at once.
   !>
-  !> Hyman's method gives right eigenvectors X of `z`, unit columns, and left ones Y with y_k x_k = 1, so that |y_k| is the
-  !> condition number. The residuals are (H - z_k) x_k = r_k e_1 and y_k (H - z_k) = s_k e_n'. Let rho_k = |r_k|, sigma_k = |s_k| /
-  !> |y_k|, w the largest condition number and g_k the distance of z_k from the nearest other eigenvalue. For k /= j
+  !> Hyman's method gives right eigenvectors of `z`, the unit columns x_k of X, and left ones, the rows y_k of Y, with y_k x_k =
+  !> 1. So |y_k| is the condition number. The residuals are (H - z_k) x_k = r_k e_1 and y_k (H - z_k) = s_k e_n', with unit
+  !> vectors e_1, e_n. Let rho_k = |r_k|, sigma_k = |s_k| / |y_k|, w the largest condition number and g_k the distance of z_k
+  !> from the nearest other eigenvalue. For k /= j
   !>
-  !>   y_k x_j = (s_k x_nj - r_j y_k1) / (z_j - z_k).
+  !>     y_k x_j = (s_k x_nj - r_j y_k1) / (z_j - z_k).
   !>
-  !> Hence Y X = E + F, where the column sums of F are at most phi = n w (max sigma_k / g_k + max rho_k / g_k). With the error D of
-  !> the matrix, |D| <= delta,
+  !> Hence Y X = E + F, where E is the unit matrix and the column sums of F are at most phi = n w (max sigma_k / g_k + max rho_k
+  !> / g_k). With the error D of the matrix, |D| <= delta, and the diagonal matrix Z of all z_k
   !>
-  !>   Y (H + D) Y^-1 = Z + (S + Y D) X (E + F)^-1,  S with the rows s_k e_n'.
+  !>     Y (H + D) Y^-1 = Z + (S + Y D) X (E + F)^-1,  S with the rows s_k e_n'.
   !>
   !> The term s_k x_nk is Newton's step of z_k. All other terms in row k are at most (delta + sigma_k) |y_k|; F increases them by
-  !> the fraction q = phi / (1 - phi). Gershgorin's rows are
+  !> the fraction q = phi / (1 - phi). The bounds f_kj on the elements of row k in Gershgorin's theorem are therefore
   !>
-  !>   f_kk <= (delta + q (delta + sigma_k)) |y_k|,  f_kj <= (1 + q) (delta + sigma_k) |y_k| = f_k.
+  !>     f_kk <= (delta + q (delta + sigma_k)) |y_k|,  f_kj <= (1 + q) (delta + sigma_k) |y_k| = f_k.
   !>
-  !> The coupling of an eigenvalue to the others is an effect of second order: see `apart` of gestell_floquet_multipliers. Let x be
-  !> the maximum over the other eigenvalues of f_k divided by the gap between the discs of radii n f_k, which include Newton's
-  !> steps. Then alpha = x / (1 + x). If the residuals rho are smaller than sigma, X and Y are exchanged.
+  !> The coupling of an eigenvalue to the others is an effect of second order: see `separated_radius` of
+  !> gestell_floquet_multipliers. Let x be the maximum over the other eigenvalues of f_k divided by the gap between the discs of
+  !> radii n f_k, which include Newton's steps. Then the factor of the similarity transformation is alpha = x / (1 + x). If the
+  !> residuals rho_k are smaller than sigma_k, X and Y are exchanged.
   pure subroutine find_discs(length, h, conjugate, perturbation, z_re, z_im, discs)
     !> Number of double precision numbers in a vector register of the processor
     integer, intent(in) :: length

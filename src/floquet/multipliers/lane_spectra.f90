@@ -14,8 +14,8 @@ module gestell_floquet_multipliers_lane_spectra
 
   !> Results for eight matrices: the largest multiplier of each, its error bound, and whether the matrix is stable.
   type, public :: lane_spectra_type
-    !> `sound`: 1 if the result is reliable, 0 if not. `radius`: max |rho|. `log_radius`: logarithm of `radius`. `bound`: bound on
-    !> the error of the largest multiplier, relative to |rho|.
+    !> `sound`: 1 if the result is reliable, 0 if not. `radius`: modulus of the largest multiplier. `log_radius`: logarithm of
+    !> `radius`. `bound`: bound on the error of the largest multiplier, relative to its modulus.
     real(dp), dimension(lanes) :: sound, radius, log_radius, bound
     !> `stable`: true if all multipliers are proved to be below 1 in modulus. `unstable`: true if at least one of them is proved to
     !> be above 1 in modulus.

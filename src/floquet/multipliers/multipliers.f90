@@ -90,7 +90,7 @@ contains
   end subroutine solve_multipliers
 
   !> Computes multipliers, with the period as the unit of time, and their error bounds from the eigenvalues and eigenvectors of a
-  !> matrix Phi. The error E of Phi is the sum of one of the matrices `changes` and of a matrix whose norm is at most
+  !> matrix Phi. The error E of Phi is the sum of two matrices: one of the `changes`, and a matrix whose norm is at most
   !> `perturbation`.
   !>
   !> Let x_j and y_k be right and left unit eigenvectors. By Gershgorin's theorem for X^-1 (Phi + E) X the eigenvalues of Phi + E
@@ -100,16 +100,16 @@ contains
   !>
   !> The part of E of which only the norm is known contributes at most its norm / |y_k* x_k| to each f_kj. If discs touch, the
   !> eigenvalues may lie in any of them, so the bound extends over all connected discs. It therefore also holds for close and for
-  !> defective eigenvalues. An isolated disc is made smaller by `separated_radius`.
+  !> defective eigenvalues. The radius of an isolated disc is reduced by `separated_radius`.
   pure subroutine set_multipliers(rho, right, left, perturbation, multipliers, changes)
     !> `rho`: eigenvalues of the matrix Phi, shape (n). `right`, `left`: right and left eigenvectors of Phi as unit columns, shape
     !> (n, n).
     complex(dp), intent(in) :: rho(:), right(:, :), left(:, :)
-    !> Bound on the norm of the part of E of which no more is known than this norm
+    !> Bound on the norm of that part of the error E of Phi of which only the norm is known
     real(dp), intent(in) :: perturbation
     type(multipliers_type), intent(out) :: multipliers
-    !> Matrices that the remaining part of E can be, shape (n, n, :); E is the sum of one of them and of a part bounded by
-    !> `perturbation`
+    !> Possible values of the other part of the error E of Phi, shape (n, n, :); E is the sum of one of them and of a matrix
+    !> whose norm is at most `perturbation`
     real(dp), intent(in), optional :: changes(:, :, :)
     !> Safety factor on `changes` in the radius of an isolated disc, because the direction of `changes` is known only in leading
     !> order.
@@ -154,12 +154,13 @@ contains
     multipliers%error = disc_bounds(multipliers%exponent, radius)
   end subroutine set_multipliers
 
-  !> Radius of the disc of eigenvalue k after a diagonal similarity that makes it as small as the other discs allow.
+  !> Radius of the disc of eigenvalue k after a diagonal similarity transformation that makes this disc as small as the other
+  !> discs allow.
   !>
-  !> The similarity multiplies the off-diagonal elements f_kj of row k by alpha and the elements f_ik of column k by 1/alpha (J. H.
-  !> Wilkinson, The Algebraic Eigenvalue Problem, 1965, chapter 2). All other discs grow until one touches disc k. The coupling to
-  !> other eigenvalues then has only an effect of second order. The result is huge if no alpha below 1 keeps the discs disjoint.
-  !> `rows`: row sums of f.
+  !> The transformation multiplies the off-diagonal elements f_kj of row k by alpha and the elements f_ik of column k by 1/alpha
+  !> (J. H. Wilkinson, The Algebraic Eigenvalue Problem, 1965, chapter 2). All other discs grow until one touches disc k. The
+  !> coupling to other eigenvalues then has only an effect of second order. The result is huge if no alpha below 1 keeps the
+  !> discs disjoint. `rows`: row sums of f.
   pure real(dp) function separated_radius(rho, f, rows, k) result(radius)
     complex(dp), intent(in) :: rho(:)
     real(dp), intent(in) :: f(:, :), rows(:)
@@ -240,9 +241,10 @@ contains
     end do
   end subroutine arrange
 
-  !> Makes the multipliers of a real system exactly real, or exactly conjugate in pairs, after a computation in complex arithmetic
-  !> with rounding errors. Each multiplier is paired with the one nearest to its conjugate: the conjugate of its own disc contains
-  !> the true value of this partner. On entry `exponent` must hold ln(rho); the other components are computed from it.
+  !> Makes the multipliers of a real system exactly real, or exactly conjugate in pairs, after a computation in complex
+  !> arithmetic with rounding errors. Each multiplier is paired with the multiplier nearest to its conjugate. This is correct
+  !> because the conjugate of a multiplier's disc contains the true value of its partner. On entry `exponent` must hold ln(rho);
+  !> the other components are computed from it.
   pure subroutine pair_conjugates(multipliers)
     type(multipliers_type), intent(inout) :: multipliers
     logical :: paired(size(multipliers%exponent))
@@ -421,10 +423,11 @@ contains
 
   !> True for each multiplier of a conservative system that is proved to have |rho| = 1.
   !>
-  !> The multipliers of such a system come in pairs rho, 1 / conj(rho). A disc that touches no other disc contains one multiplier.
-  !> If its mirror image in the unit circle touches no other disc either, the partner 1 / conj(rho) lies in the same disc and is rho
-  !> itself. Such a multiplier is simple: the free vibration neither grows nor decays. In the plane of ln rho a disc lies within the
-  !> radius -ln(1 - error) of its centre, and the mirror is the imaginary axis.
+  !> The multipliers of such a system come in pairs rho, 1 / conj(rho). A disc that touches no other disc contains one
+  !> multiplier. If the mirror image of the disc in the unit circle touches no other disc either, the partner 1 / conj(rho) lies
+  !> in the same disc and is rho itself. Such a multiplier is simple: the free vibration neither grows nor decays. The check uses
+  !> the plane of ln rho, in which a disc lies within the radius -ln(1 - error) of its centre and the unit circle becomes the
+  !> imaginary axis.
   pure function lie_on_circle(log_abs, arg, error) result(on_circle)
     !> Three arrays of shape (n). `log_abs`: ln |rho|. `arg`: argument of rho. `error`: bound on the error of rho relative to |rho|.
     real(dp), intent(in) :: log_abs(:), arg(:), error(:)

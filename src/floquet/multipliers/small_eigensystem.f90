@@ -1,6 +1,6 @@
-!> Computes the eigenvalues and eigenvectors of one small matrix with the procedures written for stability charts. They find all
-!> roots of the characteristic polynomial at once and verify them by Gershgorin discs; Hyman's method gives the eigenvectors. For
-!> six states LAPACK's dgeev takes twice as long.
+!> Computes the eigenvalues and eigenvectors of one small matrix with the procedures written for stability charts. These
+!> procedures find all roots of the characteristic polynomial at once and verify them by Gershgorin discs; Hyman's method gives
+!> the eigenvectors. For six states LAPACK's dgeev takes twice as long.
 module gestell_floquet_multipliers_small_eigensystem
   use gestell_base_kinds, only: dp
   use gestell_base_processor, only: vector_length
@@ -24,10 +24,10 @@ contains
   !> Computes the eigenvalues of `a`, shape (n, n), and its right and left eigenvectors as unit columns. Conjugates are adjacent.
   !> All three results are unallocated if the eigenvalues are not proved to be accurate to about roundoff.
   !>
-  !> Hyman's vectors leave the residuals (H - z_k) x_k = -r_k e_1 and y_k (H - z_k) = -s_k e_n' (`find_vectors`). Here e_1 is the
-  !> sum over j of x_j / (y_j x_j), and e_n' the sum of y_j / (y_j x_j). To first order the missing part of x_k is therefore r_k
-  !> times the sum over j /= k of x_j / (y_j x_j) / (z_j - z_k). The missing part of y_k is s_k times the same sum with y_j in place
-  !> of x_j.
+  !> Hyman's vectors leave the residuals (H - z_k) x_k = -r_k e_1 and y_k (H - z_k) = -s_k e_n' (`find_vectors`), with unit
+  !> vectors e_1, e_n. In terms of the eigenvectors, e_1 is the sum over j of x_j / (y_j x_j), and e_n' the sum of y_j / (y_j x_j).
+  !> To remove the residuals to first order, the procedure adds to x_k the product of r_k and the sum over j /= k of
+  !> x_j / (y_j x_j) / (z_j - z_k). To y_k it adds the product of s_k and the same sum with y_j in place of x_j.
   pure subroutine small_eigensystem(a, values, right, left)
     real(dp), intent(in) :: a(:, :)
     complex(dp), allocatable, intent(out) :: values(:), right(:, :), left(:, :)

@@ -16,19 +16,19 @@ module gestell_floquet_multipliers_spectra
 
 contains
 
-  !> Computes max |rho| and its logarithm for eight matrices at once. With `bounds` it also computes the bound on the error of the
-  !> largest multiplier relative to |rho|, and the verdict, both as defined by gestell_floquet_multipliers. A matrix that is not
-  !> finite gives NaN, the bound 1e300 and no verdict.
+  !> Computes the modulus of the largest multiplier and its logarithm for eight matrices at once. With `bounds` it also computes
+  !> the bound on the relative error of this multiplier and the verdict on stability, both as defined by
+  !> gestell_floquet_multipliers. A matrix that is not finite gives NaN, the bound 1e300 and no verdict.
   !>
   !> Matrices with more than `max_states` rows, and doubtful matrices, are solved one by one with LAPACK. A matrix is doubtful if
-  !> its elements are extremely large or small, its eigenvalues do not converge, its discs touch or its eigenvectors are inaccurate.
-  !> Without `bounds` it is also doubtful if roundoff exceeds both 1e-10 and the effect of `perturbation`. The results for a matrix
-  !> do not depend on the other matrices.
+  !> its elements are extremely large or small, its eigenvalues do not converge, its discs touch or its eigenvectors are
+  !> inaccurate. Without `bounds` it is also doubtful if roundoff exceeds both 1e-10 and the effect of `perturbation`. The
+  !> results for a matrix do not depend on the other matrices.
   subroutine spectra_of_eight(n, phi, filled, perturbation, bounds, results, alone)
     !> `n`: number of rows of each matrix. `filled`: number of lanes that hold a matrix to be solved.
     integer, intent(in) :: n, filled
-    !> `phi`: the matrices, in units in which norms are meaningful. `perturbation`: bound on the norms of their errors, without the
-    !> roundoff in the eigenvalues.
+    !> `phi`: the matrices, in units that make the states comparable. `perturbation`: bound on the norms of their errors, without
+    !> the roundoff in the eigenvalues.
     real(dp), intent(in) :: phi(lanes, n, n), perturbation
     !> If true, compute error bounds and verdicts
     logical, intent(in) :: bounds

@@ -1,7 +1,7 @@
 !> Composes the affine maps of many steps, x <- A_k x + b_k for k = 1 ... m.
 !>
-!> The map of each step is applied to all columns of Phi and to x_p together. The columns are stored side by side in lanes
-!> (gestell_math_lanes).
+!> The map of each step is applied to all columns of the monodromy matrix Phi and to the forced motion x_p together. The columns
+!> are stored side by side in the lanes of vector registers (gestell_math_lanes).
 module gestell_floquet_period_composition
   use gestell_base_kinds, only: dp
   use gestell_math_lanes, only: lanes
@@ -77,7 +77,7 @@ contains
     call copy_from_lanes(motion(:, :, :, k), transient%peak)
   end subroutine multiply_maps
 
-  !> Applies the maps of `steps` steps, beginning with map number `first`, to `now`.
+  !> Applies the maps of `steps` steps, beginning with map number `first`, to the matrix `now`.
   pure subroutine follow_maps(first, steps, maps, now, fits)
     !> `first`: number of the first map. `steps`: number of steps.
     integer, intent(in) :: first, steps

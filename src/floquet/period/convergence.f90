@@ -36,8 +36,8 @@ contains
       & failed_computation)
   end subroutine too_many_steps
 
-  !> Number of steps to try after solutions with `n1` and `n2` steps. It is doubled until the method converges. After that it is the
-  !> number for which the method's order predicts the allowed error, increased by a margin.
+  !> Number of steps to try after solutions with `n1` and `n2` steps. As long as the method does not converge, the number is
+  !> doubled. Then the number is chosen for which the method's order predicts the allowed error, with a margin.
   pure integer function next_steps(n1, n2, d12, order, allowed) result(steps)
     !> `n1`, `n2`: numbers of steps of the last two solutions. `order`: order of the method.
     integer, intent(in) :: n1, n2, order
@@ -54,11 +54,11 @@ contains
     steps = ceiling(n2 * factor)
   end function next_steps
 
-  !> Number of steps, not yet rounded, to try after `n` steps with a method that has an embedded method.
+  !> Number of steps, not yet rounded, to try after `n` steps with a method that has embedded methods.
   pure real(dp) function more_steps(n, change, order, allowed) result(steps)
-    !> `n`: number of steps of the last solution. `order`: order of the embedded method.
+    !> `n`: number of steps of the last solution. `order`: order of the method.
     integer, intent(in) :: n, order
-    !> `change`: relative difference between the solutions of the method and its embedded method. `allowed`: allowed relative error.
+    !> `change`: estimated relative error of the last solution. `allowed`: allowed relative error.
     real(dp), intent(in) :: change, allowed
     real(dp) :: factor
 
@@ -72,12 +72,13 @@ contains
   !>     error = min(max(rest, part change) + change / 50, change) min(max(2 c, (1 + part) / 32), 1) + change missed,
   !>     c = change / next,   part = rest / change of Phi(T).
   !>
-  !> The last term is the leading error term. The product before it has two factors. The first is the part of `change` that the
-  !> leading term does not explain. The second bounds the ratio of the error of the method to the error of the first embedded
-  !> method. As long as `next` exceeds `pair_begun`, the methods do not converge yet, and the estimate is `change` itself.
+  !> The last term, change missed, is the leading error term. The product before it has two factors. The first factor is the part
+  !> of `change` that the leading term does not explain. The second factor bounds the ratio of the error of the method to the
+  !> error of the first embedded method. As long as `next` exceeds `pair_begun`, the methods do not converge yet, and the
+  !> estimate is `change` itself.
   !>
-  !> x_p(T) may have a small change or rest by chance. Therefore its c and its part are at least as large as those of Phi(T), and
-  !> its change counts as at least c next.
+  !> For x_p(T), `change` or `rest` may be small by chance. Therefore c and part of x_p(T) are at least as large as those of
+  !> Phi(T), and its `change` counts as at least c next.
   pure function pair_errors(change, next, rest, missed) result(estimated_error)
     !> Relative differences (see gestell_floquet_period_embedded_error). `change`: difference between the method and the first
     !> embedded method. `next`: difference between the first and the second embedded method. `rest`: part of `change` that the
@@ -98,14 +99,14 @@ contains
   !> Estimates the relative errors of Phi(T), index 1, and x_p(T), index 2, that arise from variations of coefficients and loads
   !> between the nodes. Comparing the embedded methods does not reveal these errors, because they use the same nodes.
   !>
-  !> The estimate for the coefficients is multiplied by 24, which is sufficient for a change that takes no longer than a step. The
-  !> estimate for the loads is the largest of three values, but at most the size of the loads themselves:
-  !> - the error of the loads, multiplied by (2 + turns / 4);
-  !> - the interpolation error between the s nodes times (z / 2)^s / (1 3 ... (2 s - 1)), where the phase of the fastest motion
-  !>   advances by z in a step. The factor bounds the part of cos(z t) along the Legendre polynomial P_s. The oscillation of a fast
-  !>   motion does not average this error out;
-  !> - half of the changes of velocity due to the error of the loads, relative to the largest x_p. This value is the largest if a
-  !>   small load causes the largest motion.
+  !> The estimate for the coefficients is multiplied by 24, which is sufficient for a change that takes no longer than a step.
+  !> The estimate for the loads is the largest of three values, but at most the size of the loads themselves:
+  !> - the quadrature error of the loads, multiplied by (2 + turns / 4);
+  !> - the interpolation error of the loads between the s nodes, multiplied by (z / 2)^s / (1 3 ... (2 s - 1)), where the phase
+  !>   of the fastest motion advances by z in a step. This factor bounds the part of cos(z t) along the Legendre polynomial P_s.
+  !>   The oscillation of a fast motion does not average the interpolation error out;
+  !> - half of the changes of velocity due to the error of the loads, relative to the largest x_p. This value is the largest of
+  !>   the three if a small load causes the largest motion.
   !>
   !> With the safety factor each estimate is at least 1.5 times the error observed for random machines.
   pure function unresolved_errors(unresolved, scale, peak, angle, stages) result(estimated_error)
@@ -129,9 +130,11 @@ contains
     estimated_error(2) = estimated_error(1) + min(loads, 1.0_dp)
   end function unresolved_errors
 
-  !> Detects whether rounding errors limit the accuracy of x_p(T), as happens where forces cancel. Three conditions must hold. There
-  !> are at least 4096 steps. Phi(T) had already converged with a 64th of these steps. Since then the change of x_p(T) has fallen by
-  !> a smaller factor than the number of steps has grown.
+  !> Detects whether rounding errors limit the accuracy of x_p(T), as happens where forces cancel. Three conditions must hold:
+  !>
+  !> - the solution has at least 4096 steps,
+  !> - Phi(T) had already converged with a 64th of these steps,
+  !> - since that solution the change of x_p(T) has fallen by a smaller factor than the number of steps has grown.
   pure subroutine detect_rounding(change, steps, allowed, begin, rounding)
     !> `change`: relative changes of Phi(T) and x_p(T) at the last increase of the number of steps. `allowed`: relative tolerance.
     real(dp), intent(in) :: change(2), allowed
@@ -151,9 +154,10 @@ contains
 
   !> Estimated error of the finest of three solutions with n1 < n2 < n3 steps, in the units of `d12` and `d23`.
   !>
-  !> The observed order p follows from (n1^-p - n2^-p) / (n2^-p - n3^-p) = d12 / d23; it is limited to the method's order. The error
-  !> is d23 c / (1 - c) with c = (n2 / n3)^p, times `convergence_margin`. Errors occasionally change sign, so that a difference may
-  !> be small by chance. Therefore the estimate is not allowed to fall below the error that `d12` and the method's order predict.
+  !> The observed order p follows from (n1^-p - n2^-p) / (n2^-p - n3^-p) = d12 / d23; it is limited to the method's order. The
+  !> error is d23 c / (1 - c) with c = (n2 / n3)^p, times `convergence_margin`. Because errors occasionally change sign, a
+  !> difference may be small by chance. The estimate is therefore never below the error that `d12` and the method's order
+  !> predict.
   elemental real(dp) function extrapolated_error(d12, d23, n1, n2, n3, order) result(estimated_error)
     !> `d12`: difference between solutions 1 and 2. `d23`: difference between solutions 2 and 3.
     real(dp), intent(in) :: d12, d23
@@ -174,15 +178,15 @@ contains
     predicted_reduction = convergence_margin(order) * (real(steps, dp) / finer)**order
   end function predicted_reduction
 
-  !> Margin for the uneven convergence of methods of high order: their error is sometimes as large as with steps longer by a tenth.
-  !> Methods up to order four need no margin besides the safety factor.
+  !> Margin for the uneven convergence of methods of high order: their error is sometimes as large as that of steps that are
+  !> longer by a tenth. Methods up to order four need no margin besides the safety factor.
   elemental real(dp) function convergence_margin(order)
     integer, intent(in) :: order
 
     convergence_margin = max(1.0_dp, 1.1_dp**(order - 4))
   end function convergence_margin
 
-  !> Observed order p of convergence, which satisfies (n1^-p - n2^-p) / (n2^-p - n3^-p) = d12 / d23. It is found by bisection
+  !> Observed order p of convergence, which satisfies (n1^-p - n2^-p) / (n2^-p - n3^-p) = d12 / d23. It is computed by bisection
   !> between 1/2 and the method's order.
   elemental real(dp) function observed_order(d12, d23, n1, n2, n3, order) result(p)
     real(dp), intent(in) :: d12, d23

@@ -4,20 +4,20 @@
 !>
 !>     e_s = c_s z^(2 s + 1),   c_s = (s!)^2 / ((2 s)! (2 s + 1)!),   c_s / c_(s-1) = 1 / (4 (4 s^2 - 1)),
 !>
-!> unless it is fitted to this oscillation (gestell_floquet_integrator_tableau). The embedded methods of orders 2 s - 2 and 2 s - 4
-!> (gestell_floquet_integrator_nested) are not fitted. Their phase errors are e_(s-1) and e_(s-2), because the Galerkin residual of
-!> x' = P x is a multiple of a single Legendre polynomial, like the residual of collocation at the Gauss nodes.
+!> unless it is fitted to this oscillation (gestell_floquet_integrator_tableau). The embedded methods of orders 2 s - 2 and 2 s -
+!> 4 (gestell_floquet_integrator_nested) are not fitted. Their phase errors are e_(s-1) and e_(s-2), because the Galerkin
+!> residual of x' = P x is a multiple of a single Legendre polynomial, like the residual of collocation at the Gauss nodes.
 !>
-!> For systems with positions, which are integrated twice, the Galerkin residual is a combination of the Legendre polynomials P_s-1
-!> and P_s. The residual of collocation also contains P_s-2 with an equally large coefficient. The embedded methods therefore have
-!> half the error of collocation with as many stages. Let Phi, Phi_1 and Phi_2 be the maps of the method and of the embedded
-!> methods of orders 2 s - 2 and 2 s - 4. Wherever this oscillation causes the error, they satisfy in leading order
+!> For systems with positions, which are integrated twice, the Galerkin residual is a combination of the Legendre polynomials
+!> P_s-1 and P_s. The residual of collocation also contains P_s-2 with an equally large coefficient. The embedded methods
+!> therefore have half the error of collocation with as many stages. Let Phi, Phi_1 and Phi_2 be the maps of the method and of
+!> the embedded methods of orders 2 s - 2 and 2 s - 4. If the oscillation causes the error, these maps satisfy in leading order
 !>
 !>     Phi - Phi_1 = D_1,   Phi_1 - Phi_2 = D_2,   D_1 = q D_2,   q = z^2 / (4 (4 (s - 1)^2 - 1)).                    (a)
 !>
-!> For Phi, fitted to a motion whose phase advances by v in a step,
+!> If the method is fitted to a motion whose phase advances by v in a step, the error of Phi is
 !>
-!>     the error is (z^2 - v^2) / (4 (4 s^2 - 1)) D_1, with positions twice this value.                               (b)
+!>     (z^2 - v^2) / (4 (4 s^2 - 1)) D_1, with positions twice this value.                                           (b)
 !>
 !> The measured q yields z. The norm of D_1 - q D_2 shows how accurately (a) and (b) hold. Steps that are computed together are
 !> fitted to the same v. If the steps are not fitted to the motion, for instance because the fastest motion dies out, errors of
@@ -35,8 +35,9 @@ module gestell_floquet_period_embedded_error
 
   !> Relative differences between the maps of the method and of its embedded methods: of Phi(T), index 1, and of x_p(T), index 2
   type, public :: pair_type
-    !> `change`, `next`, `rest`: norms of D_1, of D_2 and of D_1 - q D_2. `q`: factor q of Phi(T), see equation (a) in the module's
-    !> header. `missed`: error in motions to which the method is not fitted, as a fraction of D_1, see equation (b) there.
+    !> `change`, `next`: norms of the difference D_1 between the method and the first embedded method, and of the difference D_2
+    !> between the two embedded methods. `rest`: norm of D_1 - q D_2. `q`: factor q of Phi(T), equation (a) in the module's
+    !> header. `missed`: error in motions to which the method is not fitted, as a fraction of D_1, equation (b) there.
     real(dp) :: change(2) = 0, next(2) = 0, rest(2) = 0, q = 0, missed = 0
   end type pair_type
 
@@ -44,8 +45,9 @@ contains
 
   !> Compares the map of the method with the maps of its two embedded methods.
   !>
-  !> If the embedded methods converge, q is the projection of D_1 on D_2, divided by |D_2|^2. It is limited to the range from 0 to
-  !> slightly more than the fastest motion can cause, because a larger value has another cause.
+  !> If the embedded methods converge, q is the inner product of D_1 and D_2 divided by |D_2|^2. Here D_1 is the difference
+  !> between the method and the first embedded method, D_2 the difference between the two embedded methods. q is limited to the
+  !> range from 0 to slightly more than the fastest motion can cause, because a larger value has another cause.
   pure subroutine compare_pair(level, lower, scale, angle, fitted, positions, pair)
     !> Map over the period, computed by the method itself
     type(level_type), intent(in) :: level
@@ -92,8 +94,8 @@ contains
     pair%rest = sqrt(max([phi(1) - pair%q * (2 * phi(2) - pair%q * phi(3)), xp(1) - pair%q * (2 * xp(2) - pair%q * xp(3))], 0.0_dp))
   end subroutine compare_pair
 
-  !> Replaces the map of the second embedded method, Phi_2 and its x_p(T), by an extrapolation to the map of the method: Phi_1 + q
-  !> D_2 and the same combination of the x_p(T).
+  !> Replaces the map of the second embedded method by an extrapolation to the map of the method. With the difference D_2 between
+  !> the two embedded methods, Phi_2 becomes Phi_1 + q D_2. x_p(T) is extrapolated in the same way.
   pure subroutine extrapolate(lower, q)
     type(period_map_type), intent(inout) :: lower(2)
     real(dp), intent(in) :: q

@@ -47,8 +47,8 @@ module gestell_floquet_period_monodromy
     real(dp), allocatable :: scale(:)
     !> `norm`: norm of Phi(T). `error`: bound on the norm of its error. `xp_error`: bound on the norm of the error of x_p(T).
     real(dp) :: norm = 0, error = 0, xp_error = 0
-    !> Parts of `error` and `xp_error` of which only a bound on the norm is known: roundoff, and variations of coefficients and
-    !> loads between the nodes, which embedded methods do not reveal
+    !> Parts of `error` and `xp_error` of which only a bound on the norm is known. They come from roundoff and from variations of
+    !> coefficients and loads between the nodes, which embedded methods do not reveal
     real(dp) :: roundoff = 0, xp_roundoff = 0
     !> Two estimates, multiplied by the safety factor, of the integration error of each element of Phi(T) and x_p(T); shapes (n, n,
     !> 2) and (n, 2). Unallocated if only norms of the errors are known.
@@ -135,8 +135,8 @@ contains
     end if
   end subroutine check_accuracy
 
-  !> Creates the requested method. `auto` means the cheapest method for this system, unless the number of steps is given. Fails if
-  !> the name of the method is unknown.
+  !> Creates the requested method. `auto` means the cheapest method for this system or, if the number of steps is given, gauss6.
+  !> Fails if the name of the method is unknown.
   subroutine choose_method(system, accuracy, survey, method, error)
     class(periodic_system), intent(in) :: system
     type(accuracy_type), intent(in) :: accuracy
@@ -159,9 +159,9 @@ contains
   !> The error counts as unknown if the method does not converge yet. This is assumed in three cases:
   !>
   !> - the differences between the solutions are not small and do not decrease,
-  !> - the bound exceeds Phi(T), or the largest x_p(t), itself,
-  !> - a difference exceeds a hundredth, and the phase of the fastest motion advances by more radians per step than the order of the
-  !>   method: such differences may be small only by chance.
+  !> - the error bound exceeds Phi(T), or the largest x_p(t), itself,
+  !> - a relative difference exceeds 0.01, and in each step the phase of the fastest motion advances by more radians than the
+  !>   order of the method: such differences may be small only by chance.
   subroutine with_given_steps(system, steps, forced, phase_advance, monodromy, error)
     class(periodic_system), intent(in) :: system
     integer, intent(in) :: steps
@@ -290,9 +290,9 @@ contains
     call store_result(system, fine, safety * left, phase_advance, monodromy)
   end subroutine with_tolerance
 
-  !> Stores two estimates of the errors of Phi(T) and x_p(T) at `level`, element by element. Each estimate is the difference between
-  !> another solution and `level`, times a factor. The elements contain more information than their norm: errors of slow modes and
-  !> of the periodic motion are smaller than those of the fastest mode.
+  !> Stores two estimates of the errors of Phi(T) and x_p(T) of the solution `level`, element by element. Each estimate is the
+  !> difference between another solution and `level`, times a factor. The elements contain more information than their norm:
+  !> errors of slow modes and of the periodic motion are smaller than those of the fastest mode.
   pure subroutine estimate_changes(monodromy, level, first, first_factor, second, second_factor)
     type(monodromy_type), intent(inout) :: monodromy
     class(period_map_type), intent(in) :: level, first, second

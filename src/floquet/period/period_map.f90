@@ -47,7 +47,7 @@ contains
     if (.not. sound) call fatal_error(error, "phases must be ascending and lie between 0 and 1", invalid_input)
   end subroutine check_phases
 
-  !> Fails if there are fewer than two nodes, if the nodes are not ascending phases, or if one of `sizes` (of units and results) is
+  !> Fails if there are fewer than two nodes, if the nodes are not ascending phases, or if one of the array lengths `sizes` is
   !> not `n`.
   pure subroutine check_shapes(n, nodes, sizes, error)
     integer, intent(in) :: n, sizes(:)
@@ -63,8 +63,8 @@ contains
     end if
   end subroutine check_shapes
 
-  !> Computes Phi(T) = A_m ... A_1, equation (17) of the paper, from the maps of the steps between `nodes`. Fails if nodes or shapes
-  !> are invalid, a step fails, or a number overflows.
+  !> Computes Phi(T) = A_m ... A_1 from the maps of the steps between `nodes`; this is equation (17) of the paper that
+  !> doc/theory.md names. Fails if nodes or shapes are invalid, a step fails, or a number overflows.
   subroutine period_map(system, method, nodes, scale, phi, error, xp, xp_peak, transient_growth, lower, unresolved)
     class(periodic_system), intent(in) :: system
     class(method_type), intent(in) :: method
@@ -230,16 +230,17 @@ contains
 
   end subroutine trajectory
 
-  !> Divides the period into `parts` equal parts and computes the motion over each part, from the beginning of this part. Fails if a
-  !> step fails or a number overflows.
+  !> Divides the period into `parts` equal parts. Computes the maps from the start of each part to equidistant phases in it.
+  !> Fails if a step fails or a number overflows.
   subroutine motions(system, method, nodes, parts, maps, error)
     class(periodic_system), intent(in) :: system
     class(method_type), intent(in) :: method
-    !> Ends of equal steps, as phases; they must include all phases k / count
+    !> Ends of equal steps, as phases; they must include all phases k / count to which `maps` refers
     real(dp), contiguous, intent(in) :: nodes(:)
     !> Number of equal parts of the period
     integer, intent(in) :: parts
-    !> Maps [Phi(t) x_p(t)], shape (n, n + 1, count), or Phi(t) alone, shape (n, n, count), at the phases k / count, k = 1 ... count
+    !> Maps [Phi(t) x_p(t)], shape (n, n + 1, count), or Phi(t) alone, shape (n, n, count), from the start of each part to the
+    !> phases k / count, k = 1 ... count
     real(dp), intent(out) :: maps(:, :, :)
     type(error_type), allocatable, intent(out) :: error
     real(dp), allocatable :: of_steps(:, :, :)

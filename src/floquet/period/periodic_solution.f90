@@ -17,8 +17,8 @@ module gestell_floquet_period_periodic_solution
   type, public :: periodic_solution_type
     !> `x0`: state at t = 0, shape (n). `error`: bound on the error of each of its components, shape (n).
     real(dp), allocatable :: x0(:), error(:)
-    !> |(E - Phi)^-1| (1 + |Phi|) in balanced units. The decimal logarithm of this number is the number of digits that the solution
-    !> loses.
+    !> Condition number |(E - Phi)^-1| (1 + |Phi|) in balanced units. Its decimal logarithm is the number of digits that the
+    !> solution loses.
     real(dp) :: condition = 0
   end type periodic_solution_type
 

@@ -47,8 +47,8 @@ module gestell_floquet_period_quick_motion
   !> reduction to slowly varying modes is faster.
   real(dp), parameter :: max_turns = 700
   !> `usual_ratio`: ratio of successive harmonics that is assumed before they have been computed. `reserve`: factor by which the
-  !> amplification may grow without loss of accuracy. `slack`: factor by which the estimated error may exceed the allowed error
-  !> before a motion is solved again.
+  !> amplification may grow without loss of accuracy. `slack`: ratio of the estimated to the allowed error above which a motion
+  !> is computed again.
   real(dp), parameter :: usual_ratio = 0.5_dp, reserve = 1.5_dp, slack = 100
   !> `max_between`: maximum number of steps between two phases. `max_trials`: maximum number of solutions.
   integer, parameter :: max_between = 8, max_trials = 4

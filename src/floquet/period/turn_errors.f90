@@ -1,19 +1,19 @@
 !> Bounds the error of a periodic motion over the whole period by comparison with a second solution whose steps are half as long.
 !>
-!> The motion x is computed in segments; segment k starts from its own state x_k. From these starts, steps half as long give y(t) =
-!> x(t) + l(t). At the end of segment k the motion y differs from the next start by the defect d_k. With the maps A_k of the
-!> segments, the periodic motion with the shorter steps is
+!> The motion x is computed in segments; segment k starts from its own state x_k. From the same starts, steps half as long give
+!> the motion y(t) = x(t) + l(t) with the local error l(t). At the end of segment k the motion y differs from the next start by
+!> the defect d_k. With the maps A_k of the segments, the periodic motion with the shorter steps is
 !>
-!>     x^(t) = y(t) + Phi(t, t_k) z_k,   z_{k+1} = A_k z_k + d_k,   z_{K+1} = z_1.
+!>     x^(t) = y(t) + Phi(t, t_k) z_k,   z_{k+1} = A_k z_k + d_k,   z_{K+1} = z_1,
 !>
-!> So local errors are measured where they arise, with their signs, even if they die out quickly. For a method of order p, x^ still
-!> has an error of about 2^-p (x^ - x). Periodicity makes the error smaller with equal steps than with unequal steps. Therefore all
-!> steps between equidistant phases are equal. The starts were computed with longer steps; the defects are computed with steps half
-!> as long.
+!> where z_k is the correction of the start x_k. So local errors are measured where they arise, with their signs, even if they
+!> die out quickly. For a method of order p, x^ still has an error of about 2^-p (x^ - x). Periodicity makes the error smaller
+!> with equal steps than with unequal steps. Therefore all steps between equidistant phases are equal. The starts were computed
+!> with longer steps; the defects are computed with steps half as long.
 !>
-!> A motion computed from the same starts with more steps and phases has the same errors due to the starts and smaller local errors.
-!> Its error is between two limits: the error of x, and the error of a motion without local errors. Bounds are therefore computed
-!> for both limits.
+!> A motion computed from the same starts with more steps and phases has the same errors due to the starts and smaller local
+!> errors. Its error is between two limits: the error of x, and the error of a motion without local errors. Bounds are therefore
+!> computed for both limits.
 module gestell_floquet_period_turn_errors
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
@@ -30,8 +30,8 @@ module gestell_floquet_period_turn_errors
 
   public :: solve_corrections, compare, relative_rounding, rounding_errors, compute_differences
 
-  !> Errors of n quantities over the period. At each phase the error is the sum of two parts: the differences at this phase, times a
-  !> factor between -1 and 1, and the rounding error.
+  !> Errors of n quantities over the period. At each phase the error of a quantity is the sum of the difference at this phase,
+  !> times a factor between -1 and 1, and the rounding error.
   type, public :: turn_errors_type
     !> `differences`: differences times the safety factor, shape (n, 2 * phases). The first half belongs to the motion that was
     !> compared, the second half to a motion with much shorter steps. `rounding`: bound on the rounding error at any time, shape
@@ -44,8 +44,10 @@ module gestell_floquet_period_turn_errors
 
   !> Comparison of a motion of K segments with the motion computed in steps half as long
   type, public :: comparison_type
-    !> `local`: l(t), shape (n, phases). `transition`: Phi(t, t_k), shape (n, n, phases). `map`: A_k, shape (n, n, K). `defect`:
-    !> d_k, shape (n, K). `size`: largest |x| in balanced units within each segment, shape (K).
+    !> `local`: differences l(t) between the two motions, shape (n, phases). `transition`: matrices Phi(t, t_k) from the start
+    !> t_k of the segment to the phase, shape (n, n, phases). `map`: matrices A_k over each segment, shape (n, n, K). `defect`:
+    !> differences d_k between the end of each segment and the next start, shape (n, K). `size`: largest |x| in balanced units
+    !> within each segment, shape (K).
     real(dp), allocatable :: local(:, :), transition(:, :, :), map(:, :, :), defect(:, :), size(:)
     !> For each phase, the number of the segment to which it belongs, shape (phases)
     integer, allocatable :: segment(:)
@@ -55,8 +57,8 @@ module gestell_floquet_period_turn_errors
 
 contains
 
-  !> Bound on the error of a weighted sum of quantities, valid at all times. The elements of `weights` belong to the first
-  !> quantities.
+  !> Bound on the error of a weighted sum of quantities, valid at all times. `weights`: weights of the first quantities; those of
+  !> the others are zero.
   pure real(dp) function along(self, weights)
     class(turn_errors_type), intent(in) :: self
     real(dp), intent(in) :: weights(:)
@@ -150,8 +152,9 @@ contains
 
   end subroutine compare
 
-  !> Computes `z`, the corrections at the starts of K segments, and `due`, the part of these corrections that z_1 causes. The
-  !> equation for z_1 is (E - Phi) z_1 = defect of the whole period. Fails if E - Phi is singular.
+  !> Computes `z`, the corrections at the starts of K segments, and `due`, the part of these corrections that the correction z_1
+  !> at the start of the period causes. z_1 follows from (E - Phi) z_1 = defect of the whole period. Fails if E - Phi is
+  !> singular.
   subroutine solve_corrections(turn, comparison, scale, z, due, inverted, error)
     !> `turn`: comparison over the whole period as a single segment. `comparison`: comparison over the K segments.
     type(comparison_type), intent(in) :: turn, comparison
@@ -209,8 +212,8 @@ contains
     rounding = epsilon(1.0_dp) * (system%states * steps + 2 * phase_advance) + system%rounding
   end function relative_rounding
 
-  !> Errors at the starts of K segments, shape (n, K), caused by rounding errors within the segments, in balanced units. Each
-  !> rounding error affects t_i through the Green's function of the periodic motion,
+  !> Errors at the starts t_i of K segments, shape (n, K), caused by rounding errors within the segments, in balanced units. Each
+  !> rounding error affects the state at t_i through the Green's function of the periodic motion,
   !>
   !>     G(t_i, t_j) = Phi(t_i, t_j) [t_i > t_j] + Phi(t_i, 0) (E - Phi(T))^-1 Phi(T, t_j).
   pure function rounding_errors(comparison, scale, inverted, own) result(at_starts)
