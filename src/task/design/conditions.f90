@@ -23,7 +23,7 @@ contains
   !> parameter.
   subroutine read_conditions(configuration, paths, conditions, lines, robust, error)
     type(configuration_type), intent(inout) :: configuration
-    !> Paths of all numbers that the design changes, for example "frame.mass"
+    !> Paths in the input of all numbers that the design changes, for example "frame.mass"
     character(len=*), intent(in) :: paths(:)
     !> All combinations of the given speeds with the factors on speed, stiffness and damping
     type(condition_type), allocatable, intent(out) :: conditions(:)

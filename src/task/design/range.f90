@@ -35,7 +35,7 @@ module gestell_task_design_range
     real(dp), allocatable :: places(:)
   end type range_line_type
 
-  !> A range that consists of lines, as the search for a design needs it (see `range_type`).
+  !> A range of operating conditions that is searched along lines.
   type, extends(range_type), public :: range_of_lines_type
     type(range_line_type), allocatable :: lines(:)
   contains
@@ -55,7 +55,7 @@ module gestell_task_design_range
     logical :: known = .true.
   end type range_survey_type
 
-  !> A line through the range, and the points that were computed on it.
+  !> A line through the range of speeds and tolerances, and the points that were computed on it.
   type, extends(curve_points_type) :: curve_type
     type(range_line_type) :: line
   end type curve_type
@@ -285,7 +285,8 @@ contains
     end associate
   end function refinement_points
 
-  !> Refines, for each goal, all maxima that are close to its worst value. Refines no maximum if a goal already exceeds `enough`.
+  !> Refines, for each goal, all maxima that are close to the worst value of this goal. Refines no maximum if the excess of a goal
+  !> already exceeds `enough`.
   subroutine refine_maxima(members, goals, curves, reported, tops, error, enough)
     type(members_type), intent(in) :: members
     type(goal_type), intent(in) :: goals(:)
@@ -334,7 +335,8 @@ contains
     end associate
   end function local_maxima
 
-  !> Refines the maximum near point number `i` of a curve. The values at both neighbours of this point are not larger than its own.
+  !> Refines the maximum near point number `i` of a curve. The values at both neighbours of this point are not larger than the
+  !> value at the point.
   subroutine refine_maximum(members, goal, curve, i, reported, top, error, skipped)
     type(members_type), intent(in) :: members
     type(goal_type), intent(in) :: goal

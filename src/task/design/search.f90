@@ -38,7 +38,8 @@ module gestell_task_design_search
     type(optimum_type), allocatable :: found(:)
     !> Number of the start with the best optimum; 0 if the machine has no vibration at any start.
     integer :: best = 0
-    !> Options with the conditions at which the goals are reported: first the given conditions, then the maxima between them.
+    !> Options with the conditions at which the goals are reported. First come the given conditions, then the conditions between
+    !> them at which a goal has a maximum.
     type(design_options) :: options
     !> Options with which each goal is evaluated as its worst value over the whole range.
     type(design_options) :: over_range

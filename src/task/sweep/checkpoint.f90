@@ -259,7 +259,8 @@ contains
     character(len=*), intent(in) :: staging
     type(summary_type), intent(out) :: summary
     type(error_type), allocatable, intent(out) :: error
-    !> Values at all points, shape (values, points of the second axis, points of the first axis). Size 0 if they are not needed
+    !> Results at all points, shape (results per point, points of the second axis, points of the first axis). Size 0 if they are
+    !> not needed
     real(dp), intent(inout), optional :: values(:, :, :)
     character(len=:), allocatable :: list
     integer(c_int) :: lock

@@ -88,7 +88,7 @@ contains
   end function meaning_of
 
   !> Creates the table of the points in the order of the grid, in which the first parameter varies slowest. `values` has the shape
-  !> (numbers, points of the second axis, points of the first axis).
+  !> (results per point, points of the second axis, points of the first axis).
   pure type(table_type) function table_of(plan, values) result(table)
     type(sweep_plan_type), intent(in) :: plan
     real(dp), intent(in) :: values(:, :, :)

@@ -40,14 +40,14 @@ contains
     end do
   end function header
 
-  !> The lines of a block of points that begins at the indices `first` on the axes. `values` has the shape (values, points of the
-  !> second axis, points of the first axis).
+  !> The lines of a block of points that begins at the indices `first` on the axes. `values` has the shape (results per point,
+  !> points of the second axis, points of the first axis).
   pure function csv_rows(grid, columns, first, values) result(lines)
     type(grid_type), intent(in) :: grid
     type(column_type), intent(in) :: columns(:)
     !> Indices of the first point on both axes
     integer, intent(in) :: first(2)
-    !> Results, shape (values, points of the second axis, points of the first axis)
+    !> Results, shape (results per point, points of the second axis, points of the first axis)
     real(dp), contiguous, intent(in) :: values(:, :, :)
     character(len=:), allocatable :: lines
     type(field_type) :: parameters(2), fast(size(values, 2)), point_verdict

@@ -75,7 +75,7 @@ contains
     head = char(147) // "NUMPY" // achar(1) // achar(0) // achar(len(text)) // achar(0) // text
   end function npy_head
 
-  !> Distance in bytes of the row of point (i, j) from the first row.
+  !> Distance in bytes from the first row to the row of a grid point. `point`: indices of the point on both axes.
   pure integer(int64) function place(self, point)
     class(layout_type), intent(in) :: self
     integer, intent(in) :: point(2)
@@ -105,8 +105,8 @@ contains
     end do
   end function pieces
 
-  !> The rows of a block of points that begins at the indices `first` on the axes. `values` has the shape (values, points of the
-  !> second axis, points of the first axis).
+  !> The rows of a block of points that begins at the indices `first` on the axes. `values` has the shape (results per point,
+  !> points of the second axis, points of the first axis).
   pure function rows(self, first, values)
     class(layout_type), intent(in) :: self
     integer, intent(in) :: first(2)
@@ -128,8 +128,8 @@ contains
     rows = transfer(numbers, repeat(" ", number_bytes * size(numbers)))
   end function rows
 
-  !> Reads the numbers from rows, point by point. `numbers` has the shape (values, points of the second axis, points of the first
-  !> axis).
+  !> Reads the numbers from rows, point by point. `numbers` has the shape (results per point, points of the second axis, points of
+  !> the first axis).
   pure subroutine values(self, rows, numbers)
     class(layout_type), intent(in) :: self
     character(len=*), intent(in) :: rows

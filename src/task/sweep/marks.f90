@@ -26,7 +26,8 @@ module gestell_task_sweep_marks
     logical :: none = .true., sound = .false.
   end type mark_type
 
-  !> Number of words of a record. A record consists of head, tile, checksum of the rows, summary and checksum.
+  !> Number of words of a record. A record consists of its head, the number of the tile, the checksum of the rows, the summary,
+  !> and the checksum of the record.
   integer, parameter :: words_of_mark = sealed_head + 2 + summary_words + 1
 
 contains

@@ -133,7 +133,8 @@ contains
     end function shades
   end function plot_curves
 
-  !> The panel of ln |rho| against the parameter. Points whose verdict is not `stable` are marked.
+  !> The panel of ln |rho| against the parameter, where rho is the multiplier with the largest modulus. Points whose verdict is
+  !> not `stable` are marked.
   pure function growth_panel(column, x, style, label, summary, shades) result(lines)
     integer, intent(in) :: column(sweep_columns)
     character(len=*), intent(in) :: x, style, label, shades
@@ -216,7 +217,8 @@ contains
     lines = lines // newline
   end function logarithmic_panel
 
-  !> Plots charts of two parameters: one for ln |rho|, and one for each other column that the input requests.
+  !> Plots charts of two parameters: one for ln |rho| (rho: multiplier with the largest modulus), and one for each other column
+  !> that the input requests.
   function plot_chart(plan, column, growth_label, counts) result(figure)
     type(sweep_plan_type), intent(in) :: plan
     integer, intent(in) :: column(sweep_columns)

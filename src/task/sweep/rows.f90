@@ -58,7 +58,7 @@ contains
     character(len=*), intent(in) :: name
     !> Length of the header before the rows, in bytes
     integer(int64), intent(in) :: head
-    !> Values at all points, shape (values, points of the second axis, points of the first axis)
+    !> Results at all points, shape (results per point, points of the second axis, points of the first axis)
     real(dp), intent(inout) :: values(:, :, :)
     type(error_type), allocatable, intent(out) :: error
     type(piece_type), allocatable :: pieces(:)
@@ -92,7 +92,7 @@ contains
     !> Length of the header before the rows, in bytes
     integer(int64), intent(in) :: head
     type(tile_type), intent(in) :: tile
-    !> Results of the tile, shape (values, points of the second axis, points of the first axis)
+    !> Results of the tile, shape (results per point, points of the second axis, points of the first axis)
     real(dp), contiguous, intent(in) :: values(:, :, :)
     !> Checksum of the bytes that were written
     integer(int64), intent(out) :: checksum

@@ -119,7 +119,8 @@ contains
     list = pack([(verdict_count_type(verdict_numbered(k), self%verdicts(k)), k = 0, last_number)], self%verdicts > 0)
   end function verdict_counts
 
-  !> Adds the summary of other points. If several maxima are equal, the first one in the order of the grid is kept.
+  !> Adds the summary of other points. If several points have the same largest rho_max, the first one in the order of the grid is
+  !> kept.
   pure subroutine add(self, other)
     class(summary_type), intent(inout) :: self
     type(summary_type), intent(in) :: other
@@ -154,7 +155,7 @@ contains
     end do
   end function tally
 
-  !> Text of a whole number that may be large.
+  !> Text of a 64-bit integer.
   pure function integer_text(number) result(text)
     integer(int64), intent(in) :: number
     character(len=:), allocatable :: text

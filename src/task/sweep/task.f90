@@ -45,7 +45,7 @@ module gestell_task_sweep_task
     type(locked_family_type) :: family
     type(sweep_plan_type) :: plan
     type(campaign_type) :: campaign
-    !> Results at all points, shape (values, points of the second axis, points of the first axis).
+    !> Results at all points, shape (results per point, points of the second axis, points of the first axis).
     real(dp), allocatable :: values(:, :, :)
   contains
     procedure :: compute

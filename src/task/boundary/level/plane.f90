@@ -40,7 +40,8 @@ contains
     class(level_plane_type), intent(in) :: plane
     type(line_type), intent(in) :: along
     type(level_line_type), intent(out) :: curve
-    !> Minimum length of a line on which only the speed varies, relative to the speed range, for which resonances are sought.
+    !> If only the speed varies along a line, resonances are sought on the line if its length, relative to the speed range, is at
+    !> least this.
     real(dp), parameter :: long = 1.0e-3_dp
 
     curve%line_type = along

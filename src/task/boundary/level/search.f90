@@ -21,8 +21,8 @@ module gestell_task_boundary_level_search
 
   public :: find_levels, side_of
 
-  !> A crossing of a level. The inherited components `below` and `above` state whether the quantity is above the level (see
-  !> `side_of`) at a parameter slightly smaller and slightly larger than at the crossing.
+  !> A crossing of a level. The inherited components `below` and `above` state on which side of the level the quantity lies (see
+  !> `side_of`): `below` at parameter values just below the crossing, `above` at values just above it.
   type, extends(border_type), public :: level_crossing_type
     !> True if the search converged; false if it reached a point without a vibration.
     logical :: found = .false.
@@ -210,7 +210,7 @@ contains
     type(level_crossing_type), intent(out) :: crossing
     type(error_type), allocatable, intent(out) :: error
     !> The quantity counts as discontinuous if it changes by more than this fraction of the level over a distance equal to the
-    !> tolerance.
+    !> tolerance of the crossing.
     real(dp), parameter :: jump = 1.0e-2_dp
     type(root_search_type) :: search
     type(speed_point_type) :: point

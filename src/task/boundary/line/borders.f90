@@ -48,10 +48,10 @@ module gestell_task_boundary_line_borders
     real(dp) :: value = 0, width = 0
   end type open_border_type
 
-  !> What a search for borders returns besides the borders.
+  !> Results of a search for borders, other than the borders themselves.
   type, public :: border_rest_type
-    !> `meetings`: number of parameter values at which two multipliers meet. `thin`: number of these meetings at which no growth
-    !> was found without damping. A tongue (region of instability) at such a meeting is narrower than the tolerance.
+    !> `meetings`: number of parameter values at which two multipliers meet. `thin`: number of meetings in undamped systems at
+    !> which no growth was found. A tongue (region of instability) at such a meeting is narrower than the tolerance.
     integer :: meetings = 0, thin = 0
     !> Parts of the range in which a border cannot be excluded.
     type(open_border_type), allocatable :: places(:)

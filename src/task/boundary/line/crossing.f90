@@ -20,7 +20,7 @@ contains
   pure subroutine add_classified(search, crossing, below, above)
     type(search_type), intent(inout) :: search
     type(crossing_type), intent(in) :: crossing
-    !> Systems on both sides of the crossing, at smaller and at larger t
+    !> Systems on both sides of the crossing: `below` at a smaller position t on the line, `above` at a larger one
     type(probe_type), intent(in) :: below, above
     real(dp), parameter :: real_axis = 1.0e-6_dp
     type(crossing_type) :: classified
@@ -43,7 +43,7 @@ contains
   !> are searched recursively, down to `depth` 0. Fails if the parameters are invalid.
   recursive subroutine find_borders_between(line, l, r, depth, search, error)
     type(line_type), intent(in) :: line
-    !> Systems at both ends of the interval; `l` is the one at the smaller t
+    !> Systems at both ends of the interval; `l` lies at the smaller position t on the line
     type(probe_type), intent(in) :: l, r
     integer, intent(in) :: depth
     !> Results, to which the borders are added
@@ -81,7 +81,7 @@ contains
     if (.not. allocated(error)) call find_borders_between(line, above, r, depth - 1, search, error)
   end subroutine find_borders_between
 
-  !> Number of the first border function that has different signs at `l` and `r`; 0 if there is none.
+  !> Number of the first border function (component `f` of a probe) that has different signs at `l` and `r`; 0 if there is none.
   pure integer function changed_function(l, r) result(kind)
     type(probe_type), intent(in) :: l, r
 
@@ -151,7 +151,7 @@ contains
     real(dp), intent(in) :: t
     !> The border; defined only if `success` is true
     type(crossing_type), intent(out) :: crossing
-    !> The two systems, at smaller and at larger t than the border
+    !> The two systems: `below` at a position on the line smaller than `t`, `above` at a larger one
     type(probe_type), intent(out) :: below, above
     !> False if no two such systems were found close to `t`
     logical, intent(out) :: success

@@ -29,7 +29,7 @@ module gestell_task_boundary_line_exponents
     !> Error bounds of the logarithms `z` at both ends, shape (number of multipliers, 2).
     real(dp), allocatable :: noise(:, :)
     !> `ambiguous`: true if the multipliers at both ends could be assigned to each other in another way that fits nearly as well.
-    !> `rough`: true if the cubic curves do not represent z accurately enough.
+    !> `rough`: true if the cubic curves do not represent the logarithms of the multipliers accurately enough.
     logical :: ambiguous = .false., rough = .false.
   contains
     procedure :: length
@@ -143,7 +143,8 @@ contains
     length = self%ends(2)%t - self%ends(1)%t
   end function length
 
-  !> Logarithms z of all multipliers at the relative position `x` in the interval (0 to 1), by cubic interpolation; shape (n).
+  !> Logarithms z of all multipliers at the relative position `x` in the interval (0 to 1), by cubic interpolation; shape (number
+  !> of multipliers).
   pure function z_at(self, x) result(z)
     class(stretch_type), intent(in) :: self
     real(dp), intent(in) :: x

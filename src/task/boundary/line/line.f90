@@ -27,8 +27,8 @@ module gestell_task_boundary_line
   !> Options of a search for stability borders.
   type, public :: border_options
     type(accuracy_type) :: accuracy
-    !> Allowed error of borders in one parameter, or allowed deviation of border curves in the plane of two parameters. Relative
-    !> to the ranges of the parameters.
+    !> Allowed error of borders in one parameter, or allowed deviation of border curves in the plane of two parameters. Both are
+    !> relative to the ranges of the parameters.
     real(dp) :: tolerance = default_tolerance
     !> Distributes the work over threads. The threads may request members of a family at the same time.
     class(executor_type), pointer :: executor => null()
@@ -63,9 +63,9 @@ module gestell_task_boundary_line
     logical :: sign_certain(border_kinds) = .false., reciprocal = .false.
     !> Argument of the multiplier with the largest modulus (0 to pi).
     real(dp) :: arg = 0
-    !> Logarithms ln(rho) of all multipliers, with imaginary parts in (-pi, pi]; shape (n).
+    !> Logarithms ln(rho) of all multipliers rho, with imaginary parts in (-pi, pi]; shape (number of multipliers).
     complex(dp), allocatable :: z(:)
-    !> Error bounds of the real parts of `z`, shape (n).
+    !> Error bounds of the real parts of `z`, shape (number of multipliers).
     real(dp), allocatable :: noise(:)
   contains
     procedure :: missing

@@ -11,7 +11,8 @@ module gestell_task_boundary_line_meeting
   public :: search_meeting, tongue_end
 
   !> Outcomes of a search for a tongue where two multipliers meet. `no_tongue`: the multipliers do not grow. `tongue`: they grow.
-  !> `thin`: no growth was found without damping, so a tongue is narrower than the tolerance. `open_question`: undecided.
+  !> `thin`: the system is undamped and no growth was found, so a tongue is narrower than the tolerance. `open_question`:
+  !> undecided.
   integer, parameter, public :: no_tongue = 0, tongue = 1, thin = 2, open_question = 3
 
   !> Result of a search for a tongue where two multipliers meet.
@@ -38,7 +39,8 @@ contains
   !> parameters are invalid.
   subroutine search_meeting(path, start, rate, meeting, error)
     type(pair_path_type), intent(in) :: path
-    !> `start`: position at which the phases meet. `rate`: derivative of the phase difference with respect to t
+    !> `start`: position at which the phases meet. `rate`: derivative of the phase difference with respect to the position on the
+    !> line
     real(dp), intent(in) :: start, rate
     type(meeting_type), intent(out) :: meeting
     type(error_type), allocatable, intent(out) :: error

@@ -45,7 +45,7 @@ module gestell_task_boundary_line_pair
   end type pair_type
 
   !> Quadratic polynomials that represent `mean` and `delta` of a pair near the position `origin`. The elements are the
-  !> coefficients of 1, x and x**2, where x is the distance from `origin`.
+  !> coefficients of 1, x and x**2, where x is the position minus `origin`.
   type, public :: pair_fit_type
     real(dp) :: origin = 0
     complex(dp) :: mean(0:2) = 0, delta(0:2) = 0
@@ -134,7 +134,7 @@ contains
     end associate
   end function parabola
 
-  !> Growth of the pair at `t` according to the fit: the larger real part of the two logarithms.
+  !> Growth of the pair at the position `t` according to the fit: the larger real part of the two logarithms.
   elemental real(dp) function growth_of_fit(self, t) result(growth)
     class(pair_fit_type), intent(in) :: self
     real(dp), intent(in) :: t

@@ -25,8 +25,8 @@ module gestell_task_boundary_line_places
 
 contains
 
-  !> Largest rate of the phase difference that at most `most` of the `places` do not exceed. If the speed varies, low rates belong
-  !> to low orders and therefore to the widest tongues.
+  !> Largest rate (change of the phase difference along the line) that at most `most` of the `places` do not exceed. If the speed
+  !> varies, low rates belong to low orders and therefore to the widest tongues.
   pure real(dp) function rate_limit(places, most) result(rate)
     type(place_type), intent(in) :: places(:)
     integer, intent(in) :: most

@@ -18,10 +18,10 @@ module gestell_task_boundary_line_search_result
     integer :: kind = 0
     !> Argument of the multiplier that lies on the unit circle (0 to pi).
     real(dp) :: arg = 0
-    !> True if the systems at larger t are unstable or, for the crossing of a level, if the quantity is above the level at larger
-    !> t.
+    !> True if the systems at larger positions t are unstable. For the crossing of a level: true if the quantity is above the
+    !> level at larger positions.
     logical :: enters = .false.
-    !> Verdicts on the systems at smaller t (element 1) and at larger t (element 2).
+    !> Verdicts on the systems beside the crossing: element 1 at smaller positions t on the line, element 2 at larger ones.
     type(verdict_type) :: verdicts(2) = undecided
   end type crossing_type
 
@@ -34,8 +34,8 @@ module gestell_task_boundary_line_search_result
   type, public :: search_type
     type(crossing_type), allocatable :: borders(:)
     type(open_part_type), allocatable :: open_parts(:)
-    !> `meetings`: number of positions at which two multipliers meet. `thin`: number of these meetings at which no growth was
-    !> found without damping. A tongue (region of instability) at such a meeting is narrower than the tolerance.
+    !> `meetings`: number of positions at which two multipliers meet. `thin`: number of meetings in undamped systems at which no
+    !> growth was found. A tongue (region of instability) at such a meeting is narrower than the tolerance.
     integer :: meetings = 0, thin = 0
     !> Number of meetings of multipliers that were not searched because the line has more meetings than are allowed.
     integer :: left_out = 0
@@ -177,7 +177,7 @@ contains
     call move_alloc(sorted, self%marks)
   end subroutine sort_marks
 
-  !> Sorts the borders by their positions on the line and removes duplicates. Removes also pairs of borders that enclose a region
+  !> Sorts the borders by their positions on the line and removes duplicates. Also removes pairs of borders that enclose a region
   !> narrower than `least`.
   pure subroutine sort_borders(self, least)
     class(search_type), intent(inout) :: self

@@ -8,7 +8,7 @@ module gestell_task_boundary_map_bands
 
   public :: link_through, opposite_sides, cross_straight
 
-  !> A rectangle in the plane of two parameters: low(1) <= u(1) <= high(1), low(2) <= u(2) <= high(2).
+  !> A rectangle in the plane of two parameters. Its coordinates u lie in low(1) <= u(1) <= high(1) and low(2) <= u(2) <= high(2).
   type, public :: box_type
     real(dp) :: low(2) = 0, high(2) = 1
   end type box_type

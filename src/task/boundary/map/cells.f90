@@ -36,7 +36,8 @@ contains
   !> invalid.
   subroutine connect_cells(plane, u1, u2, first1, first2, vertices, error)
     class(plane_type), intent(in), target :: plane
-    !> Coordinates of the lines of the search grid, along the first and along the second parameter
+    !> Lines of the search grid. `u1`: first coordinates of the lines on which the first parameter is constant. `u2`: second
+    !> coordinates of the lines on which the second parameter is constant
     real(dp), intent(in) :: u1(:), u2(:)
     !> `first1`: number of the first vertex on each line of constant first parameter. `first2`: number of the first vertex on each
     !> line of constant second parameter. The last element of each array is one more than the number of the last vertex on these

@@ -82,7 +82,7 @@ contains
     !> The border curves
     type(border_map_type), intent(out) :: map
     type(error_type), allocatable, intent(out) :: error
-    !> Distributes the work over threads, which may request members of `family` at the same time
+    !> Distributes the work over threads. The threads may request members of `family` at the same time
     class(executor_type), intent(inout), optional, target :: executor
     type(plane_type), target :: plane
 
@@ -123,8 +123,8 @@ contains
       & abs(sensitivity(plane%axes, vertices%open(k)%u)) * vertices%open(k)%width), k = 1, size(vertices%open))]
   end subroutine trace_curves
 
-  !> Searches the lines of the search grid for borders, first those of constant second parameter. Then connects the borders within
-  !> the cells. Fails if the parameters are invalid.
+  !> Searches the lines of the search grid for borders, first the lines on which the second parameter is constant. Then connects
+  !> the borders within the cells. Fails if the parameters are invalid.
   subroutine search_grid(plane, vertices, error)
     class(plane_type), intent(in), target :: plane
     type(vertices_type), intent(out) :: vertices

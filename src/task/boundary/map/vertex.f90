@@ -65,7 +65,8 @@ module gestell_task_boundary_map_vertex
   end type traces_type
 
   !> Plane of two parameters with a region in it. The region consists of the unstable machines, unless an extension overrides
-  !> `probe` and `search`. `tolerance` is the allowed deviation of the curves from the border, in u.
+  !> `probe` and `search`. `tolerance` is the allowed deviation of the curves from the border, as a difference of the coordinates
+  !> u.
   type, extends(border_options), public :: plane_type
     class(family_type), pointer :: family => null()
     type(axis_type) :: axes(2)

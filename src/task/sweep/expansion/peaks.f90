@@ -44,8 +44,8 @@ contains
     end do
   end subroutine peaks_of_motion
 
-  !> Computes the initial state x0 of the periodic motion in the unit of x_p, shape (lanes, states). It is set to zero for machines
-  !> that are not `known`.
+  !> Computes the initial state x0 of the periodic motion in the unit of x_p, the motion forced from rest; shape (lanes, states).
+  !> It is set to zero for machines that are not `known`.
   pure subroutine start(sampler, motion, filled, perturbation, limit, x0, known)
     type(sampler_type), intent(in) :: sampler
     real(dp), contiguous, intent(in) :: motion(:, :, :, 0:)

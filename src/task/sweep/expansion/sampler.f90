@@ -232,7 +232,7 @@ contains
     end do
   end function cheapest_parts
 
-  !> Computes the weights of the parts so that they represent the propagation of errors at the corners.
+  !> Computes the weights of the parts so that they represent the propagation of errors at the corners of the cell.
   subroutine weigh(sampler, corners, fits)
     type(sampler_type), intent(inout) :: sampler
     real(dp), intent(in) :: corners(:, :)
