@@ -109,7 +109,7 @@ contains
   end subroutine find_branch_borders
 
   !> Positions at which the search on a branch starts: the nodes of the range, and a further node wherever the scaled vibration
-  !> has changed by 0.25 since the last further node.
+  !> has changed by 0.25 since the previous one of these.
   pure function nodes_of(branch, line, count) result(nodes)
     type(branch_type), intent(in) :: branch
     type(line_type), intent(in) :: line
