@@ -63,8 +63,8 @@ contains
     call unlock_file(handle)
   end subroutine prepare_process
 
-  !> Fails if a stack is so small that a signal would end the program. OMP_STACKSIZE sets the stack size of the threads. If it is
-  !> not set, the stack limit of the program also applies to the threads.
+  !> Fails if a stack is so small that the program would overflow it and be ended by a signal. OMP_STACKSIZE sets the stack size
+  !> of the threads. If it is not set, the stack limit of the program also applies to the threads.
   subroutine check_stacks(error)
     type(error_type), allocatable, intent(out) :: error
     type(limit_type) :: limit

@@ -33,10 +33,10 @@ contains
 
   !> Computes the averaged model of `system` with bounds on the errors of the means.
   !>
-  !> The means are computed by the trapezoidal rule. The number of points is doubled until two successive doublings change the means
-  !> only by rounding errors: for smooth coefficients the error falls faster than any power of the number of points. If a
-  !> coefficient jumps, N points have an error of up to the jump / N. One jump is counted for each break, and one for the end of the
-  !> period.
+  !> The means are computed by the trapezoidal rule. The number of points is doubled until two successive doublings change the
+  !> means only by rounding errors. For smooth coefficients the error falls faster than any power of the number of points. If a
+  !> coefficient jumps, N points have an error of up to the jump / N. One jump is counted for each break, and one for the end of
+  !> the period.
   subroutine average(system, averaged)
     class(second_order_system), intent(in) :: system
     type(averaged_system), intent(out) :: averaged
@@ -90,8 +90,9 @@ contains
     size_of = max(abs(a), spread(root, 1, size(root)) * spread(root, 2, size(root)))
   end function term_size
 
-  !> Computes over equidistant points the means of M, B, C and of the moduli of their elements, and a bound on maximum minus minimum
-  !> of each element; shapes (f, f, 3). The first point is at `shift` times the spacing of the points.
+  !> Samples M, B and C at equidistant points. Computes the means of their elements, the means of the moduli, and bounds on the
+  !> difference between maximum and minimum of each element; shapes (f, f, 3). The first point is at `shift` times the spacing of
+  !> the points.
   subroutine means(system, points, shift, mean, magnitude, range)
     class(second_order_system), intent(in) :: system
     integer, intent(in) :: points

@@ -1,11 +1,12 @@
-!> Represents conjugate modes of real systems by real numbers. Two conjugate columns u, conj(u) of S are replaced by Re u and Im u
-!> in the real form R:
+!> Represents conjugate modes of real systems by real numbers. In the real form R of the matrix S of the modes, two conjugate
+!> columns u, conj(u) of S are replaced by Re u and Im u. A constant matrix K connects the complex quantities S, D, y with their
+!> real forms R, G, w:
 !>
 !>     S = R K,   D = K^-1 G K,   y = K^-1 w.
 !>
-!> G is the generator and w the coordinates in the columns of R. The procedures convert between the real form and the complex
-!> quantities at all phases. `conjugate` contains the index of the conjugate of each column; a real column is its own conjugate. In
-!> a pair the lower index belongs to Re u. Shapes: g (phases, n, n), w (phases, n).
+!> D and G are the generator, y and w the coordinates of the motion. The procedures convert between the complex quantities and
+!> the real forms at all phases. `conjugate` contains the index of the conjugate of each column; a real column is its own
+!> conjugate. In a pair the lower index belongs to Re u. Shapes: g (phases, n, n), w (phases, n).
 module gestell_floquet_reduction_conjugates
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
@@ -53,7 +54,7 @@ contains
     end associate
   end subroutine add_entry
 
-  !> True for exactly one element of each pair of conjugate elements of D, so that loops treat each pair once.
+  !> True for exactly one element of each pair of conjugate elements of the generator D, so that loops treat each pair once.
   pure logical function counts(conjugate, k, l)
     integer, intent(in) :: conjugate(:), k, l
 
@@ -130,8 +131,9 @@ contains
     end do
   end function real_columns
 
-  !> Weights of the columns of R, shape (n), from which norms of S follow. |S|^2 is the sum of the squares of the columns of R times
-  !> these weights; |S^-1|^2 is the sum of the squares of the rows of R^-1 divided by these weights.
+  !> Weights of the columns of the real form R, shape (n), from which norms of the complex matrix S follow. |S|^2 is the sum of
+  !> the squares of the columns of R times these weights; |S^-1|^2 is the sum of the squares of the rows of R^-1 divided by these
+  !> weights.
   pure function weights(conjugate)
     integer, intent(in) :: conjugate(:)
     real(dp) :: weights(size(conjugate))
@@ -140,7 +142,7 @@ contains
     weights = [(1 / weight(conjugate, k), k = 1, size(conjugate))]
   end function weights
 
-  !> Factor of column `k` in K^-1: 1/2 for a column of a conjugate pair, 1 for a real column.
+  !> Factor of column `k` in the matrix K^-1: 1/2 for a column of a conjugate pair, 1 for a real column.
   pure real(dp) function weight(conjugate, k)
     integer, intent(in) :: conjugate(:), k
 

@@ -1,6 +1,6 @@
 !> Finds groups of modes such that eigenvalues of different groups differ over the whole period, and bases of these groups. The
-!> bases come from the eigenvectors at phase 0 alone or at every phase; the latter is slow, but works even if the modes change
-!> greatly.
+!> bases come from the eigenvectors at phase 0 alone or at every phase. Using every phase is slow, but works even if the modes
+!> change greatly.
 module gestell_floquet_reduction_continued_modes
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
@@ -13,20 +13,20 @@ module gestell_floquet_reduction_continued_modes
 
   public :: follow_modes
 
-  !> Maximum norm of the matrix that aligns a basis with the basis at phase 0. A larger norm means that the directions differ too
-  !> much.
+  !> Maximum norm of the matrix that aligns the basis of a group with its basis at phase 0. If the norm is larger, the directions
+  !> of the two bases differ too much.
   real(dp), parameter :: max_turned = 1.0e3_dp
 
 contains
 
-  !> Groups the eigenvalues of `a`, shape (N, n, n), at N equidistant phases or at phase 0 alone. The groups are as small as
-  !> possible under two conditions at every phase: groups are at least `gap` apart, and all groups except group 0 are at least `gap`
-  !> from zero. The conjugate of a group is a group too. Bases are followed from phase to phase by their directions and made smooth
-  !> and periodic by
+  !> Groups the eigenvalues of `a`, shape (N, n, n), at N equidistant phases or at phase 0 alone. Fails if the directions of a
+  !> group change too much, or if all modes are slow, so that nothing can be decoupled.
+  !>
+  !> The groups are as small as possible under two conditions at every phase: groups are at least `gap` apart, and all groups
+  !> except group 0 are at least `gap` from zero. The conjugate of a group is a group too. The basis T_g of group g is followed
+  !> from phase to phase by its directions. It becomes smooth and periodic by the condition
   !>
   !>     L_g T_g = E,   L = T^-1 at phase 0.
-  !>
-  !> Fails if the directions of a group change too much, or if all modes are slow, so that nothing can be decoupled.
   subroutine follow_modes(a, gap, modes, error)
     !> `a`: matrices A whose eigenvalues are grouped. `gap`: minimum distance between eigenvalues of different groups.
     real(dp), intent(in) :: a(:, :, :), gap
@@ -118,8 +118,9 @@ contains
     end do
   end subroutine continue_bases
 
-  !> Assigns each eigenvector to the group in which its largest part lies. `coordinates` holds the eigenvectors in the basis of the
-  !> previous phase. If the size of a group changes, this group and another one must be merged; `clash` returns the numbers of both.
+  !> Assigns each eigenvector to the group in which its largest part lies. `coordinates` holds the eigenvectors in the basis of
+  !> the previous phase. If a group gains or loses an eigenvector, it must be merged with another group; `clash` returns the
+  !> numbers of both groups.
   pure subroutine assign_groups(coordinates, before, group, clash)
     complex(dp), intent(in) :: coordinates(:, :)
     integer, intent(in) :: before(:)

@@ -1,4 +1,4 @@
-!> Decouples the groups of modes of y' = D y + g by iteration, (70) of doc/theory.md. Symbols are those of
+!> Decouples the groups of modes of y' = D y + g by iteration, equation (70) of doc/theory.md. Symbols are those of
 !> gestell_floquet_reduction; matrices have the real form of gestell_floquet_reduction_conjugates.
 module gestell_floquet_reduction_decoupling
   use gestell_base_error, only: error_type, failed_computation, fatal_error
@@ -14,7 +14,8 @@ module gestell_floquet_reduction_decoupling
 
   public :: balance, decouple, examine, transform, uncoupled_sizes
 
-  !> Generator D in its real form, and S^-1, at a number of phases; shapes (phases, n, n).
+  !> Generator D of the decoupled equations in its real form, and inverse of the matrix S of the modes, at a number of phases;
+  !> shapes (phases, n, n).
   type, public :: motion_type
     real(dp), allocatable :: d(:, :, :), inverted(:, :, :)
   end type motion_type
@@ -24,10 +25,11 @@ module gestell_floquet_reduction_decoupling
 
 contains
 
-  !> Computes D and S^-1 for a given S. The derivative of S is that of its trigonometric interpolation. `left`, the remaining
-  !> coupling, is the maximum row sum of the elements of D between groups. Fails if S is singular.
+  !> Computes the generator D = S^-1 (A S - S') and S^-1 for a given matrix S of the modes. The derivative S' is that of the
+  !> trigonometric interpolation of S. `left`, the remaining coupling, is the maximum row sum of the elements of D between
+  !> groups. Fails if S is singular.
   subroutine examine(a, modes, s, motion, left, error)
-    !> Coefficients A and columns S of the modes at the phases, shapes (phases, n, n)
+    !> Coefficients A and matrix S of the modes at the phases, shapes (phases, n, n)
     real(dp), contiguous, intent(in) :: a(:, :, :), s(:, :, :)
     type(modes_type), intent(in) :: modes
     type(motion_type), intent(inout) :: motion
@@ -44,9 +46,12 @@ contains
     if (.not. left < huge(left)) call fatal_error(error, "the coefficients overflow double precision", failed_computation)
   end subroutine examine
 
-  !> Replaces S by S (E + Z), where D_g Z_gh - Z_gh D_h = -D_gh, until the coupling `left` is at most `enough` or no longer falls.
-  !> The equation neglects Z', which is small if the distances between groups are large compared with 2 pi per period. On entry `s`,
-  !> `motion` and `left` hold the start, as `examine` returns it; on return, the best result. Fails if groups share an eigenvalue.
+  !> Replaces S by S (E + Z) until the coupling `left` between groups is at most `enough` or no longer falls. Fails if groups
+  !> share an eigenvalue.
+  !>
+  !> Z solves D_g Z_gh - Z_gh D_h = -D_gh for all pairs of groups g, h. This equation neglects the derivative Z', which is small
+  !> if the distances between groups are large compared with 2 pi per period. On entry `s`, `motion` and `left` hold the start of
+  !> the iteration, as `examine` returns it; on return they hold the best result.
   subroutine decouple(a, modes, enough, s, motion, left, error)
     !> Coefficients A at the phases, shape (phases, n, n)
     real(dp), contiguous, intent(in) :: a(:, :, :)
@@ -114,7 +119,8 @@ contains
     end do
   end subroutine balance
 
-  !> Computes D = S^-1 (A S - S') and S^-1 at each phase. `slope` contains S'. Fails if S is singular.
+  !> Computes the generator D = S^-1 (A S - S') and S^-1 at each phase. `slope` contains the derivative S'. Fails if S is
+  !> singular.
   subroutine transform(a, s, slope, motion, error)
     real(dp), contiguous, intent(in) :: a(:, :, :), s(:, :, :), slope(:, :, :)
     type(motion_type), intent(inout) :: motion
@@ -129,9 +135,9 @@ contains
     call multiply(motion%inverted, rate, motion%d)
   end subroutine transform
 
-  !> Scales S so that the block of each group, in the group's own rows, becomes the unit matrix. The bases of the groups then depend
-  !> only on the subspaces, not on the iteration. Fails if such a block is singular, because a subspace differs too much from the
-  !> subspace at phase 0.
+  !> Scales S so that the diagonal block of each group (its columns in its own rows) becomes the unit matrix. The bases of the
+  !> groups then depend only on the subspaces, not on the iteration. Fails if such a block is singular, because a subspace
+  !> differs too much from the subspace at phase 0.
   subroutine normalise(modes, s, error)
     type(modes_type), intent(in) :: modes
     real(dp), contiguous, intent(inout) :: s(:, :, :)
@@ -184,8 +190,8 @@ contains
     end do
   end subroutine normalise_mode
 
-  !> Maximum row sum of the elements of D between groups, at each phase. If `departure` is present, its elements within groups are
-  !> included in the row sums.
+  !> Maximum row sum of the elements of D between groups, at each phase. If `departure` is present, the row sums also include the
+  !> elements of `departure` within groups.
   pure function uncoupled_sizes(d, modes, departure) result(sizes)
     real(dp), contiguous, intent(in) :: d(:, :, :)
     type(modes_type), intent(in) :: modes

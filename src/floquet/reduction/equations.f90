@@ -9,8 +9,8 @@ module gestell_floquet_reduction_equations
 
   public :: means
 
-  !> Complex linear equations for n unknowns. The caller sets `re` and `im` before calling `start`: every row is divided by re + i
-  !> im. This number should be close to the diagonal elements, so that elimination needs no pivoting.
+  !> Complex linear equations for n unknowns. Every row is divided by re + i im. The caller sets `re` and `im` before calling
+  !> `start`. The divisor should be close to the diagonal elements, so that elimination needs no pivoting.
   type, public :: equations_type
     integer :: n = 0
     !> Real and imaginary part of the divisor, shape (phases).
@@ -80,7 +80,7 @@ contains
     call solve(self%matrix, self%x, error)
   end subroutine solve_equations
 
-  !> Computes the mean of the eigenvalues of D that belong to the columns `own`, at each phase.
+  !> Computes the mean of those eigenvalues of the generator D that belong to the columns `own`, at each phase.
   pure subroutine means(d, conjugate, own, re, im)
     real(dp), contiguous, intent(in) :: d(:, :, :)
     integer, intent(in) :: conjugate(:), own(:)

@@ -15,12 +15,14 @@ module gestell_floquet_reduction_fast_response
 
 contains
 
-  !> Computes the response p = S z of the fast groups to the loads, after the groups have been decoupled. The remainder
+  !> Computes the response p = S z of the fast groups to the loads, after the groups have been decoupled. Here z contains the
+  !> coordinates of the fast groups. The remainder
   !>
   !>     g = D z + S^-1 f - z'
   !>
-  !> is made small by repeatedly adding to z_g the solution of D_g z_g = -g_g. The iteration stops when the remainder, relative to
-  !> the terms of g, is at most `enough` or no longer falls. Fails if a group has the eigenvalue zero or a number overflows.
+  !> is made small by repeatedly adding to z_g, the coordinates of group g, the solution of D_g z_g = -g_g. The iteration stops
+  !> when the remainder, relative to its terms, is at most `enough` or no longer falls. Fails if a group has the eigenvalue zero
+  !> or a number overflows.
   subroutine decouple_forcing(f, modes, enough, s, motion, p, g, error)
     !> `f`: loads T f at the phases, shape (phases, n). `s`: matrix S of the modes at the phases, shape (phases, n, n).
     real(dp), contiguous, intent(in) :: f(:, :), s(:, :, :)
@@ -71,8 +73,8 @@ contains
     call multiply(s, best, p)
   end subroutine decouple_forcing
 
-  !> Solves D_g z_g = -g_g for the group whose columns are `own`, and adds the solution to `z`. Fails if the group has the
-  !> eigenvalue zero.
+  !> Solves D_g z_g = -g_g for the coordinates z_g of the group whose columns are `own`, and adds the solution to `z`. Fails if
+  !> the group has the eigenvalue zero.
   subroutine respond(d, g, conjugate, own, z, error)
     real(dp), contiguous, intent(in) :: d(:, :, :), g(:, :)
     integer, intent(in) :: conjugate(:), own(:)
@@ -110,7 +112,7 @@ contains
     end do
   end subroutine respond
 
-  !> Maximum at each phase of |g| over all elements outside the slow group.
+  !> Maximum of the remainder |g| over all elements outside the slow group, at each phase.
   pure function fast_sizes(g, modes) result(sizes)
     real(dp), contiguous, intent(in) :: g(:, :)
     type(modes_type), intent(in) :: modes

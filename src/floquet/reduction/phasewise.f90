@@ -211,7 +211,8 @@ contains
     end do
   end subroutine solve
 
-  !> Computes two sums over the equations at each phase: `left`, the sum of |A x - b|, and `size_of`, the sum of |A| |x| + |b|.
+  !> Computes two sums over the equations at each phase: `left`, the sum of the residuals |A x - b|, and `size_of`, the sum of
+  !> |A| |x| + |b|.
   pure subroutine find_residuals(n, a, b, x, left, size_of)
     integer, intent(in) :: n
     real(dp), intent(in) :: a(:, :, :), b(:, :), x(:, :)

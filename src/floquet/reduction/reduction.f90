@@ -1,17 +1,18 @@
-!> Decouples a system with fast free vibrations into groups of modes that are almost independent of each other. Implements (69) and
-!> (70) of doc/theory.md: superadiabatic diagonalisation (M. V. Berry, Proc. R. Soc. A 414 (1987) 31, doi:10.1098/rspa.1987.0131),
-!> here for matrices.
+!> Decouples a system with fast free vibrations into groups of modes that are almost independent of each other. Implements (69)
+!> and (70) of doc/theory.md: superadiabatic diagonalisation (M. V. Berry, Proc. R. Soc. A 414 (1987) 31,
+!> doi:10.1098/rspa.1987.0131), here for matrices.
 !>
-!> With the phase t / T as the independent variable, A = T P and x = S y + p
+!> With the phase t / T as the independent variable and A = T P, the substitution x = S y + p gives
 !>
 !>     y' = D y + g,   D = S^-1 (A S - S'),   g = S^-1 (A p + T f - p').
 !>
-!> The smooth periodic S and p are chosen such that D has no elements between groups and g vanishes outside the slow group. They
-!> exist up to terms that are exponentially small in the distance between the groups. The remaining elements are made zero at the
-!> phases and measured midway between the phases. The cost does not depend on the frequencies of the vibrations.
+!> The smooth periodic S and p are chosen such that D has no elements between groups and g vanishes outside the slow group. Such
+!> S and p exist up to terms that are exponentially small in the distance between the groups. The unwanted elements of D and g
+!> are made zero at the phases; midway between the phases they are measured. The cost does not depend on the frequencies of the
+!> vibrations.
 !>
 !> All phases are processed at once (gestell_floquet_reduction_phasewise), and conjugate modes in real arithmetic
-!> (gestell_floquet_reduction_conjugates). Coordinates refer to the modes at phase 0, so that S is close to E.
+!> (gestell_floquet_reduction_conjugates). Coordinates refer to the modes at phase 0, so that S is close to the unit matrix.
 module gestell_floquet_reduction
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp, pi
@@ -58,7 +59,7 @@ module gestell_floquet_reduction
     type(modes_type) :: modes
     real(dp), allocatable :: start(:, :), start_inverse(:, :), s(:, :, :)
     type(motion_type) :: motion
-    !> Response p, and the remainder g that remains with this p; allocated only if requested.
+    !> Response p of the fast groups, and remainder g; allocated only if requested.
     real(dp), allocatable :: p(:, :), g(:, :)
     !> Coefficients A and T f in the coordinates whose basis is the columns of `start`.
     type(coefficients_type) :: own
@@ -83,8 +84,9 @@ module gestell_floquet_reduction
 
 contains
 
-  !> Reduces `system` and increases the number of phases until the residual is at most `tolerance` or its own roundoff. For the
-  !> forced part the residual is relative to p. Fails if the system cannot be reduced; the message gives the reason.
+  !> Reduces `system`. The number of phases is increased until the residual is at most `tolerance` or the roundoff of the
+  !> residual. For the forced part the residual is relative to the response p. Fails if the system cannot be reduced; the message
+  !> gives the reason.
   subroutine reduce(system, scale, forced, tolerance, reduction, error)
     class(periodic_system), intent(in) :: system
     !> `scale`: units that balance the states, shape (n). `tolerance`: allowed residual.
@@ -158,8 +160,8 @@ contains
       & failed_computation)
   end subroutine reduce
 
-  !> Number of phases that resolves D and A S to the error `allowed`. Returns the present number of phases if the distance between
-  !> groups is too small for more phases.
+  !> Number of phases that resolves the generator D and the product A S to the error `allowed`. Returns the present number of
+  !> phases if the distance between groups is too small for more phases.
   pure integer function phases_for(decoupled, phase_advance, allowed) result(phases)
     type(decoupled_type), intent(in) :: decoupled
     real(dp), intent(in) :: phase_advance, allowed
@@ -172,12 +174,12 @@ contains
     end associate
   end function phases_for
 
-  !> Number of phases that resolves the response p. Returns the present number of phases if the distance between groups is too small
-  !> for more phases.
+  !> Number of phases that resolves the response p. Returns the present number of phases if the distance between groups is too
+  !> small for more phases.
   !>
-  !> Twice the distance of `phases_for` between the groups of eigenvalues is required. The reason: the error bound of p becomes
-  !> large when half the number of phases approaches the order (cycles per period) of the slowest vibration of the fast groups. p
-  !> itself is resolved to more digits than requested, because velocities may be small numbers in balanced units.
+  !> For the same number of phases, the groups must be twice as far apart as `phases_for` requires. Otherwise the error bound of
+  !> p becomes large: half the number of phases would approach the order (cycles per period) of the slowest vibration of the fast
+  !> groups. p itself is resolved to more digits than requested, because velocities may be small numbers in balanced units.
   pure integer function phases_for_response(decoupled, allowed) result(phases)
     type(decoupled_type), intent(in) :: decoupled
     real(dp), intent(in) :: allowed
@@ -201,9 +203,9 @@ contains
 
   !> Decouples groups of modes whose eigenvalues differ by at least `gap`.
   !>
-  !> The iteration starts from the result on fewer phases. If there is none, it uses the modes at phase 0 for all phases. If the
-  !> distance between the resulting groups is less than `gap`, it starts again from eigenvectors that are followed from phase to
-  !> phase. Fails if all modes are slow or the eigenvectors cannot be followed.
+  !> The iteration starts from the result on fewer phases. If there is no such result, it starts from the modes at phase 0, which
+  !> are used at all phases. If the distance between the resulting groups is less than `gap`, the iteration starts again from
+  !> eigenvectors that are followed from phase to phase. Fails if all modes are slow or the eigenvectors cannot be followed.
   subroutine decouple_groups(nodes, gap, enough, decoupled, error)
     type(coefficients_type), intent(in) :: nodes
     real(dp), intent(in) :: gap, enough

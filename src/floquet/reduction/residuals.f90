@@ -16,11 +16,12 @@ module gestell_floquet_reduction_residuals
 
   !> Residuals of a reduction, with the phase t / T as the independent variable.
   type, public :: residuals_type
-    !> `residual`: mean over the phases of two maximum row sums, one at the phase and one at the following midpoint. A row sum
-    !> contains the elements of D between groups. Within groups it contains the difference between D and its interpolation, plus
-    !> rounding errors of D, because errors that are equal at all phases cancel in this difference. `forcing_residual`: mean of the
-    !> corresponding maxima for g, without rounding: |g| outside the slow group, and the difference between g and its interpolation
-    !> in the slow group.
+    !> `residual`: mean over the phases of the sum of two maximum row sums, one at the phase and one at the following midpoint;
+    !> rounding errors of D are added. A row sum contains the elements of D between groups. At midpoints it also contains, within
+    !> groups, the difference between D and its interpolation, in which errors that are equal at all phases cancel.
+    !>
+    !> `forcing_residual`: mean of the corresponding maxima for g, without rounding. They contain |g| outside the slow group and,
+    !> at midpoints, the difference between g and its interpolation in the slow group.
     real(dp) :: residual = 0, forcing_residual = 0
     !> Maxima over the phases of the quantities whose means are `residual` and `forcing_residual`.
     real(dp) :: residual_peak = 0, forcing_peak = 0
@@ -35,8 +36,8 @@ contains
 
   !> Measures the residuals of D. Also returns D and S^-1 midway between the phases.
   subroutine measure(a, s, d, modes, start, start_inverse, residuals, between, error)
-    !> `a`: coefficients A midway between the phases. `s`, `d`: matrices S and D at the phases. Shapes (phases, n, n), in
-    !> coordinates whose basis is the columns of `start`, shape (n, n). `start_inverse`: inverse of `start`.
+    !> `a`: coefficients A midway between the phases. `s`, `d`: matrices S and D at the phases. All have the shape (phases, n, n)
+    !> and refer to coordinates whose basis is the columns of `start`, shape (n, n). `start_inverse`: inverse of `start`.
     real(dp), contiguous, intent(in) :: a(:, :, :), s(:, :, :), d(:, :, :), start(:, :), start_inverse(:, :)
     type(modes_type), intent(in) :: modes
     type(residuals_type), intent(out) :: residuals

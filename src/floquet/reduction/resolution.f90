@@ -9,9 +9,9 @@ module gestell_floquet_reduction_resolution
 
 contains
 
-  !> Number of phases, a multiple of `lanes`, for which all unresolved harmonics (their order exceeds half this number) are below
-  !> `allowed`. `a` contains matrices at N equidistant phases, shape (N, n, n). The logarithms of the harmonics are extrapolated
-  !> along a straight line. The result is never below N. It is N if the prediction exceeds `most`.
+  !> Number of phases, a multiple of `lanes`, that resolves a function: all harmonics of an order above half this number are
+  !> below `allowed`. `a` contains matrices at N equidistant phases, shape (N, n, n). The logarithms of the harmonics are
+  !> extrapolated along a straight line. The result is never below N. It is N if the prediction exceeds `most`.
   pure integer function phases_needed(a, allowed, most) result(phases)
     real(dp), contiguous, intent(in) :: a(:, :, :)
     real(dp), intent(in) :: allowed

@@ -53,9 +53,9 @@ contains
     end do
   end subroutine separation
 
-  !> Solves D_g Z_gh - Z_gh D_h = -D_gh for two groups g, h, of which one or both have several modes. The equation has the form A X
-  !> - X B = C. It is solved as linear equations for the elements of X, column by column, divided by the distance between the mean
-  !> eigenvalues of the groups.
+  !> Solves D_g Z_gh - Z_gh D_h = -D_gh for two groups g, h, of which one or both have several modes. The equation has the form A
+  !> X - X B = C. It is solved as a system of linear equations for the elements of X, column by column. Every equation is divided
+  !> by the distance between the mean eigenvalues of the groups.
   subroutine separate_groups(d, conjugate, own, others, z, error)
     real(dp), contiguous, intent(in) :: d(:, :, :)
     integer, intent(in) :: conjugate(:), own(:), others(:)
@@ -98,8 +98,8 @@ contains
     end do
   end subroutine separate_groups
 
-  !> Lower bound on the minimum distance over all phases between two groups, or between a fast group and zero. A disc around the
-  !> mean of a group's eigenvalues, which contains all of them, represents the group.
+  !> Lower bound on the minimum distance over all phases between two groups, or between a fast group and zero. Each group is
+  !> represented by a disc that contains all its eigenvalues and has their mean as its centre.
   pure real(dp) function min_distance(d, modes)
     real(dp), contiguous, intent(in) :: d(:, :, :)
     type(modes_type), intent(in) :: modes

@@ -85,8 +85,8 @@ contains
     if (allocated(constant%resonance)) deallocate(constant%spectrum)
   end subroutine solve_constant
 
-  !> First-order bound on the error of the first-order matrix P due to errors of the coefficients: d(M^-1 C) = M^-1 (dC - dM M^-1
-  !> C). `norm`: norm of the bound, in units of `scale`.
+  !> Bound on the error of the matrix P that errors of M, B and C cause, linearised in these errors: d(M^-1 C) = M^-1 (dC - dM
+  !> M^-1 C). `norm`: norm of the bound, in units of `scale`.
   real(dp) function error_of(system, p, scale) result(norm)
     type(averaged_system), intent(in) :: system
     real(dp), intent(in) :: p(:, :), scale(:)

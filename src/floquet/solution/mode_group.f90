@@ -220,8 +220,8 @@ contains
 
   !> Computes bounds on the growth and decay of a group's motion during the period.
   !>
-  !> The motion is followed in the direction of time in which it grows less, forward or backward. The bounds are valid in the
-  !> group's own coordinates, or in coordinates whose basis is the eigenvectors of the group's mean D.
+  !> The motion is followed forward or backward in time, whichever makes it grow less. The bounds are valid in the group's own
+  !> coordinates, or in coordinates whose basis is the eigenvectors of the group's mean D.
   subroutine bound_rates(d, growth, rate, condition)
     !> Generator D of the group at all phases, shape (m, m, phases)
     complex(dp), intent(in) :: d(:, :, :)
@@ -253,9 +253,9 @@ contains
     end associate
   end subroutine bound_rates
 
-  !> Computes `growth` and `rate` of `bound_rates` in the coordinates of `d`. The rate of change of ln |y| lies between the extreme
-  !> eigenvalues of the Hermitian part of D, which Gershgorin's discs bound. A motion that decays over the period is followed
-  !> forward, a motion that grows is followed backward.
+  !> Computes `growth` and `rate` of `bound_rates` in the coordinates of `d`. The rate of change of ln |y|, the logarithm of the
+  !> motion's size, lies between the extreme eigenvalues of the Hermitian part of D, which Gershgorin's discs bound. A motion
+  !> that decays over the period is followed forward, a motion that grows is followed backward.
   pure subroutine rates_of(d, growth, rate)
     complex(dp), intent(in) :: d(:, :, :)
     real(dp), intent(out) :: growth, rate

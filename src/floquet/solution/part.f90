@@ -24,8 +24,8 @@ module gestell_floquet_solution_part
 
   !> Phase advance of the fastest vibration within the period (rad) above which reduction is tried.
   real(dp), parameter :: large_advance = 700
-  !> If the periodic motion from a reduction is too inaccurate, the system is integrated instead. This is done only if the phase
-  !> advance of the fastest vibration within the period is at most this angle (rad); the integration then takes about 0.1 s.
+  !> If the periodic motion from a reduction is too inaccurate, the system is integrated instead, provided that the phase advance
+  !> of the fastest vibration within the period is at most this value (rad). The integration then takes about 0.1 s.
   real(dp), parameter :: max_affordable = 1.0e5_dp
   !> Relative accuracy of the periodic motion that a reduction must reach: `few_digits` if integration would be expensive,
   !> `many_digits` if it is cheap.
@@ -141,8 +141,9 @@ contains
     if (.not. allocated(error)) call move_alloc(factored, solution)
   end subroutine map_period
 
-  !> True if the bound on the error of the periodic motion is at most `part` times the size of the motion. If the decay rates of a
-  !> group of modes vary over the period, the bound may exceed the motion by orders of magnitude; factors then give a better bound.
+  !> True if the bound on the error of the periodic motion is at most `part` times the size of the motion. If the decay rates of
+  !> a group of modes vary over the period, the bound may exceed the motion by orders of magnitude. The factors of the map over
+  !> the period then give a better bound.
   logical function bounds_motion(reduced, part)
     type(reduced_type), intent(in) :: reduced
     real(dp), intent(in) :: part

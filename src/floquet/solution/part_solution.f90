@@ -103,8 +103,8 @@ module gestell_floquet_solution_part_solution
 
 contains
 
-  !> Combines this record with the record of another part: adds the numbers, appends the method if it is new, and keeps the larger
-  !> error.
+  !> Combines this record with the record of another part: adds the numbers of steps, factors, phases and evaluations, appends
+  !> the method if it is new, and keeps the larger error.
   pure subroutine add(self, part)
     class(evidence_type), intent(inout) :: self
     type(evidence_type), intent(in) :: part

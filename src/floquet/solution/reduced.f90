@@ -108,7 +108,7 @@ contains
     call arrange(multipliers)
   end subroutine part_multipliers
 
-  !> Implements `start` of part_solution_type. The initial state is the sum of the slow group's initial state and the response p of
+  !> Implements `start` of part_solution_type. The initial state is the sum of the slow group's initial state and the response of
   !> the fast groups.
   subroutine part_start(self, solution, error)
     class(reduced_type), intent(in) :: self
@@ -152,11 +152,12 @@ contains
   !> Computes bounds `within` on the errors of the fast groups' coordinates, shape (n), valid at all times; zero for slow
   !> coordinates. `slow_size`: maximum of the slow motion. `condition`: maximum of |(E - Phi)^-1| over the groups.
   !>
-  !> The remainder r of the forcing disturbs a fast group in two ways. Harmonics k < N / 2, which N phases resolve, cause at most
-  !> |r| / (|D| - pi N) in a group with |D| > 2 pi k. Harmonics near resonance, k = |D| / 2 pi, are not resolved. They are estimated
-  !> from the decay of the resolved harmonics: at most |r| (|r| / |A p|)^(2 k / N - 1). |(E - Phi)^-1| and the growth within the
-  !> period amplify them. If the motion decays (or grows) at all phases at a rate of at least lambda, its error never exceeds |r| /
-  !> lambda. Fails if a multiplier equals 1 within its error (resonance).
+  !> The remainder r of the forcing disturbs a fast group with the generator D in two ways. Harmonics of order k < N / 2, which N
+  !> phases resolve, cause an error of at most |r| / (|D| - pi N) in a group with |D| > 2 pi k. Harmonics near resonance, k = |D|
+  !> / 2 pi, are not resolved. They are estimated from the decay of the resolved harmonics: at most |r| (|r| / |A p|)^(2 k / N -
+  !> 1). The factor |(E - Phi)^-1| and the growth within the period amplify them. If the motion decays (or grows) at all phases
+  !> at a rate of at least lambda, its error never exceeds |r| / lambda. Fails if a multiplier equals 1 within its error
+  !> (resonance).
   subroutine fast_errors(reduced, slow_size, within, condition, error)
     class(reduced_type), intent(in) :: reduced
     real(dp), intent(in) :: slow_size

@@ -21,7 +21,7 @@ module gestell_floquet_solution_sampled
 
 contains
 
-  !> The system y' = P y + f with the period 1. `rounding`: relative error of its map over the period that errors of the samples
+  !> The system y' = P y + f with the period 1. `rounding`: relative error of the map over the period that errors of the samples
   !> cause.
   pure function real_system(p, f, rounding) result(system)
     real(dp), intent(in) :: p(:, :, :), f(:, :), rounding
