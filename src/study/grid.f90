@@ -42,11 +42,12 @@ module gestell_study_grid
     integer :: number = 0, first(2) = 1, last(2) = 1
   end type tile_type
 
-  !> Maximum number of points of a tile along one axis. `max_of_two`: for a grid with two axes. `max_one_by_one`: for a grid with
-  !> two axes whose points are solved one by one. `max_of_one`: for a grid with one axis.
+  !> Maximum number of points along one axis of a tile, the rectangle of points that is computed as a whole. `max_of_two`: for a
+  !> grid with two axes. `max_one_by_one`: for a grid with two axes whose points are solved one by one. `max_of_one`: for a grid
+  !> with one axis.
   integer, parameter :: max_of_two = 500, max_one_by_one = 250, max_of_one = 4000
-  !> `usual_tiles`: minimum number of tiles along an axis, so that several threads have work. A short axis has fewer tiles: one for
-  !> every `min_of_tile` points. The minimum does not apply to large grids that are solved by expansions.
+  !> `usual_tiles`: minimum number of tiles (rectangles of points) along an axis, so that several threads have work. A short axis
+  !> has fewer tiles: one for every `min_of_tile` points. The minimum does not apply to large grids that are solved by expansions.
   integer, parameter :: usual_tiles = 4, min_of_tile = 8
 
 contains
@@ -190,7 +191,7 @@ contains
     end do
   end function tile
 
-  !> Number of tiles into which each axis is divided, shape (2); 1 for an axis that the grid does not have.
+  !> Number of tiles (rectangles of points) into which each axis is divided, shape (2); 1 for an axis that the grid does not have.
   pure function tiles_along(self) result(along)
     class(grid_type), intent(in) :: self
     integer :: along(2), most, k

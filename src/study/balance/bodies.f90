@@ -50,7 +50,7 @@ module gestell_study_balance_bodies
 
 contains
 
-  !> Mass of the counterweight: its unbalance divided by the radius at which the body carries it (kg).
+  !> Mass of the counterweight (kg): its unbalance divided by its radius on `body`.
   elemental real(dp) function mass(self, body)
     class(counterweight_type), intent(in) :: self
     type(turning_body_type), intent(in) :: body

@@ -4,12 +4,13 @@
 !> P'' to the force, where theta is the angle of the body and P the position of its pivot. If the pivots are at rest, P'' = 0, so
 !> the unbalances solve a linear least-squares problem.
 !>
-!> With a slider-crank, for example, a force above rounding error remains. In this case bodies without a pivot (floating bodies)
-!> get counterweights too. Their term m P'' depends on |u|, because the mass m is |u| divided by the radius. This term is found by
-!> iteration, which converges in a few steps if P moves with other bodies. In the least-squares problem each body has one column.
-!> If the column of a body is a combination of earlier columns, as for the coupler of a four-bar linkage, the body gets no
-!> counterweight. Complete balance is possible if every link is connected to the ground by a chain of turning pairs (R. S. Berkof,
-!> G. G. Lowen, J. Eng. Ind. 91, 1969, 21-26; F. R. Tepper, G. G. Lowen, J. Eng. Ind. 94, 1972, 789-796).
+!> Counterweights on bodies with a pivot may leave a force above rounding error, for example with a slider-crank. In this case
+!> bodies without a pivot (floating bodies) get counterweights too. Their term m P'' depends on |u|, because the mass m is |u|
+!> divided by the radius. This term is found by iteration, which converges in a few steps if P moves with other bodies. In the
+!> least-squares problem each body has one column. If the column of a body is a combination of earlier columns, as for the coupler
+!> of a four-bar linkage, the body gets no counterweight. Complete balance is possible if every link is connected to the ground by
+!> a chain of turning pairs (R. S. Berkof, G. G. Lowen, J. Eng. Ind. 91, 1969, 21-26; F. R. Tepper, G. G. Lowen, J. Eng. Ind. 94,
+!> 1972, 789-796).
 !>
 !> In space the bodies of one shaft lie side by side, and many sets of counterweights have the same effect on the force. Among
 !> these sets the one with the smallest moment is chosen; if several remain, the one with the smallest sum of squared unbalances.

@@ -17,8 +17,8 @@ module gestell_study_design_evaluation
 
   !> A range of conditions, for example all speeds between a minimum and a maximum speed.
   type, abstract, public :: range_type
-    !> If the excess of a goal over its limit is larger than this value, it need not be exact; shape (goals). If unallocated,
-    !> exact values are always needed
+    !> If the excess of a goal over its limit is larger than this value, the excess need not be exact; shape (goals). If
+    !> unallocated, exact values are always needed
     real(dp), allocatable :: enough(:)
   contains
     procedure(find_tops), deferred :: find_tops
@@ -33,7 +33,7 @@ module gestell_study_design_evaluation
     integer :: goal = 0, line = 0
     !> Excess of the goal over its limit
     real(dp) :: excess = 0
-    !> True if the maximum is inside the line, false if it is at an end of the line
+    !> True if the maximum is inside the line of conditions, false if it is at one of the line's ends
     logical :: inside = .false.
     !> The motion under a similar condition, if known. From this motion the search for the motion under `condition` starts
     type(motion_type) :: motion
@@ -179,8 +179,8 @@ contains
 
   !> Adds the branches of a goal at one of its maxima over the range of conditions. For a maximum at the end of a line all
   !> branches are added. For a maximum inside a line only the highest branch is added: near a resonance each branch has its
-  !> maximum at a different speed, so the values of the other branches at this speed are far from their maxima. Fails if the goal
-  !> is invalid.
+  !> maximum at a different speed, so the values of the other branches at this speed say little about their maxima. Fails if the
+  !> goal is invalid.
   subroutine add_maximum(members, motion, goal, top, number, at, error)
     !> The machine, and its neighbours with one parameter changed each
     type(members_type), intent(in) :: members

@@ -1,5 +1,6 @@
-!> The goals of a design: measures of quantities of the vibration, of shaking forces on rigid ground and of the drive's torque; the
-!> largest multiplier; and properties of the machine that need no solution, such as the mass.
+!> Defines the goals of a design. A goal is a measure of the vibration, of the shaking force on rigid ground or of the drive's
+!> torque; the largest multiplier; or a property of the machine, such as the mass, that is known without solving the equations of
+!> motion.
 module gestell_study_design_goal
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp, pi

@@ -194,9 +194,9 @@ contains
     end select
   end subroutine build_frame
 
-  !> Tabulates the mechanisms of the machine and its neighbours at `phases`, because they are evaluated at these phases for every
-  !> speed. If `drive` is true, also tabulates the functions needed for the torque of the drive. Neighbours with a changed link
-  !> share the joints of the machine, whose positions are computed only once.
+  !> Tabulates the mechanisms of the machine and its neighbours (one parameter changed each) at `phases`, because they are
+  !> evaluated at these phases for every speed. If `drive` is true, also tabulates the functions needed for the torque of the
+  !> drive. If only a property of a link is changed, the joints move as in the machine, so their positions are computed only once.
   subroutine remember(members, phases, drive)
     type(members_type), intent(inout) :: members
     real(dp), intent(in) :: phases(:)

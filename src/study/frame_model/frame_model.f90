@@ -1,14 +1,15 @@
-!> Applies one of three models to a frame. A model defines the equations that describe the frame's vibration and stability.
+!> Applies one of three models to a frame. A model defines the equations that describe the frame's vibration and stability. The
+!> linear equations are those of the frame linearised about rest (doc/theory.md, equation 8).
 !>
-!> | model       | the vibration satisfies      | multipliers belong to the equations linearised about |
-!> |-------------|------------------------------|------------------------------------------------------|
-!> | exact       | the exact equations          | the vibration                                        |
-!> | first_order | the equations about rest (8) | the vibration, from the exact equations              |
-!> | rest        | the equations about rest (8) | rest, the method of Nguyen van Khang                 |
+!> | model       | the vibration satisfies | multipliers belong to the equations linearised about |
+!> |-------------|-------------------------|------------------------------------------------------|
+!> | exact       | the exact equations     | the vibration                                        |
+!> | first_order | the linear equations    | the vibration, from the exact equations              |
+!> | rest        | the linear equations    | rest, the method of Nguyen van Khang                 |
 !>
 !> Each model is a linear periodic system whose periodic motion is the vibration, so one solver of such systems serves all models.
-!> Newton's method computes the exact vibration (gestell_study_frame_model_newton), starting from the linear vibration. If that
-!> start is too far away, the vibration is followed from rest, from another speed or from more damping
+!> Newton's method computes the exact vibration (gestell_study_frame_model_newton), starting from the vibration of the linear
+!> equations. If that start is too far away, the vibration is followed from rest, from another speed or from more damping
 !> (gestell_study_frame_model_vibration_path).
 module gestell_study_frame_model
   use gestell_base_error, only: error_type, fatal_error, invalid_input, no_convergence, resonance

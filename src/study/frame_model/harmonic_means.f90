@@ -23,8 +23,9 @@ module gestell_study_frame_model_harmonic_means
     real(dp), allocatable :: of_velocity(:), weights(:, :)
     !> Norm of A_k^-1 for each order k. A_k x_k = h_k is the averaged equation of harmonic k
     real(dp), allocatable :: gains(:)
-    !> Factor by which errors made during one turn are amplified: the maximum over k of |(i k W - P)^-1|/T, where P is the matrix of
-    !> the averaged first-order equations. Near a resonance it approximates |(E - Phi(T))^-1|
+    !> Factor by which errors made during one turn are amplified: the maximum over k of |(i k W - P)^-1|/T, where W = 2 pi/T, and
+    !> P is the matrix of the averaged first-order equations. Near a resonance it approximates |(E - Phi)^-1| with the monodromy
+    !> matrix Phi
     real(dp) :: amplification = 0
     !> The Fourier transform for this number of phases
     type(waves_type) :: waves
@@ -40,8 +41,8 @@ contains
 
   !> Computes the means of M, B, C over the turn, and the inverses of A_k = <C> + i k W <B> - (k W)^2 <M> for all orders k.
   pure subroutine solve_means(m, b, c, omega, survey, means, fits)
-    !> `m`, `b`, `c`: coefficients over theta at equidistant phases, in the units of `survey`, shapes (phases, f, f). `omega`: 2
-    !> pi/T (rad/s)
+    !> `m`, `b`, `c`: coefficients of the equations with theta = 2 pi t/T as independent variable, at equidistant phases, in the
+    !> units of `survey`, shapes (phases, f, f). `omega`: 2 pi/T (rad/s)
     real(dp), intent(in) :: m(:, :, :), b(:, :, :), c(:, :, :), omega
     type(survey_type), intent(in) :: survey
     type(means_type), intent(out) :: means

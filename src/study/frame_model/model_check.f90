@@ -12,7 +12,8 @@ module gestell_study_frame_model_model_check
 
   public :: check_model
 
-  !> The result of a cheaper model counts as correct if its ln rho_max differs by at most this fraction from the better value.
+  !> The result of a cheaper model counts as correct if ln rho_max differs by at most this fraction from the better value
+  !> (rho_max: largest modulus of a multiplier).
   real(dp), parameter :: negligible = 0.01_dp
 
 contains

@@ -26,7 +26,7 @@ module gestell_study_frame_model_newton
   !> `max_step`: a step larger than this fraction of the motion shows that the start was bad. `all_error`: a motion with a larger
   !> relative error is useless.
   real(dp), parameter :: max_step = 0.5_dp, all_error = 0.5_dp
-  !> The method has converged if the steps still expected are smaller than this fraction of the tolerance.
+  !> The method has converged if the next step is expected to be smaller than this fraction of the tolerance.
   real(dp), parameter :: part_left = 0.1_dp
   !> Relative errors allowed for fast solvers. `of_step`: for the start and for a normal step. `of_last_step`: for a step that only
   !> confirms convergence.

@@ -227,9 +227,9 @@ contains
     point%rise = point%rise / length
   end subroutine set_length
 
-  !> Computes the next iterate of Newton's method as a linear function of lambda, q_a + lambda q_b, from the frame linearised about
-  !> the motion q. The function is exact if the path starts from rest; otherwise it is valid near `lambda`. Fails if `family%left`
-  !> is used up, if too many samples are needed, or if `next_motion` fails.
+  !> Computes the next iterate of Newton's method as a linear function of lambda, q_a + lambda q_b, from the frame linearised
+  !> about the motion q. The function is exact if the path starts from rest; otherwise it is valid near `lambda`. Fails if the
+  !> permitted number of linear systems is used up, if too many samples are needed, or if `next_motion` fails.
   subroutine linearise(family, q, lambda, q_a, q_b, error)
     class(path_family_type), intent(inout) :: family
     real(dp), intent(in) :: q(:, :), lambda

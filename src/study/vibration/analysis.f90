@@ -53,8 +53,8 @@ module gestell_study_vibration_analysis
     class(frame_type), allocatable :: frame
     !> How the vibration of the exact frame was found
     type(newton_type) :: newton
-    !> All known vibrations of the exact frame, in ascending order of size. Allocated if there are several, or if all were to be
-    !> found
+    !> All known vibrations of the exact frame, in ascending order of size. Allocated if several are known, or if all were
+    !> requested
     type(listed_vibration_type), allocatable :: several(:)
     type(vibration_type), allocatable :: vibration
     !> The multiplier nearest to 1. Allocated only if this resonance costs the vibration a digit of accuracy or more. `find_modes`

@@ -46,8 +46,9 @@ contains
     resonance%distance = abs(1 - multipliers%rho(resonance%multiplier))
   end function find_nearest
 
-  !> Sets the frequency of the resonance to that of the multiplier's mode. If this mode is unknown, uses the natural frequency of
-  !> the frame linearised about rest that best fits the argument of the multiplier. Fails if there are no such natural frequencies.
+  !> Sets the frequency of the resonance to that of the multiplier's mode. If this mode is unknown, uses a natural frequency of
+  !> the frame linearised about rest: the one that best fits the argument of the multiplier. Fails if these natural frequencies
+  !> cannot be computed.
   subroutine name_resonance(resonance, frame, multipliers, modes, error)
     !> The multiplier found by `find_nearest`. On return its frequency, ratio, order and turns are set
     type(resonance_type), intent(inout) :: resonance

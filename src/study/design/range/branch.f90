@@ -1,10 +1,10 @@
 !> Finds, for every local maximum over the turn of the crank, its maximum with respect to the speed.
 !>
-!> A peak is the largest of several local maxima over the turn. Within one resonance each of them has its own maximum with respect
-!> to the speed, and these lie close together: one half-wave of the resonant vibration is largest at one speed, the next half-wave
-!> at a speed that differs by a fraction of the width. `climb_from` finds one of these maxima. This module finds the others
-!> separately, because each is a smooth function of the speed. A local maximum is identified by its phase. If the speed changes by a
-!> half width, the phase moves by a quarter of the distance to the next local maximum.
+!> A peak is the largest of several local maxima over the turn. Within one resonance each local maximum is highest at a different
+!> speed. These speeds lie close together: one half-wave of the resonant vibration is largest at one speed, the next half-wave at
+!> a speed that differs by a fraction of the resonance's width. `climb_from` finds one of these maxima. This module finds the
+!> others separately, because each is a smooth function of the speed. A local maximum is identified by its phase. If the speed
+!> changes by a half width of the resonance, the phase moves by a quarter of the distance to the next local maximum.
 module gestell_study_design_range_branch
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
@@ -87,8 +87,8 @@ contains
     end do
   end subroutine climb_branches
 
-  !> Computes the local maxima over the turn under a condition; there are none if there is no vibration. Fails if the goal is
-  !> invalid.
+  !> Computes the local maxima of a goal over the turn under one condition; there are none if there is no vibration. Fails if the
+  !> goal is invalid.
   subroutine find_maxima_over_turn(members, goal, condition, turn, error, near)
     type(members_type), intent(in) :: members
     type(goal_type), intent(in) :: goal

@@ -105,7 +105,7 @@ contains
     type(members_type), intent(in) :: members
     !> The goal whose maximum is sought
     type(goal_type), intent(in) :: goal
-    !> Any condition on the line
+    !> Any condition on the line of conditions along which to search
     type(condition_type), intent(in) :: start
     !> Three ascending positions on the line, and the levels of the goal at these positions (see `level` of
     !> gestell_study_design_goal)
@@ -139,7 +139,7 @@ contains
     type(members_type), intent(in) :: members
     !> The goal whose maximum is sought
     type(goal_type), intent(in) :: goal
-    !> Any condition on the line
+    !> Any condition on the line of conditions along which to search
     type(condition_type), intent(in) :: start
     !> Positions of the last point before the end and of the end itself, and the levels of the goal at both
     real(dp), intent(in) :: ends(2), end_levels(2)
