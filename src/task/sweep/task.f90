@@ -201,6 +201,7 @@ contains
       table = table_of(plan, values)
       table%written = .true.
       call add_results(context, summary, table, result)
+      call result%detail(evidence_line(summary))
     end associate
   end subroutine report_finished_sweep
 
@@ -240,7 +241,6 @@ contains
       if (found /= "") found = ", " // found
       call result%warn("", "Sweep: " // integer_text(summary%points) // " points" // found)
       call result%write_lines(report_sweep(plan, summary))
-      call result%detail(evidence_line(summary))
     end associate
   end subroutine add_results
 
