@@ -44,7 +44,8 @@ module gestell_run_terminal
 
 contains
 
-  !> Shows a bar for an activity of which the fraction `part` (0 to 1) is completed. At 1 the progress line is removed.
+  !> Shows a bar for an activity of which the fraction `part` (0 to 1) is completed. If `part` is 1, the progress line is
+  !> removed.
   subroutine show_fraction(activity, part)
     character(len=*), intent(in) :: activity
     real(dp), intent(in) :: part

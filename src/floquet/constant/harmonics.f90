@@ -16,7 +16,8 @@ module gestell_floquet_constant_harmonics
 
   !> Complex amplitudes of the periodic motion of a system with n states.
   type, public :: spectrum_type
-    !> Amplitudes x_m = (q_m, i m w q_m) for m = 0, 1, ..., shape (n, 0:harmonics), in the units of the states.
+    !> Complex amplitudes x_m of the harmonics m = 0, 1, ... of the state (q, q'), shape (n, 0:harmonics), in the units of the
+    !> states.
     complex(dp), allocatable :: x(:, :)
     !> Bound on the error of x(t) at any t, shape (n).
     real(dp), allocatable :: error(:)

@@ -80,8 +80,8 @@ contains
     type(error_type), allocatable, intent(out) :: error
     !> Maps by the two embedded methods, shape (steps or more, n, n + 1 or n, 2); only allowed if `tableau` is a nested tableau
     real(dp), contiguous, intent(out), optional :: lower(:, :, :, :)
-    !> Sums over steps of the variations of coefficients and loads between the nodes; this call adds the variations of the steps
-    !> that it computes
+    !> Effects of variations of the coefficients and loads between the nodes, summed over the steps; this call adds the effects
+    !> in its own steps
     type(unresolved_type), intent(inout), optional :: unresolved
     type(coefficients_type) :: at
     type(layout_type) :: layout

@@ -116,7 +116,8 @@ contains
     !> `map`: maps of the method, as in `maps`. `lower`: maps of the two embedded methods, shape (steps or more, n, n or n + 1, 2).
     real(dp), contiguous, intent(out) :: map(:, :, :), lower(:, :, :, :)
     type(error_type), allocatable, intent(out) :: error
-    !> Sums of the variations between the nodes; a method with embedded methods adds the variations of the steps of this call
+    !> Effects of variations of the coefficients and loads between the nodes, summed over the steps; a method with embedded
+    !> methods adds the effects in the steps of this call
     type(unresolved_type), intent(inout) :: unresolved
 
     associate (nothing_new => unresolved)

@@ -99,8 +99,8 @@ contains
     type(coefficients_type), intent(in) :: at
     !> Units of the last f states (the velocities, if there are positions), shape (f)
     real(dp), intent(in) :: units(:)
-    !> Sums over steps of the variations of coefficients and loads between the nodes; this call adds the variations of the steps
-    !> that it computes
+    !> Effects of variations of the coefficients and loads between the nodes, summed over the steps; this call adds the effects
+    !> in its own steps
     type(unresolved_type), intent(inout) :: unresolved
     ! For each step: part missed by interpolation, variation within the step, size
     real(dp), dimension(size(at%lengths), 3) :: of_m, of_b, of_c, of_g

@@ -16,8 +16,8 @@ module gestell_floquet_multipliers_gershgorin
   type, bind(C), public :: discs_type
     !> Radii of the discs, and condition numbers of the eigenvalues
     real(dp) :: radius(lanes, max_states), condition(lanes, max_states)
-    !> 1 if the discs are isolated. 0 if discs touch, or if the eigenvectors are too inaccurate to decide this. In case of 0 the
-    !> radius of each disc is computed as if it were the only disc.
+    !> 1 if the discs are isolated. 0 if discs touch, or if the eigenvectors are too inaccurate to decide this; the radius of
+    !> each disc is then computed as if it were the only disc.
     real(dp) :: separate(lanes)
     !> 1 if Newton's step was applied. 0 if the approximations are too inaccurate for Newton's step; the caller must first improve
     !> them.

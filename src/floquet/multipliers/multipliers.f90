@@ -31,7 +31,8 @@ module gestell_floquet_multipliers
     real(dp), allocatable :: error(:)
     !> Condition number of each multiplier as an eigenvalue, in balanced units, shape (n): at least 1.
     real(dp), allocatable :: condition(:)
-    !> Eigenvectors y_k of (19) in doc/theory.md as unit columns, shape (n, n): states at t = 0 in the model's units.
+    !> Eigenvectors of the monodromy matrix as unit columns, shape (n, n): states at t = 0 in the model's units, y_k of equation
+    !> (19) in doc/theory.md.
     complex(dp), allocatable :: vectors(:, :)
     !> True where |rho| = 1 is proved by `prove_undamped`, shape (n). Unallocated if no proof was attempted.
     logical, allocatable :: on_circle(:)
@@ -323,8 +324,8 @@ contains
     end if
   end function multiplier
 
-  !> Indices that sort the values by descending modulus. The two values of a conjugate pair are adjacent, the one above the real
-  !> axis first, even if several pairs are equal.
+  !> Indices that sort the multipliers by descending modulus. The two multipliers of a conjugate pair are adjacent, the one above
+  !> the real axis first, even if several pairs are equal.
   pure function by_modulus(log_abs, arg) result(order)
     real(dp), intent(in) :: log_abs(:), arg(:)
     integer :: order(size(log_abs))
@@ -354,7 +355,7 @@ contains
       precedes = arg(one) > arg(other)
     end function precedes
 
-    !> Number of values before value `k` that are equal to it or to its conjugate.
+    !> Number of multipliers before multiplier `k` that are equal to it.
     pure integer function equal_values_before(k)
       integer, intent(in) :: k
 

@@ -110,7 +110,7 @@ contains
   !>
   !> With the safety factor each estimate is at least 1.5 times the error observed for random machines.
   pure function unresolved_errors(unresolved, scale, peak, angle, stages) result(estimated_error)
-    !> Sums over the steps of the variations of coefficients and loads between the nodes
+    !> Effects of variations of the coefficients and loads between the nodes, summed over the steps
     type(unresolved_type), intent(in) :: unresolved
     !> `scale`: units of the states, shape (n). `peak`: largest norm of x_p / scale. `angle`: phase advance (radians) of the fastest
     !> motion in a step.

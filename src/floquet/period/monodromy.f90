@@ -323,7 +323,7 @@ contains
   end subroutine solve_trial
 
   !> Stores `level` as the result. `errors`: relative integration errors of Phi(T) and x_p(T). `unresolved`: additional relative
-  !> errors due to variations between the nodes.
+  !> errors due to variations of coefficients and loads between the nodes.
   subroutine store_result(system, level, errors, phase_advance, monodromy, unresolved)
     class(periodic_system), intent(in) :: system
     type(level_type), intent(inout) :: level

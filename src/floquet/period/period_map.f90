@@ -79,7 +79,7 @@ contains
     real(dp), intent(out), optional :: xp(:), xp_peak, transient_growth
     !> Maps of the period by the two embedded methods, shape (2)
     type(period_map_type), intent(out), optional :: lower(:)
-    !> Sums over the steps of the variations of coefficients and loads between the nodes
+    !> Effects of variations of the coefficients and loads between the nodes, summed over the steps
     type(unresolved_type), intent(out), optional :: unresolved
     real(dp), allocatable :: maps(:, :, :), low(:, :, :, :)
     ! An unallocated variable counts as an absent argument.

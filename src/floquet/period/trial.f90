@@ -20,7 +20,7 @@ module gestell_floquet_period_trial
     real(dp) :: norm = 0, xp_peak = 0, transient_growth = 1
     !> `steps`: number of steps. `stages`: number of stages per step.
     integer :: steps = 0, stages = 0
-    !> Variations of coefficients and loads between the nodes
+    !> Effects of variations of the coefficients and loads between the nodes, summed over the steps
     type(unresolved_type) :: unresolved
   end type level_type
 

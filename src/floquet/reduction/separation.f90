@@ -12,8 +12,8 @@ module gestell_floquet_reduction_separation
 
 contains
 
-  !> Solves D_g Z_gh - Z_gh D_h = -D_gh for all pairs of groups; within groups Z is zero. `d` and `z` have the shape (phases, n, n).
-  !> Fails if two groups share an eigenvalue.
+  !> Solves D_g Z_gh - Z_gh D_h = -D_gh for all pairs of groups g, h; within groups Z is zero. `d` and `z` have the shape
+  !> (phases, n, n). Fails if two groups share an eigenvalue.
   subroutine separation(d, modes, z, error)
     !> D at the phases
     real(dp), contiguous, intent(in) :: d(:, :, :)

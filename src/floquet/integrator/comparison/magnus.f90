@@ -25,7 +25,8 @@ module gestell_floquet_integrator_comparison_magnus
 contains
 
   !> Returns the method of order 4 or 6, named magnus4 or magnus6, with 2 or 3 Gauss nodes. The error constants were measured on
-  !> Mathieu's equation, the paper's machine and a random system with 12 states; they agree within a factor of 5.
+  !> Mathieu's equation, on the machine of the paper (doc/theory.md) and on a random system with 12 states; they agree within a
+  !> factor of 5.
   pure function magnus(order) result(method)
     integer, intent(in) :: order
     type(magnus_method) :: method
