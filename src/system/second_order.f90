@@ -182,8 +182,8 @@ contains
     end do
   end subroutine sample_accelerations
 
-  !> Computes the first-order matrix P of any system with the phase as the first index, shape (phases, n, n), and if requested the
-  !> forcing f, shape (phases, n).
+  !> Computes the first-order matrix P of any system, shape (phases, n, n), and if requested the forcing f, shape (phases, n).
+  !> The phase is the first index.
   subroutine sample_by_phase(system, phases, p, f)
     class(periodic_system), intent(in) :: system
     !> Phases t / T in [0, 1]

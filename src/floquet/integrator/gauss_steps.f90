@@ -141,8 +141,8 @@ contains
     end select
   end subroutine gauss_steps
 
-  !> Copies the maps of the steps `from` to `to` from the lanes (one step in each) to `map`, shape (steps, states, columns), and
-  !> converts them to the units of the states. The first lane holds step `first`. `of_step`: units of the columns in each lane.
+  !> Copies the maps of the steps `from` to `to` from the lanes (one step in each) to `map`, shape (steps, states, columns).
+  !> Converts them to the units of the states. The first lane holds step `first`. `of_step`: units of the columns in each lane.
   pure subroutine copy_from_lanes(of_step, first, from, to, in_lanes, map)
     integer, intent(in) :: first, from, to
     real(dp), contiguous, intent(in) :: of_step(:, :), in_lanes(:, :, :)

@@ -32,9 +32,9 @@ module gestell_floquet_integrator_nested
   !> components inherited from `tableau_type` hold transformed coefficients: `b` holds b X, `ba` holds b A X and, after fitting,
   !> `a` holds A X and `aa` holds A A X.
   type, extends(tableau_type), public :: nested_type
-    !> `values`: last two rows of X, which give the accelerations at the last two nodes, shape (2, s). `sums`: factors of the
-    !> last two equations, which are added to each equation, shape (s, 2). `tails`: factors that convert values at the nodes to
-    !> the rms of their parts along the Legendre polynomials P_s-4 to P_s-1, shape (s, 4). `weights`: the weights b, shape (s).
+    !> `values`: last two rows of X, which give the accelerations at the last two nodes, shape (2, s). `sums`: factors with
+    !> which the last two equations are added to each equation, shape (s, 2). `tails`: factors that convert values at the nodes
+    !> to the rms of their parts along the Legendre polynomials P_s-4 to P_s-1, shape (s, 4). `weights`: weights b, shape (s).
     real(dp), allocatable :: values(:, :), sums(:, :), tails(:, :), weights(:)
   contains
     procedure :: fit => fit_nested

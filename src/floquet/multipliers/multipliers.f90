@@ -425,10 +425,12 @@ contains
   !> True for each multiplier of a conservative system that is proved to have |rho| = 1.
   !>
   !> The multipliers of such a system come in pairs rho, 1 / conj(rho). A disc that touches no other disc contains one
-  !> multiplier. If the mirror image of the disc in the unit circle touches no other disc either, the partner 1 / conj(rho) lies
-  !> in the same disc and is rho itself. Such a multiplier is simple: the free vibration neither grows nor decays. The check uses
-  !> the plane of ln rho, in which a disc lies within the radius -ln(1 - error) of its centre and the unit circle becomes the
-  !> imaginary axis.
+  !> multiplier. The mirror image of the disc in the unit circle contains the partner 1 / conj(rho). If the mirror image touches
+  !> no other disc either, the partner lies in the same disc and is rho itself. Such a multiplier is simple: the free vibration
+  !> neither grows nor decays.
+  !>
+  !> The check uses the plane of ln rho, where the unit circle becomes the imaginary axis. A disc lies within the radius -ln(1 -
+  !> error) of its centre there.
   pure function lie_on_circle(log_abs, arg, error) result(on_circle)
     !> Three arrays of shape (n). `log_abs`: ln |rho|. `arg`: argument of rho. `error`: bound on the error of rho relative to |rho|.
     real(dp), intent(in) :: log_abs(:), arg(:), error(:)

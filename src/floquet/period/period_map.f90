@@ -173,9 +173,9 @@ contains
     growth = max(1.0_dp, norm2(matmul(phi, back)) / (sqrt(real(size(phi, 1), dp)) * max(norm2(phi), tiny(1.0_dp))))
   end function growth_halfway
 
-  !> Computes the motion x that starts from `x0` at phase 0. All phases are ends of steps, and the steps are at most as long as
-  !> those between `nodes`, so x has the accuracy of the method at the phases. Fails in the cases in which `period_map` fails, and
-  !> if `x` does not have one column per phase.
+  !> Computes the motion x that starts from `x0` at phase 0. All phases are ends of steps, and no step is longer than the steps
+  !> between `nodes`. x therefore has the accuracy of the method at the phases. Fails in the cases in which `period_map` fails,
+  !> and if `x` does not have one column per phase.
   subroutine trajectory(system, method, nodes, x0, phases, x, error)
     class(periodic_system), intent(in) :: system
     class(method_type), intent(in) :: method

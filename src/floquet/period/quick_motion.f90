@@ -1,11 +1,12 @@
-!> Computes the periodic motion at equidistant phases by a single integration whose steps end at these phases. This takes a tenth of
-!> the time of a solution with error bounds. The procedures are meant for computing a correction of a motion, because relative
+!> Computes the periodic motion at equidistant phases by a single integration whose steps end at these phases. This takes a tenth
+!> of the time of a solution with error bounds. The procedures are meant for computing a correction of a motion, because relative
 !> errors of a correction are of little importance.
 !>
 !> A periodic motion without high harmonics requires far fewer stages than Phi(T). With s stages a step of length h has the error
 !> h^(s+1) times the derivative of order s + 1 of the motion, times (h |P|)^s. The matrix (E - Phi)^-1 of the discrete solution
-!> propagates this error over the period. So s + 1 of the 2 s + 1 orders of the error depend on the frequencies of the motion, and
-!> only s orders depend on the fastest vibration. The harmonics of the motion are known only after the solution.
+!> propagates this error over the period. So the error contains 2 s + 1 factors h: s + 1 of them
+!> are multiplied by frequencies of the motion, and only s by that of the fastest vibration. The harmonics of the motion are
+!> known only after the solution.
 module gestell_floquet_period_quick_motion
   use gestell_math_dft, only: dft
   use gestell_base_error, only: error_type

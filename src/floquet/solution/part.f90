@@ -24,8 +24,8 @@ module gestell_floquet_solution_part
 
   !> Phase advance of the fastest vibration within the period (rad) above which reduction is tried.
   real(dp), parameter :: large_advance = 700
-  !> If the periodic motion from a reduction is too inaccurate, the system is integrated instead, provided that the phase advance
-  !> of the fastest vibration within the period is at most this value (rad). The integration then takes about 0.1 s.
+  !> Maximum phase advance of the fastest vibration within the period (rad) at which the system is integrated because the
+  !> periodic motion from a reduction is too inaccurate. The integration then takes about 0.1 s.
   real(dp), parameter :: max_affordable = 1.0e5_dp
   !> Relative accuracy of the periodic motion that a reduction must reach: `few_digits` if integration would be expensive,
   !> `many_digits` if it is cheap.
