@@ -196,7 +196,7 @@ contains
     call linkage%prepare(failure)
     call check_failure(error, failure)
     if (allocated(error)) return
-    call check(error, failure%message, "link 'rod': its two joints coincide at a crank angle of 90.000 deg")
+    call check(error, failure%message, "link 'rod': the link's two joints coincide at a crank angle of 90.000 deg")
   end subroutine test_coinciding_joints
 
   subroutine test_refused(error)

@@ -238,13 +238,13 @@ contains
     call check_that(error, abs(20 * linkage%angle_scale - 1), "<", 1.0e-12_dp, "order 20 is the finest")
     if (allocated(error)) return
     call refused([1.0_dp, 2.0_dp], [1, 2], &
-      & "joint 'T': its lift must have an odd number of values: the mean, then one cosine and one sine coefficient for each order")
+      & "joint 'T': the lift must have an odd number of values: the mean, then one cosine and one sine coefficient for each order")
     if (allocated(error)) return
-    call refused([huge(1.0_dp)], [1, 2], "joint 'T': its coordinates must lie between -1e100 m and 1e100 m")
+    call refused([huge(1.0_dp)], [1, 2], "joint 'T': coordinates must lie between -1e100 m and 1e100 m")
     if (allocated(error)) return
-    call refused([1.0_dp], [2, 2], "joint 'T': its cam must refer to two different joints")
+    call refused([1.0_dp], [2, 2], "joint 'T': the cam must refer to two different joints")
     if (allocated(error)) return
-    call refused([1.0_dp], [2, 3], "joint 'T': it refers to joints that do not exist")
+    call refused([1.0_dp], [2, 3], "joint 'T': the joint refers to joints that do not exist")
 
   contains
 

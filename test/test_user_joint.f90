@@ -113,12 +113,12 @@ contains
     call linkage%add_joint("M", midpoint_joint([2, 3]), failure)
     call check(error, allocated(failure), "built on itself")
     if (allocated(error)) return
-    call check(error, failure%message, "joint 'M': it refers to joints that do not exist")
+    call check(error, failure%message, "joint 'M': the joint refers to joints that do not exist")
     if (allocated(error)) return
     call linkage%add_joint("T", tappet_joint(guide_type(point=[huge(1.0_dp), 0.0_dp]), 1.0_dp), failure)
     call check(error, allocated(failure), "too far")
     if (allocated(error)) return
-    call check(error, failure%message, "joint 'T': its coordinates must lie between -1e100 m and 1e100 m")
+    call check(error, failure%message, "joint 'T': coordinates must lie between -1e100 m and 1e100 m")
   end subroutine test_refused
 
 end module test_user_joint

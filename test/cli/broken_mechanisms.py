@@ -106,7 +106,7 @@ RPR_HAS = "is not a key of a joint of type 'RPR'; its keys are ends, lengths, br
 RPP_HAS = "is not a key of a joint of type 'RPP'; its keys are ends, slot_angle, guide, guide_point, guide_angle"
 PRP_HAS = ("is not a key of a joint of type 'PRP'; its keys are guide, guide_point, guide_angle, guide2, guide2_point, "
            "guide2_angle")
-PARALLEL = "its guides become parallel, or two joints that carry a guide coincide"
+PARALLEL = "the guides become parallel, or two joints that carry a guide coincide"
 INDEFINITE = "must be positive semidefinite: in some direction this matrix pushes a displaced frame farther away instead of back"
 PAIRS = "must have an odd number of values: the mean, then one cosine and one sine coefficient for each order"
 MASS_KEYS = "allowed are mass, inertia, a1, a2, a3, moment, energy"
@@ -215,12 +215,12 @@ INPUTS = [
     ("PRP with a slot", joint("F", f"type='PRP', {FIXED}, guide2='P','C', slot_angle=90.0"), 2,
      f"input.nml:10: &joint 'F': slot_angle = 90.0: {PRP_HAS}"),
     ("parallel guides", joint("F", f"type='PRP', {FIXED}, guide2_point=0.0,0.5, guide2_angle=90.0"), 2,
-     "input.nml:10: &joint 'F': its two guides are parallel"),
+     "input.nml:10: &joint 'F': the two guides are parallel"),
     ("antiparallel guides", joint("F", f"type='PRP', {FIXED}, guide2_point=0.0,0.5, guide2_angle=-90.0"), 2,
-     "input.nml:10: &joint 'F': its two guides are parallel"),
+     "input.nml:10: &joint 'F': the two guides are parallel"),
     ("parallel guides on one body",
      joint("F", "type='PRP', guide='P','C', guide2='P','C', guide2_point=0.0,0.1, guide2_angle=180.0"), 2,
-     "input.nml:10: &joint 'F': its two guides are parallel"),
+     "input.nml:10: &joint 'F': the two guides are parallel"),
     # moving guides
     ("guide on an unknown joint", joint("K", "type='RRP', ends='D', lengths=0.5, guide='P','CC', branch=1"), 2,
      "input.nml:11: &joint 'K': guide = 'P', 'CC': there is no joint 'CC'; did you mean 'C'?"),
@@ -269,11 +269,11 @@ INPUTS = [
     ("joints of a body meet",
      last_joint("type='rigid', ends='A','P', offset=0.1,0.0", ("position=0.0,-0.35", "position=0.0,0.05"),
                 ("ends='A','P', lengths", "ends='A','O', lengths")), 3,
-     about(90.0, 8, "S", "the two joints 'ends' of its body coincide")),
+     about(90.0, 8, "S", "the two joints 'ends' of the body coincide")),
     ("joints that carry a guide meet",
      last_joint("type='RPP', ends='O', guide='P','A', slot_angle=60.0", ("position=0.0,-0.35", "position=0.0,0.05"),
                 ("ends='A','P', lengths", "ends='A','O', lengths")), 3,
-     about(90.0, 8, "S", "its slot, at 60.000 deg to the guide, is parallel to the guide, or the two joints that carry the guide coincide")),
+     about(90.0, 8, "S", "the slot, at 60.000 deg to the guide, is parallel to the guide, or the two joints that carry the guide coincide")),
     # the lever's angle from the y-axis reaches 5 deg: 0.05 cos(phi) = tan(5 deg) (0.35 + 0.05 sin(phi))
     ("guides parallel at one angle",
      joint("F", "type='PRP', guide='P','C', guide2_point=0.0,0.5, guide2_angle=85.0"), 3,

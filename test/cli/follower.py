@@ -172,7 +172,7 @@ def test_refused():
     with Folder(input=meeting) as folder:
         Run(folder, "input.nml").refused("follower, the cam's joints meet", 3, re.compile(
             "input.nml:6: joint 'T' cannot be assembled or is at a dead point at a crank angle of 0.000 deg: the two joints of "
-            "its cam, or the two joints that carry its guide, coincide; .*assembled.*"))
+            "the cam, or the two joints that carry the guide, coincide; .*assembled.*"))
 
 
 FOLLOWER_TESTS = (test_yoke, test_tables, test_units, test_check_report, test_press, test_refused)

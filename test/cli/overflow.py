@@ -77,7 +77,7 @@ def test_places():
 """
         with Folder(input=machine) as folder:
             Run(folder, "--check", "input.nml").refused(key, 2, 
-                                                             f"input.nml:4: &joint 'J3': {message}its coordinates must lie between -1e100 m and 1e100 m")
+                                                             f"input.nml:4: &joint 'J3': {message}coordinates must lie between -1e100 m and 1e100 m")
 
 
 def test_implausible_motion():

@@ -99,7 +99,7 @@ contains
     real(dp), intent(in) :: numbers(:)
     character(len=:), allocatable, intent(inout) :: reason
 
-    if (reason == "" .and. .not. all(ieee_is_finite(numbers))) reason = "its data must be finite numbers"
+    if (reason == "" .and. .not. all(ieee_is_finite(numbers))) reason = "all data must be finite numbers"
   end subroutine check_finite
 
   !> Sets `reason` if a coordinate is not finite or exceeds 1e100 m in magnitude. A `reason` that is already set is kept.
@@ -108,7 +108,7 @@ contains
     character(len=:), allocatable, intent(inout) :: reason
 
     call check_finite(coordinates, reason)
-    if (reason == "" .and. any(abs(coordinates) > longest)) reason = "its coordinates must lie between -1e100 m and 1e100 m"
+    if (reason == "" .and. any(abs(coordinates) > longest)) reason = "coordinates must lie between -1e100 m and 1e100 m"
   end subroutine check_coordinates
 
   !> Sets `reason` if a length (m) is not between 1e-100 m and 1e100 m, or if the branch is neither 1 nor -1. A `reason` that is
@@ -121,11 +121,11 @@ contains
     call check_finite(lengths, reason)
     if (reason /= "") return
     if (.not. all(lengths > 0)) then
-      reason = "its lengths must be positive"
+      reason = "lengths must be positive"
     else if (any(lengths < shortest .or. lengths > longest)) then
-      reason = "its lengths must lie between 1e-100 m and 1e100 m"
+      reason = "lengths must lie between 1e-100 m and 1e100 m"
     else if (abs(branch) /= 1) then
-      reason = "its branch must be 1 or -1"
+      reason = "branch must be 1 or -1"
     end if
   end subroutine check_lengths
 

@@ -92,7 +92,7 @@ contains
     call check_coordinates(self%point, reason)
     if (all(self%carriers == 0)) return
     if (reason /= "") reason = "a guide: " // reason
-    if (self%carriers(1) == self%carriers(2)) reason = "its guide must be carried by two different joints"
+    if (self%carriers(1) == self%carriers(2)) reason = "the guide must be carried by two different joints"
   end subroutine check
 
   !> Transforms a guide that is fixed to the frame from the mechanism's axes to the machine's axes.

@@ -138,7 +138,7 @@ contains
         &   "at" // there &
         & // ": it comes too close to a dead point, or the chain of joints is too long"
     else if (bad_joint == 0) then
-      reason = ": its two joints coincide at" // there
+      reason = ": the link's two joints coincide at" // there
     else
       do i = 1, bad_joint - 1
         call joints(i)%joint%locate(angle, at(:i - 1), at(i))

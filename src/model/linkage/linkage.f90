@@ -225,7 +225,7 @@ contains
     reason = ""
     call joint%check(reason)
     call joint%carriers(carriers)
-    if (reason == "" .and. any(carriers < 1 .or. carriers > count)) reason = "it refers to joints that do not exist"
+    if (reason == "" .and. any(carriers < 1 .or. carriers > count)) reason = "the joint refers to joints that do not exist"
     if (reason /= "") then
       call fatal_error(error, "joint '" // name // "': " // reason, invalid_input)
       return

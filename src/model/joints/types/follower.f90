@@ -61,7 +61,7 @@ contains
       &   "measured counter-clockwise from the guide to the line from `cam(1)` to `cam(2)`, plus `lift_phase`. Give either " // &
       &   "`lift` or `lift_table`", &
       & links=1, pairs=1, higher_pairs=1, keys=[keys, guide_keys], bars=[self%cam(1), itself], guides=[self%guide], &
-      & obstacle="the two joints of its cam, or the two joints that carry its guide, coincide")
+      & obstacle="the two joints of the cam, or the two joints that carry the guide, coincide")
   end subroutine describe
 
   pure subroutine carriers(self, joints)
@@ -123,11 +123,11 @@ contains
     call self%guide%check(reason)
     call check_finite([self%phase], reason)
     if (reason /= "") return
-    if (self%cam(1) == self%cam(2)) reason = "its cam must refer to two different joints"
+    if (self%cam(1) == self%cam(2)) reason = "the cam must refer to two different joints"
     if (.not. allocated(self%lift)) then
       reason = "it has no lift"
     else if (modulo(size(self%lift), 2) == 0) then
-      reason = "its lift must have an odd number of values: the mean, then one cosine and one sine coefficient for each order"
+      reason = "the lift must have an odd number of values: the mean, then one cosine and one sine coefficient for each order"
     else
       call check_coordinates(self%lift, reason)
     end if

@@ -33,7 +33,7 @@ contains
 
     form = form_type("PRP", "pin of two sliders, at the intersection of their guides", links=2, pairs=3, &
       & keys=[guide_keys, second_guide_keys], guides=self%guides, &
-      & obstacle="its guides become parallel, or two joints that carry a guide coincide")
+      & obstacle="the guides become parallel, or two joints that carry a guide coincide")
   end subroutine describe
 
   pure subroutine define(self, data)
@@ -43,7 +43,7 @@ contains
     call self%guides(1)%define(data, "guide")
     if (data%reason == "") call self%guides(2)%define(data, "guide2")
     if (data%reason == "" .and. all(self%guides(1)%carriers == self%guides(2)%carriers) &
-      & .and. parallel(self%guides(1)%angle - self%guides(2)%angle)) data%reason = "its two guides are parallel"
+      & .and. parallel(self%guides(1)%angle - self%guides(2)%angle)) data%reason = "the two guides are parallel"
   end subroutine define
 
   pure subroutine check(self, reason)

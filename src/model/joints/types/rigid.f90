@@ -37,7 +37,7 @@ contains
       &   "`ends(2)`, then `offset(2)` perpendicular to this line (positive to the left)", links=0, pairs=0, keys=[two_ends, &
       &   offset_key], &
       & bars=[self%ends(1), itself, self%ends(2), itself], &
-      & obstacle="the two joints 'ends' of its body coincide")
+      & obstacle="the two joints 'ends' of the body coincide")
   end subroutine describe
 
   pure subroutine define(self, data)

@@ -150,7 +150,7 @@ contains
 
     associate (unused => points)
     end associate
-    text = "its slot, at " // fixed(self%slot_angle * 180 / pi, 3) // " deg to the guide, is parallel to the guide, or the " &
+    text = "the slot, at " // fixed(self%slot_angle * 180 / pi, 3) // " deg to the guide, is parallel to the guide, or the " &
       & // "two joints that carry the guide coincide"
   end subroutine explain
 

@@ -245,7 +245,7 @@ contains
     type(jet) :: off
 
     motion = self%guide%motion(points, spread(0.0_dp, 1, size(points)), spread(0.0_dp, 1, size(points)), 0.0_dp)
-    text = "the two joints that carry its guide coincide"
+    text = "the two joints that carry the guide coincide"
     if (.not. motion%sound) return
     call self%guide%line(points, g, u)
     off = cross(point_type(points(self%end)%x - g%x, points(self%end)%y - g%y), u)
