@@ -359,7 +359,7 @@ contains
     call two%store(1, results_of(plan%grid%tile(1)), failure)
     call check_failure(error, failure)
     if (.not. allocated(error)) call check(error, failure%message, folder // "/sweep.blocks: no longer exists: another run has " &
-      & // "finished this sweep, or it was removed")
+      & // "finished this sweep, or the folder was removed")
     call check_that(error, int(file_size(folder // "/sweep.csv")), ">", 0, "size of the table")
     call clear_folder
   end subroutine test_finished_by_other_run

@@ -123,8 +123,8 @@ contains
     call survey_system(system, survey, error)
     if (allocated(error)) return
     if (.not. survey%fastest > absurd_advance) return
-    watch%reason = "the period of " // concise(system%period, 4) // " is too long: the phase of the fastest free motion " &
-      & // "advances by " // concise(survey%fastest, 2) // " rad in it (check that the period and the coefficients use the " // &
+    watch%reason = "the period of " // concise(system%period, 4) // " is too long: within it the phase of the fastest free " &
+      & // "motion advances by " // concise(survey%fastest, 2) // " rad (check that the period and the coefficients use the " // &
       &   "same unit of time)"
   end subroutine find_absurd_period
 

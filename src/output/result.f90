@@ -234,7 +234,7 @@ contains
     line = "VERDICT  " // trim(self%verdict)
     if (over_range) then
       line = "VERDICT  " // self%judgement%words(:scan(self%judgement%words // ",", ",") - 1)
-      if (self%judgement%verdict == stable) line = line // either(" at all speeds", " where it could be solved", &
+      if (self%judgement%verdict == stable) line = line // either(" at all speeds", " wherever a solution exists", &
         & self%all_stable)
       if (self%verdict /= "") line = line // "; " // either("the machine of the input is", "at the speed of the input", &
         & self%judgement%of_sweep) // " " // trim(self%verdict)

@@ -58,8 +58,8 @@ module gestell_run_command_line
   type(conflict_type), parameter :: conflicts(*) = [ &
     & conflict_type("--check", "--part"), conflict_type("--check", "--merge"), conflict_type("--check", "--one-line"), &
     & conflict_type("--part", "--merge"), conflict_type("--part", "--one-line"), conflict_type("--merge", "--one-line"), &
-    & conflict_type("--part", "--fail-if-unstable", ": a part has no verdict; use --fail-if-unstable with --merge"), &
-    & conflict_type("--part", "--plot", ": a part has no picture; use --plot with --merge"), &
+    & conflict_type("--part", "--fail-if-unstable", ": a part of a sweep has no verdict; use --fail-if-unstable with --merge"), &
+    & conflict_type("--part", "--plot", ": a part of a sweep has no picture; use --plot with --merge"), &
     & conflict_type("--one-line", "--plot"), conflict_type("--check", "--report"), conflict_type("--part", "--report"), &
     & conflict_type("--one-line", "--report"), conflict_type("--check", "--json"), conflict_type("--part", "--json"), &
     & conflict_type("--one-line", "--json")]

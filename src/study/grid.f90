@@ -148,7 +148,7 @@ contains
 
     own = grid%tile(tile%number)
     if (own%number == 0 .or. any(tile%first /= own%first) .or. any(tile%last /= own%last)) then
-      call fatal_error(error, "the tile does not belong to the grid", invalid_input)
+      call fatal_error(error, "the tile (block of grid points) does not belong to the grid", invalid_input)
     end if
   end subroutine check_tile
 

@@ -54,7 +54,7 @@ contains
     if (allocated(system)) then
       call system%check(error)
     else
-      call fatal_error(error, "the procedure of the family returned neither a system nor an error", invalid_input)
+      call fatal_error(error, "the procedure `member` of the family returned neither a system nor an error", invalid_input)
     end if
   end subroutine create_member
 

@@ -88,7 +88,7 @@ def test_resonance():
         run.refused("averaged, resonance", 4, re.compile(r".*harmonic 5 of the period \(resonance\).*"))
         equal("averaged, resonance, files", files(folder / "input"), ["multipliers.csv"])
         run = Run(folder, "-q", "input.nml", "-s", "support.stiffness=0.0", "-o", "free")
-        run.refused("averaged, frame without supports", 4, re.compile(r".*no spring carries the mean load \(harmonic 0\) in some direction"))
+        run.refused("averaged, frame without supports", 4, re.compile(r".*in one or more directions no spring carries the mean load \(harmonic 0\)"))
 
 
 def test_extremes():

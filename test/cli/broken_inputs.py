@@ -343,11 +343,11 @@ INPUTS = [
                 r"0 m to 0\.74 m; it can be assembled at all other angles that were tested; gaps narrower than 4 deg may have been missed")),
     ("joints of a link meet at 0 deg", added("&joint name='C', type='ground', position=0.07, 0.0 /\n"
                                              "&link name='belt', from='C', to='A', mass=1.0, inertia=0.0 /"), 3,
-     "input.nml:17: link 'belt': its two joints coincide at a crank angle of 0.000 deg"),
+     "input.nml:17: link 'belt': the link's two joints coincide at a crank angle of 0.000 deg"),
     ("joints of a link meet at 40 deg", added("&joint name='C', type='ground', position=0.05362311101832846, "
                                               "0.04499513267805774 /\n"
                                               "&link name='belt', from='C', to='A', mass=1.0, inertia=0.0 /"), 3,
-     re.compile(r"input\.nml:17: link 'belt': its two joints coincide at a crank angle of (39\.99\d|40\.000) deg")),
+     re.compile(r"input\.nml:17: link 'belt': the link's two joints coincide at a crank angle of (39\.99\d|40\.000) deg")),
     # files
     ("empty file", "", 2,
      "input.nml: the file is empty"),
@@ -384,7 +384,7 @@ OPTIONS = [
     ("value for a flag", ["input.nml", "--quiet=yes"], 1,
      "option '--quiet' takes no value"),
     ("part with a verdict", ["input.nml", "--part", "1/2", "--fail-if-unstable"], 1,
-     "options '--part' and '--fail-if-unstable' exclude each other: a part has no verdict; use --fail-if-unstable with --merge"),
+     "options '--part' and '--fail-if-unstable' exclude each other: a part of a sweep has no verdict; use --fail-if-unstable with --merge"),
     ("no input", [], 1,
      "no input file; usage: gestell [options] input.nml (gestell --help lists the options)"),
     ("options but no input", ["-q"], 1,

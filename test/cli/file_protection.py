@@ -126,8 +126,8 @@ def test_blocks_stay():
                 (blocks / what).write_text("precious\n")
             before = everything(folder)
             Run(folder, "-q", "input.nml", "-o", what).refused(
-                f"sweep.blocks: {what}", 1, f"{what}/sweep.blocks: is a link, or contains files that are not from a sweep; choose another folder "
-                "with --output")
+                f"sweep.blocks: {what}", 1, f"{what}/sweep.blocks: is a symbolic link, or contains files that are not from a sweep; choose "
+                "another folder with --output")
             equal(f"sweep.blocks: {what}: unchanged", everything(folder), before)
         (folder / "empty" / "sweep.blocks").mkdir(parents=True)
         Run(folder, "-q", "input.nml", "-o", "empty").done("sweep.blocks: empty")

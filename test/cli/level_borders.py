@@ -251,10 +251,11 @@ def test_map():
         follows("a finer map", vertices_on("a finer map", folder / "input", (FIRST, ALONG), force_rms, 1000 / math.sqrt(2)), force,
                 1000, (speed, stiffness), 1e-4)
         run = Run(folder, "input.nml", "-s", "boundary.level=1e7", "-o", "high")
-        check("a map without curves", "  0 curves" in run.out and "  side of the level at the centre of the ranges: within\n" in run.out
+        check("a map without curves", "  0 curves" in run.out and "  quantity at the centre of the ranges, compared with the level: within\n" in run.out
               and rows(folder / "high")[1] == [], "within", run.out)
         run = Run(folder, "input.nml", "-s", "boundary.level=1", "-o", "low")
-        check("a map above its level", "  0 curves" in run.out and "  side of the level at the centre of the ranges: above\n" in run.out, "above", run.out)
+        check("a map above its level", "  0 curves" in run.out and "  quantity at the centre of the ranges, compared with the level: above\n" in run.out,
+              "above", run.out)
 
 
 def force_rms(rpm, stiffness):

@@ -503,7 +503,7 @@ def refused_tests():
     with Folder(input=BLOCK.format(**GOOD).replace("rpm=60", "rpm=60, held_by='outside'") + "&mechanism name='m', ratio=2 /\n") as folder:
         run = Run(folder, "input.nml")
         equal("space, no shaft of the drive: code", run.code, 2)
-        message = "input.nml:3: &drive: held_by = 'outside': other than 'motor' requires, for a frame in space, a mechanism with ratio=1: its crankshaft is the drive's shaft"
+        message = "input.nml:3: &drive: held_by = 'outside': other than 'motor' requires a mechanism with ratio=1 if the frame moves in space: the crankshaft of this mechanism is the drive's shaft"
         equal("space, no shaft of the drive: line", run.err, message + "\n")
     loose = GOOD | {"stiffness": "1e4,1e4,0", "dof": "'xi','eta','zeta'"}
     with Folder(input=BLOCK.format(**loose) + "&gravity direction=0,-1,1 /\n") as folder:

@@ -310,7 +310,7 @@ def test_parts():
 
 def test_concurrent_runs():
     """Two runs in one folder at once do not disturb each other."""
-    gone = "both/sweep.blocks: no longer exists: another run has finished this sweep, or it was removed\n"
+    gone = "both/sweep.blocks: no longer exists: another run has finished this sweep, or the folder was removed\n"
     other = "both/sweep.blocks: contains an unfinished sweep of another input; remove this folder " \
         "to start again, or choose another with --output\n"
     with Folder(input=SWEEP + LONG, other=(SWEEP + LONG).replace("mass=18.0", "mass=18.5")) as folder:
@@ -510,7 +510,7 @@ def test_foreign():
         text = origin.read_text()
         origin.write_text(text.replace(text.splitlines()[0], "0.0.9"))
         run = Run(folder, "-q", "input.nml", "-o", "out")
-        check("foreign blocks, version", run.code == 1 and "by version 0.0.9 of gestell, this is " in run.err and hint in run.err,
+        check("foreign blocks, version", run.code == 1 and "by version 0.0.9 of gestell (this is version " in run.err and hint in run.err,
               "the version", run.err)
         origin.write_text(text)
         Run(folder, "-q", "same.nml", "-o", "out").done("a sweep with another layout resumes")

@@ -208,7 +208,7 @@ contains
     end if
     found = c_null_ptr
     if (c_associated(tasks)) then
-      call find_machine_and_text(handle, machine, tasks, "the text of the tasks", names, error)
+      call find_machine_and_text(handle, machine, tasks, "the text with the names of the tasks", names, error)
     else
       call find_machine(handle, machine, error)
     end if

@@ -59,7 +59,7 @@ contains
     character(len=:), allocatable :: name
 
     text = ""
-    call find_solution_and_name(handle, what, "the name of the text", solution, name, error)
+    call find_solution_and_name(handle, what, "the name of the requested text", solution, name, error)
     if (allocated(error)) return
     select case (name)
     case ("verdict")

@@ -209,8 +209,8 @@ contains
       if (norm(matmul(abs(inverted), dz)) < 0.5_dp) return
     end if
     if (k < 0.5_dp) then
-      call fatal_error(error, "the averaged model has no periodic vibration: no spring carries the mean load (harmonic 0) in " // &
-        & "some direction", failed_computation)
+      call fatal_error(error, "the averaged model has no periodic vibration: in one or more directions no spring carries the " // &
+        & "mean load (harmonic 0)", failed_computation)
     else
       call fatal_error(error, "the averaged model has no periodic vibration: an undamped natural frequency coincides with " // &
         & "harmonic " // concise(k, 15) // " of the period (resonance); add damping or change the speed", failed_computation)

@@ -28,7 +28,7 @@ contains
   pure subroutine raise_resonance(error)
     type(error_type), allocatable, intent(out) :: error
 
-    call fatal_error(error, "the periodic vibration cannot be computed: within its error bound a multiplier may equal 1 " &
+    call fatal_error(error, "the periodic vibration cannot be computed: a multiplier equals 1 within its error bound " &
       & // "(resonance); add damping, change the speed or reduce the tolerance", failed_computation)
     error%cause = resonance
   end subroutine raise_resonance

@@ -156,8 +156,8 @@ contains
       before = reduction%residual
       n = 2 * n
     end do
-    call fatal_error(error, "the modes couple too strongly or change too suddenly for " // text(n) // " phases", &
-      & failed_computation)
+    call fatal_error(error, text(n) // " phases per period do not resolve the modes, which couple too strongly or change too " // &
+      & "suddenly", failed_computation)
   end subroutine reduce
 
   !> Number of phases that resolves the generator D and the product A S to the error `allowed`. Returns the present number of

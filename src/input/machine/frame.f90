@@ -44,9 +44,9 @@ module gestell_input_machine_frame
 
   type(key_type), parameter, public :: frame_keys(*) = [ &
     & key_type("frame", "mass", real_key, "mass of the frame without the links", unit=of_mass, range=positive), &
-    & key_type("frame", "inertia", real_key, "moment of inertia of the frame without the links, about its centre of mass F: 1 " // &
-    &   "value, about zeta; for a frame in space 3 values, about xi, eta, zeta, or 6 values, the last being the elements xy, " // &
-    &   "xz, yz of the tensor (xy is minus the sum of m x y)", &
+    & key_type("frame", "inertia", real_key, "moment of inertia of the frame without the links, about its centre of mass F. " // &
+    &   "In the plane: 1 value, about zeta. In space: 3 values, about xi, eta, zeta; 3 more values may follow, the elements " // &
+    &   "xy, xz, yz of the tensor (xy is minus the sum of m x y)", &
     &   1, 1, 6, unit=of_inertia), &
     & key_type("frame", "origin", real_key, "position of O, the origin of the mechanism's x-y system, relative to the frame's " // &
     &   "centre of mass F; components along xi, eta (for a frame in space also zeta)", 1, 2, 3, unit=of_length), &
@@ -154,8 +154,8 @@ contains
     drive%held_by = data%held_by
     drive%flywheel_inertia = data%flywheel_inertia
     if (drive%uniform_in_space() .and. .not. norm2(drive%axis) > 0) then
-      call input_error(group_named(doc, "drive"), "held_by", "other than 'motor' requires, for a frame in space, a mechanism " // &
-        &   "with ratio=1: its crankshaft is the drive's shaft", error)
+      call input_error(group_named(doc, "drive"), "held_by", "other than 'motor' requires a mechanism with ratio=1 if the " // &
+        &   "frame moves in space: the crankshaft of this mechanism is the drive's shaft", error)
       return
     end if
     select type (mechanism)

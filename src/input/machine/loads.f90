@@ -14,9 +14,9 @@ module gestell_input_machine_loads
   public :: read_foundation, read_gravity
 
   type(key_type), parameter, public :: foundation_keys(*) = [ &
-    & key_type("foundation", "stiffness", real_key, "stiffness matrix about the frame's centre of mass F, added to that of " // &
-    &   "the supports. It must be symmetric and positive semidefinite. Its rows and columns stand for xi, eta, psi (for a " // &
-    &   "frame in space also zeta, rot_xi, rot_eta)", 2, &
+    & key_type("foundation", "stiffness", real_key, "stiffness matrix about the frame's centre of mass F, added to the " // &
+    &   "stiffness of the supports. It must be symmetric and positive semidefinite. Its rows and columns stand for xi, eta, " // &
+    &   "psi (for a frame in space also zeta, rot_xi, rot_eta)", 2, &
     &   36, 36, shorter=9, unit=of_stiffness_matrix, default=0.0_dp, rows=6), &
     & key_type("foundation", "damping", real_key, "damping coefficients of xi, eta, psi (for a frame in space also zeta, " // &
     &   "rot_xi, rot_eta) about the frame's centre of mass F; they are added to the diagonal of the supports' damping matrix", &

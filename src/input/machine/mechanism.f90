@@ -31,9 +31,9 @@ module gestell_input_machine_mechanism
     & key_type("link", "to", text_key, "joint to which the link's xi-axis points. Without `to` the link moves with `from` but " // &
     &   "does not rotate: its axes stay parallel to x and y", otherwise="none"), &
     & key_type("link", "mass", real_key, "mass of the link", unit=of_mass, range=nonnegative), &
-    & key_type("link", "inertia", real_key, "moment of inertia about the centre of mass, also of a link that only translates " // &
-    &   "(it rotates with the frame). For a frame in space 3 values: about the link's xi-axis, its perpendicular in the " // &
-    &   "plane, and the normal; 1 value J means 0, J, J (slender link)", 1, 1, 3, unit=of_inertia, range=nonnegative), &
+    & key_type("link", "inertia", real_key, "moment of inertia about the centre of mass; a link that only translates needs it " // &
+    &   "too, because it rotates with the frame. In space 3 values: about the link's xi-axis, its perpendicular in the plane, " // &
+    &   "and the normal. 1 value J means 0, J, J (slender link)", 1, 1, 3, unit=of_inertia, range=nonnegative), &
     & key_type("link", "center", real_key, "position of the centre of mass relative to the joint `from`: distance along the " // &
     &   "link's xi-axis, and distance perpendicular to it (positive to the left)", 1, 2, 2, unit=of_length, default=0.0_dp), &
     & key_type("link", "z", real_key, "coordinate of the centre of mass along the normal of the mechanism's plane; used only " // &
@@ -57,12 +57,12 @@ module gestell_input_machine_mechanism
     & 1, &
     &   max_harmonics, symbol="kg m^2", default=0.0_dp), &
     & key_type("mass_functions", "moment", real_key, "angular momentum divided by the crank speed, as a Fourier series like " // &
-    &   "`a1`: sum of m (x y' - y x') + J alpha', where alpha is the angle of a part and ' the derivative with respect to the " // &
-    &   "crank angle", 1, 1, &
+    &   "`a1`: sum of m (x y' - y x') + J alpha', where alpha is the angle of a part, J its moment of inertia, and ' the " // &
+    &   "derivative with respect to the crank angle", 1, 1, &
     &   max_harmonics, symbol="kg m^2", default=0.0_dp), &
     & key_type("mass_functions", "energy", real_key, "twice the kinetic energy divided by the squared crank speed, as a " // &
-    &   "Fourier series like `a1`: sum of m (x'^2 + y'^2) + J alpha'^2; required by the task `power` and with " // &
-    &   "`held_by='flywheel'` or `'outside'`", 1, 1, &
+    &   "Fourier series like `a1`: sum of m (x'^2 + y'^2) + J alpha'^2 (symbols as in `moment`); required by the " // &
+    &   "task `power` and with `held_by='flywheel'` or `'outside'`", 1, 1, &
     &   max_harmonics, symbol="kg m^2", otherwise="none")]
 
 contains

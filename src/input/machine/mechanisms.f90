@@ -24,7 +24,8 @@ module gestell_input_machine_mechanisms
   character(len=*), parameter :: of_origin = "origin of the mechanism's x-y system relative to O (`&frame origin`); " // &
     &   "components along xi, eta (for a frame in space also zeta)", &
     & of_axis = "direction of the crank's axis, which is normal to the mechanism's plane; components along xi, eta, zeta", &
-    & of_x_axis = "direction whose projection onto the mechanism's plane is its x-axis; components along xi, eta, zeta", &
+    & of_x_axis = "direction whose projection onto the mechanism's plane is the mechanism's x-axis; components along xi, " // &
+    &   "eta, zeta", &
     & of_rotation = "angle by which the mechanism's x-axis is rotated within the mechanism's plane", &
     & of_phase = "angle of the mechanism's crank when the drive's angle is 0", &
     & of_ratio = "turns of the mechanism's crank per turn of the drive, negative if it turns in the opposite direction; a " // &

@@ -155,7 +155,7 @@ contains
       text = paragraph(trim(key%group) // "." // trim(key%name) // ": " // trim(key%meaning), 0) &
         & // entry("values", values_of(key)) // entry("default", missing(key))
       if (schema%groups(find_group_rule(schema, key%group))%subject == option_group) then
-        text = text // entry("sweep", "no: &sweep can vary only numbers of the machine")
+        text = text // entry("sweep", "no: &sweep can vary only numbers that describe the machine")
       else if (key%kind /= real_key) then
         text = text // entry("sweep", "no: &sweep can vary only real numbers")
       else

@@ -56,16 +56,16 @@ module gestell_model_joints_joint
     !> Guides on which the joint slides.
     type(guide_type), allocatable :: guides(:)
     !> Reason, for an error message, why the joint cannot be assembled at some crank angle.
-    character(len=80) :: obstacle = "it cannot be placed there"
+    character(len=80) :: obstacle = "no position satisfies its lengths and guides"
   end type form_type
 
   !> Index by which a joint denotes itself in the list of its bars.
   integer, parameter, public :: itself = 0
 
   !> Descriptions of keys that several types of joints share.
-  character(len=*), parameter :: of_ends = "joints, listed before this one, that determine its position: the other ends of " // &
-    &   "its links, or two joints of the body that carries it", of_lengths = "lengths of the joint's links, which are its " // &
-    &   "distances from the joints `ends`"
+  character(len=*), parameter :: of_ends = "joints that determine the position of this joint: the other ends of its links, " // &
+    &   "or two joints of the body that carries it", of_lengths = "distances of this joint from the joints `ends` (the " // &
+    &   "lengths of its links)"
   type(key_type), parameter, public :: one_end = key_type("joint", "ends", text_key, of_ends, 1, 1, 1, required=.true.)
   type(key_type), parameter, public :: two_ends = key_type("joint", "ends", text_key, of_ends, 1, 2, 2, required=.true.)
   type(key_type), parameter, public :: one_length = key_type("joint", "lengths", real_key, of_lengths, 1, 1, 1, required=.true., &

@@ -61,7 +61,7 @@ contains
       if (any(mechanism%mass * (mechanism%inertia + effective(:, a3_v)) < (1 - rounding) * (effective(:, a1_v)**2 + effective(:, &
         & a2_v)**2) &
         & - rounding * mechanism%mass * (mechanism%inertia + masses(:, a3_v)))) call fatal_error(error, &
-        & "this energy is physically impossible together with these a1, a2, a3 and moment", invalid_input, held_subject)
+        & "the energy is physically impossible together with a1, a2, a3 and moment", invalid_input, held_subject)
     end if
   end subroutine check_held
 

@@ -72,7 +72,7 @@ contains
     amplitude(1:n) = series%amplitude(:n)
     phase(1:n) = series%phase(:n)
     call table%add(amplitude_of(name, unit), unit_type(words=unit%words), &
-      & "amplitude in the harmonic: amplitude * cos(2 pi frequency t + phase)", amplitude)
+      & "amplitude of the harmonic amplitude * cos(2 pi frequency t + phase)", amplitude)
     call table%add(trim(name) // "_" // trim(unit%suffix) // "_phase", radian, "phase of this harmonic", phase)
   end subroutine add_harmonics
 

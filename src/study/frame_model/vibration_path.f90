@@ -196,7 +196,7 @@ contains
 
     varied = self%varied
     if (self%drag > 0 .and. lambda < 2 * self%furthest_back) then
-      call fatal_error(error, "the branch of vibrations returns to much more damping than at its start", failed_computation)
+      call fatal_error(error, "on the branch of vibrations the damping rises far above its value at the start", failed_computation)
     else if (self%from_rest) then
       varied%excitation = lambda
     else

@@ -261,17 +261,18 @@ contains
     call table%add("aim", "what the counterweights minimise, as in balance.csv", aim)
     call table%add("links", "links with counterweights, as in balance.csv", links)
     call add_order_column(table, "order", "multiple of the crank speed", number, frame%mechanism%turns)
-    call table%add("rigid_f_rms", newton, "rms value of this order of the force on rigid ground", rms(:, 1))
-    call table%add("rigid_m_rms", newton_metre, "rms value of this order of the moment on rigid ground", rms(:, 2))
-    call table%add("f_rms", newton, "rms value of this order of the force on the mounts", rms(:, 3))
-    call table%add("m_rms", newton_metre, "rms value of this order of the moment on the mounts", rms(:, 4))
+    call table%add("rigid_f_rms", newton, "rms of the force on rigid ground, this order only", rms(:, 1))
+    call table%add("rigid_m_rms", newton_metre, "rms of the moment on rigid ground, this order only", rms(:, 2))
+    call table%add("f_rms", newton, "rms of the force on the mounts, this order only", rms(:, 3))
+    call table%add("m_rms", newton_metre, "rms of the moment on the mounts, this order only", rms(:, 4))
     if (.not. allocated(frame%space)) return
     do i = 1, 6
       call table%add("rigid_" // parts(i), merge(newton, newton_metre, i <= 3), "amplitude on rigid ground", amplitudes(:, i))
     end do
     do i = 1, 4
-      call table%add("rigid_" // trim(turning(i)), merge(newton, newton_metre, i <= 2), "on rigid ground, normal to the first " &
-        & // "shaft: magnitude of the vector that rotates " // either("with the crank", "against the crank", modulo(i, 2) == 1), &
+      call table%add("rigid_" // trim(turning(i)), merge(newton, newton_metre, i <= 2), "force or moment on rigid ground, " &
+        & // "normal to the first shaft: magnitude of the vector that rotates " &
+        & // either("with the crank", "against the crank", modulo(i, 2) == 1), &
         & rotating(:, i))
     end do
   end function harmonics_of

@@ -143,7 +143,7 @@ contains
     end do
     report = tabulated("lrrrrrl", "counterweight,mass,rigid,rigid,mounts,mounts" // newline // ",kg,force,moment,force,moment", &
       & rows)
-    if (size(variants) > 1) report = report // "  a counterweight for force, moment or sum minimises this rms on rigid ground" &
+    if (size(variants) > 1) report = report // "  for force: minimum rms force on rigid ground; likewise for moment and sum" &
       & // newline
     select case (state)
     case (balanced)

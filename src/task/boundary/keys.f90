@@ -12,7 +12,7 @@ module gestell_task_boundary_keys
     &   range=range_type(min_tolerance, max_tolerance, above_zero=.true.)), &
     & key_type("boundary", "quantity", text_key, "quantity, named as in `&resonance`, whose crossings of `level` are sought " // &
     &   "instead of the stability boundary", otherwise="none: stability boundaries"), &
-    & key_type("boundary", "measure", text_key, "measure of the quantity that is compared with `level`; values as in `&sweep " // &
+    & key_type("boundary", "measure", text_key, "which measure of the quantity to compare with `level`; values as in `&sweep " // &
     &   "measures`", word="peak", &
     &   words="peak, rms, band"), &
     & key_type("boundary", "level", real_key, "value whose crossings are sought, in the SI unit of the quantity; with " // &

@@ -75,7 +75,7 @@ contains
     report = newline
     if (allocated(results%map)) then
       report = report // curve_lines(results%map, plan%paths)
-      if (results%side_at_centre /= "") report = report // "  side of the level at the centre of the ranges: " &
+      if (results%side_at_centre /= "") report = report // "  quantity at the centre of the ranges, compared with the level: " &
         & // trim(results%side_at_centre) &
         & // newline
     else

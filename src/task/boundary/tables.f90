@@ -73,8 +73,8 @@ contains
         call table%add("arg", radian, "argument of the multiplier that crosses the unit circle", (values%arg_rad))
         call table%add("kind", "divergence, period_doubling, flutter or turning_point", (values%kind))
       end if
-      call table%add(path // "_error", unit, "bound on the error: the distance of the " // border // " from the value in this " &
-        & // "row is at most this large", (values%error))
+      call table%add(path // "_error", unit, "bound on the distance of the " // border // " from the value in this " &
+        & // "row", (values%error))
       if (of_level) then
         call table%add("below", "side of the level on which the quantity lies for smaller values of the parameter: within (at " &
           & // "most the level), above or undecided", (values%below))

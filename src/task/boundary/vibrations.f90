@@ -356,7 +356,7 @@ contains
     class is (frame_type)
       allocate(frame, source=system)
     class default
-      call fatal_error(error, "the members of the family must be frames: only their vibrations can be followed through the " &
+      call fatal_error(error, "the members of the family must be frames: only vibrations of frames can be followed through the " &
         & // "range", failed_computation)
     end select
   end subroutine bare_frame

@@ -19,8 +19,8 @@ module gestell_task_common_keys
     &   trim(frame_models(3))), &
     & key_type("model", "vibrations", text_key, "whether to search for one periodic vibration of the machine or for all of them", &
     &   word="one", words="one, all"), &
-    & key_type("model", "coefficients", text_key, "`'averaged'` replaces M, B and C by their means over the period; allowed " // &
-    &   "only with `frame='rest'`", word="periodic", words="periodic, averaged")]
+    & key_type("model", "coefficients", text_key, "`'averaged'` replaces the matrices M, B and C (mass, damping, stiffness) " // &
+    &   "by their means over the period; allowed only with `frame='rest'`", word="periodic", words="periodic, averaged")]
 
   type(key_type), parameter :: fixed_accuracy_keys(*) = [ &
     & key_type("accuracy", "tolerance", real_key, "permitted relative error of Phi(T), the state transition matrix over one " // &
@@ -40,7 +40,7 @@ module gestell_task_common_keys
     &   range=range_type(0.0_dp, 8000.0_dp)), &
     & key_type("response", "quantities", text_key, "quantities to report and to write to `quantities.csv` and to the line of " // &
     &   "`--one-line`; names as in `&resonance`", 1, 1, 20, otherwise="none"), &
-    & key_type("response", "measures", text_key, "which values of these quantities to report: peak, rms, or the rms velocity " // &
+    & key_type("response", "measures", text_key, "which values of the `quantities` to report: peak, rms, or the rms velocity " // &
     &   "within the frequency band of the probe", 1, 1, 3, word="peak", words="peak, rms, band")]
 
   type(key_type), parameter, public :: resonance_keys(*) = [ &

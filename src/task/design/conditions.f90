@@ -42,8 +42,8 @@ contains
     if (all(lower(paths) /= "drive.speed_rpm")) speeds = [configuration%frame%speed]
     if (count_groups(configuration%document, "sweep") > 0) then
       if (any(lower(paths) == "drive.speed_rpm")) then
-        call input_error(group_named(configuration%document, "sweep"), "parameter", "the speed cannot vary here, since &design " &
-          & // "changes it", error)
+        call input_error(group_named(configuration%document, "sweep"), "parameter", "the speed cannot vary in &sweep, " &
+          & // "since &design changes it", error)
         return
       end if
       if (.not. allocated(configuration%plan)) call read_plan(configuration, .true., error)

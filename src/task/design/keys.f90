@@ -15,27 +15,27 @@ module gestell_task_design_keys
     & key_type("design", "with", text_key, "paths of further numbers that always get the same value as the parameter", 1, 1, 20, &
     & otherwise="none"), &
     & key_type("design", "starts", integer_key, "number of starting points of the search; the first is the machine in the " // &
-    &   "input. A convex problem needs only one. With several groups `&design`, give this key in one of them", default=8.0_dp, &
+    &   "input. A convex problem needs only one. Give this key in one group `&design`", default=8.0_dp, &
     &   range=range_type(1.0_dp, 1000.0_dp))]
 
   type(key_type), parameter, public :: objective_keys(*) = [ &
     & key_type("objective", "quantity", text_key, "quantity to minimise: one as in `&resonance`, or `shaking.f`, `torque`, " // &
     &   "`added_mass`, ..."), &
-    & key_type("objective", "measure", text_key, "measure of this quantity: peak, rms, or rms within the frequency band of " // &
-    &   "the probe", word="rms", &
+    & key_type("objective", "measure", text_key, "which measure of the quantity to minimise: peak, rms, or rms within the " // &
+    &   "frequency band of the probe", word="rms", &
     &   words="peak, rms, band"), &
     & key_type("objective", "weight", real_key, "factor by which this objective is multiplied; its unit is the reciprocal of " // &
     &   "the objective's unit", default=1.0_dp, range=positive), &
     & key_type("objective", "combine", text_key, "whether the sum or the largest of several weighted objectives is minimised; " // &
-    &   "with several groups `&objective`, give this key in one of them", word="sum", words="sum, largest"), &
+    &   "give this key in one group `&objective`", word="sum", words="sum, largest"), &
     & key_type("objective", "trade_off", integer_key, "number of points on the trade-off curve of two objectives; with `0` no " // &
-    &   "curve is computed; give this key in one of the two groups `&objective`", default=0.0_dp, range=range_type(0.0_dp, &
+    &   "curve is computed; give this key in one group `&objective`", default=0.0_dp, range=range_type(0.0_dp, &
     &   1000.0_dp))]
 
   type(key_type), parameter, public :: constraint_keys(*) = [ &
     & key_type("constraint", "quantity", text_key, "quantity to which the limit applies; names as in `&objective`"), &
-    & key_type("constraint", "measure", text_key, "measure of this quantity: peak, rms, or rms within the frequency band of " // &
-    &   "the probe", word="rms", &
+    & key_type("constraint", "measure", text_key, "which measure of the quantity to limit: peak, rms, or rms within the " // &
+    &   "frequency band of the probe", word="rms", &
     &   words="peak, rms, band"), &
     & key_type("constraint", "at_most", real_key, "upper limit of the quantity, in its unit", otherwise="none"), &
     & key_type("constraint", "at_least", real_key, "lower limit", otherwise="none"), &

@@ -161,7 +161,7 @@ contains
       & // "point.", verdict)
     call table%add("start", "number of the starting point; point 1 is the machine in the input", [(k, k = 1, size(design%found))])
     call table%add("objective", plain, "weighted objective", objective)
-    call table%add("violation", plain, "amount by which the most exceeded limit is exceeded, in the unit of this limit", violation)
+    call table%add("violation", plain, "excess over the most exceeded limit, in the unit of this limit", violation)
     call table%add("optimality", plain, "relative residual of the optimality conditions (Karush, Kuhn and Tucker)", missed)
     call table%add("state", "converged, not converged, or no machine (impossible, or without periodic vibration)", state)
     call table%add("evaluations", "number of machines solved", (design%found%evaluations))

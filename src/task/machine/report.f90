@@ -93,7 +93,7 @@ contains
         warnings = warnings(i + 1:)
       end do
       if (configuration%analysis%averaged) then
-        report = report // "  model      averaged: M, B, C are replaced by their means, the load h(t) is not" // newline
+        report = report // "  model      averaged: means of the matrices M, B, C, but not of the load h(t)" // newline
       else if (configuration%analysis%model == "exact") then
         report = report // "  model      exact: valid for any frame rotation; stability about the vibration" // newline
       else if (configuration%analysis%model == "first_order") then
@@ -290,7 +290,7 @@ contains
     if (facts%methods == "averaged") then
       lines = "  accuracy            averaged model solved in closed form, without integration; " &
         & // either("the state transition matrix has no reliable digit", "relative error of the state transition matrix at most " &
-        & // concise(facts%error, 1), facts%error >= 1) // ", " // text(facts%evaluations) // " evaluations; defect of the trace " &
+        & // concise(facts%error, 1), facts%error >= 1) // ", " // text(facts%evaluations) // " evaluations; Liouville's defect " &
         & // defect_in_words(analysis) // newline
       return
     end if

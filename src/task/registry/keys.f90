@@ -15,10 +15,10 @@ module gestell_task_registry_keys
   type(group_rule), parameter :: groups(*) = [ &
     & group_rule("model", "which equations of motion to solve"), &
     & group_rule("accuracy", "tolerance and numerical method of the computation"), &
-    & group_rule("response", "for the task `response`: what to write of time histories, harmonics and quantities"), &
+    & group_rule("response", "for the task `response`: number of points and harmonics, and the quantities to report"), &
     & group_rule("sweep", "a parameter to vary; one group gives a line of machines, two groups a grid", repeatable=.true.), &
-    & group_rule("boundary", "for the task `boundary`: whether to find stability boundaries or where a quantity reaches a " // &
-    &   "level, as the parameters of `&sweep` vary"), &
+    & group_rule("boundary", "for the task `boundary`: tolerance of the search; optionally a quantity, whose crossings of a " // &
+    &   "level are sought instead of stability boundaries"), &
     & group_rule("resonance", "for the tasks `resonance`, `critical`, `campbell`: quantities and orders over the speeds of " &
     & // "`&sweep`")]
 

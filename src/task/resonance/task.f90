@@ -97,8 +97,8 @@ contains
         call table%add("damping_ratio", plain, "width / (2 speed)", (maxima%damping_ratio))
         call add_order_column(table, "strongest_order", "order of the crank with the largest amplitude", &
           & (maxima%strongest_order), turns)
-        call table%add("state", "as in resonance.csv; also unbounded or jump", merge("jump      ", merge("unbounded ", &
-          & state_word(maxima%state), maxima%unbounded), maxima%jump))
+        call table%add("state", "state of the machine as in resonance.csv, or unbounded, or jump", &
+          & merge("jump      ", merge("unbounded ", state_word(maxima%state), maxima%unbounded), maxima%jump))
         call table%add("small_motion", "as in resonance.csv", (maxima%small))
         call table%add("other_side", plain, "peak value on the other side of the jump, if the state is jump", (maxima%other_side))
       end associate

@@ -52,7 +52,7 @@ contains
             & 1.0_dp, &
             & "moment")
           if (dofs > 3) q%meaning = "component of the frame's rotation vector"
-          if (dofs > 3) f%meaning = "moment on the ground about the rest position of F, about " // along(i)
+          if (dofs > 3) f%meaning = "moment on the ground about the rest position of F; part about " // along(i)
           if (dofs > 3) f%words = trim(f%words) // ", " // along(i)
           if (dofs > 3) f%symbol = "moment " // along(i)
         else

@@ -144,9 +144,8 @@ contains
     integer :: first, second
 
     if (is_foreign(campaign%blocks, [character(len=6) :: "origin", "rows", "marks"], "lock")) then
-      call fatal_error(error, campaign%blocks // ": is a link, or contains files that are not from a sweep; choose another " &
-        & // "folder " &
-        & // "with --output", wrong_usage)
+      call fatal_error(error, campaign%blocks // ": is a symbolic link, or contains files that are not from a sweep; choose " &
+        & // "another folder with --output", wrong_usage)
       return
     end if
     if (.not. campaign%has_begun()) return
@@ -159,7 +158,7 @@ contains
     second = first + index(note(first + 1:), newline)
     if (first == 0 .or. second == first) return
     reason = "of another input"
-    if (note(:first - 1) /= version) reason = "by version " // note(:first - 1) // " of gestell, this is " // version
+    if (note(:first - 1) /= version) reason = "by version " // note(:first - 1) // " of gestell (this is version " // version // ")"
     call fatal_error(error, campaign%blocks // ": contains an unfinished sweep " // reason // &
       & "; remove this folder to start again, or choose another with --output", wrong_usage)
   end subroutine compare_origin
@@ -171,8 +170,8 @@ contains
 
     call compare_origin(campaign, error)
     if (campaign%has_begun() .or. allocated(error)) return
-    call fatal_error(error, campaign%blocks // ": no longer exists: another run has finished this sweep, or it was removed", &
-      & failed_computation)
+    call fatal_error(error, campaign%blocks // ": no longer exists: another run has finished this sweep, or the folder was " &
+      & // "removed", failed_computation)
   end subroutine check_folder_exists
 
   !> Reads the file `origin` into `note`; `note` is empty if the file cannot be read.

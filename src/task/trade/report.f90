@@ -78,13 +78,14 @@ contains
     else if (allocated(trade%resonance)) then
       lines = lines // "  The averaged model has no periodic vibration: use the periodic coefficients."
     else if (trade%worst_difference() > moderate) then
-      lines = lines // "  The averaged model differs by up to " // worst // ": use the periodic coefficients."
+      lines = lines // "  The averaged model differs from the periodic one by up to " // worst // ": use the periodic " // &
+        &   "coefficients."
     else if (trade%worst_difference() > negligible) then
-      lines = lines // "  The averaged model differs by up to " // worst // ": use it for a first estimate, but not for final " // &
-        &   "results."
+      lines = lines // "  The averaged model differs from the periodic one by up to " // worst // ": use it for a first " // &
+        &   "estimate, but not for final results."
     else
-      lines = lines // "  The averaged model differs by at most " // worst // ": it is accurate enough for this machine at " // &
-        &   "this speed."
+      lines = lines // "  The averaged model differs from the periodic one by at most " // worst // ": it is accurate " // &
+        &   "enough for this machine at this speed."
     end if
     lines = lines // newline // "  time: averaged " // concise(1000 * trade%averaged%seconds, 2) &
       & // " ms, periodic " // concise(1000 * trade%periodic%seconds, 2) // " ms. Averaged coefficients never show parametric " &

@@ -47,8 +47,8 @@ contains
     class(crank_joint), intent(in) :: self
     type(form_type), intent(out) :: form
 
-    form = form_type("crank", "crank pin, at the distance `radius` from the joint `pivot`; the angle of the crank is `ratio` " // &
-      &   "Omega t + `phase`", &
+    form = form_type("crank", "crank pin, at the distance `radius` from the joint `pivot`; the crank angle is `ratio` times " // &
+      &   "the drive's angle, plus `phase`", &
       & links=1, pairs=1, keys=keys, bars=[self%pivot, itself])
   end subroutine describe
 

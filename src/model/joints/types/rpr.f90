@@ -33,7 +33,7 @@ contains
     class(rpr_joint), intent(in) :: self
     type(form_type), intent(out) :: form
 
-    form = form_type("RPR", "point of a slotted lever, which turns about `ends(2)` and whose slot passes through `ends(1)`. " // &
+    form = form_type("RPR", "point of a slotted lever. The lever turns about `ends(2)`; its slot passes through `ends(1)`. " // &
       &   "The joint is at the distance `lengths(1)` from `ends(2)`, on the same side as `ends(1)` (`branch = 1`) or on the " // &
       &   "opposite side (`-1`)", links=2, pairs=3, &
       & keys=[two_ends, one_length, branch_key], bars=[self%ends(2), itself, self%ends(2), self%ends(1)], &

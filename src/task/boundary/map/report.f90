@@ -54,8 +54,8 @@ contains
     report = report // unsearched_lines(map%thin, 2 * finest_lines, map%left_out)
     do i = 1, min(size(map%places), max_listed)
       associate (along => maxloc(map%places(i)%width, dim=1))
-        report = report // "  open: there may be a boundary at " // place(map%places(i)%parameters) // ", within " &
-          & // concise(map%places(i)%width(along), 2) // " along " // trim(paths(along)) // newline
+        report = report // "  open: there may be a boundary near " // place(map%places(i)%parameters) // ", in a range of " &
+          & // "width " // concise(map%places(i)%width(along), 2) // " along " // trim(paths(along)) // newline
       end associate
     end do
     if (size(map%places) > max_listed) report = report // more_listed
@@ -70,7 +70,7 @@ contains
 
     report = ""
     if (thin > 0) report = "  note: without damping, pairs of multipliers would coincide at " // counted(thin, "more place") &
-      & // "; an unstable region (tongue) there is narrower than " // concise(width, 2) // " of the range" // newline
+      & // "; an unstable region (tongue) at such a place is narrower than " // concise(width, 2) // " of the range" // newline
     if (left_out > 0) report = report // "  note: multipliers meet in so many places that " // counted(left_out, "place") // &
       & " were not searched; these places lie in the ranges that are marked 'open' below. Search these ranges separately" // newline
   end function unsearched_lines
