@@ -16,7 +16,7 @@ bootstrap() {
   # Packages that are optional for users are needed to check everything. Without them the checks of pictures and of the page in a
   # browser print that they are skipped.
   if [ "${CI:-}" = true ] && [ "$(id -u)" = 0 ] && command -v apt-get >/dev/null; then
-    ./bootstrap --with gnuplot || echo 'no gnuplot'
+    FPM_FC='' ./bootstrap --with gnuplot || echo 'no gnuplot'
     command -v chromium >/dev/null || { apt-get update && apt-get install -y --no-install-recommends chromium; } || echo 'no chromium'
   fi
   # .ci/gfortran needs a compiler, which bootstrap installs for users who name none.
