@@ -277,7 +277,7 @@ def page():
 def pictures():
     solution = gestell.Machine(ROOT / "data/khang_four_bar.nml").solve()
     if not shutil.which("gnuplot"):
-        check("no gnuplot", "no pictures: there is no program gnuplot" in solution._repr_html_())
+        check("no gnuplot", "no pictures: gnuplot is not installed" in solution._repr_html_())
         return
     drawn = solution.pictures()
     check("pictures", {"multipliers", "response"} <= set(drawn) and all("</svg>" in picture for picture in drawn.values()), list(drawn))
