@@ -13,7 +13,7 @@ module gestell_output_head
     character(len=:), allocatable :: text
   end type setting_type
 
-  !> Data that the heads of all files of a run state.
+  !> Data for the heads of all result files of a run.
   type, public :: head_type
     !> `title`, `input`: title and file name of the input. `model`: model of the frame. `held_by`: what keeps the crank speed
     !> constant ('motor', 'flywheel' or 'outside')

@@ -126,10 +126,11 @@ contains
   !> Share of the fastest motion in the norm of the monodromy matrix Phi(T); between `least` and 1. `p`: matrix P, shape (n, n),
   !> in units of `unit` / T. `power`: 16th power of P. `fastest`: phase advance of the fastest motion within the period (rad).
   !>
-  !> The fastest motion has a pair of eigenvalues r exp(+-i (pi / 2 + e)). Over the period it decays by the factor exp(-d), where
-  !> d = fastest e. The angle e follows from the traces tr P^16 = 2 r^16 cos 16 e and tr P^17 = -2 r^17 sin 17 e, in which the
-  !> other motions are negligible. The trace of P gives the mean decay of the other motions. A share below `least` is raised to
-  !> `least`, because motions that decay more slowly then contribute to the norm as well.
+  !> The fastest motion has a pair of eigenvalues r exp(+-i (pi / 2 + e)). Over the period it decays by the factor exp(-d), where d
+  !> is the product of e and the phase advance `fastest`. The angle e follows from the traces tr P^16 = 2 r^16 cos 16 e and
+  !> tr P^17 = -2 r^17 sin 17 e, in which the other motions are negligible. The trace of P gives the mean decay of the
+  !> other motions. A share below `least` is raised to `least`, because the errors of the other motions, which decay more slowly,
+  !> are then no longer negligible.
   pure real(dp) function fastest_share(p, power, unit, fastest) result(fade)
     real(dp), intent(in) :: p(:, :), power(:, :), unit, fastest
     real(dp), parameter :: least = 1 / 64.0_dp

@@ -34,7 +34,7 @@ contains
     real(dp), contiguous, intent(in) :: maps(:, :, :), scale(:)
     !> Matrix Phi, shape (n, n): on entry before these steps, on return after them
     real(dp), intent(inout) :: phi(:, :)
-    !> False if a number exceeds `maximum`; Phi and x_p are then unchanged.
+    !> False if an element of Phi or x_p exceeds `maximum` in modulus after one of the steps; Phi and x_p are then unchanged.
     logical, intent(out) :: fits
     !> `xp`: forced motion x_p, shape (n), on entry before these steps, on return after them. `xp_peak`: largest norm of x_p / scale
     !> so far.

@@ -4,9 +4,11 @@
 !>
 !> A periodic motion without high harmonics requires far fewer stages than Phi(T). With s stages a step of length h has the error
 !> h^(s+1) times the derivative of order s + 1 of the motion, times (h |P|)^s. The matrix (E - Phi)^-1 of the discrete solution
-!> propagates this error over the period. So the error contains 2 s + 1 factors h: s + 1 of them
-!> are multiplied by frequencies of the motion, and only s by that of the fastest vibration. The harmonics of the motion are
-!> known only after the solution.
+!> propagates this error over the period. So the error contains 2 s + 1 factors h: s + 1 of them are multiplied by frequencies of
+!> the motion, the other s by the frequency of the fastest vibration.
+!>
+!> The first step length is chosen from assumed harmonics of the motion. If the harmonics of the result show that its error is too
+!> large, the motion is computed again with shorter steps.
 module gestell_floquet_period_quick_motion
   use gestell_math_dft, only: dft
   use gestell_base_error, only: error_type

@@ -30,8 +30,8 @@ module gestell_floquet_period_turn_errors
 
   public :: solve_corrections, compare, relative_rounding, rounding_errors, compute_differences
 
-  !> Errors of n quantities over the period. At each phase the error of a quantity is the sum of two parts: its difference at
-  !> this phase, times a factor between -1 and 1, and the rounding error.
+  !> Errors of n quantities over the period. At each phase the error of a quantity is the sum of two parts: the rounding error, and
+  !> a factor between -1 and 1 times the difference between the computed motion and a motion computed with shorter steps.
   type, public :: turn_errors_type
     !> `differences`: differences times the safety factor, shape (n, 2 * phases). The first half belongs to the motion that was
     !> compared, the second half to a motion with much shorter steps. `rounding`: bound on the rounding error at any time, shape

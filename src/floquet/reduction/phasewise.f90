@@ -135,8 +135,8 @@ contains
   end subroutine columns_times
 
   !> Computes the inverses of the matrices `a`, shape (phases, n, n), at all phases by elimination without pivoting. If the matrices
-  !> are close to the unit matrix, this is as accurate as elimination with pivoting. LAPACK repeats the phases at which elimination
-  !> loses digits. Fails if `a` is singular at some phase.
+  !> are close to the unit matrix, this is as accurate as elimination with pivoting. At phases where elimination loses digits, the
+  !> inverse is computed again by LAPACK. Fails if `a` is singular at some phase.
   subroutine inverses(a, inverted, error)
     real(dp), contiguous, intent(in) :: a(:, :, :)
     real(dp), contiguous, intent(out) :: inverted(:, :, :)
@@ -174,8 +174,8 @@ contains
   end subroutine inverses
 
   !> Solves `operator` x = `right` at all phases and overwrites `right` with x; shapes (phases, n, n), (phases, n). Elimination uses
-  !> the diagonal elements as pivots. LAPACK repeats the phases at which elimination loses digits. Fails if `operator` is singular
-  !> at some phase.
+  !> the diagonal elements as pivots. At phases where elimination loses digits, x is computed again by LAPACK. Fails if `operator`
+  !> is singular at some phase.
   subroutine solve(operator, right, error)
     real(dp), contiguous, intent(in) :: operator(:, :, :)
     real(dp), contiguous, intent(inout) :: right(:, :)

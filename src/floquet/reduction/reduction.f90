@@ -71,8 +71,8 @@ module gestell_floquet_reduction
     real(dp) :: distance = 0
   end type decoupled_type
 
-  !> `fewest`, `most`: minimum and maximum number of phases. `max_predicted`: largest predicted number that is used; if more phases
-  !> are needed, their number is doubled.
+  !> `fewest`, `most`: minimum and maximum number of phases. The number of phases that is needed is predicted from the harmonics. A
+  !> prediction above `max_predicted` is not used: the number of phases is doubled instead.
   integer, parameter :: fewest = 32, max_predicted = 128, most = 1024
   !> Estimated roundoff of a residual, relative to its terms, in units of epsilon |S| |S^-1|.
   real(dp), parameter :: rounding = 32

@@ -171,7 +171,8 @@ contains
     call self%spectrum%motion(phases, x)
   end subroutine part_motion
 
-  !> Implements `errors` of part_solution_type. The error bounds of the harmonics are valid at all times.
+  !> Implements `errors` of part_solution_type. The motion's error bound holds at all times, so it is stored as the
+  !> rounding error.
   subroutine part_errors(self, system, phases, x, errors, error, disturbance)
     class(constant_type), intent(in) :: self
     class(periodic_system), intent(in) :: system

@@ -36,8 +36,8 @@ module gestell_floquet_solution_mode_group
 
 contains
 
-  !> Computes the map of one group over the period. Fails if `solve_monodromy` fails, or if the multipliers of a complex group
-  !> differ too much in modulus.
+  !> Computes the map of one group over the period. Fails if `solve_monodromy` fails, or if the multipliers of a group that
+  !> does not contain its complex conjugate modes differ too much in modulus.
   subroutine solve_group(reduction, forced, accuracy, group, error)
     type(reduction_type), intent(in) :: reduction
     !> If true, also compute the forced motion that starts from zero
@@ -225,9 +225,9 @@ contains
   subroutine bound_rates(d, growth, rate, condition)
     !> Generator D of the group at all phases, shape (m, m, phases)
     complex(dp), intent(in) :: d(:, :, :)
-    !> `growth`: logarithm of the maximum size of the motion relative to its size at the ends of the period. `rate`: lower bound,
-    !> valid at all phases, on the rate of decay or of growth; zero if the motion neither decays nor grows at all phases.
-    !> `condition`: condition number of the coordinates.
+    !> `growth`: logarithm of the maximum size of the motion relative to its size at the ends of the period. `rate`: lower
+    !> bound on the rate of decay if the motion decays at all phases, or on the rate of growth if it grows at all phases; otherwise
+    !> zero. `condition`: condition number of the coordinates.
     real(dp), intent(out) :: growth, rate, condition
     type(error_type), allocatable :: error
     complex(dp), allocatable :: values(:), right(:, :), left(:, :), inverted(:, :)

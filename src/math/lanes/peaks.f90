@@ -75,10 +75,9 @@ contains
     end do
   end subroutine find_next
 
-  !> Computes the maximum of |f| near each sample `at` at which |f| is not below its values at the two adjacent samples. If this
-  !> maximum exceeds `maximum`, it replaces it. Newton's iteration for f' = 0 is confined to the interval from a point where |f|
-  !> rises towards the maximum to a point beyond the maximum. It ends when the next step would raise |f| by less than its rounding
-  !> error.
+  !> Computes the maximum of |f| near each sample `at` at which |f| is not below its values at the two adjacent samples. Raises
+  !> `maximum` to the result if the result is larger. Newton's iteration for f' = 0 is confined to an interval that contains the
+  !> maximum of |f|. The iteration ends when the next step would raise |f| by less than the rounding error of |f|.
   pure subroutine refine(n, mean, harmonics, at, maximum)
     integer, intent(in) :: n
     real(dp), contiguous, intent(in) :: harmonics(:, :)

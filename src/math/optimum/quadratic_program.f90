@@ -6,9 +6,9 @@
 !> The method is the dual active-set method of Goldfarb and Idnani (Math. Programming 27, 1983, 1-33, doi 10.1007/BF02591962). With
 !> B = L L' and y = L' d the minimum is y = -sum lambda_b L^-1 a_b, where lambda >= 0 and sum over b in g of lambda_b = w_g.
 !>
-!> The method maintains this form of y and a working set of branches with multipliers. Working branches of a group have equal
-!> values, and each group has at least one. The branch p that exceeds the value of its group most enters the working set. When the
-!> multiplier of p grows by t, the multipliers of the working set change by t r_b, and y by t dy:
+!> The method maintains this form of y and a working set of branches with multipliers. The branches of a group that are in the
+!> working set have equal values, and each group has at least one such branch. The branch p that exceeds the value of its group most
+!> enters the working set. When the multiplier of p grows by t, the multipliers of the working set change by t r_b, and y by t dy:
 !>
 !>     r = argmin |L^-1 a_p + sum r_b L^-1 a_b|,  sum over b in g of r_b = -1 for the group of p, 0 for others,      (1)
 !>     dy = -(L^-1 a_p + sum r_b L^-1 a_b).                                                                          (2)
@@ -107,7 +107,7 @@ contains
 
   contains
 
-    !> For each branch, the value of its group in the linear model: the maximum over the working branches of the group; 0 for
+    !> For each branch, the value of its group in the linear model: the maximum over the group's branches in the working set; 0 for
     !> group 0.
     pure function top_of(groups) result(top)
       integer, intent(in) :: groups(:)
@@ -124,7 +124,8 @@ contains
 
     !> Recomputes the scaled step y from the working set alone, to remove rounding errors, which grow with the sizes of the
     !> multipliers. The new y minimises |y|^2 / 2 + sum over g of w_g phi_g, where w_g and phi_g are weight and value of group g,
-    !> under two conditions: all working branches of a group have equal values, and those of group 0 have the value zero.
+    !> under two conditions: all branches of a group that are in the working set have equal values, and those of group 0 have the
+    !> value zero.
     subroutine settle()
       real(dp) :: gradient(size(d)), differences(size(working), size(d)), gaps(size(working))
       integer :: first(0:size(weight)), j, rows
@@ -150,9 +151,9 @@ contains
       call constrained_least_squares(unit_matrix(size(d)), gradient, differences(:rows, :), gaps(:rows), y, error)
     end subroutine settle
 
-    !> Computes the vector r of equation (1) in the module's header for the branch `entering`. If a working branch is the only one
-    !> in its group, its element of r is known: -1 for the group of `entering`, 0 for other groups. Least squares therefore need
-    !> only the working branches whose group contains another working branch; these are at most twice as many as the parameters.
+    !> Computes the vector r of equation (1) in the module's header for the branch `entering`. If a branch of the working set is
+    !> the only one of its group there, its element of r is known: -1 for the group of `entering`, 0 for other groups. Least squares
+    !> therefore need only the remaining branches; these are at most twice as many as the parameters.
     function change(entering) result(ratio)
       integer, intent(in) :: entering
       real(dp) :: ratio(size(working)), total(size(weight))

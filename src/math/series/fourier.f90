@@ -199,8 +199,8 @@ contains
     real(dp), allocatable, intent(out) :: places(:)
     !> Spacing of theta (rad) between the points at which |f| was compared
     real(dp), intent(out) :: step
-    !> If too many candidates remain, f is evaluated at a spacing smaller by the factor `finer`. Too many are more than `few`
-    !> times the new number of points per sample. The spacing is reduced at most twice.
+    !> If the number of candidates exceeds `few` times the new number of points per sample, f is evaluated at a spacing smaller by
+    !> the factor `finer`. This is done at most twice.
     integer, parameter :: finer = 4, finest = finer**2, few = 8
     real(dp), allocatable :: f(:)
     complex(dp), allocatable :: c(:)

@@ -87,7 +87,7 @@ contains
   !> coincide.
   pure subroutine of_body(from, to, deviations, arm, half_width, deviation, known)
     type(point_type), intent(in) :: from, to
-    !> Deviations of the accelerations of the two joints
+    !> Deviations of the accelerations of the two joints from their values in the middle of the interval
     class(deviation_type), intent(in) :: deviations(2)
     real(dp), intent(in) :: arm(2), half_width
     type(deviation_type), intent(out) :: deviation

@@ -166,8 +166,8 @@ contains
     rows_of = last / 3 * dofs
   end function rows_of
 
-  !> Last group of rows in which the quantity has weights other than zero: `velocities`, `accelerations` or `guide_forces`. The
-  !> result is `velocities` also if only displacements have such weights. The motion of the exact frame always has all rows.
+  !> Last group of rows that is needed to compute the quantity: `velocities`, `accelerations` or `guide_forces`. The result is
+  !> `velocities` also if only displacements are needed. For the exact frame the motion has all rows, whatever the result.
   pure integer function rows(self)
     class(quantity_type), intent(in) :: self
     integer :: k

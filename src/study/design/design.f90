@@ -99,8 +99,8 @@ contains
   end subroutine search_from
 
   !> Checks whether the optimum meets the limits. The search keeps a margin to each limit. A goal that is exact up to rounding,
-  !> such as the mass, needs no margin and may equal its limit. Otherwise a limit that is the smallest mass within the ranges
-  !> could not be met.
+  !> such as the mass, needs no margin and may equal its limit: with a margin, a limit equal to the smallest possible mass could not
+  !> be met.
   pure subroutine judge_limits(problem, limits, optimum)
     type(design_problem), intent(in) :: problem
     type(goal_type), intent(in) :: limits(:)

@@ -1,4 +1,5 @@
-!> Evaluates the goals of a design under one operating condition, as branches with derivatives.
+!> Evaluates the goals of a design under one operating condition. A goal such as a peak is the maximum of several smooth functions,
+!> called branches. The module computes the values and derivatives of the branches.
 module gestell_study_design_evaluation
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp

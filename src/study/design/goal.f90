@@ -200,7 +200,7 @@ contains
     if (excess + self%limit > 1 / sqrt(huge(level))) level = -1 / (excess + self%limit)**2
   end function level
 
-  !> Excess that has the given level; the inverse of `level`.
+  !> Excess of the goal over its limit, computed from the level of this excess; inverse function of `level`.
   elemental real(dp) function excess_at(self, level)
     class(goal_type), intent(in) :: self
     real(dp), intent(in) :: level

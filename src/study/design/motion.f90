@@ -200,8 +200,8 @@ contains
       & "the derivatives of the vibration overflow double precision", failed_computation)
   end subroutine find_slopes
 
-  !> Functions at equidistant phases of the turn without their harmonics above `order`, shape (phases, functions). The phases do not
-  !> resolve these harmonics, so corrections of them would be rounding errors.
+  !> Removes the harmonics above `order` from functions at equidistant phases of the turn, shape (phases, functions). The phases do
+  !> not resolve these harmonics, which consist of rounding errors here.
   function lower_part(values, order) result(lower)
     real(dp), intent(in) :: values(:, :)
     integer, intent(in) :: order

@@ -23,7 +23,8 @@ module gestell_study_frame_model_settled_family
 
 contains
 
-  !> Returns the member with the model applied. Fails if the inner family or `settle_member` fails.
+  !> Creates a member of the family `inner` and applies `model` to it. Fails if the member cannot be created, or if `settle_member`
+  !> fails.
   subroutine member(self, parameters, system, error)
     class(settled_family_type), intent(in) :: self
     real(dp), intent(in) :: parameters(:)

@@ -197,8 +197,8 @@ contains
       end do
       lines = lines // newline
     end do
-    lines = newline // wrapped("VECTORS normal to the first shaft, rotating with and against the crank, order 1, on rigid ground" &
-      & // newline) &
+    lines = newline // wrapped("FORCE AND MOMENT VECTORS normal to the first shaft, rotating with and against the crank, " &
+      & // "order 1, on rigid ground" // newline) &
       & // tabulated("lrrrr", "counterweight,force with,against,moment with,against" // newline // ",N,N,N m,N m", lines)
   end function turning_lines
 

@@ -44,7 +44,8 @@ module gestell_task_common_configuration
     type(units_type) :: units
     !> Hash of the complete input, computed by `content_hash`.
     integer(int64) :: content = 0
-    !> The reason why the machine of the input cannot turn. Allocated only if no task needs this machine.
+    !> The reason why the machine of the input cannot turn. Stored only if no task needs this machine; otherwise
+    !> `read_machine` fails with this error.
     type(error_type), allocatable :: impossible
   contains
     procedure :: model

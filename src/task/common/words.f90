@@ -13,8 +13,8 @@ module gestell_task_common_words
     &   "vibration and, linearised about it, the stability. Exit code 4 if Newton's method finds no vibration"), &
     & variant_type("model", "frame", "first_order", "equations linearised about rest give the vibration; the exact equations, " // &
     &   "linearised about this vibration, give the stability"), &
-    & variant_type("model", "frame", "rest", "equations linearised about rest give the vibration and the stability, as in the " // &
-    &   "paper; suitable for charts that must be fast")]
+    & variant_type("model", "frame", "rest", "equations linearised about rest give the vibration and the stability; " // &
+    &   "suitable for charts that must be fast")]
 
 contains
 
@@ -56,7 +56,7 @@ contains
     case ("auto")
       meaning = "the method that the program expects to meet the tolerance with the least work; `'gauss6'` if `steps` is given"
     case ("rk4")
-      meaning = "the classical explicit Runge-Kutta method of order 4, as in the paper"
+      meaning = "the classical explicit Runge-Kutta method of order 4"
     case ("explicit8")
       meaning = "explicit Runge-Kutta method of order 8"
     case ("magnus4", "magnus6")

@@ -15,7 +15,7 @@ module gestell_task_design_keys
     & key_type("design", "with", text_key, "paths of further numbers that always get the same value as the parameter", 1, 1, 20, &
     & otherwise="none"), &
     & key_type("design", "starts", integer_key, "number of starting points of the search; the first is the machine in the " // &
-    &   "input. A convex problem needs only one. Give this key in one group `&design`", default=8.0_dp, &
+    &   "input. A convex problem needs only one. Give this key in only one of the groups `&design`", default=8.0_dp, &
     &   range=range_type(1.0_dp, 1000.0_dp))]
 
   type(key_type), parameter, public :: objective_keys(*) = [ &
@@ -27,9 +27,9 @@ module gestell_task_design_keys
     & key_type("objective", "weight", real_key, "factor by which this objective is multiplied; its unit is the reciprocal of " // &
     &   "the objective's unit", default=1.0_dp, range=positive), &
     & key_type("objective", "combine", text_key, "whether the sum or the largest of several weighted objectives is minimised; " // &
-    &   "give this key in one group `&objective`", word="sum", words="sum, largest"), &
+    &   "give this key in only one of the groups `&objective`", word="sum", words="sum, largest"), &
     & key_type("objective", "trade_off", integer_key, "number of points on the trade-off curve of two objectives; with `0` no " // &
-    &   "curve is computed; give this key in one group `&objective`", default=0.0_dp, range=range_type(0.0_dp, &
+    &   "curve is computed; give this key in only one of the groups `&objective`", default=0.0_dp, range=range_type(0.0_dp, &
     &   1000.0_dp))]
 
   type(key_type), parameter, public :: constraint_keys(*) = [ &

@@ -103,8 +103,8 @@ contains
     integer :: c, g
 
     associate (conditions => design%options%conditions)
-      table = new_table("design_range", "Before and after the design, over the range", "Objectives and quantities with a " // &
-        &   "limit at every operating condition.", verdict)
+      table = new_table("design_range", "Before and after the design, over the range", "Values of the objectives and " // &
+        &   "of the limited quantities at every operating condition.", verdict)
       call table%add("speed", rpm, "crank speed; 0 if the speed is a design parameter", conditions%drive_rpm(design%turns))
       call table%add("speed_factor", plain, "factor by which the nominal speed is multiplied", (conditions%speed_factor))
       call table%add("stiffness_factor", plain, "factor by which the stiffness of the mounting is multiplied", &

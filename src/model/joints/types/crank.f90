@@ -20,8 +20,8 @@ module gestell_model_joints_types_crank
     & key_type("joint", "ratio", real_key, "turns of this crank per turn of the drive, negative if it turns in the opposite " // &
     &   "direction; a decimal such as 0.5, or numerator and denominator such as 17,23", 1, 1, 2, default=1.0_dp, range=nonzero)]
 
-  character(len=*), parameter, public :: no_ratio = "must be a fraction: a decimal such as 0.5 with a denominator of at " // &
-    & "most 64, or numerator and denominator as whole numbers up to 4096"
+  character(len=*), parameter, public :: no_ratio = "must be a fraction: either a decimal such as 0.5 that equals a " // &
+    & "fraction with a denominator up to 64, or numerator and denominator, whole numbers up to 4096"
 
   !> A point at the distance `radius` (m) from the joint `pivot`. It turns about this joint by the angle phi `ratio`/`denominator`
   !> + `phase` (rad), where phi is the linkage's crank angle. After the procedure `gear` (gestell_model_linkage_gearing) the

@@ -33,9 +33,10 @@ module gestell_study_design_range_branch
 
 contains
 
-  !> Finds the highest maximum of a peak along a line of conditions. On entry `climb` holds a smooth maximum for one local maximum
-  !> over the turn. Every other local maximum over the turn that may exceed it is followed along the line to its own maximum. On
-  !> return `climb` holds the highest of these maxima. Fails if the goal is invalid.
+  !> Finds where a peak is highest on a line of conditions. The peak is the largest local maximum over the turn, and each local
+  !> maximum over the turn has a highest value on the line. On entry `climb` holds this highest value for one local maximum. Every
+  !> other local maximum that may become higher is followed along the line to its own highest value. On return `climb` holds the
+  !> largest of these highest values. Fails if the goal is invalid.
   subroutine climb_branches(members, goal, start, bounds, climb, error, motion)
     !> The machine, and its neighbours with one parameter changed each
     type(members_type), intent(in) :: members

@@ -158,9 +158,9 @@ contains
   !> whole turn unnoticed, that multipliers meet where their curves meet, and that no growth rate changes its sign twice.
   pure logical function is_smooth(self)
     type(stretch_type), intent(in) :: self
-    !> `bend`: maximum change of a phase's slope over the interval, times the length of the interval (rad). `near`: maximum
-    !> deviation of a logarithm from its prediction (rad). For a decaying multiplier, `bend` is increased by the decay and `near`
-    !> by `part` times the decay.
+    !> Limits for each multiplier rho. `bend`: maximum difference between the slopes of the phase of rho at the two ends, times the
+    !> length of the interval (rad). `near`: maximum modulus of `mismatch`. If the decay -ln |rho| is positive at both ends, its
+    !> smaller value is added to `bend`, and `part` times this value is added to `near`.
     real(dp), parameter :: bend = 3, near = 0.02_dp, part = 0.25_dp
     !> The sign of a growth rate counts as certain if the rate exceeds its error by this factor: `safety` inside the interval,
     !> `clear` at its ends.

@@ -130,8 +130,8 @@ contains
     end do
   end subroutine find_border_across
 
-  !> Finds the border nearest to `middle` on the line in the direction `left`, up to `distance` on both sides. The region must lie
-  !> on the side to which `left` points.
+  !> Finds the border nearest to `middle` on the line in the direction `left`, up to `distance` on both sides. Considers only
+  !> borders at which a point that moves in the direction `left` enters the region whose border is sought.
   subroutine nearest_crossing(plane, middle, left, distance, vertex, found, error)
     class(plane_type), intent(in) :: plane
     real(dp), intent(in) :: middle(2), left(2), distance

@@ -17,7 +17,8 @@ contains
   !> Phi(t) is the transition matrix, x_p the motion forced from rest, and x0 = (E - Phi(T))^-1 x_p(T) the initial state. Digits
   !> are lost near a resonance, where E - Phi(T) is nearly singular (E: unit matrix).
   subroutine peaks_of_motion(sampler, values, motion, filled, perturbation, limit, peaks, known)
-    !> Defines the sizes, units and times of the numbers that represent the motions
+    !> Describes how the motions are represented: units of the states, parts of the period, and times at which the vibration is
+    !> evaluated
     type(sampler_type), intent(in) :: sampler
     !> `values`: weighted numbers that represent the motions, shape (lanes, numbers). `motion`: [Phi x_p] at the ends of the parts
     !> of the period, shape (lanes, states, columns, 0:parts)

@@ -68,7 +68,7 @@ module gestell_task_sweep_expansion_sampler
   real(dp), parameter :: max_turns = 700
   !> Rounding error of a series for numbers of magnitude 1.
   real(dp), parameter :: rounded = 16 * epsilon(1.0_dp)
-  !> Maximum number of times within a period for which expansions are worthwhile.
+  !> Maximum number of sampling times within a period; if the vibration needs more, expansions are not worthwhile.
   integer, parameter :: most_times = 256
   !> Maximum number of parts into which a period is divided.
   integer, parameter :: most_parts = 16
