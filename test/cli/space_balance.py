@@ -160,7 +160,7 @@ def pasted_tests():
         if not run.done("compressor"):
             return
         check("compressor: lines of the report", max(map(len, run.out.splitlines())) <= 80, "80 columns", run.out)
-        check("compressor: table", "VECTORS normal to the first shaft, rotating with and against the crank" in run.flat, "a table", run.out)
+        check("compressor: table", "FORCE AND MOMENT VECTORS normal to the first shaft, rotating with and against" in run.flat, "a table", run.out)
         lines = pasted(run.out)
         variants = balance_rows(folder / "input")[1]
         equal("compressor: a block of lines for every variant", list(lines), [label(row) for row in variants[1:]])
