@@ -333,7 +333,7 @@ contains
     factors = 1
     factors(2, 1, 2) = cmplx(0, ieee_value(1.0_dp, ieee_quiet_nan), dp)
     call periodic_schur(factors, q, r, failure)
-    call check_failure(error, failure, "NaN or infinity")
+    call check_failure(error, failure, "not finite")
   end subroutine test_refused
 
 end module test_periodic_schur

@@ -84,7 +84,7 @@ contains
       end do
     end do
     if (.not. all(ieee_is_finite(sums))) then
-      call fatal_error(error, "the coefficients of the system contain NaN or infinity, or its mass matrix is singular", &
+      call fatal_error(error, "the coefficients of the system are not finite, or its mass matrix is singular", &
         & failed_computation)
       return
     end if

@@ -31,7 +31,7 @@ contains
     integer :: exponents(size(factors, 3)), n, k
 
     if (.not. all(ieee_is_finite(real(factors)) .and. ieee_is_finite(aimag(factors)))) then
-      call fatal_error(error, "a factor of the monodromy matrix contains NaN or infinity", failed_computation)
+      call fatal_error(error, "a factor of the monodromy matrix contains numbers that are not finite", failed_computation)
       return
     end if
     n = size(factors, 1)

@@ -76,7 +76,7 @@ contains
       integral = integral + dot_product(weights(:count), traces(system, phases(:count)))
     end do
     if (ieee_is_finite(integral)) return
-    call fatal_error(error, "the system's coefficients contain NaN or infinity", failed_computation)
+    call fatal_error(error, "the system's coefficients are not finite", failed_computation)
   end subroutine trace_integral
 
   !> Values of tr P, the trace of the matrix P of x' = P x + f, at the phases; shape (phases)

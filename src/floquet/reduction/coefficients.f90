@@ -42,7 +42,7 @@ contains
       if (forced) coefficients%f(:, j) = f(j, :) * (system%period / scale(j))
     end do
     if (all(ieee_is_finite(coefficients%a)) .and. all(ieee_is_finite(coefficients%f))) return
-    call fatal_error(error, "the system's coefficients contain NaN or infinity", failed_computation)
+    call fatal_error(error, "the system's coefficients are not finite", failed_computation)
   end subroutine sample
 
   !> Transforms the coefficients to coordinates whose basis is the columns of `start`, shape (n, n). `own`: the transformed

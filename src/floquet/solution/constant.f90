@@ -60,7 +60,7 @@ contains
     constant%period = system%period
     call system%matrix(0.0_dp, p)
     if (.not. all(ieee_is_finite(p))) then
-      call fatal_error(error, "the system's coefficients contain NaN or infinity, or its mass matrix is singular", &
+      call fatal_error(error, "the system's coefficients are not finite, or its mass matrix is singular", &
         & failed_computation)
       return
     end if

@@ -84,7 +84,7 @@ contains
     if (forced) allocate(f(n, size(phases)))
     call system%sample(phases, p, f)
     if (.not. all(ieee_is_finite(p))) then
-      call fatal_error(error, "the system's coefficients contain NaN or infinity", failed_computation)
+      call fatal_error(error, "the system's coefficients are not finite", failed_computation)
       return
     end if
 
