@@ -56,6 +56,7 @@ module gestell_model_frame
     procedure :: mean_matrices, natural_frequencies, conserves
     procedure :: drive_speed
     procedure :: drive_rpm
+    procedure :: degrees_per_period
     procedure :: dofs
     procedure :: ground_forces
     procedure :: rotations, potential, dissipation
@@ -470,5 +471,12 @@ contains
 
     drive_rpm = self%drive_speed() * 30 / pi
   end function drive_rpm
+
+  !> Angle by which the drive turns in a period (deg); negative if it turns clockwise.
+  pure real(dp) function degrees_per_period(self)
+    class(frame_type), intent(in) :: self
+
+    degrees_per_period = sign(360.0_dp, self%speed) * self%mechanism%turns
+  end function degrees_per_period
 
 end module gestell_model_frame

@@ -60,11 +60,9 @@ contains
     class(frame_type), intent(in) :: frame
     logical, intent(in) :: named
     character(len=:), allocatable :: lines
-    integer :: last
 
-    last = 360 * frame%mechanism%turns
-    lines = "set xtics " // text(last / 4) // "; set xrange [0:" // text(nint(sign(real(last, dp), frame%speed))) // "]" &
-      & // newline // x_names("crank angle (deg)", named)
+    lines = "set xtics " // text(90 * frame%mechanism%turns) // "; set xrange [0:" // text(nint(frame%degrees_per_period())) &
+      & // "]" // newline // x_names("crank angle (deg)", named)
   end function turn_axis
 
   !> Gnuplot lines for an axis of orders (multiples of the crank speed). The axis extends from 0 to the highest order, `harmonics`

@@ -1,13 +1,14 @@
 !> Formats tables of the report. Each column is as wide as its longest cell, and no table is wider than the terminal.
 module gestell_output_report_text_table
   use gestell_base_growing_text, only: growing_text_type
-  use gestell_base_text, only: newline
+  use gestell_base_kinds, only: dp
+  use gestell_base_text, only: concise, newline
   use gestell_base_words, only: character_count
   use gestell_output_report_wrapping, only: widest
   implicit none (type, external)
   private
 
-  public :: tabulated
+  public :: number_cells, tabulated
 
   !> Character that separates the cells of a row before the table is formatted
   character, parameter, public :: tab = achar(9)
@@ -88,6 +89,20 @@ contains
     end function row
 
   end function tabulated
+
+  !> Cells with numbers for the end of a row: a tab precedes each number.
+  pure function number_cells(values, digits) result(cells)
+    real(dp), intent(in) :: values(:)
+    !> Number of significant digits
+    integer, intent(in) :: digits
+    character(len=:), allocatable :: cells
+    integer :: i
+
+    cells = ""
+    do i = 1, size(values)
+      cells = cells // tab // concise(values(i), digits)
+    end do
+  end function number_cells
 
   !> Splits lines of text at the tabs into `cells`, shape (columns, lines). The last cell contains the rest of its line. Missing
   !> cells are blank.

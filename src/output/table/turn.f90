@@ -20,8 +20,7 @@ contains
     integer :: k
 
     call table%add("crank", degree, "crank angle, negative if the crank turns clockwise", &
-      & [(sign(real(360 * frame%mechanism%turns, dp), &
-      & frame%speed) * k / points, k = 0, points)])
+      & [(frame%degrees_per_period() * k / points, k = 0, points)])
     call table%add("t", second, "time", [(frame%period * k / points, k = 0, points)])
   end subroutine add_turn
 

@@ -7,7 +7,7 @@ module gestell_task_balance_report
   use gestell_input_schema_units, only: unit_type, units_type
   use gestell_model_linkage, only: linkage_type
   use gestell_output_report_orders, only: order_of
-  use gestell_output_report_text_table, only: tab, tabulated
+  use gestell_output_report_text_table, only: number_cells, tab, tabulated
   use gestell_output_report_wrapping, only: widest, wrapped
   use gestell_study_balance, only: rigid_ground_type
   use gestell_study_balance_complete, only: balanced, balanced_already, no_pivots
@@ -184,18 +184,15 @@ contains
     integer, intent(in) :: turns
     character(len=:), allocatable :: lines
     real(dp) :: sizes(turns, 4), scale(4)
-    integer :: i, k
+    integer :: i
 
     lines = ""
     sizes = variants(1)%residual%turning(axes, turns)
     scale = max(sizes(turns, :), variants(1)%residual%rms([force, force, moment, moment]))
     do i = 1, size(variants)
       sizes = variants(i)%residual%turning(axes, turns)
-      lines = lines // variants(i)%label()
-      do k = 1, 4
-        lines = lines // tab // clean(sizes(turns, k), scale(k))
-      end do
-      lines = lines // newline
+      lines = lines // variants(i)%label() &
+        & // number_cells(merge(0.0_dp, sizes(turns, :), sizes(turns, :) <= rounding * scale), 4) // newline
     end do
     lines = newline // wrapped("FORCE AND MOMENT VECTORS normal to the first shaft, rotating with and against the crank, " &
       & // "order 1, on rigid ground" // newline) &

@@ -2,7 +2,7 @@
 module gestell_task_design_improved
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
-  use gestell_base_text, only: concise
+  use gestell_base_text, only: concise, newline
   use gestell_input_namelist, only: parse_document
   use gestell_input_namelist_document, only: document_type, entry_type, find_entry
   use gestell_input_namelist_edit, only: set_entry, entry_text
@@ -16,8 +16,6 @@ module gestell_task_design_improved
 
   !> Number of significant digits of the parameters that a design reports.
   integer, parameter, public :: digits = 9
-
-  character, parameter :: newline = new_line("a")
 
 contains
 

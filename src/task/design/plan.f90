@@ -172,7 +172,7 @@ contains
       type(group_type), intent(in) :: group
       character(len=word_length), allocatable :: with(:)
       character(len=:), allocatable :: path
-      integer :: k
+      integer :: closing, k
 
       call read(group, design_keys, "parameter", path, error)
       if (.not. allocated(error)) call add_path("parameter", trim(adjustl(path)))
@@ -180,8 +180,13 @@ contains
       associate (options => plan%options, target => targets(size(targets)), doc => configuration%document, &
         & rules => configuration%schema%keys)
         plan%paths(i) = adjustl(path)
-        options%part(i) = merge(other_part, link_property(plan%paths(i)), has(group, "with"))
-        options%body(i) = findloc([(same_link(plan%paths(k), plan%paths(i)), k = 1, i)], .true., dim=1)
+        path = plan%paths(i)
+        ! a path such as "link(rod).mass" refers to a property of a link
+        closing = index(path, ").")
+        options%part(i) = other_part
+        if (index(lower(path), "link(") == 1 .and. closing > 0 .and. .not. has(group, "with")) &
+          & options%part(i) = findloc(part_names == lower(path(closing + 2:)), .true., dim=1)
+        options%body(i) = findloc([(plan%paths(k)(:index(plan%paths(k), ").")) == path(:closing), k = 1, i)], .true., dim=1)
         options%link(i) = 0
         ! If there are several mechanisms, a group may describe several links with different directions of their axes. The link is
         ! then not identified.
@@ -229,23 +234,6 @@ contains
     end subroutine add_path
 
   end subroutine read_parameters
-
-  !> Property of a link to which a path such as "link(rod).mass" refers; `other_part` if the path refers to no such property.
-  pure integer function link_property(path) result(part)
-    character(len=*), intent(in) :: path
-    integer :: closing
-
-    closing = index(path, ").")
-    part = other_part
-    if (index(lower(path), "link(") == 1 .and. closing > 0) part = findloc(part_names == lower(path(closing + 2:)), .true., dim=1)
-  end function link_property
-
-  !> True if both paths refer to the same link.
-  pure logical function same_link(one, other)
-    character(len=*), intent(in) :: one, other
-
-    same_link = one(:index(one, ").")) == other(:index(other, ")."))
-  end function same_link
 
   !> Value that the input file gives for the number at `path`, for example "frame.mass"; 0 if the file gives no value.
   real(dp) function value_in_file(configuration, path) result(value)

@@ -1,9 +1,9 @@
 !> Draws the plots of a design.
 module gestell_task_design_plot
   use gestell_base_kinds, only: dp
-  use gestell_base_text, only: concise, text
+  use gestell_base_text, only: concise, newline, text
   use gestell_base_words, only: character_count
-  use gestell_output_picture_script, only: figure_type, new_figure, quoted, tic
+  use gestell_output_picture_script, only: figure_type, new_figure, quoted, tic, tics
   use gestell_task_design_plan, only: design_plan_type
   use gestell_task_design_report, only: worst_of
   use gestell_task_design_search, only: design_type
@@ -12,28 +12,19 @@ module gestell_task_design_plot
 
   public :: plot_curve, plot_goals, plot_parameters, plot_range, plot_starts
 
-  character, parameter :: newline = new_line("a")
-
 contains
 
   !> The plot design.gp: position of each parameter in its range, before and after the design.
   function plot_parameters(plan) result(figure)
     type(design_plan_type), intent(in) :: plan
     type(figure_type) :: figure
-    character(len=:), allocatable :: lines, tics
+    character(len=:), allocatable :: lines
     integer :: n, i
 
     n = size(plan%paths)
-    tics = ""
-    do i = 1, n
-      if (i > 1) tics = tics // ", "
-      tics = tics // tic(trim(plan%paths(i))) // " " // text(i)
-    end do
     lines = "set title heading noenhanced" // newline // "set xrange [-0.05:1.05]; set yrange [" // text(n) // ".5:0.5]" &
-      & // newline &
-      & // "set xlabel 'position in the range, from its lower end (0) to its upper end (1)'; set ytics noenhanced (" // tics &
-      & // ")" &
-      & // newline &
+      & // newline // "set xlabel 'position in the range, from its lower end (0) to its upper end (1)'; set ytics noenhanced (" &
+      & // tics(plan%paths, 1) // ")" // newline &
       & // "set key at screen 0.5,screen 0.01 bottom center horizontal; set bmargin 6; set lmargin " &
       & // text(min(44, 4 + maxval([(character_count(trim(plan%paths(i))), i = 1, n)]))) // newline &
       & // "place(x) = (column(x) - column('lower')) / (column('upper') - column('lower'))" // newline &
@@ -62,18 +53,18 @@ contains
   function plot_goals(design) result(figure)
     type(design_type), intent(in) :: design
     type(figure_type) :: figure
-    character(len=:), allocatable :: block, lines, tics
+    character(len=:), allocatable :: block, lines, marks
     real(dp) :: before(3), after(3), top
     integer :: g
 
     block = ""
-    tics = ""
+    marks = ""
     top = 110
     do g = 1, size(design%goals)
       before = worst_of(design%before, design, g)
       after = worst_of(design%after, design, g)
       if (.not. abs(before(1)) > 0) cycle
-      tics = tics // ", " // tic(design%goals(g)%name()) // " " // text(g)
+      marks = marks // ", " // tic(design%goals(g)%name()) // " " // text(g)
       block = block // text(g) // "," // concise(100 * after(1) / before(1), 6) // ","
       if (g > size(design%options%objectives)) then
         block = block // concise(100 * design%goals(g)%limit / before(1), 6)
@@ -89,7 +80,7 @@ contains
       & // "set bmargin 5; set key at screen 0.5,screen 0.01 bottom center horizontal" // newline &
       & // "set xrange [0.3:" // concise(size(design%goals) + 0.7_dp, 4) // "]; set yrange [0:" // concise(top, 5) // "]" &
       & // newline &
-      & // "set ylabel 'after the design (% of before)'; set xtics noenhanced (" // tics(3:) // ")" // newline &
+      & // "set ylabel 'after the design (% of before)'; set xtics noenhanced (" // marks(3:) // ")" // newline &
       & // "plot 100 with lines lt 8 dt 2 title 'before', $goals using 1:2 with boxes lt 1 title 'after', " &
       & // "'' using ($1 - 0.35):3:(0.7):(0) with vectors nohead lt 2 lw 2 title 'limit'" // newline
     figure = new_figure("design_goals", "Objectives and quantities with a limit, before and after the design", lines, width=800, &

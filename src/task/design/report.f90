@@ -1,7 +1,7 @@
 !> Writes the section of the report on a design.
 module gestell_task_design_report
   use gestell_base_kinds, only: dp
-  use gestell_base_text, only: concise, either, text
+  use gestell_base_text, only: concise, either, newline, text
   use gestell_base_verdict, only: operator(/=), stable, verdict_type
   use gestell_input_wording, only: counted
   use gestell_output_report_text_table, only: tab, tabulated
@@ -17,7 +17,6 @@ module gestell_task_design_report
 
   public :: design_headline, limit_state, relaxation_gain, report_design, worst_of
 
-  character, parameter :: newline = new_line("a")
   !> The report calls the design a global optimum if the proved relative gap does not exceed this value.
   real(dp), parameter :: negligible_gap = 1.0e-6_dp
   !> Relative error of the highest maximum over a range. The refinement of a maximum ends when a step gains less than 1e-12.

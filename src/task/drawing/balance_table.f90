@@ -5,7 +5,7 @@ module gestell_task_drawing_balance_table
   use gestell_model_frame, only: frame_type
   use gestell_model_frame_shaking, only: shaking_in_space, space_shaking_type
   use gestell_output_report_orders, only: order_of
-  use gestell_output_report_text_table, only: tab, tabulated
+  use gestell_output_report_text_table, only: number_cells, tabulated
   use gestell_output_report_wrapping, only: wrapped
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none (type, external)
@@ -62,12 +62,8 @@ contains
   pure function cells(values, noise) result(words)
     real(dp), intent(in) :: values(:), noise(:)
     character(len=:), allocatable :: words
-    integer :: i
 
-    words = ""
-    do i = 1, size(values)
-      words = words // tab // concise(merge(0.0_dp, values(i), values(i) <= noise(i)), 5)
-    end do
+    words = number_cells(merge(0.0_dp, values, values <= noise), 5)
   end function cells
 
 end module gestell_task_drawing_balance_table

@@ -99,8 +99,8 @@ contains
 
     table = new_table("mechanism", "The machine", "The mechanism during " &
       & // turns_in_words(frame%mechanism%turns) // ", drawn to scale with its frame and mounts.", "")
-    call table%add("crank", degree, "crank angle, negative for a clockwise crank", [(sign(360.0_dp, frame%speed) &
-      & * frame%mechanism%turns * k / rows, k = 0, rows)])
+    call table%add("crank", degree, "crank angle, negative for a clockwise crank", &
+      & [(frame%degrees_per_period() * k / rows, k = 0, rows)])
     do i = 1, size(linkage%joints)
       do k = 1, size(joints, 1)
         call table%add("joint(" // linkage%joints(i)%name // ")." // axes(k), metre, "position of the joint", joints(k, i, :))

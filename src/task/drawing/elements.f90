@@ -7,7 +7,7 @@ module gestell_task_drawing_elements
   implicit none (type, external)
   private
 
-  public :: element, new_columns, outline_lines, pair, point_columns
+  public :: column_pair, element, new_columns, outline_lines, pair, point_columns
 
   character, parameter, public :: axes(3) = ["x", "y", "z"]
 
@@ -16,7 +16,7 @@ module gestell_task_drawing_elements
   type, public :: columns_type
     integer, allocatable :: joints(:, :), links(:, :)
   contains
-    procedure :: joint, link, between
+    procedure :: between
   end type columns_type
 
 contains
@@ -39,23 +39,13 @@ contains
     end do
   end function new_columns
 
-  !> Gnuplot columns with the position of joint number `i` along the two axes `view_axes`, for example "4:5".
-  pure function joint(self, i, view_axes) result(words)
-    class(columns_type), intent(in) :: self
-    integer, intent(in) :: i, view_axes(2)
+  !> Two gnuplot columns, for example "4:5".
+  pure function column_pair(numbers) result(words)
+    integer, intent(in) :: numbers(2)
     character(len=:), allocatable :: words
 
-    words = text(self%joints(view_axes(1), i)) // ":" // text(self%joints(view_axes(2), i))
-  end function joint
-
-  !> Gnuplot columns with the centre of mass of link number `i` along the two axes `view_axes`, for example "4:5".
-  pure function link(self, i, view_axes) result(words)
-    class(columns_type), intent(in) :: self
-    integer, intent(in) :: i, view_axes(2)
-    character(len=:), allocatable :: words
-
-    words = text(self%links(view_axes(1), i)) // ":" // text(self%links(view_axes(2), i))
-  end function link
+    words = text(numbers(1)) // ":" // text(numbers(2))
+  end function column_pair
 
   !> Gnuplot columns with the position of the first of two `joints`, and with the vector from it to the second one.
   pure function between(self, joints, view_axes) result(words)
@@ -64,7 +54,7 @@ contains
     character(len=:), allocatable :: words
     integer :: k
 
-    words = self%joint(joints(1), view_axes)
+    words = column_pair(self%joints(view_axes, joints(1)))
     do k = 1, 2
       words = words // ":($" // text(self%joints(view_axes(k), joints(2))) // " - $" // text(self%joints(view_axes(k), joints(1))) &
         & // ")"

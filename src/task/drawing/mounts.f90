@@ -20,6 +20,11 @@ module gestell_task_drawing_mounts
   !> fractions of its length
   real(dp), parameter :: cup(2, 6) = reshape([0.35_dp, 0.09_dp, 0.65_dp, 0.09_dp, 0.65_dp, 0.0_dp, 1.0_dp, 0.0_dp, 0.65_dp, &
     & 0.0_dp, 0.65_dp, -0.09_dp], [2, 6])
+  !> Index for the implied do loop in the constant `hatch`
+  integer :: i
+  !> Symbol of the ground: one continuous line with oblique strokes on its far side. Coordinates as for the damper
+  real(dp), parameter :: hatch(2, 17) = reshape([(1.0_dp, -0.28_dp + 0.14_dp * i, 1.1_dp, -0.36_dp + 0.14_dp * i, 1.0_dp, &
+    & -0.28_dp + 0.14_dp * i, i = 0, 4), 1.0_dp, 0.28_dp, 1.0_dp, 0.28_dp], [2, 17])
 
   !> A drawing that consists of lines. `points`: points of all lines, one line after the other, shape (2, points). `ends`: for each
   !> line, the number of its last point
@@ -112,7 +117,7 @@ contains
       if (damper) call add_shape(drawing, cup, -aside)
       if (spring .and. damper) call add_shape(drawing, reshape([0.15_dp, -aside, 0.15_dp, aside], [2, 2]), 0.0_dp)
       if (spring .and. damper) call add_shape(drawing, reshape([0.0_dp, 0.0_dp, 0.15_dp, 0.0_dp], [2, 2]), 0.0_dp)
-      call add_shape(drawing, hatch(), 0.0_dp)
+      call add_shape(drawing, hatch, 0.0_dp)
     end do
   contains
     !> Adds a line to a drawing. Its coordinates along the mount and across it are fractions of the mount's length. `moved`:
@@ -136,43 +141,18 @@ contains
     real(dp) :: shape(2, 10)
     integer :: i
 
-    shape(:, 1) = [start, 0.0_dp]
-    shape(:, 2) = [0.2_dp, 0.0_dp]
-    do i = 3, 8
-      shape(:, i) = [0.2_dp + 0.1_dp * (i - 2.5_dp), 0.1_dp * (-1)**i]
-    end do
-    shape(:, 9) = [0.8_dp, 0.0_dp]
-    shape(:, 10) = [1.0_dp, 0.0_dp]
+    shape = reshape([start, 0.0_dp, 0.2_dp, 0.0_dp, (0.2_dp + 0.1_dp * (i - 2.5_dp), 0.1_dp * (-1)**i, i = 3, 8), 0.8_dp, &
+      & 0.0_dp, 1.0_dp, 0.0_dp], [2, 10])
   end function zigzag
-
-  !> Symbol of the ground: one continuous line with oblique strokes on its far side.
-  pure function hatch() result(shape)
-    real(dp) :: shape(2, 17)
-    integer :: i
-
-    do i = 0, 4
-      shape(:, 3 * i + 1) = [1.0_dp, -0.28_dp + 0.14_dp * i]
-      shape(:, 3 * i + 2) = [1.1_dp, -0.36_dp + 0.14_dp * i]
-      shape(:, 3 * i + 3) = shape(:, 3 * i + 1)
-    end do
-    shape(:, 16) = [1.0_dp, 0.28_dp]
-    shape(:, 17) = shape(:, 16)
-  end function hatch
 
   !> Appends a line to a drawing.
   pure subroutine append(drawing, points)
     type(drawing_type), intent(inout) :: drawing
     real(dp), intent(in) :: points(:, :)
-    real(dp), allocatable :: longer(:, :)
-    integer :: n
 
     if (.not. allocated(drawing%points)) allocate(drawing%points(2, 0), drawing%ends(0))
-    n = size(drawing%points, 2)
-    allocate(longer(2, n + size(points, 2)))
-    longer(:, :n) = drawing%points
-    longer(:, n + 1:) = points
-    call move_alloc(longer, drawing%points)
-    drawing%ends = [drawing%ends, n + size(points, 2)]
+    drawing%points = reshape([drawing%points, points], [2, size(drawing%points, 2) + size(points, 2)])
+    drawing%ends = [drawing%ends, size(drawing%points, 2)]
   end subroutine append
 
   !> The lines of the drawing as inline data for gnuplot. A blank line follows each line of the drawing.

@@ -5,7 +5,8 @@ module gestell_task_drawing_plot
   use gestell_output_report_orders, only: turns_in_words
   use gestell_output_picture_script, only: figure_type, new_figure, plotted, quoted, span
   use gestell_output_table, only: table_type
-  use gestell_task_drawing_elements, only: columns_type, element, new_columns, outline_lines, pair, point_columns
+  use gestell_task_drawing_elements, only: column_pair, columns_type, element, new_columns, outline_lines, pair, &
+    & point_columns
   use gestell_task_drawing_guides, only: body_functions, guides, sliders
   use gestell_task_drawing_mounts, only: append, draw_mount, drawing_type, outline
   use gestell_model_frame, only: frame_type
@@ -100,9 +101,8 @@ contains
     lines = lines // newline
     pixels = 680 * (high(2) - low(2)) / (high(1) - low(1)) + 150
     figure = new_figure("mechanism", "The mechanism during " // turns_in_words(frame%mechanism%turns) &
-      & // "; the bold links are at a crank angle of " // text(nint(sign(1.0_dp, &
-      & frame%speed)) * bold * frame%mechanism%turns) // " deg", lines, width=800, &
-      & height=nint(min(max(pixels, 360.0_dp), 950.0_dp)))
+      & // "; the bold links are at a crank angle of " // text(nint(frame%degrees_per_period() * bold / 360)) &
+      & // " deg", lines, width=800, height=nint(min(max(pixels, 360.0_dp), 950.0_dp)))
   end function plot_mechanism
 
   !> Points that belong to the frame (m), shape (2, points): F, supports, probes, joints on the frame, and ends of the guides on the
@@ -195,7 +195,7 @@ contains
       ! a link that only translates is drawn as a line from its joint to its centre of mass
       associate (link => linkage%links(i))
         if (link%to > 0 .or. .not. norm2(link%center) > 0) cycle
-        words = words // element("::row::row", columns%joint(link%from, plane) // ":" // point_columns(link%center), &
+        words = words // element("::row::row", column_pair(columns%joints(plane, link%from)) // ":" // point_columns(link%center), &
           & "vectors nohead lt 1 dt 1 lw 3 lc rgb '#" // colour(i) // "' notitle")
       end associate
     end do
@@ -203,8 +203,7 @@ contains
       associate (bar => diagram%bars(i))
         style = "vectors nohead lt 1 lc rgb "
         if (in_full) then
-          style = style // "'#" // colour(bar%link) // "' " // merge("dt (6,4) lw 1.5", "dt 1 lw 4.5    ", bar%slides) &
-            & // " notitle"
+          style = style // "'#" // colour(bar%link) // "' " // merge("dt (6,4) lw 1.5", "dt 1 lw 4.5    ", bar%slides) // " notitle"
           at = "::row::row"
         else
           if (bar%slides) cycle
@@ -225,11 +224,11 @@ contains
 
     words = ""
     do i = 1, size(diagram%grounded)
-      if (.not. diagram%grounded(i)) words = words // element("1", columns%joint(i, plane), &
+      if (.not. diagram%grounded(i)) words = words // element("1", column_pair(columns%joints(plane, i)), &
         & "lines lt 7 dt 1 lw 0.7 lc rgb '#777777' notitle")
     end do
     do i = 1, size(diagram%centers, 2)
-      words = words // element("1", columns%link(i, plane), "lines lt 7 dt (3,3) lw 1 lc rgb '#" // colour(i) &
+      words = words // element("1", column_pair(columns%links(plane, i)), "lines lt 7 dt (3,3) lw 1 lc rgb '#" // colour(i) &
         & // "' notitle")
     end do
   end function traces
@@ -266,14 +265,14 @@ contains
 
     words = ""
     do i = 1, size(diagram%centers, 2)
-      at = columns%link(i, plane)
+      at = column_pair(columns%links(plane, i))
       words = words // element("::row::row", at, "points lt 1 pt 7 ps 1.1 lc rgb '#FFFFFF' notitle") &
         & // element("::row::row", at, "points lt 1 pt 6 ps 1.1 lw 1 lc rgb '#" // colour(i) // "' notitle") &
         & // element("::row::row", at, "points lt 1 pt 1 ps 1.1 lw 1 lc rgb '#" // colour(i) // "' notitle")
     end do
     n = size(linkage%joints)
     do i = 1, n
-      at = columns%joint(i, plane)
+      at = column_pair(columns%joints(plane, i))
       words = words // element("::row::row", at, "points lt 1 pt 7 ps 0.9 lc rgb '#" &
         & // merge("000000", "FFFFFF", diagram%grounded(i)) // "' notitle") &
         & // element("::row::row", at, "points lt 1 pt 6 ps 0.9 lw 1.5 lc rgb '#000000' notitle")
@@ -284,7 +283,7 @@ contains
       aside = diagram%joints(:, i, bold + 1) - middle
       name = trim(linkage%joints(i)%name)
       if (at_origin(i) .and. name /= "O") name = name // " = O"
-      words = words // element("::row::row", columns%joint(i, plane) // ":(" // plotted(name) // ")", &
+      words = words // element("::row::row", column_pair(columns%joints(plane, i)) // ":(" // plotted(name) // ")", &
         & "labels " // merge("left ", "right", aside(1) >= 0) // " offset " // merge(" 0.8", "-0.8", aside(1) >= 0) &
         & // "," // merge(" 0.6", "-0.6", aside(2) >= 0) // " font '," // text(merge(10, 13, n > many_joints)) &
         & // "' noenhanced notitle")

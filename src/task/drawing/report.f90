@@ -7,7 +7,7 @@ module gestell_task_drawing_report
   use gestell_model_linkage_diagnosis, only: diagnose, diagnose_joints, diagnosis_type
   use gestell_model_mechanism_shaking, only: shaking, shaking_type
   use gestell_output_report_orders, only: order_of
-  use gestell_output_report_text_table, only: tab, tabulated
+  use gestell_output_report_text_table, only: number_cells, tab, tabulated
   use gestell_model_frame, only: frame_type
   use gestell_model_linkage, only: linkage_type
   use gestell_study_balance, only: examine, rigid_ground_type
@@ -93,22 +93,15 @@ contains
       do k = 2, size(places, 1)
         rows = rows // ", " // concise(places(k, i), 4)
       end do
-      rows = rows // ")"
       force = static_force(frame, text(i))
       force = merge(0.0_dp, force, abs(force) <= 1.0e-12_dp * norm2(frame%weights%weight))
-      do k = 1, size(force)
-        rows = rows // tab // concise(force(k), 5)
-      end do
-      rows = rows // newline
+      rows = rows // ")" // number_cells(force, 5) // newline
     end do
-    rows = rows // "total"
     force = static_force(frame, "total")
-    do k = 1, size(force)
-      rows = rows // tab // concise(force(k), 5)
-    end do
-    lines = newline // "STATIC LOADS on the ground, with the moving masses averaged over the turn" // newline
-    lines = lines // tabulated("l" // repeat("r", size(force)), "support,fx,fy" // either(",fz", "", size(force) == 3) // newline &
-      & // repeat(",N", size(force)), rows // newline)
+    rows = rows // "total" // number_cells(force, 5) // newline
+    lines = newline // "STATIC LOADS on the ground, with the moving masses averaged over the turn" // newline &
+      & // tabulated("l" // repeat("r", size(force)), "support,fx,fy" // either(",fz", "", size(force) == 3) // newline &
+      & // repeat(",N", size(force)), rows)
   end function static_lines
 
   !> Line on the transmission angle of a linkage, for the report of a run; empty for other mechanisms.

@@ -11,7 +11,8 @@ module gestell_task_drawing_views
   use gestell_output_report_orders, only: turns_in_words
   use gestell_output_picture_script, only: figure_type, new_figure, plotted, quoted
   use gestell_output_table, only: table_type
-  use gestell_task_drawing_elements, only: columns_type, element, new_columns, outline_lines, pair, point_columns
+  use gestell_task_drawing_elements, only: column_pair, columns_type, element, new_columns, outline_lines, pair, &
+    & point_columns
   use gestell_task_drawing_mounts, only: append, drawing_type, outline
   use gestell_task_drawing_placed, only: placed_type
   implicit none (type, external)
@@ -93,8 +94,8 @@ contains
     lines = lines // key(linkage, (side + between + scale * (high(1) - low(1))) / wide, &
       & (below + scale * (high(3) - low(3))) / height) // "unset multiplot" // newline
     figure = new_figure("mechanism", "The mechanisms during " // turns_in_words(frame%mechanism%turns) &
-      & // "; the bold links are at a crank angle of " // text(nint(sign(1.0_dp, &
-      & frame%speed)) * bold * frame%mechanism%turns) // " deg", lines, width=nint(wide), height=nint(height))
+      & // "; the bold links are at a crank angle of " // text(nint(frame%degrees_per_period() * bold / 360)) &
+      & // " deg", lines, width=nint(wide), height=nint(height))
 
   contains
 
@@ -144,7 +145,6 @@ contains
       lines = lines // "$springs" // text(view) // " << END" // newline // "x,y" // newline
       if (size(frame%supports) > 0) lines = lines // springs%data_lines()
       lines = lines // "END" // newline
-      words = ""
       do i = 1, size(diagram%sliders)
         if (.not. norm2(placed%guides(view_axes, 2, i) - placed%guides(view_axes, 1, i)) > 0) cycle
         lines = lines // "set arrow " // text(10 + i) // " from " // pair(placed%guides(view_axes, 1, i)) // " to " &
@@ -159,15 +159,15 @@ contains
       end do
       words = words // bars(linkage, diagram, columns, view_axes, .true.)
       do i = 1, size(linkage%links)
-        at = columns%link(i, view_axes)
+        at = column_pair(columns%links(view_axes, i))
         words = words // element("::row::row", at, "points lt 1 pt " // merge("5 ps 1.5", "7 ps 0.7", linkage%links(i)%to == 0) &
           & // " lc rgb '#" // colour(linkage, i) // "' notitle")
       end do
       do i = 1, size(linkage%joints)
-        words = words // element("::row::row", columns%joint(i, view_axes), "points lt 1 pt 7 ps 0.5 lc rgb '#" &
-          & // merge("000000", "FFFFFF", diagram%grounded(i)) // "' notitle") // element("::row::row", columns%joint(i, &
-          & view_axes), &
-          & "points lt 1 pt 6 ps 0.5 lw 1 lc rgb '#000000' notitle")
+        at = column_pair(columns%joints(view_axes, i))
+        words = words // element("::row::row", at, "points lt 1 pt 7 ps 0.5 lc rgb '#" &
+          & // merge("000000", "FFFFFF", diagram%grounded(i)) // "' notitle") &
+          & // element("::row::row", at, "points lt 1 pt 6 ps 0.5 lw 1 lc rgb '#000000' notitle")
       end do
       do i = 1, size(probes)
         associate (place => place_of(probes(i)))
@@ -237,8 +237,7 @@ contains
         points(:, i + 2) = (0.25_dp + 0.5_dp * (i - 0.5_dp) / turns) * along + 0.09_dp * (-1)**i * across
       end do
       points(:, turns + 3) = 0.75_dp * along
-      points(:, turns + 4) = along
-      points(:, turns + 5) = along
+      points(:, turns + 4:) = spread(along, 2, 2)
       points = spread(support%position(view_axes), 2, turns + 5) + length * points
       call append(drawing, points)
       call append(drawing, reshape([points(:, turns + 4) + 0.18_dp * length * across, points(:, turns + 4) &

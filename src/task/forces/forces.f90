@@ -160,7 +160,7 @@ contains
           error(i) = found%peak_error
           rms(i) = found%rms
           crest(i) = found%crest()
-          angle(i) = sign(360.0_dp, frame%speed) * frame%mechanism%turns * found%peak_phase
+          angle(i) = frame%degrees_per_period() * found%peak_phase
         end associate
       end do
       part = trim(component_names(k))

@@ -4,7 +4,7 @@ module gestell_task_forces_report
   use gestell_base_text, only: concise, either, fixed, newline, text
   use gestell_model_frame, only: frame_type
   use gestell_output_report_significance, only: zero_if_noise, order_words
-  use gestell_output_report_text_table, only: tab, tabulated
+  use gestell_output_report_text_table, only: number_cells, tab, tabulated
   use gestell_task_forces_reactions, only: along_x, along_y, along_z, moment, moment_x, moment_y, reaction_type, force_magnitude
   implicit none (type, external)
   private
@@ -63,12 +63,10 @@ contains
       character(len=:), allocatable :: line
 
       line = ""
-      associate (total => reactions(size(reactions)))
-        associate (m => total%statistics(part))
-          if (m%peak * zero_if_noise(m%peak, m%peak_error, arm * total%statistics(force_magnitude)%peak) > 0) line = &
-            & "  peak of the total moment about " // axis // "F: " // concise(m%peak, 5) // " N m" // crank_angle(total, part) &
-            & // ", rms " // concise(m%rms, 5) // " N m" // newline
-        end associate
+      associate (total => reactions(size(reactions)), m => reactions(size(reactions))%statistics(part))
+        if (m%peak * zero_if_noise(m%peak, m%peak_error, arm * total%statistics(force_magnitude)%peak) > 0) line = &
+          & "  peak of the total moment about " // axis // "F: " // concise(m%peak, 5) // " N m" // crank_angle(total, part) &
+          & // ", rms " // concise(m%rms, 5) // " N m" // newline
       end associate
     end function moment_line
 
@@ -78,8 +76,7 @@ contains
       integer, intent(in) :: part
       character(len=:), allocatable :: words
 
-      words = " at crank angle " // fixed(sign(360.0_dp, frame%speed) * frame%mechanism%turns &
-        & * reaction%statistics(part)%peak_phase, 1) // " deg"
+      words = " at crank angle " // fixed(frame%degrees_per_period() * reaction%statistics(part)%peak_phase, 1) // " deg"
     end function crank_angle
 
   end function force_lines
@@ -91,16 +88,14 @@ contains
     character(len=:), allocatable :: lines
     real(dp), parameter :: rounding = 1.0e-12_dp
     real(dp) :: weight
-    integer :: i, k
+    integer :: i
 
     lines = ""
     weight = norm2(reactions(size(reactions))%static)
     do i = 1, size(reactions)
       associate (reaction => reactions(i))
-        lines = lines // reaction_label(reaction) // tab
-        do k = 1, size(reaction%static)
-          lines = lines // concise(merge(0.0_dp, reaction%static(k), abs(reaction%static(k)) <= rounding * weight), 5) // tab
-        end do
+        lines = lines // reaction_label(reaction) &
+          & // number_cells(merge(0.0_dp, reaction%static, abs(reaction%static) <= rounding * weight), 5) // tab
         if (reaction%name /= "guide") lines = lines // concise(reaction%least_compression, 5) // tab &
           & // concise(reaction%min_error, 1) // tab
         ! lifting off matters only for a support that carries load and is not bolted

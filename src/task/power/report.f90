@@ -27,7 +27,7 @@ contains
     ! The torque on a balanced mechanism with a frame at rest is only rounding error.
     rigid = drive%rigid
     if (abs(rigid%peak) <= rounding * abs(drive%actual%peak)) rigid = torque_type()
-    angle_per_period = sign(360.0_dp, frame%speed) * frame%mechanism%turns
+    angle_per_period = frame%degrees_per_period()
     lines = tabulated("lrrrrr", ",peak,error,at crank,rms,mean" // newline // ",N m,N m,deg,N m,N m", &
       & torque_row("on the vibrating frame", drive%actual, concise(drive%peak_error, 1), angle_per_period) &
       & // torque_row("on a frame at rest", rigid, "", angle_per_period)) // "  counter-clockwise positive" // newline &

@@ -4,7 +4,7 @@ module gestell_task_probes_report
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, either, newline
   use gestell_output_report_orders, only: order_of
-  use gestell_output_report_text_table, only: tab, tabulated
+  use gestell_output_report_text_table, only: number_cells, tab, tabulated
   use gestell_output_report_verdict, only: vibration_warning
   use gestell_task_probes_response, only: probe_response_type
   implicit none (type, external)
@@ -32,11 +32,8 @@ contains
       associate (response => responses(i), probe => responses(i)%probe)
         call rows%append(trim(probe%name) // " (" // concise(probe%position(1), 4) // "," // concise(probe%position(2), 4))
         if (size(response%parts) > 9) call rows%append("," // concise(probe%z, 4))
-        call rows%append(")")
-        do k = 1, 3
-          call rows%append(tab // concise(factors(k) * response%statistics(k * size(response%parts) / 3)%peak, 5))
-        end do
-        call rows%append(tab // concise(1000 * response%maximum, 5) // tab // concise(1000 * response%error, 1) // newline)
+        call rows%append(")" // number_cells([(factors(k) * response%statistics(k * size(response%parts) / 3)%peak, k = 1, 3)], 5) &
+          & // tab // concise(1000 * response%maximum, 5) // tab // concise(1000 * response%error, 1) // newline)
       end associate
       call bands%append(band_lines(responses(i), period, turns, verdict))
     end do

@@ -34,7 +34,7 @@ contains
     lines = "set multiplot layout " // text(n) // ",2 margins 0.125,0.975,0.1,0.86 spacing 0.135," &
       & // either("0.065", "0.04", n == 3) // " title heading noenhanced" // newline &
       & // "set xtics 90; set format x ''" // newline &
-      & // "set xrange [0:" // text(nint(sign(360.0_dp, frame%speed)) * frame%mechanism%turns) // "]" // newline
+      & // "set xrange [0:" // text(nint(frame%degrees_per_period())) // "]" // newline
     do i = 1, 2 * n
       ! place each coordinate next to the force or moment in its direction
       k = (i + 1) / 2 + merge(0, 2 * n, mod(i, 2) == 1)

@@ -2,7 +2,7 @@
 module gestell_task_sensitivity_report
   use gestell_base_verdict, only: state_word
   use gestell_base_kinds, only: dp
-  use gestell_base_text, only: concise, fixed
+  use gestell_base_text, only: concise, fixed, newline
   use gestell_math_sorting, only: ascending
   use gestell_output_report_text_table, only: tab, tabulated
   use gestell_output_report_verdict, only: section
@@ -12,8 +12,6 @@ module gestell_task_sensitivity_report
   private
 
   public :: report_sensitivity
-
-  character, parameter :: newline = new_line("a")
 
 contains
 

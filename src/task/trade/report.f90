@@ -3,7 +3,7 @@ module gestell_task_trade_report
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, either, newline, text
   use gestell_output_report_orders, only: turns_in_words
-  use gestell_output_report_text_table, only: tab, tabulated
+  use gestell_output_report_text_table, only: number_cells, tab, tabulated
   use gestell_task_response_names, only: peak_heads, peak_units, peak_words
   use gestell_task_stability_report, only: modulus
   use gestell_task_trade_model_trade, only: model_finding_type, model_trade_type
@@ -103,7 +103,7 @@ contains
       & // either(concise(100 * difference, 2) // " %", "within the error", abs(difference) > 0) // newline
   end function line
 
-  !> Table of the models of the frame: verdict, largest modulus, peaks and computing time of each.
+  !> Table of the models of the frame: verdict, largest modulus, peaks (mm, mrad) and computing time of each.
   pure function report_frame_models(findings) result(lines)
     type(model_finding_type), intent(in) :: findings(:)
     character(len=:), allocatable :: lines, peaks
@@ -119,10 +119,10 @@ contains
         if (allocated(found%reason)) then
           lines = lines // repeat(tab, merge(2 + dofs, 2, dofs == 3)) // found%reason // newline
         else if (dofs == 3) then
-          lines = lines // peaks_of(found) // tab // concise(1000 * found%seconds, 2) // newline
+          lines = lines // number_cells(1000 * found%peak, 6) // tab // concise(1000 * found%seconds, 2) // newline
         else
           lines = lines // tab // concise(1000 * found%seconds, 2) // newline
-          peaks = peaks // trim(found%model) // peaks_of(found) // newline
+          peaks = peaks // trim(found%model) // number_cells(1000 * found%peak, 4) // newline
         end if
       end associate
     end do
@@ -136,21 +136,6 @@ contains
         & // newline // peak_units(dofs), peaks)
     end if
     lines = newline // "THE FRAME'S MODELS, verdict and vibration" // newline // lines
-
-  contains
-
-    !> Table cells with the peaks of the degrees of freedom (mm, mrad).
-    pure function peaks_of(found) result(cells)
-      type(model_finding_type), intent(in) :: found
-      character(len=:), allocatable :: cells
-      integer :: k
-
-      cells = ""
-      do k = 1, dofs
-        cells = cells // tab // concise(1000 * found%peak(k), merge(6, 4, dofs == 3))
-      end do
-    end function peaks_of
-
   end function report_frame_models
 
 end module gestell_task_trade_report
