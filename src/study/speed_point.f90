@@ -5,7 +5,6 @@ module gestell_study_speed_point
   use gestell_base_kinds, only: dp, pi
   use gestell_base_verdict, only: failed, in_resonance, verdict_type
   use gestell_base_words, only: word_length
-  use gestell_floquet_period_monodromy, only: accuracy_type, check_accuracy
   use gestell_floquet_multipliers, only: multipliers_type
   use gestell_model_frame, only: frame_type
   use gestell_model_frame_frame_of, only: frame_of
@@ -16,7 +15,7 @@ module gestell_study_speed_point
   use gestell_study_measure, only: measure_type, compute_measures
   use gestell_study_member, only: member_type
   use gestell_study_vibration_small_motion, only: moved, moved_type
-  use gestell_study_speeds, only: check_orders
+  use gestell_study_speeds, only: check_harmonic_options, harmonic_options
   use gestell_study_vibration_statistics, only: statistics_type, compute_statistics
   use gestell_study_vibration, only: solve_vibration, vibration_type
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
@@ -25,22 +24,15 @@ module gestell_study_speed_point
 
   public :: check_speed_options, solve_response, solve_speed_point, compute_turns
 
-  !> Options for a solution at one speed: the results that are requested.
-  type, public :: speed_options
+  !> Options for a solution at one speed: the results that are requested. The amplitudes of the harmonics that are considered are
+  !> reported.
+  type, extends(harmonic_options), public :: speed_options
     !> Names of the quantities as the user gave them (gestell_model_quantity)
     character(len=word_length), allocatable :: names(:)
     !> Probes to which the names and measures may refer
     type(probe_type), allocatable :: probes(:)
-    !> Number of harmonics of the period whose amplitudes are reported. If the crank makes one turn in the period, the harmonics are
-    !> orders of the crank
-    integer :: orders = 6
-    !> If allocated, the amplitudes of the harmonics with these numbers are reported instead of 1 ... `orders`
-    integer, allocatable :: harmonics(:)
-    type(accuracy_type) :: accuracy
     !> Measures of quantities that are reported in addition
     type(measure_type), allocatable :: measures(:)
-  contains
-    procedure :: reported_harmonics
   end type speed_options
 
   !> Results of a machine at one speed.
@@ -103,26 +95,8 @@ contains
       call fatal_error(error, "a resonance curve requires one or more quantities", invalid_input)
       return
     end if
-    if (allocated(options%harmonics)) then
-      call check_orders(merge(maxval([0, options%harmonics]), -1, all(options%harmonics > 0)), error)
-    else
-      call check_orders(options%orders, error)
-    end if
-    if (.not. allocated(error)) call check_accuracy(options%accuracy, error)
+    call check_harmonic_options(options, error)
   end subroutine check_speed_options
-
-  !> Numbers of the harmonics whose amplitudes are reported.
-  pure function reported_harmonics(self) result(harmonics)
-    class(speed_options), intent(in) :: self
-    integer, allocatable :: harmonics(:)
-    integer :: k
-
-    if (allocated(self%harmonics)) then
-      harmonics = self%harmonics
-    else
-      harmonics = [(k, k = 1, self%orders)]
-    end if
-  end function reported_harmonics
 
   !> Solves the member of `family` with any parameters; the caller sets `point%speed`. Fails in the same cases as
   !> `solve_speed_point`.
@@ -144,7 +118,7 @@ contains
 
     call check_speed_options(options, error)
     if (allocated(error)) return
-    split = options%reported_harmonics()
+    split = options%requested_harmonics()
     allocate(point%values(3 + size(split), size(options%names)), source=ieee_value(1.0_dp, ieee_quiet_nan))
     allocate(point%strongest(size(options%names)), source=0)
     call member%make(family, parameters, error)

@@ -1,12 +1,25 @@
-!> Checks lists of crank speeds and numbers of orders.
+!> Checks lists of crank speeds, and defines the options that all computations over a range of speeds share.
 module gestell_study_speeds
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
+  use gestell_floquet_period_monodromy, only: accuracy_type, check_accuracy
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none (type, external)
   private
 
-  public :: check_orders, check_speeds
+  public :: check_harmonic_options, check_speeds
+
+  !> Accuracy of the solutions at each speed, and the harmonics of the period that are considered.
+  type, public :: harmonic_options
+    type(accuracy_type) :: accuracy
+    !> The harmonics 1 to `orders` of the period are considered. If the crank makes one turn in the period, these harmonics are
+    !> orders of the crank
+    integer :: orders = 6
+    !> If allocated, the harmonics with these numbers are considered instead
+    integer, allocatable :: harmonics(:)
+  contains
+    procedure :: requested_harmonics
+  end type harmonic_options
 
   !> Largest number of orders of the crank that can be requested.
   integer, parameter :: max_orders = 8000
@@ -29,13 +42,29 @@ contains
       & invalid_input)
   end subroutine check_speeds
 
-  !> Checks a number of orders. Fails if it is negative or too large.
-  pure subroutine check_orders(orders, error)
-    integer, intent(in) :: orders
+  !> Checks the options. Fails if the number of an order is negative or too large, or if the accuracy is out of range.
+  pure subroutine check_harmonic_options(options, error)
+    class(harmonic_options), intent(in) :: options
     type(error_type), allocatable, intent(out) :: error
+    integer :: highest
 
-    if (orders < 0 .or. orders > max_orders) call fatal_error(error, "the number of orders must lie between 0 and 8000", &
-      & invalid_input)
-  end subroutine check_orders
+    highest = options%orders
+    if (allocated(options%harmonics)) highest = merge(maxval([0, options%harmonics]), -1, all(options%harmonics > 0))
+    if (highest < 0 .or. highest > max_orders) then
+      call fatal_error(error, "the number of orders must lie between 0 and 8000", invalid_input)
+    else
+      call check_accuracy(options%accuracy, error)
+    end if
+  end subroutine check_harmonic_options
+
+  !> Numbers of the harmonics that are considered.
+  pure function requested_harmonics(self) result(harmonics)
+    class(harmonic_options), intent(in) :: self
+    integer, allocatable :: harmonics(:)
+    integer :: k
+
+    harmonics = [(k, k = 1, self%orders)]
+    if (allocated(self%harmonics)) harmonics = self%harmonics
+  end function requested_harmonics
 
 end module gestell_study_speeds

@@ -2,7 +2,6 @@
 module gestell_task_campbell
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp, pi
-  use gestell_floquet_period_monodromy, only: accuracy_type, check_accuracy
   use gestell_model_frame, only: frame_type
   use gestell_model_frame_frame_of, only: frame_of
   use gestell_system_family, only: family_type
@@ -10,7 +9,7 @@ module gestell_task_campbell
   use gestell_study_mode_solution, only: solve_modes
   use gestell_study_mode_tracking, only: track
   use gestell_study_mode, only: mode_type, max_dofs
-  use gestell_study_speeds, only: check_orders, check_speeds
+  use gestell_study_speeds, only: check_harmonic_options, check_speeds, harmonic_options
   use gestell_system_second_order, only: second_order_system
   use gestell_task_common_executor, only: executor_type, distribute_over, work_type
   use gestell_task_common_record, only: record_type
@@ -18,18 +17,10 @@ module gestell_task_campbell
   implicit none (type, external)
   private
 
-  public :: base_frequency, check_campbell_options, solve_campbell, solve_point
+  public :: base_frequency, solve_campbell, solve_point
 
-  !> Options of a Campbell diagram: accuracy of the solutions, and orders.
-  type, public :: campbell_options
-    type(accuracy_type) :: accuracy
-    !> Highest harmonic of the period whose crossings with modes are sought. If the crank makes one turn in the period, the
-    !> harmonics are multiples of the crank speed.
-    integer :: orders = 6
-    !> Numbers of the harmonics, if not all from 1 to `orders` are used
-    integer, allocatable :: harmonics(:)
-  contains
-    procedure :: requested_harmonics
+  !> Options of a Campbell diagram: accuracy of the solutions, and the harmonics whose crossings with modes are sought.
+  type, extends(harmonic_options), public :: campbell_options
   end type campbell_options
 
   !> The modes of the machine at one speed.
@@ -106,7 +97,7 @@ contains
     integer :: i
 
     call check_speeds(speeds, error)
-    if (.not. allocated(error)) call check_campbell_options(options, error)
+    if (.not. allocated(error)) call check_harmonic_options(options, error)
     if (allocated(error)) return
     work%family => family
     work%options = options
@@ -155,32 +146,6 @@ contains
     call record%pass_words(words)
     self%points(k) = transfer(words, self%points(k))
   end subroutine exchange
-
-  !> Checks the options. Fails if an order or an accuracy is out of range.
-  pure subroutine check_campbell_options(options, error)
-    type(campbell_options), intent(in) :: options
-    type(error_type), allocatable, intent(out) :: error
-
-    if (allocated(options%harmonics)) then
-      call check_orders(merge(maxval([0, options%harmonics]), -1, all(options%harmonics > 0)), error)
-    else
-      call check_orders(options%orders, error)
-    end if
-    if (.not. allocated(error)) call check_accuracy(options%accuracy, error)
-  end subroutine check_campbell_options
-
-  !> Numbers of the harmonics whose crossings with modes are sought.
-  pure function requested_harmonics(self)
-    class(campbell_options), intent(in) :: self
-    integer, allocatable :: requested_harmonics(:)
-    integer :: k
-
-    if (allocated(self%harmonics)) then
-      requested_harmonics = self%harmonics
-    else
-      requested_harmonics = [(k, k = 1, self%orders)]
-    end if
-  end function requested_harmonics
 
   !> Counts a solution: increases the number of solutions in `campbell` by one, and copies the degrees of freedom from `point`. Does
   !> nothing if there is no machine at this point.
@@ -291,7 +256,7 @@ contains
   pure subroutine number_modes(campbell)
     type(campbell_type), intent(inout) :: campbell
     type(campbell_point_type) :: lowest
-    integer :: order(campbell%modes), i, k, f
+    integer :: order(campbell%modes), i, f
 
     f = campbell%modes
     lowest%speed = huge(1.0_dp)
@@ -307,10 +272,7 @@ contains
       end do
     end associate
     do i = 1, size(campbell%points)
-      lowest = campbell%points(i)
-      do k = 1, f
-        campbell%points(i)%modes(k) = lowest%modes(order(k))
-      end do
+      campbell%points(i)%modes(:f) = campbell%points(i)%modes(order)
     end do
   end subroutine number_modes
 

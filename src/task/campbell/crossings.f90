@@ -3,8 +3,8 @@ module gestell_task_campbell_crossings
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
   use gestell_math_root_search, only: root_search_type
-  use gestell_task_campbell, only: campbell_options, campbell_point_type, campbell_type, check_campbell_options, &
-    & base_frequency, solve_point
+  use gestell_study_speeds, only: check_harmonic_options
+  use gestell_task_campbell, only: base_frequency, campbell_options, campbell_point_type, campbell_type, solve_point
   use gestell_system_family, only: family_type
   use gestell_study_mode_tracking, only: track
   use gestell_study_mode, only: mode_type
@@ -105,7 +105,7 @@ contains
     integer :: round, i, halves
 
     allocate(crossings(0))
-    call check_campbell_options(options, error)
+    call check_harmonic_options(options, error)
     if (allocated(error)) return
     if (.not. allocated(campbell%points)) then
       call fatal_error(error, "the Campbell diagram is empty: call solve_campbell before find_crossings", invalid_input)
@@ -195,7 +195,6 @@ contains
     type(campbell_point_type), intent(in) :: near
     type(campbell_point_type), intent(out) :: point
     type(error_type), allocatable, intent(out) :: error
-
     logical :: matched
 
     call solve_point(self%family, speed, self%options, point, error)
@@ -242,8 +241,7 @@ contains
       if (abs(r%speed - l%speed) <= 4 * speed_accuracy * abs(l%speed)) return
       call find_root(search, detuning, l, r, within, crossing%error, error)
       if (allocated(error) .or. .not. within%solved) return
-      search%jump = abs(search%value(within, detuning)) > least_jump * base_frequency(within) &
-        & .and. .not. search%is_locked(within)
+      search%jump = abs(search%value(within, detuning)) > least_jump * base_frequency(within) .and. .not. search%is_locked(within)
       search%point = last
       if (search%jump) return
       if (.not. search%is_locked(within)) then
@@ -278,26 +276,21 @@ contains
     type(campbell_point_type), intent(in) :: l, within, r
     type(crossing_type), intent(inout) :: crossing
     type(error_type), allocatable, intent(out) :: error
-    type(campbell_point_type) :: edge
+    type(campbell_point_type) :: edges(2), middle
     real(dp) :: uncertainty(2)
 
-    crossing%ends = [l%speed, r%speed]
+    edges = [l, r]
     uncertainty = 0
-    if (.not. search%is_locked(l)) then
-      call find_root(search, discriminant, l, within, edge, uncertainty(1), error)
-      if (allocated(error)) return
-      crossing%ends(1) = edge%speed
-    end if
-    if (.not. search%is_locked(r)) then
-      call find_root(search, discriminant, within, r, edge, uncertainty(2), error)
-      if (allocated(error)) return
-      crossing%ends(2) = edge%speed
-    end if
+    if (.not. search%is_locked(l)) call find_root(search, discriminant, l, within, edges(1), uncertainty(1), error)
+    if (allocated(error)) return
+    if (.not. search%is_locked(r)) call find_root(search, discriminant, within, r, edges(2), uncertainty(2), error)
+    if (allocated(error)) return
+    crossing%ends = edges%speed
     crossing%speed = sum(crossing%ends) / 2
     crossing%error = maxval(uncertainty)
     crossing%locked = abs(crossing%ends(2) - crossing%ends(1)) > 2 * crossing%error
-    call search%point_at(crossing%speed, within, edge, error)
-    crossing%at = edge%modes(search%mode)
+    call search%point_at(crossing%speed, within, middle, error)
+    crossing%at = middle%modes(search%mode)
   end subroutine find_interval
 
   !> Finds a zero of the function `kind` between two points at which its values have different signs. The search for a zero of the

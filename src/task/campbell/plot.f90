@@ -11,7 +11,7 @@ module gestell_task_campbell_plot
   implicit none (type, external)
   private
 
-  public :: count_or_no, marks_of, plot_campbell, plot_crossings
+  public :: marks_of, plot_campbell, plot_crossings
 
   !> Maximum number of order lines with a label
   integer, parameter :: most_named = 12
@@ -96,8 +96,7 @@ contains
       & // order_names(speeds, top, [shown, [(real(k, dp), k = 1, orders)]]) // frequencies // marks%entries // newline &
       & // "unset label" // newline &
       & // "set lmargin screen 0.13; set rmargin screen 0.94; set tmargin screen 0.37; set bmargin screen 0.1" // newline &
-      & // key_line(.false.) &
-      & // "set format x; set xlabel 'crank speed (rpm)'; set yrange " // from_zero(damping) // newline &
+      & // key_line(.false.) // "set format x; set xlabel 'crank speed (rpm)'; set yrange " // from_zero(damping) // newline &
       & // "set ylabel 'damping (%)'" // newline &
       & // "set arrow 1 from graph 0,first 0 to graph 1,first 0 nohead lt 7 dt 1 lw 1" // newline // dampings // newline &
       & // "unset multiplot" // newline
@@ -192,8 +191,8 @@ contains
       of_mode = pack(of_mode, choose_spaced((crossings(of_mode)%speed), label_width * abs(range(2) - range(1))))
       do i = 1, size(of_mode)
         lines = lines // "set label '" // concise(crossings(of_mode(i))%order, 4) // "×' at " &
-          & // concise(crossings(of_mode(i))%speed, 9) // "," &
-          & // concise(frequencies(of_mode(i)), 6) // " center offset 0,0.9 font ',12' boxed" // newline
+          & // concise(crossings(of_mode(i))%speed, 9) // "," // concise(frequencies(of_mode(i)), 6) &
+          & // " center offset 0,0.9 font ',12' boxed" // newline
       end do
     end do
     lines = lines // "plot NaN notitle"
@@ -203,16 +202,7 @@ contains
         & // "'frequency_Hz' with points lt " // text(k) // " ps 1.4 title 'mode " // text(k) // "'"
     end do
     figure = new_figure("crossings", "Crossings of natural frequencies with orders of the crank: " &
-      & // count_or_no(size(crossings)), lines &
-      & // marks%entries, width=800, height=460)
+      & // either("no", text(size(crossings)), size(crossings) == 0), lines // marks%entries, width=800, height=460)
   end function plot_crossings
-
-  !> A number as text for a title, or "no" if it is 0.
-  pure function count_or_no(number) result(words)
-    integer, intent(in) :: number
-    character(len=:), allocatable :: words
-
-    words = either("no", text(number), number == 0)
-  end function count_or_no
 
 end module gestell_task_campbell_plot

@@ -133,7 +133,6 @@ contains
   pure type(judgement_type) function campbell_verdict(campbell) result(judgement)
     type(campbell_type), intent(in) :: campbell
     type(verdict_type) :: verdicts(size(campbell%points))
-    real(dp) :: speeds(size(campbell%points))
     integer :: i
 
     do i = 1, size(campbell%points)
@@ -144,8 +143,7 @@ contains
         if (any(modes%grows())) verdicts(i) = unstable
       end associate
     end do
-    speeds = [(campbell%points(i)%speed, i = 1, size(speeds))]
-    judgement = judge_range(speeds, verdicts, "speeds", "a free vibration grows")
+    judgement = judge_range((campbell%points%speed), verdicts, "speeds", "a free vibration grows")
   end function campbell_verdict
 
 end module gestell_task_campbell_report

@@ -60,7 +60,6 @@ contains
     type(diagram_type) :: diagram
     type(judgement_type) :: judgement
     type(table_type) :: table
-    integer :: i, n
 
     call follow_modes(context, diagram, error)
     if (allocated(error)) return
@@ -68,23 +67,20 @@ contains
     call result%add(campbell_table(diagram%campbell, judgement%words), plot_campbell(diagram%campbell, diagram%crossings, &
       & context%configuration%orders, context%configuration%plan%base))
     associate (crossings => diagram%crossings, unused => self)
-      n = size(crossings)
       table = new_table("crossings", "Crossings", "", judgement%words, shown=.true.)
       table%model = model_of_modes
       call table%add("mode", "number of the mode", (crossings%mode))
       call table%add("order", plain, "multiple of the crank speed", (crossings%order))
       call table%add("speed", rpm, "crank speed at the crossing; if the mode is locked to the order, middle of the locking " &
-        & // "interval", (crossings%speed), &
-        & bounds=(crossings%error))
+        & // "interval", (crossings%speed), bounds=(crossings%error))
       call table%add("from", rpm, "start of the interval of speeds in which the mode is locked to the order; without locking, " &
-        & // "speed of the crossing", [(crossings(i)%ends(1), i = 1, n)])
+        & // "speed of the crossing", (crossings%ends(1)))
       call table%add("to", rpm, "end of the interval of speeds in which the mode is locked to the order; without locking, " &
-        & // "speed of the crossing", [(crossings(i)%ends(2), i = 1, n)])
-      call table%add("frequency", hertz, "frequency of the mode at the crossing", [(crossings(i)%at%frequency() / (2 * pi), i = 1, &
-        & n)])
-      call table%add("growth", per_second, "growth rate of the mode at the crossing", [(crossings(i)%at%growth, i = 1, n)])
-      call table%add("damping_ratio", plain, "damping ratio (Lehr) of the mode at the crossing", &
-        & [(crossings(i)%at%damping_ratio(), i = 1, n)])
+        & // "speed of the crossing", (crossings%ends(2)))
+      call table%add("frequency", hertz, "frequency of the mode at the crossing", &
+        & crossings%at%frequency() / (2 * pi))
+      call table%add("growth", per_second, "growth rate of the mode at the crossing", (crossings%at%growth))
+      call table%add("damping_ratio", plain, "damping ratio (Lehr) of the mode at the crossing", crossings%at%damping_ratio())
       call table%add("locked", "1: the mode is locked to the order over an interval of speeds; 0: the mode only crosses the " &
         & // "order", (crossings%locked))
       call result%add(table, plot_crossings(crossings, diagram%campbell, context%configuration%plan%base))
@@ -134,8 +130,7 @@ contains
         end do
       end do
       table = new_table("campbell", "Campbell diagram", "Frequencies of the modes and multiples of the crank speed (orders), " &
-        & // "over the crank speed.", &
-        & verdict)
+        & // "over the crank speed.", verdict)
       table%model = model_of_modes
       call table%add("speed", rpm, "crank speed", [((points(i)%speed, k = 1, modes), i = 1, size(points))])
       call table%add("mode", "number of the mode", [((k, k = 1, modes), i = 1, size(points))])
@@ -156,11 +151,9 @@ contains
         & // "it has a conjugate pair", &
         & [((points(i)%modes(k)%identified .and. points(i)%modes(k)%real_pair, k = 1, modes), i = 1, size(points))])
       call table%add("sure", "0: mode shapes mix at this speed, so the numbers of the modes may be interchanged; 1: the " &
-        & // "numbers are certain", &
-        & [((points(i)%unambiguous, k = 1, modes), i = 1, size(points))])
+        & // "numbers are certain", [((points(i)%unambiguous, k = 1, modes), i = 1, size(points))])
       call table%add("inserted", "1: the program added this speed; 0: the speed was given in &sweep", &
-        & [((.not. points(i)%ordered, k = 1, modes), &
-        & i = 1, size(points))])
+        & [((.not. points(i)%ordered, k = 1, modes), i = 1, size(points))])
     end associate
   end function campbell_table
 

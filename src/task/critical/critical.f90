@@ -12,7 +12,8 @@ module gestell_task_critical
   use gestell_model_frame_frame_of, only: frame_of
   use gestell_model_quantity, only: find_quantity
   use gestell_model_quantity_rows, only: probe_type, quantity_type
-  use gestell_task_campbell, only: campbell_options, check_campbell_options
+  use gestell_study_speeds, only: check_harmonic_options
+  use gestell_task_campbell, only: campbell_options
   use gestell_task_campbell_crossings, only: crossing_type
   use gestell_task_resonance_maxima, only: find_maxima, maximum_type, step_to_top
   use gestell_task_resonance_points, only: curve_point_type, curve_points_type
@@ -111,7 +112,7 @@ contains
     class(executor_type), intent(inout), optional :: executor
     type(searches_type) :: work
 
-    call check_campbell_options(options, error)
+    call check_harmonic_options(options, error)
     if (allocated(error)) return
     if (.not. all(ieee_is_finite(crossings%speed) .and. abs(crossings%speed) > 0 .and. crossings%order > 0)) then
       call fatal_error(error, "a crossing must have a finite speed other than 0 and a positive order", invalid_input)
@@ -258,13 +259,10 @@ contains
     real(dp), intent(in) :: apart
     type(maximum_type), intent(out) :: top
     type(maximum_type), allocatable :: maxima(:)
-    real(dp), allocatable :: level(:)
-    logical, allocatable :: known(:)
     real(dp) :: limit
     integer :: k
 
-    call curve%levels(quantity, level, known)
-    call find_maxima(curve, quantity, level, known, spread(.false., 1, size(level) - 1), log(least_prominence), maxima)
+    call find_maxima(curve, quantity, spread(.false., 1, size(curve%points) - 1), log(least_prominence), maxima)
     associate (crossing => critical%crossing)
       limit = near * critical%half_width + abs(crossing%ends(2) - crossing%ends(1)) / 2 + apart
       do k = 1, size(maxima)

@@ -42,18 +42,16 @@ contains
       speeds = [speeds, pack(critical(i)%speed, critical(i)%found)]
     end do
     speeds = [minval(speeds), maxval(speeds)]
-    if (descends) speeds = [speeds(2), speeds(1)]
-    if (any([(any(critical(i)%found) .and. .not. critical(i)%moved%small(), i = 1, size(critical))])) marks%entries = &
+    if (descends) speeds = speeds([2, 1])
+    if (any((critical%found(amplitude) .or. critical%found(force)) .and. .not. critical%moved%small())) marks%entries = &
       & ", keyentry with linespoints lt 1 dt 1 lc rgb '#" // beyond_colour // "' title 'beyond small motions'" // marks%entries
     lines = layout_line(2, 1) // marks%lines // "set xrange " // range_with_margin(speeds(1), speeds(2)) // newline &
-      & // key_line(.true.) &
-      & // "tint(name) = strcol('small_motion') eq '0' ? 0x" // beyond_colour // " : 0x0072B2" // newline &
+      & // key_line(.true.) // "tint(name) = strcol('small_motion') eq '0' ? 0x" // beyond_colour // " : 0x0072B2" // newline &
       & // "set format x ''" // newline // panel(critical, amplitude, speeds, "m", 0.0_dp, marks%entries) // key_line(.false.) &
       & // "set format x; set xlabel 'crank speed (rpm)'" // newline // "unset label" // newline &
       & // panel(critical, force, speeds, "N", least_force, "")
     figure = new_figure("critical", "Critical speeds: peaks near crossings, labelled 'mode: order'; crossings: " &
-      & // text(size(critical)), &
-      & lines // "unset multiplot" // newline, width=800, height=nint(height_of(2)))
+      & // text(size(critical)), lines // "unset multiplot" // newline, width=800, height=nint(height_of(2)))
   end function plot_critical
 
   !> One panel of the picture: peaks as vertical lines against the speed, on a logarithmic scale. Peaks below `least` times the
@@ -70,14 +68,10 @@ contains
     integer, allocatable :: shown(:), named(:)
     integer :: i
 
-    do i = 1, size(critical)
-      heights(i) = 0
-      if (critical(i)%found(which)) heights(i) = critical(i)%height(which)
-    end do
+    heights = merge(critical%height(which), 0.0_dp, critical%found(which))
     shown = pack([(i, i = 1, size(critical))], heights > least * maxval([0.0_dp, heights]))
     unit = pick_unit(si, maxval([0.0_dp, heights]))
-    lines = "set ylabel '" // either("amplitude", "force", which == amplitude) // " (" // trim(unit%name) // ")'" &
-      & // newline
+    lines = "set ylabel '" // either("amplitude", "force", which == amplitude) // " (" // trim(unit%name) // ")'" // newline
     if (size(shown) == 0) then
       lines = lines // "unset logscale y; set yrange [0:1]; set format y; plot NaN notitle" // entries // newline
       return
@@ -88,7 +82,7 @@ contains
       i = minloc(heights(named), dim=1)
       named = [named(:i - 1), named(i + 1:)]
     end do
-    spaced = apart([(critical(named(i))%speed(which), i = 1, size(named))], upright * abs(range(2) - range(1)), range)
+    spaced = apart((critical(named)%speed(which)), upright * abs(range(2) - range(1)), range)
     do i = 1, size(named)
       associate (one => critical(named(i)))
         lines = lines // "set label " // text(i) // " '" // text(one%crossing%mode) // ": " // concise(one%crossing%order, 4) &
@@ -96,9 +90,8 @@ contains
           & // " rotate by 90 left offset 0,0.6 font ',11'" // newline
       end associate
     end do
-    drawn = either("", "force_", which == amplitude)
-    drawn = "'critical.csv' using '" // drawn // "speed_rpm':(shown(" // trim(unit%words) // " * column('" &
-      & // either("amplitude_m", "force_N", which == amplitude) // "'))):(tint(0)) with "
+    drawn = "'critical.csv' using '" // either("", "force_", which == amplitude) // "speed_rpm':(shown(" // trim(unit%words) &
+      & // " * column('" // either("amplitude_m", "force_N", which == amplitude) // "'))):(tint(0)) with "
     lines = lines // "shown(v) = v > " // concise(3.9_dp * lowest, 6) // " ? v : NaN" // newline &
       & // "set logscale y; set format y '10^{%L}'; set yrange [" // concise(lowest, 6) // ":" &
       & // concise(4 * unit%factor * maxval(heights) * (unit%factor * maxval(heights) / lowest)**0.45_dp, 6) // "]" // newline &

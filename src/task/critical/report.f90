@@ -79,11 +79,8 @@ contains
     type(critical_type), intent(in) :: critical(:)
     type(campbell_type), intent(in) :: campbell
     type(judgement_type) :: of_modes
-    real(dp) :: speeds(size(critical))
-    integer :: i
 
-    speeds = [(critical(i)%crossing%speed, i = 1, size(critical))]
-    judgement = judge_range(speeds, (critical%verdict), "crossings", "disturbances of the vibration grow")
+    judgement = judge_range((critical%crossing%speed), (critical%verdict), "crossings", "disturbances of the vibration grow")
     of_modes = campbell_verdict(campbell)
     if (of_modes%verdict > judgement%verdict) judgement = of_modes
   end function critical_verdict

@@ -50,31 +50,25 @@ contains
     type(critical_type), allocatable :: critical(:)
     type(judgement_type) :: judgement
     character(len=:), allocatable :: warning
-    logical, allocatable :: found(:)
-    integer :: maximum, i, turns
+    integer :: maximum, turns
 
     call follow_modes(context, diagram, error)
     call context%members(context%configuration%plan%family, family, model_of_modes)
-    if (.not. allocated(error)) call find_critical(family, diagram%options, diagram%crossings, critical, error, &
-      & context%executor)
+    if (.not. allocated(error)) call find_critical(family, diagram%options, diagram%crossings, critical, error, context%executor)
     if (allocated(error)) return
     judgement = critical_verdict(critical, diagram%campbell)
     turns = context%configuration%turns()
-    call result%add(table_of(critical, turns, judgement%words), plot_critical(critical, diagram%campbell, &
-      & context%configuration%plan%base))
+    call result%add(table_of(critical, turns, judgement%words), &
+      & plot_critical(critical, diagram%campbell, context%configuration%plan%base))
     call result%judge(judgement)
-    warning = motion_warning(pack([(critical(i)%moved, i = 1, size(critical))], [(any(critical(i)%found), i = 1, &
-      & size(critical))]), &
-      & model_of_modes)
+    warning = motion_warning(pack(critical%moved, critical%found(amplitude) .or. critical%found(force)), model_of_modes)
     call result%warn("undecided", warning)
-    found = [(critical(i)%found(amplitude), i = 1, size(critical))]
-    maximum = maxloc([(critical(i)%height(amplitude), i = 1, size(critical))], dim=1, mask=found)
+    maximum = maxloc(critical%height(amplitude), dim=1, mask=critical%found(amplitude))
     if (maximum > 0) then
       associate (peak => critical(maximum), unused => self)
-        call result%warn("", "Critical speeds: " // counted(count(found), "peak") // ", maximum amplitude " &
+        call result%warn("", "Critical speeds: " // counted(count(critical%found(amplitude)), "peak") // ", maximum amplitude " &
           & // concise(1000 * peak%height(amplitude), 4) // " mm at " // concise(peak%speed(amplitude), 6) // " rpm (mode " &
-          & // text(peak%crossing%mode) // ", order " &
-          & // concise(peak%crossing%order, 4) // ")")
+          & // text(peak%crossing%mode) // ", order " // concise(peak%crossing%order, 4) // ")")
       end associate
     end if
     call result%write_lines(report_critical(critical, context%configuration%orders, turns, judgement%words, warning))
@@ -85,34 +79,26 @@ contains
     type(critical_type), intent(in) :: critical(:)
     integer, intent(in) :: turns
     character(len=*), intent(in) :: verdict
-    integer :: i, n
 
-    n = size(critical)
-    table = new_table("critical", "Critical speeds", "Crank speeds at which the vibration has a peak, for each mode and " &
-      & // "order.", verdict, &
-      & shown=.true.)
+    table = new_table("critical", "Critical speeds", "Crank speeds at which the vibration has a peak, for each mode and order.", &
+      & verdict, shown=.true.)
     table%model = model_of_modes
-    call table%add("mode", "number of the mode", [(critical(i)%crossing%mode, i = 1, n)])
-    call add_order_column(table, "order", "order of the crank", [(critical(i)%crossing%harmonic, i = 1, n)], turns)
+    call table%add("mode", "number of the mode", (critical%crossing%mode))
+    call add_order_column(table, "order", "order of the crank", (critical%crossing%harmonic), turns)
     call table%add("outcome", "what happens at the crossing: peak, no_peak, unbounded (the damping is zero within its error) " &
-      & // "or unstable (the free vibration grows)", &
-      & outcomes(critical%outcome))
-    call table%add("crossing", rpm, "crank speed at which the order equals the mode's frequency", [(critical(i)%crossing%speed, &
-      & i = 1, n)])
+      & // "or unstable (the free vibration grows)", outcomes(critical%outcome))
+    call table%add("crossing", rpm, "crank speed at which the order equals the mode's frequency", (critical%crossing%speed))
     call table%add("half_width", rpm, "half width of the resonance, computed from the damping of the mode", (critical%half_width))
-    call table%add("frequency", hertz, "frequency of the mode at the " &
-      & // "crossing", [(critical(i)%crossing%at%frequency() / (2 * pi), i = 1, n)])
-    call table%add("damping_ratio", plain, "damping ratio of the mode at the " &
-      & // "crossing", [(critical(i)%crossing%at%damping_ratio(), i = 1, n)])
+    call table%add("frequency", hertz, "frequency of the mode at the crossing", critical%crossing%at%frequency() / (2 * pi))
+    call table%add("damping_ratio", plain, "damping ratio of the mode at the crossing", critical%crossing%at%damping_ratio())
     call add_peaks(amplitude, "", "amplitude", metre)
-    call table%add("share", plain, "share of the order in the mean square of the vibration at the peak", shown(amplitude, &
-      & (critical%share)))
+    call table%add("share", plain, "share of the order in the mean square of the vibration at the peak", &
+      & shown(amplitude, critical%share))
     call add_peaks(force, "force_", "force", newton)
     call table%add("verdict", "worse of the verdicts at the peak of the amplitude and at the peak of the force", &
       & critical%verdict%word())
     call table%add("small_motion", "1: the motion at the peaks is small; 0: it is too large for the linearised equations", &
-      & [(critical(i)%moved%small(), i = 1, n)], &
-      & [(any(critical(i)%found), i = 1, n)])
+      & critical%moved%small(), critical%found(amplitude) .or. critical%found(force))
 
   contains
 
@@ -122,14 +108,12 @@ contains
       character(len=*), intent(in) :: prefix, name
       type(unit_type), intent(in) :: unit
 
-      call table%add(prefix // "speed", rpm, "speed of the peak", shown(which, [(critical(i)%speed(which), i = 1, n)]), &
-        & bounds=shown(which, [(critical(i)%error(which), i = 1, n)]))
+      call table%add(prefix // "speed", rpm, "speed of the peak", shown(which, critical%speed(which)), &
+        & bounds=shown(which, critical%error(which)))
       call table%add(name, unit, trim(merge("amplitude of the order at the peak                 ", &
-        & "maximum of the total force at the speed of the peak", which == amplitude)), shown(which, &
-        & [(critical(i)%height(which), i = 1, n)]))
+        & "maximum of the total force at the speed of the peak", which == amplitude)), shown(which, critical%height(which)))
       call table%add(prefix // "prominence", plain, "height of the peak divided by the height of the higher of the two " &
-        & // "adjacent valleys", shown(which, &
-        & [(critical(i)%prominence(which), i = 1, n)]))
+        & // "adjacent valleys", shown(which, critical%prominence(which)))
     end subroutine add_peaks
 
     !> The values for the quantity `which`; NaN where it has no peak.
@@ -138,7 +122,7 @@ contains
       real(dp), intent(in) :: values(:)
       real(dp) :: shown(size(values))
 
-      shown = merge(values, ieee_value(1.0_dp, ieee_quiet_nan), [(critical(i)%found(which), i = 1, n)])
+      shown = merge(values, ieee_value(1.0_dp, ieee_quiet_nan), critical%found(which))
     end function shown
 
   end function table_of

@@ -92,8 +92,8 @@ contains
     class(resonance_curve_type), intent(inout) :: self
     real(dp), allocatable, intent(out) :: speeds(:)
     type(maximum_type), allocatable :: maxima(:)
-    real(dp), allocatable :: more(:), level(:)
-    logical, allocatable :: known(:), bent(:)
+    real(dp), allocatable :: more(:)
+    logical, allocatable :: bent(:)
     integer :: room, n, q, i
 
     if (allocated(self%grid)) then
@@ -106,9 +106,8 @@ contains
       more = [real(dp) :: crossing_speeds(self%curve_points_type), pack([((p(i)%speed + p(i + 1)%speed) / 2, i = 1, n)], &
         & p(:n)%state /= p(2:)%state .and. [(abs(p(i)%speed - p(i + 1)%speed) > border * abs(p(i)%speed), i = 1, n)])]
       do q = 1, size(self%options%names)
-        call self%levels(q, level, known)
-        call bent_intervals(self, level, known, bent)
-        call find_maxima(self%curve_points_type, q, level, known, bent, straight, maxima)
+        bent = bent_intervals(self, q)
+        call find_maxima(self%curve_points_type, q, bent, straight, maxima)
         more = [more, pack([((p(i)%speed + p(i + 1)%speed) / 2, i = 1, n)], bent .and. [(divisible(p(i), p(i + 1)), i = 1, n)]), &
           & top_speeds(self%curve_points_type, maxima), half_power_speeds(self%curve_points_type, maxima, bent)]
       end do
@@ -121,27 +120,29 @@ contains
     if (size(speeds) > room) speeds = speeds(:room)
   end subroutine choose_speeds
 
-  !> Finds the intervals between neighbouring points in which the curve is not resolved (`bent`). The straight line through the two
-  !> points before an interval is extrapolated to the point at the far end of the interval. There it differs from the computed
-  !> value by h times the change of slope, where h is the width of the interval. The straight line through the two points after the
-  !> interval gives a second difference.
+  !> True for each interval between neighbouring points in which the curve of quantity number `q` is not resolved. The straight line
+  !> through the two points before an interval is extrapolated to the point at the far end of the interval. There it differs from
+  !> the computed value by h times the change of slope, where h is the width of the interval. The straight line through the two
+  !> points after the interval gives a second difference.
   !>
   !> If the curve has one bend within the interval, it deviates from a straight line by at most half of the larger difference. Such
   !> a bend occurs where two maxima over the period are equal. A curve of constant curvature deviates by at most a quarter. If only
   !> one of the two differences is known, it counts twice. If neither is known, the interval is not resolved. Straight lines are
   !> not extrapolated across a jump.
-  subroutine bent_intervals(self, level, known, bent)
+  function bent_intervals(self, q) result(bent)
     class(resonance_curve_type), intent(in) :: self
-    real(dp), intent(in) :: level(:)
-    logical, intent(in) :: known(:)
-    logical, allocatable, intent(out) :: bent(:)
-    real(dp) :: slope(size(level) - 1), change(size(level)), h(size(level) - 1)
-    logical :: defined(size(level)), jump(size(level) - 1)
+    integer, intent(in) :: q
+    logical, dimension(size(self%points) - 1) :: bent, jump
+    real(dp), allocatable :: level(:)
+    logical, allocatable :: known(:)
+    real(dp) :: slope(size(bent)), change(size(self%points)), h(size(bent))
+    logical :: defined(size(self%points))
     integer :: i, n
 
+    call self%levels(q, level, known)
     n = size(level)
     jump = self%jumps(level, known)
-    allocate(bent(n - 1), source=.false.)
+    bent = .false.
     h = abs(self%points(2:)%speed - self%points(:n - 1)%speed)
     slope = 0
     where (known(2:) .and. known(:n - 1)) slope = (level(2:) - level(:n - 1)) / h
@@ -155,7 +156,7 @@ contains
       if (jump(i) .or. .not. (known(i) .and. known(i + 1))) cycle
       bent(i) = h(i) * maxval(change(i:i + 1)) > merge(2, 1, all(defined(i:i + 1))) * straight .or. .not. any(defined(i:i + 1))
     end do
-  end subroutine bent_intervals
+  end function bent_intervals
 
   !> True if the interval between the neighbouring points `a` and `b` is wide enough to be divided.
   pure logical function divisible(a, b)
@@ -179,15 +180,11 @@ contains
   subroutine finish(self)
     class(resonance_curve_type), intent(inout) :: self
     type(maximum_type), allocatable :: found(:)
-    real(dp), allocatable :: level(:)
-    logical, allocatable :: known(:), bent(:)
     integer :: q
 
     allocate(self%maxima(0))
     do q = 1, size(self%options%names)
-      call self%levels(q, level, known)
-      call bent_intervals(self, level, known, bent)
-      call find_maxima(self%curve_points_type, q, level, known, bent, standing_out, found)
+      call find_maxima(self%curve_points_type, q, bent_intervals(self, q), standing_out, found)
       self%maxima = [self%maxima, found]
     end do
   end subroutine finish

@@ -58,26 +58,28 @@ contains
   !> Finds the maxima of quantity number `q`, and the jumps of the exact frame. For linearised equations, the vibration at a
   !> maximum counts as unbounded if the curve is not resolved there and the stability changes or is uncertain. A jump is listed at
   !> the side with the larger value, even if this value is not a maximum.
-  subroutine find_maxima(curve, q, level, known, bent, least, maxima)
+  subroutine find_maxima(curve, q, bent, least, maxima)
     class(curve_points_type), intent(in) :: curve
     integer, intent(in) :: q
-    !> ln(peak) at each point of the curve
-    real(dp), intent(in) :: level(:)
-    !> `known`: true for points at which the quantity has a value, shape (points). `bent`: true for intervals between neighbouring
-    !> points in which the curve is not resolved, shape (points - 1)
-    logical, intent(in) :: known(:), bent(:)
+    !> True for intervals between neighbouring points in which the curve is not resolved, shape (points - 1)
+    logical, intent(in) :: bent(:)
     !> A maximum is listed if ln(peak) exceeds the lowest value on each side of the maximum by more than `least`. A jump is listed
     !> if ln(peak) changes by more than `least`
     real(dp), intent(in) :: least
     type(maximum_type), allocatable, intent(out) :: maxima(:)
-    type(maximum_type) :: found(size(level))
-    logical :: jump(0:size(level)), listed(size(level))
+    type(maximum_type) :: found(size(curve%points))
+    !> ln(peak) at each point of the curve
+    real(dp), allocatable :: level(:)
+    !> True for points at which the quantity has a value
+    logical, allocatable :: known(:)
+    logical :: jump(0:size(found)), listed(size(found))
     integer :: i, n, last
 
+    call curve%levels(q, level, known)
     n = 0
     jump = .false.
     jump(1:size(level) - 1) = curve%jumps(level, known)
-    listed = [(is_top(curve, level, known, i, least), i = 1, size(level))]
+    listed = [(is_top(i), i = 1, size(level))]
     do i = 1, size(level) - 1
       if (.not. jump(i) .or. any(listed(i:i + 1))) cycle
       if (abs(level(i + 1) - level(i)) > least) listed(merge(i + 1, i, level(i + 1) > level(i))) = .true.
@@ -86,18 +88,18 @@ contains
       if (known(max(i - 1, 1)) .and. .not. known(i)) then
         ! find the last point of the gap, which extends from the first to the last point without a value
         last = i - 2 + findloc([known(i:), .true.], .true., dim=1)
-        if (rises_into(curve, level, known, i, last, least)) then
+        if (rises_into(i, last)) then
           n = n + 1
-          found(n) = unbounded_maximum(curve, q, i, last)
+          found(n) = unbounded_maximum(i, last)
         end if
       end if
       if (.not. listed(i)) cycle
       n = n + 1
       associate (point => curve%points(i), maximum => found(n))
         maximum = maximum_type(q, i, point%state, point%strongest(q), point%speed, point%values(1, q))
-        maximum%rise = min(descent(curve, level, known, i, -1), descent(curve, level, known, i, 1))
+        maximum%rise = min(descent(i, -1), descent(i, 1))
         maximum%resolved = .not. any(bent(max(i - 1, 1):min(i, size(bent))))
-        maximum%half = [half_power_speed(curve, level, known, jump, i, -1), half_power_speed(curve, level, known, jump, i, 1)]
+        maximum%half = [half_power_speed(i, -1), half_power_speed(i, 1)]
         if (.not. maximum%resolved) maximum%half = ieee_value(1.0_dp, ieee_quiet_nan)
         maximum%width = abs(maximum%half(2) - maximum%half(1))
         maximum%damping_ratio = maximum%width / (2 * abs(point%speed))
@@ -105,151 +107,131 @@ contains
           & .or. any(curve%points(max(i - 1, 1):min(i + 1, size(level)))%state /= point%state))
         maximum%small = point%moved%small() .and. .not. maximum%unbounded
         if (maximum%unbounded) maximum%value = ieee_value(1.0_dp, ieee_positive_inf)
-        call describe_jump(curve, known, jump, maximum)
+        call describe_jump(maximum)
       end associate
     end do
-    allocate(maxima(n))
     maxima = found(:n)
-  end subroutine find_maxima
 
-  !> True if the curve has a maximum at point number `i`. Its value must be larger than at both neighbours, and exceed the lowest
-  !> value on each side by more than `least`. For the exact frame, points at which no vibration was found are skipped.
-  pure logical function is_top(curve, level, known, i, least)
-    class(curve_points_type), intent(in) :: curve
-    real(dp), intent(in) :: level(:), least
-    logical, intent(in) :: known(:)
-    integer, intent(in) :: i
-    integer :: l, r
+  contains
 
-    is_top = .false.
-    if (.not. known(i)) return
-    l = neighbour(known, i, -1)
-    r = neighbour(known, i, 1)
-    if (l == 0 .or. r == 0) return
-    if (any(has_vibration(curve%points(l + 1:i - 1)%state)) .or. any(has_vibration(curve%points(i + 1:r - 1)%state))) return
-    if (curve%points(i)%linear .and. r - l > 2) return
-    if (.not. (level(i) > level(l) .and. level(i) >= level(r))) return
-    is_top = min(descent(curve, level, known, i, -1), descent(curve, level, known, i, 1)) > least
-  end function is_top
+    !> True if the curve has a maximum at point number `i`. Its value must be larger than at both neighbours, and exceed the lowest
+    !> value on each side by more than `least`. For the exact frame, points at which no vibration was found are skipped.
+    pure logical function is_top(i)
+      integer, intent(in) :: i
+      integer :: l, r
 
-  !> Number of the nearest point that has a value, before point `i` (`step` = -1) or after it (`step` = 1); 0 if there is none.
-  pure integer function neighbour(known, i, step) result(k)
-    logical, intent(in) :: known(:)
-    integer, intent(in) :: i, step
+      is_top = .false.
+      if (.not. known(i)) return
+      l = neighbour(i, -1)
+      r = neighbour(i, 1)
+      if (l == 0 .or. r == 0) return
+      if (any(has_vibration(curve%points(l + 1:i - 1)%state)) .or. any(has_vibration(curve%points(i + 1:r - 1)%state))) return
+      if (curve%points(i)%linear .and. r - l > 2) return
+      if (.not. (level(i) > level(l) .and. level(i) >= level(r))) return
+      is_top = min(descent(i, -1), descent(i, 1)) > least
+    end function is_top
 
-    k = i + step
-    do while (k >= 1 .and. k <= size(known))
-      if (known(k)) return
-      k = k + step
-    end do
-    k = 0
-  end function neighbour
+    !> Number of the nearest point that has a value, before point `i` (`step` = -1) or after it (`step` = 1); 0 if there is none.
+    pure integer function neighbour(i, step) result(k)
+      integer, intent(in) :: i, step
 
-  !> Determines whether a maximum of the exact frame lies at a jump, or next to points without a vibration. At a jump, sets the
-  !> value on the other side.
-  pure subroutine describe_jump(curve, known, jump, maximum)
-    class(curve_points_type), intent(in) :: curve
-    logical, intent(in) :: known(:), jump(0:)
-    type(maximum_type), intent(inout) :: maximum
-    integer :: step, k
-
-    maximum%other_side = ieee_value(1.0_dp, ieee_quiet_nan)
-    associate (i => maximum%point, q => maximum%quantity)
-      if (curve%points(i)%linear) return
-      do step = -1, 1, 2
-        k = neighbour(known, i, step)
-        if (k == 0) cycle
-        if (abs(k - i) == 1 .and. .not. jump(min(i, k))) cycle
-        if (maximum%jump .and. curve%points(k)%values(1, q) > maximum%other_side) cycle
-        maximum%jump = .true.
-        maximum%other_side = curve%points(k)%values(1, q)
-        maximum%fold = min(curve%points(i)%from_fold, curve%points(k)%from_fold) < at_fold
+      k = i + step
+      do while (k >= 1 .and. k <= size(known))
+        if (known(k)) return
+        k = k + step
       end do
-    end associate
-  end subroutine describe_jump
+      k = 0
+    end function neighbour
 
-  !> Creates the maximum for the points `first` to `last`, which have no value because the vibration of the linearised equations is
-  !> unbounded.
-  type(maximum_type) function unbounded_maximum(curve, q, first, last) result(maximum)
-    class(curve_points_type), intent(in) :: curve
-    integer, intent(in) :: q, first, last
+    !> Determines whether a maximum of the exact frame lies at a jump, or next to points without a vibration. At a jump, sets the
+    !> value on the other side.
+    pure subroutine describe_jump(maximum)
+      type(maximum_type), intent(inout) :: maximum
+      integer :: step, k
 
-    associate (point => curve%points((first + last) / 2))
-      maximum = maximum_type(q, (first + last) / 2, point%state, curve%points(first - 1)%strongest(q), point%speed)
-    end associate
-    maximum%value = ieee_value(1.0_dp, ieee_positive_inf)
-    maximum%half = ieee_value(1.0_dp, ieee_quiet_nan)
-    maximum%width = maximum%half(1)
-    maximum%damping_ratio = maximum%half(1)
-    maximum%other_side = maximum%half(1)
-    maximum%resolved = .false.
-    maximum%unbounded = .true.
-    maximum%small = .false.
-  end function unbounded_maximum
+      maximum%other_side = ieee_value(1.0_dp, ieee_quiet_nan)
+      associate (point => curve%points(maximum%point))
+        if (point%linear) return
+        do step = -1, 1, 2
+          k = neighbour(maximum%point, step)
+          if (k == 0) cycle
+          if (k == maximum%point + step .and. .not. jump(min(maximum%point, k))) cycle
+          if (maximum%jump .and. curve%points(k)%values(1, q) > maximum%other_side) cycle
+          maximum%jump = .true.
+          maximum%other_side = curve%points(k)%values(1, q)
+          maximum%fold = min(point%from_fold, curve%points(k)%from_fold) < at_fold
+        end do
+      end associate
+    end subroutine describe_jump
 
-  !> True if the points `first` to `last`, which have no value, lie in a resonance: on both sides the curve rises towards them by
-  !> more than `least`.
-  pure logical function rises_into(curve, level, known, first, last, least)
-    class(curve_points_type), intent(in) :: curve
-    real(dp), intent(in) :: level(:), least
-    logical, intent(in) :: known(:)
-    integer, intent(in) :: first, last
+    !> Creates the maximum for the points `first` to `last`, which have no value because the vibration of the linearised equations
+    !> is unbounded.
+    type(maximum_type) function unbounded_maximum(first, last) result(maximum)
+      integer, intent(in) :: first, last
 
-    rises_into = .false.
-    if (last == size(known) .or. .not. curve%points(first - 1)%linear) return
-    associate (states => curve%points(first:last)%state)
-      if (.not. all(states == in_resonance .or. states == undamped .or. states == undecided .or. states == unstable)) return
-    end associate
-    rises_into = min(descent(curve, level, known, first - 1, -1), descent(curve, level, known, last + 1, 1)) > least
-  end function rises_into
+      associate (point => curve%points((first + last) / 2), nan => ieee_value(1.0_dp, ieee_quiet_nan))
+        maximum = maximum_type(q, (first + last) / 2, point%state, curve%points(first - 1)%strongest(q), point%speed, &
+          & value=ieee_value(1.0_dp, ieee_positive_inf), half=[nan, nan], width=nan, damping_ratio=nan, resolved=.false., &
+          & unbounded=.true., small=.false., other_side=nan)
+      end associate
+    end function unbounded_maximum
 
-  !> Difference, in ln(peak), between point number `i` and the lowest point on one side of it. Points are considered until the
-  !> curve rises above point `i` or has no value. For the exact frame, points without a vibration are skipped. `step`: -1 for the
-  !> side before the point, 1 for the side after it.
-  pure real(dp) function descent(curve, level, known, i, step)
-    class(curve_points_type), intent(in) :: curve
-    real(dp), intent(in) :: level(:)
-    logical, intent(in) :: known(:)
-    integer, intent(in) :: i, step
-    integer :: k
+    !> True if the points `first` to `last`, which have no value, lie in a resonance: on both sides the curve rises towards them by
+    !> more than `least`.
+    pure logical function rises_into(first, last)
+      integer, intent(in) :: first, last
 
-    descent = 0
-    k = i + step
-    do while (k >= 1 .and. k <= size(level))
-      if (.not. known(k) .and. (curve%points(i)%linear .or. has_vibration(curve%points(k)%state))) return
-      if (known(k) .and. level(k) > level(i)) return
-      if (known(k)) descent = max(descent, level(i) - level(k))
-      k = k + step
-    end do
-  end function descent
+      rises_into = .false.
+      if (last == size(known) .or. .not. curve%points(first - 1)%linear) return
+      associate (states => curve%points(first:last)%state)
+        if (.not. all(states == in_resonance .or. states == undamped .or. states == undecided .or. states == unstable)) return
+      end associate
+      rises_into = min(descent(first - 1, -1), descent(last + 1, 1)) > least
+    end function rises_into
 
-  !> Half-power speed on one side of the maximum at point number `i`. NaN if the curve rises again or jumps before this speed is
-  !> reached.
-  real(dp) function half_power_speed(curve, level, known, jump, i, step) result(speed)
-    class(curve_points_type), intent(in) :: curve
-    real(dp), intent(in) :: level(:)
-    logical, intent(in) :: known(:), jump(0:)
-    integer, intent(in) :: i, step
-    real(dp) :: u(2)
-    integer :: k
+    !> Difference, in ln(peak), between point number `i` and the lowest point on one side of it. Points are considered until the
+    !> curve rises above point `i` or has no value. For the exact frame, points without a vibration are skipped. `step`: -1 for the
+    !> side before the point, 1 for the side after it.
+    pure real(dp) function descent(i, step)
+      integer, intent(in) :: i, step
+      integer :: k
 
-    speed = ieee_value(1.0_dp, ieee_quiet_nan)
-    k = i + step
-    u = 0
-    do while (k >= 1 .and. k <= size(level))
-      if (.not. known(k) .or. jump(min(k, k - step))) return
-      if (level(k) > level(k - step)) return
-      ! computes sqrt((P_i / P_k)^2 - 1), which is a linear function of the speed at a single resonance
-      u = [u(2), sqrt(max(0.0_dp, exp(min(2 * (level(i) - level(k)), 600.0_dp)) - 1))]
-      if (u(2) >= 1) then
-        associate (s => curve%points(k - step)%speed, t => curve%points(k)%speed)
-          speed = s + (t - s) * (1 - u(1)) / (u(2) - u(1))
-        end associate
-        return
-      end if
-      k = k + step
-    end do
-  end function half_power_speed
+      descent = 0
+      k = i + step
+      do while (k >= 1 .and. k <= size(level))
+        if (.not. known(k) .and. (curve%points(i)%linear .or. has_vibration(curve%points(k)%state))) return
+        if (known(k) .and. level(k) > level(i)) return
+        if (known(k)) descent = max(descent, level(i) - level(k))
+        k = k + step
+      end do
+    end function descent
+
+    !> Half-power speed on one side of the maximum at point number `i`. NaN if the curve rises again or jumps before this speed is
+    !> reached.
+    real(dp) function half_power_speed(i, step) result(speed)
+      integer, intent(in) :: i, step
+      real(dp) :: u(2)
+      integer :: k
+
+      speed = ieee_value(1.0_dp, ieee_quiet_nan)
+      k = i + step
+      u = 0
+      do while (k >= 1 .and. k <= size(level))
+        if (.not. known(k) .or. jump(min(k, k - step))) return
+        if (level(k) > level(k - step)) return
+        ! computes sqrt((P_i / P_k)^2 - 1), which is a linear function of the speed at a single resonance
+        u = [u(2), sqrt(max(0.0_dp, exp(min(2 * (level(i) - level(k)), 600.0_dp)) - 1))]
+        if (u(2) >= 1) then
+          associate (s => curve%points(k - step)%speed, t => curve%points(k)%speed)
+            speed = s + (t - s) * (1 - u(1)) / (u(2) - u(1))
+          end associate
+          return
+        end if
+        k = k + step
+      end do
+    end function half_power_speed
+
+  end subroutine find_maxima
 
   !> Interpolated speeds of those maxima whose speed is not accurate yet. Jumps, and maxima at which the curve is not resolved, are
   !> omitted.
@@ -329,8 +311,7 @@ contains
             if (abs(curve%points(k)%speed - maxima(m)%speed) >= abs(half - maxima(m)%speed)) exit
             k = k + merge(-1, 1, side == 1)
           end do
-          if (any(bent(min(i, k):max(i, k) - 1))) cycle
-          if (any(jump(min(i, k):max(i, k) - 1))) cycle
+          if (any(bent(min(i, k):max(i, k) - 1) .or. jump(min(i, k):max(i, k) - 1))) cycle
           if (abs(excess_power(curve, maxima(m)%quantity, i, k) - 1) <= half_power) cycle
           if (abs(excess_power(curve, maxima(m)%quantity, i, k - merge(-1, 1, side == 1)) - 1) <= half_power) cycle
           speeds = [speeds, half]

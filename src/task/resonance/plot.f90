@@ -53,25 +53,21 @@ contains
     integer, allocatable :: harmonics(:)
     integer :: i, panels, across, rows
 
-    do i = 1, size(found)
-      found(i) = any(curve%points%state == marked(i))
-    end do
+    found = [(any(curve%points%state == marked(i)), i = 1, size(found))]
     panels = min(size(quantities), most_panels)
-    harmonics = curve%options%reported_harmonics()
+    harmonics = curve%options%requested_harmonics()
     across = merge(1, 2, panels <= most_below)
     rows = (panels + across - 1) / across
-    small = [(curve%points(i)%moved%small(), i = 1, size(small))]
+    small = curve%points%moved%small()
     parts = [any(small .and. curve%has_values()), any(.not. small .and. curve%has_values())]
     marks = marks_of(curve, input)
     visible = .false.
     do i = 1, panels
       visible(:, i) = visible_orders(curve, i)
     end do
-    lines = layout_line(panels, across, &
-      & legend) // "set key off" // newline // "set xrange [" // concise(curve%points(1)%speed, 9) // ":" &
-      & // concise(curve%points(size(small))%speed, 9) // "]" // newline // "set format x ''" // newline &
-      & // "# each part of a curve with the first point of the next" // newline &
-      & // "here = 0; there = 0" // newline &
+    lines = layout_line(panels, across, legend) // "set key off" // newline // "set xrange [" // concise(curve%points(1)%speed, 9) &
+      & // ":" // concise(curve%points(size(small))%speed, 9) // "]" // newline // "set format x ''" // newline &
+      & // "# each part of a curve with the first point of the next" // newline // "here = 0; there = 0" // newline &
       & // "small(v) = (before = here, here = strcol('small_motion') ne '0', before || here ? v : NaN)" // newline &
       & // "beyond(v) = (before = there, there = strcol('small_motion') eq '0', before || there ? v : NaN)" // newline &
       & // "tint(v) = strcol('small_motion') eq '0' ? 0x" // beyond_colour // " : 0x0072B2" // newline // marks%lines
@@ -181,9 +177,8 @@ contains
         if (.not. all(ieee_is_finite(values))) cycle
         low = min(low, values(of_peak), values(of_rms))
         high = max(high, values(of_peak), values(of_rms))
-        do k = 1, min(size(values) - of_rms, max_orders)
-          most(k) = max(most(k), sqrt(0.5_dp) * values(of_rms + k))
-        end do
+        k = min(size(values) - of_rms, max_orders)
+        most(:k) = max(most(:k), sqrt(0.5_dp) * values(of_rms + 1:of_rms + k))
       end associate
     end do
     visible = most > max(depth * high, below * low)

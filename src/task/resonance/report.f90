@@ -1,7 +1,7 @@
 !> Writes the report of the task `resonance`: the resonance curves.
 module gestell_task_resonance_report
-  use gestell_base_verdict, only: failed, has_vibration, impossible, in_resonance, not_judged, operator(/=), operator(==), stable, &
-    & state_word, verdict_type
+  use gestell_base_verdict, only: failed, impossible, in_resonance, not_judged, operator(/=), operator(==), stable, state_word, &
+    & verdict_type
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, either, newline, text
   use gestell_input_wording, only: counted
@@ -59,11 +59,8 @@ contains
   !> The worst verdict on the vibrations of the curve. It is printed at the head of the report on the curve and in its files.
   pure type(judgement_type) function curve_verdict(curve) result(judgement)
     type(resonance_curve_type), intent(in) :: curve
-    real(dp) :: speeds(size(curve%points))
-    integer :: i
 
-    speeds = [(curve%points(i)%speed, i = 1, size(speeds))]
-    judgement = judge_range(speeds, merge(curve%points%state, not_judged, has_vibration(curve%points%state)), "speeds", &
+    judgement = judge_range((curve%points%speed), merge(curve%points%state, not_judged, curve%has_values()), "speeds", &
       & "disturbances of these vibrations grow")
   end function curve_verdict
 
@@ -74,6 +71,7 @@ contains
     type(quantity_type), intent(in) :: quantity
     character(len=*), intent(in) :: model
     character(len=:), allocatable :: report, rows, unit
+    real(dp) :: peaks(size(curve%points))
     logical :: remaining(size(curve%maxima))
     integer :: i, k, n, jumps, least, most
 
@@ -114,19 +112,12 @@ contains
     end do
     if (n > max_listed) report = report // ", ..."
     if (n > 0) report = report // " rpm" // newline
-    least = 0
-    most = 0
-    do i = 1, size(curve%points)
-      if (.not. has_vibration(curve%points(i)%state)) cycle
-      if (least == 0) least = i
-      if (most == 0) most = i
-      if (curve%points(i)%values(1, q) < curve%points(least)%values(1, q)) least = i
-      if (curve%points(i)%values(1, q) > curve%points(most)%values(1, q)) most = i
-    end do
-    report = report // "  minimum " // concise(curve%points(least)%values(1, q), 5) // " " // unit // " at " &
-      & // concise(curve%points(least)%speed, 5) // " rpm; maximum " // concise(curve%points(most)%values(1, q), 5) // " " // unit &
-      & // " at " // concise(curve%points(most)%speed, 5) // " rpm" // either(", at an end of the range", "", &
-      & most == 1 .or. most == size(curve%points)) // newline
+    peaks = [(curve%points(i)%values(1, q), i = 1, size(peaks))]
+    least = minloc(peaks, dim=1, mask=curve%has_values())
+    most = maxloc(peaks, dim=1, mask=curve%has_values())
+    report = report // "  minimum " // concise(peaks(least), 5) // " " // unit // " at " // concise(curve%points(least)%speed, 5) &
+      & // " rpm; maximum " // concise(peaks(most), 5) // " " // unit // " at " // concise(curve%points(most)%speed, 5) // " rpm" &
+      & // either(", at an end of the range", "", most == 1 .or. most == size(peaks)) // newline
   end function curve_lines
 
 end module gestell_task_resonance_report

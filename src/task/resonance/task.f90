@@ -1,7 +1,7 @@
 !> The task `resonance`: computes the vibration as a function of the crank speed.
 module gestell_task_resonance_task
   use gestell_base_error, only: error_type
-  use gestell_base_verdict, only: has_vibration, operator(/=), stable, state_word
+  use gestell_base_verdict, only: operator(/=), stable, state_word
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise
   use gestell_input_machine_quantities, only: read_quantities
@@ -81,8 +81,7 @@ contains
       call solve_curve(family, options, configuration%speeds(), curve, error, context%executor)
       if (allocated(error)) return
       judgement = curve_verdict(curve)
-      warning = motion_warning(pack([(curve%points(k)%moved, k = 1, size(curve%points))], has_vibration(curve%points%state)), &
-        & configuration%analysis%model)
+      warning = motion_warning(pack(curve%points%moved, curve%has_values()), configuration%analysis%model)
       if (any(curve%points%state /= stable)) result%all_stable = .false.
       table = curve_table(self%quantities, curve, turns, judgement%words)
       call result%add(table, plot_resonance(table, self%quantities, curve, turns, configuration%plan%base))
@@ -127,14 +126,12 @@ contains
     character(len=:), allocatable :: name
     type(unit_type) :: unit
     integer, allocatable :: harmonics(:)
-    integer :: i, k, n
+    integer :: i, k
 
-    n = size(curve%points)
-    harmonics = curve%options%reported_harmonics()
-    table = new_table("resonance", "Resonance curves", "Response as a function of speed. Shading marks unstable vibrations; " // &
-      &   "at gaps no periodic vibration exists.", &
-      & verdict)
-    call table%add("speed", rpm, "crank speed", [(curve%points(i)%speed, i = 1, n)])
+    harmonics = curve%options%requested_harmonics()
+    table = new_table("resonance", "Resonance curves", "Response as a function of speed. Shading marks unstable vibrations; " &
+      & // "at gaps no periodic vibration exists.", verdict)
+    call table%add("speed", rpm, "crank speed", (curve%points%speed))
     call table%add("state", "ok, undamped, undecided, unstable, resonance, impossible or failed", state_word(curve%points%state))
     call table%add("refined", "1 if the program added this speed between those of the sweep", (curve%points%refined))
     do k = 1, size(quantities)
@@ -146,9 +143,8 @@ contains
         call table%add(name // "_order_" // order_as_fraction(harmonics(i), turns), unit, "amplitude of the order", row(3 + i))
       end do
     end do
-    call table%add("small_motion", "1: the motion is small; 0: too large for the linear equations", &
-      & [(curve%points(i)%moved%small(), i = 1, n)], &
-      & has_vibration(curve%points%state))
+    call table%add("small_motion", "1: the motion is small; 0: too large for the linear equations", curve%points%moved%small(), &
+      & curve%has_values())
 
   contains
 
