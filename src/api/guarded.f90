@@ -20,7 +20,7 @@ module gestell_api_guarded
   type, public :: watch_type
     !> Number of evaluations so far; evaluating the matrices and the load at one time counts as two evaluations
     integer :: calls = 0
-    !> True if `examine` has already checked the coefficients
+    !> True if the coefficients have already been examined for faults
     logical :: examined = .false.
     !> Message that describes the fault; unallocated if no fault has been found
     character(len=:), allocatable :: reason
@@ -30,20 +30,14 @@ module gestell_api_guarded
     class(second_order_system), pointer :: inner => null()
     type(watch_type), pointer :: watch => null()
   contains
-    procedure :: matrices
-    procedure :: load
-    procedure :: sample_second_order
-    procedure :: coupled => coupled_second_order
+    procedure :: matrices, load, sample_second_order, coupled => coupled_second_order
   end type guarded_type
 
   type, extends(periodic_system) :: guarded_first_order_type
     class(periodic_system), pointer :: inner => null()
     type(watch_type), pointer :: watch => null()
   contains
-    procedure :: matrix
-    procedure :: forcing
-    procedure :: sample
-    procedure :: coupled => coupled_first_order
+    procedure :: matrix, forcing, sample, coupled => coupled_first_order
   end type guarded_first_order_type
 
   !> After this many evaluations the coefficients are examined for faults. Fewer evaluations suffice to solve a smooth system,
@@ -100,18 +94,6 @@ contains
     if (allocated(error)) deallocate(error)
     call fatal_error(error, watch%reason, failed_computation)
   end subroutine explain_failure
-
-  !> Examines the coefficients for three faults: jumps or kinks, a singular mass matrix, and a period in a wrong unit. Records the
-  !> first fault in `watch`.
-  subroutine examine(system, watch)
-    class(periodic_system), intent(in) :: system
-    type(watch_type), intent(inout) :: watch
-
-    watch%examined = .true.
-    call describe_roughness(system, watch%calls, watch%reason)
-    if (.not. allocated(watch%reason)) call find_singular_mass(system, watch)
-    if (.not. allocated(watch%reason)) call find_absurd_period(system, watch)
-  end subroutine examine
 
   !> Records a fault if the phase of the fastest free motion advances by more than `absurd_advance` within the period.
   subroutine find_absurd_period(system, watch)
@@ -191,14 +173,14 @@ contains
     end do
   end function mass_determinant
 
-  !> Receives evaluated `values` of the coefficients. Records a fault if they are not finite, and examines the coefficients after
-  !> many evaluations. `given_up`: true if the system is faulty, so that continuing is useless.
-  subroutine take(system, watch, phases, values, names, given_up)
+  !> Receives evaluated `values` of the coefficients. Records a fault if they are not finite. After many evaluations, examines the
+  !> coefficients for three faults: jumps or kinks, a singular mass matrix, and a period in a wrong unit. If a fault has been
+  !> recorded, continuing is useless.
+  subroutine take(system, watch, phases, values, names)
     class(periodic_system), intent(in) :: system
     type(watch_type), intent(inout) :: watch
     real(dp), intent(in) :: phases(:), values(:, :)
     character(len=*), intent(in) :: names(:)
-    logical, intent(out) :: given_up
     integer :: j, k
 
     do j = 1, size(names)
@@ -208,8 +190,11 @@ contains
           & // concise(phases(k), 6) // " of the period)"
       end do
     end do
-    if (.not. (allocated(watch%reason) .or. watch%examined) .and. watch%calls > many_calls) call examine(system, watch)
-    given_up = allocated(watch%reason)
+    if (allocated(watch%reason) .or. watch%examined .or. watch%calls <= many_calls) return
+    watch%examined = .true.
+    call describe_roughness(system, watch%calls, watch%reason)
+    if (.not. allocated(watch%reason)) call find_singular_mass(system, watch)
+    if (.not. allocated(watch%reason)) call find_absurd_period(system, watch)
   end subroutine take
 
   subroutine matrices(self, t, m, b, c)
@@ -240,22 +225,19 @@ contains
     real(dp), contiguous, intent(in) :: phases(:)
     real(dp), contiguous, intent(out) :: m(:, :, :), b(:, :, :), c(:, :, :)
     real(dp), contiguous, intent(out), optional :: h(:, :)
-    logical :: given_up
     integer :: i
 
-    given_up = allocated(self%watch%reason)
-    if (.not. given_up) then
+    if (.not. allocated(self%watch%reason)) then
       call self%inner%sample_second_order(phases, m, b, c, h)
       self%watch%calls = self%watch%calls + size(phases) * merge(2, 1, present(h))
       if (present(h)) then
         call take(self%inner, self%watch, phases, reshape([rows(m), rows(b), rows(c), sum(h, dim=2)], [size(phases), 4]), &
-          & coefficient_names, given_up)
+          & coefficient_names)
       else
-        call take(self%inner, self%watch, phases, reshape([rows(m), rows(b), rows(c)], [size(phases), 3]), coefficient_names(:3), &
-          & given_up)
+        call take(self%inner, self%watch, phases, reshape([rows(m), rows(b), rows(c)], [size(phases), 3]), coefficient_names(:3))
       end if
     end if
-    if (.not. given_up) return
+    if (.not. allocated(self%watch%reason)) return
     ! From now on return a trivial system, which is solved quickly.
     m = 0
     do i = 1, size(m, 2)
@@ -299,21 +281,18 @@ contains
     real(dp), intent(in) :: phases(:)
     real(dp), intent(out) :: p(:, :, :)
     real(dp), intent(out), optional :: f(:, :)
-    logical :: given_up
 
-    given_up = allocated(self%watch%reason)
-    if (.not. given_up) then
+    if (.not. allocated(self%watch%reason)) then
       call self%inner%sample(phases, p, f)
       self%watch%calls = self%watch%calls + size(phases) * merge(2, 1, present(f))
       if (present(f)) then
         call take(self%inner, self%watch, phases, reshape([sum(sum(p, dim=1), dim=1), sum(f, dim=1)], [size(phases), 2]), &
-          & [character(len=24) :: "the matrix P", "the load f"], given_up)
+          & [character(len=24) :: "the matrix P", "the load f"])
       else
-        call take(self%inner, self%watch, phases, reshape([sum(sum(p, dim=1), dim=1)], [size(phases), 1]), ["the matrix P"], &
-          & given_up)
+        call take(self%inner, self%watch, phases, reshape([sum(sum(p, dim=1), dim=1)], [size(phases), 1]), ["the matrix P"])
       end if
     end if
-    if (.not. given_up) return
+    if (.not. allocated(self%watch%reason)) return
     p = 0
     if (present(f)) f = 0
   end subroutine sample

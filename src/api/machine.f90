@@ -34,14 +34,10 @@ module gestell_api_machine
     !> Assignments PATH=VALUE that were made after the input was read
     type(setting_type), allocatable :: settings(:)
   contains
-    procedure :: read => read_file
-    procedure :: parse
-    procedure :: add
-    procedure, private :: set_number
-    procedure, private :: set_text
+    procedure :: read => read_file, parse, add
+    procedure, private :: set_number, set_text
     generic :: set => set_number, set_text
-    procedure :: get
-    procedure :: solve
+    procedure :: get, solve
   end type machine_type
 
   !> Messages use this name in place of a file name if the input is a text.

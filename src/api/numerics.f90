@@ -41,8 +41,7 @@ module gestell_api_numerics
   use gestell_task_boundary_line_borders, only: border_accuracy, border_rest_type, border_type, find_borders, &
     & nearest_stable, nearest_type, open_border_type
   use gestell_task_boundary_map, only: border_map_type, border_vertex_type, trace_borders
-  use gestell_task_campbell, only: campbell_options, campbell_point_type, &
-    & campbell_type, solve_campbell
+  use gestell_task_campbell, only: campbell_options, campbell_point_type, campbell_type, solve_campbell
   use gestell_task_campbell_crossings, only: crossing_type, find_crossings
   use gestell_task_critical, only: critical_type, find_critical
   use gestell_task_power_drive, only: drive_type, find_drive, torque_type

@@ -11,8 +11,7 @@ module gestell_api_roughness
 
   !> Names of the matrices and the load of a second-order system in error messages.
   character(len=24), parameter, public :: coefficient_names(4) = &
-    & [character(len=24) :: "the mass matrix M", "the damping matrix B", &
-    & "the stiffness matrix C", "the load h"]
+    & [character(len=24) :: "the mass matrix M", "the damping matrix B", "the stiffness matrix C", "the load h"]
 
   !> `points`: number of equidistant times at which the coefficients are sampled; `block`: number of these times per call.
   integer, parameter :: points = 4096, block = 64

@@ -35,12 +35,7 @@ module gestell_api_solution
     !> Text of the report; unallocated until `report` is called for the first time
     character(len=:), allocatable :: report_text
   contains
-    procedure :: verdict
-    procedure :: multipliers
-    procedure :: response
-    procedure :: table
-    procedure :: report
-    procedure :: write => write_files
+    procedure :: verdict, multipliers, response, table, report, write => write_files
   end type solution_type
 
   !> Vibration of one quantity over one period T.

@@ -78,8 +78,7 @@ module gestell_run_command_line
     integer :: part = 1, parts = 1
     logical, private :: is_given(size(all_options)) = .false.
   contains
-    procedure :: has
-    procedure :: writes_files
+    procedure :: has, writes_files
   end type options_type
 
 contains

@@ -22,8 +22,7 @@ module gestell_run_console
     !> still written
     type(error_type), allocatable :: error
   contains
-    procedure :: receive
-    procedure :: write_lines
+    procedure :: receive, write_lines
   end type console_type
 
   integer(c_int), parameter :: standard_output = 1, standard_error = 2

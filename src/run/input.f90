@@ -58,8 +58,7 @@ contains
     gives_verdict = [(tasks(i)%task%gives_verdict, i = 1, size(tasks))]
     if (has_many_processes .and. .not. any(requested .and. shareable)) then
       call fatal_error(error, options%input // ": gestell_mpi needs the task " // one_of(tasks, shareable) &
-        & // "; use gestell for other tasks", &
-        & wrong_usage)
+        & // "; use gestell for other tasks", wrong_usage)
     else if ((options%has("--part") .or. options%has("--merge")) .and. .not. any(requested .and. shareable)) then
       call fatal_error(error, "--part and --merge need the task " // one_of(tasks, shareable), wrong_usage)
     else if (options%has("--one-line") .and. .not. any(requested .and. brief)) then

@@ -197,11 +197,9 @@ contains
       return
     end if
     call staging%publish(result%left(), failure)
-    if (.not. allocated(failure)) then
-      do i = 1, size(tasks)
-        call tasks(i)%task%conclude()
-      end do
-    end if
+    do i = 1, size(tasks)
+      if (.not. allocated(failure)) call tasks(i)%task%conclude()
+    end do
     if (allocated(failure) .and. .not. allocated(error)) call move_alloc(failure, error)
   end subroutine conclude
 

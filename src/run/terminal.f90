@@ -31,9 +31,7 @@ module gestell_run_terminal
     !> `begin`: time when the computation started (s). `last`: time of the last update of the line (s)
     real(dp) :: begin = 0, last = 0
   contains
-    procedure :: start
-    procedure :: add
-    procedure :: clear
+    procedure :: start, add, clear
     procedure, nopass :: show_fraction
   end type terminal_type
 
@@ -103,9 +101,8 @@ contains
   end subroutine show
 
   !> Text that represents a bar of which the fraction `part` (0 to 1) is filled.
-  pure function bar_of(part) result(words)
+  pure character(len=bar + 2) function bar_of(part) result(words)
     real(dp), intent(in) :: part
-    character(len=bar + 2) :: words
     integer :: done
 
     done = nint(bar * part)

@@ -1,11 +1,11 @@
 !> Procedures that the C interface uses for its handles, texts and errors.
 module gestell_api_c_handle
   use gestell_base_error, only: error_type, fatal_error, wrong_usage
-  use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_pointer, c_int, c_null_char, c_ptr
+  use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_double, c_f_pointer, c_int, c_null_char, c_ptr
   implicit none (type, external)
   private
 
-  public :: code_of, return_count, return_text, report_null_pointer, report_wrong_size
+  public :: code_of, return_count, return_numbers, return_text, report_null_pointer, report_wrong_size
 
   !> Fortran object to which an error handle of C points; it holds the last error returned through this handle.
   type, public :: c_error_type
@@ -49,6 +49,17 @@ contains
     count = 0
     if (.not. allocated(error)) count = int(found, c_int)
   end subroutine return_count
+
+  !> Copies `numbers` to the address `pointer`, where C has reserved enough memory. Does nothing if `pointer` is null.
+  subroutine return_numbers(numbers, pointer)
+    real(c_double), intent(in) :: numbers(:)
+    type(c_ptr), intent(in) :: pointer
+    real(c_double), pointer :: place(:)
+
+    if (.not. c_associated(pointer)) return
+    call c_f_pointer(pointer, place, [size(numbers)])
+    place = numbers
+  end subroutine return_numbers
 
   !> Returns the error that the array called `what` has `has_elements` elements instead of `needed` elements.
   pure subroutine report_wrong_size(what, has_elements, needed, error)

@@ -4,7 +4,8 @@ module gestell_api_c_machine
   use gestell_base_files, only: copy_text
   use gestell_base_kinds, only: dp
   use gestell_base_version, only: version
-  use gestell_api_c_handle, only: c_error_type, code_of, return_count, return_text, report_null_pointer, report_wrong_size
+  use gestell_api_c_handle, only: c_error_type, code_of, return_count, return_numbers, return_text, report_null_pointer, &
+    & report_wrong_size
   use gestell_api_machine, only: machine_type
   use gestell_api_solution, only: solution_type
   use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_loc, c_null_ptr, c_ptr
@@ -60,8 +61,7 @@ contains
     if (.not. allocated(holder%error)) return
     code = int(holder%error%code, c_int)
     if (c_associated(text) .and. size > 0) call return_text(holder%error%message(:min(size - 1, len(holder%error%message))), &
-      & size, text, &
-      & none)
+      & size, text, none)
   end function error_text
 
   !> Creates an empty machine and returns its handle.
@@ -162,7 +162,6 @@ contains
   integer(c_int) function get_values(handle, path, count, numbers, failure) result(code) bind(c, name="gestell_get_values")
     type(c_ptr), value :: handle, path, numbers, failure
     integer(c_int), value :: count
-    real(c_double), pointer :: place(:)
     real(dp), allocatable :: values(:)
     type(error_type), allocatable :: error
 
@@ -171,10 +170,7 @@ contains
     if (.not. allocated(error)) then
       if (count /= size(values)) call report_wrong_size("the array for the values", int(count), size(values), error)
     end if
-    if (.not. allocated(error)) then
-      call c_f_pointer(numbers, place, [count])
-      place = values
-    end if
+    if (.not. allocated(error)) call return_numbers(values, numbers)
     code = code_of(error, failure)
   end function get_values
 

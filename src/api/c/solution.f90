@@ -3,9 +3,9 @@ module gestell_api_c_solution
   use gestell_base_error, only: error_type, fatal_error, wrong_usage
   use gestell_base_files, only: copy_text
   use gestell_base_kinds, only: dp
-  use gestell_api_c_handle, only: code_of, return_count, return_text, report_null_pointer, report_wrong_size
+  use gestell_api_c_handle, only: code_of, return_count, return_numbers, return_text, report_null_pointer, report_wrong_size
   use gestell_api_solution, only: response_type, solution_type
-  use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_null_ptr, c_ptr
+  use, intrinsic :: iso_c_binding, only: c_associated, c_f_pointer, c_int, c_null_ptr, c_ptr
   implicit none (type, external)
   private
 
@@ -92,7 +92,6 @@ contains
     & bind(c, name="gestell_get_multipliers")
     type(c_ptr), value :: handle, re, im, bounds, failure
     integer(c_int), value :: count
-    real(c_double), pointer :: place(:)
     complex(dp), allocatable :: rho(:)
     real(dp), allocatable :: errors(:)
     type(error_type), allocatable :: error
@@ -105,12 +104,9 @@ contains
       if (count /= size(rho)) call report_wrong_size("the array for the multipliers", int(count), size(rho), error)
     end if
     if (.not. allocated(error)) then
-      call c_f_pointer(re, place, [count])
-      place = real(rho)
-      call c_f_pointer(im, place, [count])
-      place = aimag(rho)
-      call c_f_pointer(bounds, place, [count])
-      place = errors
+      call return_numbers(real(rho), re)
+      call return_numbers(aimag(rho), im)
+      call return_numbers(errors, bounds)
     end if
     code = code_of(error, failure)
   end function get_multipliers
@@ -155,7 +151,6 @@ contains
     & bind(c, name="gestell_get_response")
     type(c_ptr), value :: handle, quantity, numbers, amplitudes, history, failure
     integer(c_int), value :: orders, points
-    real(c_double), pointer :: place(:)
     type(response_type) :: response
     type(error_type), allocatable :: error
 
@@ -170,16 +165,9 @@ contains
       end if
     end if
     if (.not. allocated(error)) then
-      call c_f_pointer(numbers, place, [4])
-      place = [response%peak, response%rms, response%peak_error, response%rms_error]
-      if (c_associated(amplitudes)) then
-        call c_f_pointer(amplitudes, place, [orders])
-        place = response%amplitudes
-      end if
-      if (c_associated(history)) then
-        call c_f_pointer(history, place, [points])
-        place = response%history
-      end if
+      call return_numbers([response%peak, response%rms, response%peak_error, response%rms_error], numbers)
+      call return_numbers(response%amplitudes, amplitudes)
+      call return_numbers(response%history, history)
     end if
     code = code_of(error, failure)
   end function get_response

@@ -2,10 +2,10 @@
 module gestell_api_c_system
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
-  use gestell_api_c_handle, only: code_of, return_text, report_null_pointer
+  use gestell_api_c_handle, only: code_of, return_numbers, return_text, report_null_pointer
   use gestell_api_system, only: motion_type, solve_system
   use gestell_system_second_order, only: second_order_system
-  use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_f_procpointer, c_funptr, c_int, c_loc, c_ptr
+  use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_procpointer, c_funptr, c_int, c_loc, c_ptr
   implicit none (type, external)
   private
 
@@ -28,9 +28,7 @@ module gestell_api_c_system
     procedure(coefficients), pointer, nopass :: callback => null()
     type(c_ptr) :: data
   contains
-    procedure :: matrices
-    procedure :: load
-    procedure :: sample_second_order
+    procedure :: matrices, load, sample_second_order
   end type callback_system
 
   !> Maximum number of degrees of freedom. Larger systems would need too much memory and time.
@@ -43,8 +41,7 @@ contains
   !> numbers for each time, and then the error bounds of the 2 f components of the state. If `motion` is null, no motion is
   !> computed.
   integer(c_int) function solve_callback_system(f, period, callback, data, tolerance, size, verdict, multipliers, points, motion, &
-    & failure) &
-    & result(code) bind(c, name="gestell_solve_system")
+    & failure) result(code) bind(c, name="gestell_solve_system")
     integer(c_int), value :: f, size, points
     real(c_double), value :: period, tolerance
     type(c_funptr), value :: callback
@@ -52,7 +49,7 @@ contains
     type(callback_system) :: system
     type(motion_type) :: solved
     type(error_type), allocatable :: error
-    real(c_double), pointer :: place(:)
+    integer, allocatable :: intervals
     integer :: n
 
     n = 2 * min(int(f), most)
@@ -66,20 +63,14 @@ contains
       system%period = period
       system%data = data
       call c_f_procpointer(callback, system%callback)
-      if (c_associated(motion)) then
-        call solve_system(system, solved, error, tolerance, int(points))
-      else
-        call solve_system(system, solved, error, tolerance)
-      end if
+      ! An unallocated variable counts as an absent argument.
+      if (c_associated(motion)) intervals = int(points)
+      call solve_system(system, solved, error, tolerance, intervals)
     end if
     if (.not. allocated(error)) call return_text(trim(solved%verdict), size, verdict, error)
     if (.not. allocated(error)) then
-      call c_f_pointer(multipliers, place, [3 * n])
-      place = [real(solved%multipliers), aimag(solved%multipliers), solved%errors]
-      if (c_associated(motion)) then
-        call c_f_pointer(motion, place, [n * (int(points) + 2)])
-        place = [solved%x, solved%x_error]
-      end if
+      call return_numbers([real(solved%multipliers), aimag(solved%multipliers), solved%errors], multipliers)
+      if (c_associated(motion)) call return_numbers([solved%x, solved%x_error], motion)
     end if
     code = code_of(error, failure)
   end function solve_callback_system
@@ -120,8 +111,7 @@ contains
     do k = 1, size(phases)
       load_values = 0
       call self%callback(phases(k) * self%period, int(f, c_int), c_loc(all(:, 1)), c_loc(all(:, 2)), c_loc(all(:, 3)), &
-        & c_loc(load_values), &
-        & self%data)
+        & c_loc(load_values), self%data)
       m(k, :, :) = transpose(reshape(all(:, 1), [f, f]))
       b(k, :, :) = transpose(reshape(all(:, 2), [f, f]))
       c(k, :, :) = transpose(reshape(all(:, 3), [f, f]))

@@ -2,11 +2,11 @@
 module gestell_api_c_tables
   use gestell_base_error, only: error_type, fatal_error, wrong_usage
   use gestell_base_text, only: text
-  use gestell_api_c_handle, only: code_of, return_count, return_text, report_null_pointer, report_wrong_size
+  use gestell_api_c_handle, only: code_of, return_count, return_numbers, return_text, report_null_pointer, report_wrong_size
   use gestell_api_c_solution, only: find_solution, find_solution_and_name
   use gestell_api_solution, only: solution_type
   use gestell_output_table, only: column_type, table_type
-  use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_double, c_f_pointer, c_int, c_null_char, c_ptr
+  use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_pointer, c_int, c_null_char, c_ptr
   implicit none (type, external)
   private
 
@@ -103,21 +103,16 @@ contains
   integer(c_int) function get_numbers(handle, name, index, rows, values, failure) result(code) bind(c, name="gestell_get_numbers")
     type(c_ptr), value :: handle, name, values, failure
     integer(c_int), value :: index, rows
-    real(c_double), pointer :: place(:)
     type(column_type), pointer :: column
     type(error_type), allocatable :: error
 
     call find_values(handle, name, index, rows, values, numbers_kind, column, error)
-    if (.not. allocated(error)) then
-      call c_f_pointer(values, place, [rows])
-      place = column%numbers
-    end if
+    if (.not. allocated(error)) call return_numbers(column%numbers(:rows), values)
     code = code_of(error, failure)
   end function get_numbers
 
   !> Copies the integers of a column to `values`, which must have `rows` elements. The value -huge marks a missing integer.
-  integer(c_int) function get_integers(handle, name, index, rows, values, failure) result(code) &
-    & bind(c, name="gestell_get_integers")
+  integer(c_int) function get_integers(handle, name, index, rows, values, failure) result(code) bind(c, name="gestell_get_integers")
     type(c_ptr), value :: handle, name, values, failure
     integer(c_int), value :: index, rows
     integer(c_int), pointer :: place(:)
