@@ -17,8 +17,7 @@ module gestell_base_dictionary
     !> slot was occupied, in the next free one. At least half of the slots are free.
     integer, allocatable :: slots(:)
   contains
-    procedure :: add
-    procedure :: position
+    procedure :: add, position
   end type dictionary_type
 
 contains

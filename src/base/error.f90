@@ -21,10 +21,7 @@ module gestell_base_error
   end type error_type
 
   !> Values of `code`
-  integer, parameter, public :: wrong_usage = 1
-  integer, parameter, public :: invalid_input = 2
-  integer, parameter, public :: impossible_mechanism = 3
-  integer, parameter, public :: failed_computation = 4
+  integer, parameter, public :: wrong_usage = 1, invalid_input = 2, impossible_mechanism = 3, failed_computation = 4
 
   !> Values of the component `cause`. `resonance`: a natural frequency without damping is excited, so that no periodic vibration
   !> exists. `no_convergence`: an iteration does not converge.

@@ -12,8 +12,7 @@ module gestell_base_growing_text
     !> Total number of characters that have been copied because the storage was full
     integer, public :: moved = 0
   contains
-    procedure :: append
-    procedure :: whole
+    procedure :: append, whole
   end type growing_text_type
 
   integer, parameter :: least_room = 1024

@@ -23,10 +23,8 @@ module gestell_base_key
     logical :: above_zero = .false., not_zero = .false., unit_size = .false.
   end type range_type
 
-  type(range_type), parameter, public :: positive = range_type(above_zero=.true.)
-  type(range_type), parameter, public :: nonnegative = range_type(least=0.0_dp)
-  type(range_type), parameter, public :: nonzero = range_type(not_zero=.true.)
-  type(range_type), parameter, public :: one_or_minus_one = range_type(unit_size=.true.)
+  type(range_type), parameter, public :: positive = range_type(above_zero=.true.), nonnegative = range_type(least=0.0_dp)
+  type(range_type), parameter, public :: nonzero = range_type(not_zero=.true.), one_or_minus_one = range_type(unit_size=.true.)
 
   !> Describes an input key: its name, kind of values, unit, default and range.
   type, public :: key_type
@@ -69,10 +67,7 @@ contains
     type(key_type), intent(in) :: keys(:)
     character(len=*), intent(in) :: name
 
-    do i = 1, size(keys)
-      if (keys(i)%name == name) return
-    end do
-    i = 0
+    i = findloc(keys%name == name, .true., dim=1)
   end function find_key
 
   !> Array of the words in a list that is separated by commas.
@@ -91,9 +86,8 @@ contains
   end function all_words
 
   !> List of the words, separated by commas.
-  pure function joined(words) result(list)
+  pure character(len=160) function joined(words) result(list)
     character(len=*), intent(in) :: words(:)
-    character(len=160) :: list
     integer :: i
 
     list = words(1)

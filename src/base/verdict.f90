@@ -11,10 +11,7 @@ module gestell_base_verdict
   type, public :: verdict_type
     integer, private :: severity = 0
   contains
-    procedure :: word
-    procedure :: alarm
-    procedure :: ordinal
-    procedure :: number
+    procedure :: word, alarm, ordinal, number
   end type verdict_type
 
   !> Verdict on a vibration whose stability was not examined.

@@ -23,10 +23,7 @@ contains
     character(len=*), intent(in) :: text
     integer :: i
 
-    character_count = 0
-    do i = 1, len(text)
-      if (.not. continues(text(i:i))) character_count = character_count + 1
-    end do
+    character_count = count([(.not. continues(text(i:i)), i = 1, len(text))])
   end function character_count
 
   !> True if a byte belongs to a UTF-8 character but is not its first byte.
@@ -64,8 +61,7 @@ contains
     line = short(:n)
     if (n > longest_line) line = short(:end_of_last_character(short, longest_line - longest_piece)) // " ... " &
       & // short(end_of_last_character(short, n - longest_piece) + 1:n)
-    call make_printable(line)
-    call make_one_line(line)
+    call make_printable(line, .false.)
   end subroutine put_on_one_line
 
   !> Copies `piece` into a text, after the text's first `n` bytes, and increases `n` accordingly. The text must be long enough.
@@ -86,8 +82,7 @@ contains
     character(len=:), allocatable :: line
 
     line = words
-    call make_printable(line)
-    call make_one_line(line)
+    call make_printable(line, .false.)
   end function on_one_line
 
   !> Replaces control characters, which could change the state of a terminal, and bytes that are not valid UTF-8: "?" replaces each
@@ -97,36 +92,26 @@ contains
     character(len=:), allocatable :: safe
 
     safe = words
-    call make_printable(safe)
+    call make_printable(safe, .true.)
   end function printable
 
-  !> Replaces unsafe bytes of a text by "?", under the same rules as `printable`.
-  pure subroutine make_printable(text)
+  !> Replaces unsafe bytes of a text by "?", under the same rules as `printable`. Also replaces line ends, unless `keeps_line_ends`.
+  pure subroutine make_printable(text, keeps_line_ends)
     ! allow(C072)
     character(len=*), intent(inout) :: text
+    logical, intent(in) :: keeps_line_ends
     integer :: i, n
 
     i = 1
     do while (i <= len(text))
       n = length_of_character(text(i:))
-      if (n == 0 .or. is_control(text(i:i + max(n, 1) - 1))) then
+      if (n == 0 .or. is_control(text(i:i + max(n, 1) - 1)) .or. .not. keeps_line_ends .and. text(i:i) == newline) then
         n = max(n, 1)
         text(i:i + n - 1) = repeat("?", n)
       end if
       i = i + n
     end do
   end subroutine make_printable
-
-  !> Replaces line ends by "?".
-  pure subroutine make_one_line(text)
-    ! allow(C072)
-    character(len=*), intent(inout) :: text
-    integer :: i
-
-    do i = 1, len(text)
-      if (text(i:i) == newline) text(i:i) = "?"
-    end do
-  end subroutine make_one_line
 
   !> Position of the last byte of the last complete UTF-8 character within the first `n` bytes of a text. If the text is not UTF-8,
   !> this is `n`.

@@ -18,10 +18,7 @@ module gestell_system_averaged
     !> The system with periodic coefficients, which provides the load
     class(second_order_system), allocatable :: whole
   contains
-    procedure :: matrices
-    procedure :: load
-    procedure :: sample_second_order
-    procedure :: conserves
+    procedure :: matrices, load, sample_second_order, conserves
   end type averaged_system
 
   !> Safety factor: an error bound is this factor times the error estimate.
@@ -82,8 +79,7 @@ contains
   !> springs do not exceed this bound even where they cancel.
   pure function term_size(a) result(size_of)
     real(dp), intent(in) :: a(:, :)
-    real(dp) :: size_of(size(a, 1), size(a, 2))
-    real(dp) :: root(size(a, 1))
+    real(dp) :: size_of(size(a, 1), size(a, 2)), root(size(a, 1))
     integer :: i
 
     root = [(sqrt(abs(a(i, i))), i = 1, size(a, 1))]

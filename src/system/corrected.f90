@@ -22,19 +22,17 @@ module gestell_system_corrected
     !> For each degree of freedom of `inner`, the index of its function in `motion`
     integer, allocatable :: free(:)
   contains
-    procedure :: matrices
-    procedure :: sample_second_order
+    procedure :: matrices, sample_second_order
   end type corrected_system_type
 
 contains
 
   !> Returns the system that the error of `motion` solves. The functions of `motion` with the indices `free` are the degrees of
   !> freedom of `inner`. The result points to `inner`.
-  function corrected_system(inner, motion, free) result(corrected)
+  type(corrected_system_type) function corrected_system(inner, motion, free) result(corrected)
     class(second_order_system), intent(in), target :: inner
     type(series_type), intent(in) :: motion
     integer, intent(in) :: free(:)
-    type(corrected_system_type) :: corrected
 
     corrected%states = inner%states
     call corrected%inherit(inner)

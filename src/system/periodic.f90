@@ -31,12 +31,8 @@ module gestell_system_periodic
     real(dp) :: load_rounding = 0
   contains
     procedure(matrix_at), deferred :: matrix
-    procedure :: forcing => no_forcing
-    procedure :: inherit
-    procedure :: sample
-    procedure :: coupled => all_coupled
-    procedure :: conserves => no_known_conservation
-    procedure :: check => check_periodic
+    procedure :: forcing => no_forcing, inherit, sample, coupled => all_coupled
+    procedure :: conserves => no_known_conservation, check => check_periodic
   end type periodic_system
 
   abstract interface

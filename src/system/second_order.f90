@@ -19,11 +19,8 @@ module gestell_system_second_order
   type, abstract, extends(periodic_system), public :: second_order_system
   contains
     procedure(matrices_at), deferred :: matrices
-    procedure :: load => no_load
-    procedure :: sample_second_order
-    procedure :: matrix => first_order_matrix
-    procedure :: forcing => first_order_forcing
-    procedure :: sample => sample_first_order
+    procedure :: load => no_load, sample_second_order, matrix => first_order_matrix
+    procedure :: forcing => first_order_forcing, sample => sample_first_order
     procedure :: check => check_second_order
   end type second_order_system
 

@@ -14,9 +14,7 @@ module gestell_system_subsystem
     class(periodic_system), allocatable :: whole
     integer, allocatable :: chosen(:)
   contains
-    procedure :: matrix
-    procedure :: forcing
-    procedure :: sample
+    procedure :: matrix, forcing, sample
   end type first_order_subsystem
 
   !> The degrees of freedom `chosen` of the system `whole`, treated as a system of its own
@@ -24,10 +22,7 @@ module gestell_system_subsystem
     class(second_order_system), allocatable :: whole
     integer, allocatable :: chosen(:)
   contains
-    procedure :: matrices
-    procedure :: load
-    procedure :: sample_second_order
-    procedure :: conserves
+    procedure :: matrices, load, sample_second_order, conserves
   end type second_order_subsystem
 
 contains
