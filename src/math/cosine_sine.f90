@@ -9,8 +9,7 @@ module gestell_math_cosine_sine
 
   !> First part of pi / 2, which is stored in two parts. It has 33 bits, so that its multiples up to `farthest` / (pi / 2) are
   !> exact.
-  real(dp), parameter :: quarter_head = anint(pi / 2 * 2.0_dp**32) / 2.0_dp**32
-  real(dp), parameter :: quarter_tail = 6.077100506506192e-11_dp
+  real(dp), parameter :: quarter_head = anint(pi / 2 * 2.0_dp**32) / 2.0_dp**32, quarter_tail = 6.077100506506192e-11_dp
 
   !> Maximum modulus of an angle (rad) for these series; the run-time library computes the cosines and sines of larger angles.
   real(dp), parameter :: farthest = 1.0e6_dp

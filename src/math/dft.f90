@@ -17,8 +17,7 @@ contains
   !> sorting (D. A. Bailey, Int. J. Supercomput. Appl. 2, 1988, 82).
   pure function dft(x) result(y)
     complex(dp), contiguous, intent(in) :: x(:)
-    complex(dp) :: y(size(x))
-    complex(dp) :: before(size(x)), roots(0:size(x) - 1)
+    complex(dp) :: y(size(x)), before(size(x)), roots(0:size(x) - 1)
     real(dp), dimension(size(x)) :: c, s
     integer :: n, l, m, p, i
 
@@ -29,7 +28,10 @@ contains
     l = 1
     do while (l < n)
       m = n / l
-      p = min_factor(m)
+      ! The smallest prime factor of m
+      do p = 2, m
+        if (mod(m, p) == 0) exit
+      end do
       before = y
       call join_transforms(m / p, p, l, roots, before, y)
       l = l * p
@@ -56,15 +58,5 @@ contains
       end do
     end do
   end subroutine join_transforms
-
-  !> Smallest prime factor of n > 1.
-  pure integer function min_factor(n) result(p)
-    integer, intent(in) :: n
-
-    do p = 2, int(sqrt(real(n, dp)))
-      if (mod(n, p) == 0) return
-    end do
-    p = n
-  end function min_factor
 
 end module gestell_math_dft

@@ -43,58 +43,50 @@ module gestell_math_jet
 contains
 
   !> Sum of two jets: value and derivatives are added.
-  elemental function add(a, b) result(c)
+  elemental type(jet) function add(a, b) result(c)
     type(jet), intent(in) :: a, b
-    type(jet) :: c
     c = jet(a%v + b%v, a%d + b%d, a%dd + b%dd, a%ddd + b%ddd)
   end function add
 
-  elemental function add_constant(a, b) result(c)
+  elemental type(jet) function add_constant(a, b) result(c)
     type(jet), intent(in) :: a
     real(dp), intent(in) :: b
-    type(jet) :: c
     c = jet(a%v + b, a%d, a%dd, a%ddd)
   end function add_constant
 
   !> Difference of two jets: value and derivatives are subtracted.
-  elemental function subtract(a, b) result(c)
+  elemental type(jet) function subtract(a, b) result(c)
     type(jet), intent(in) :: a, b
-    type(jet) :: c
     c = jet(a%v - b%v, a%d - b%d, a%dd - b%dd, a%ddd - b%ddd)
   end function subtract
 
-  elemental function subtract_constant(a, b) result(c)
+  elemental type(jet) function subtract_constant(a, b) result(c)
     type(jet), intent(in) :: a
     real(dp), intent(in) :: b
-    type(jet) :: c
     c = jet(a%v - b, a%d, a%dd, a%ddd)
   end function subtract_constant
 
-  elemental function negate(a) result(c)
+  elemental type(jet) function negate(a) result(c)
     type(jet), intent(in) :: a
-    type(jet) :: c
     c = jet(-a%v, -a%d, -a%dd, -a%ddd)
   end function negate
 
   !> Product of two jets, by Leibniz' rule.
-  elemental function multiply(a, b) result(c)
+  elemental type(jet) function multiply(a, b) result(c)
     type(jet), intent(in) :: a, b
-    type(jet) :: c
     c = jet(a%v * b%v, a%d * b%v + a%v * b%d, a%dd * b%v + 2 * a%d * b%d + a%v * b%dd, &
       & a%ddd * b%v + 3 * (a%dd * b%d + a%d * b%dd) + a%v * b%ddd)
   end function multiply
 
-  elemental function multiply_constant(a, b) result(c)
+  elemental type(jet) function multiply_constant(a, b) result(c)
     real(dp), intent(in) :: a
     type(jet), intent(in) :: b
-    type(jet) :: c
     c = jet(a * b%v, a * b%d, a * b%dd, a * b%ddd)
   end function multiply_constant
 
   !> Quotient c = a / b, computed from a = c b and its first three derivatives.
-  elemental function divide(a, b) result(c)
+  elemental type(jet) function divide(a, b) result(c)
     type(jet), intent(in) :: a, b
-    type(jet) :: c
     c%v = a%v / b%v
     c%d = (a%d - c%v * b%d) / b%v
     c%dd = (a%dd - 2 * c%d * b%d - c%v * b%dd) / b%v
@@ -102,9 +94,8 @@ contains
   end function divide
 
   !> Square root c of a jet a, computed from a = c c and its first three derivatives; requires a%v > 0.
-  elemental function square_root(a) result(c)
+  elemental type(jet) function square_root(a) result(c)
     type(jet), intent(in) :: a
-    type(jet) :: c
     c%v = sqrt(a%v)
     c%d = a%d / (2 * c%v)
     c%dd = (a%dd - 2 * c%d**2) / (2 * c%v)
@@ -112,9 +103,8 @@ contains
   end function square_root
 
   !> Sine of a jet, by the chain rule.
-  elemental function sine(a) result(c)
+  elemental type(jet) function sine(a) result(c)
     type(jet), intent(in) :: a
-    type(jet) :: c
     c%v = sin(a%v)
     c%d = cos(a%v) * a%d
     c%dd = cos(a%v) * a%dd - sin(a%v) * a%d**2
@@ -122,9 +112,8 @@ contains
   end function sine
 
   !> Cosine of a jet, by the chain rule.
-  elemental function cosine(a) result(c)
+  elemental type(jet) function cosine(a) result(c)
     type(jet), intent(in) :: a
-    type(jet) :: c
     c%v = cos(a%v)
     c%d = -sin(a%v) * a%d
     c%dd = -sin(a%v) * a%dd - cos(a%v) * a%d**2

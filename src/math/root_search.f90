@@ -21,13 +21,7 @@ module gestell_math_root_search
     !> True until `take` has added the first point
     logical, private :: is_new = .true.
   contains
-    procedure :: start
-    procedure :: found
-    procedure :: next
-    procedure :: replaces
-    procedure :: take
-    procedure :: root
-    procedure :: width
+    procedure :: start, found, next, replaces, take, root, width
   end type root_search_type
 
 contains

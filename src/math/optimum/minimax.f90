@@ -23,8 +23,7 @@ module gestell_math_optimum_minimax
   use gestell_base_kinds, only: dp
   use gestell_math_matrix, only: unit_matrix
   use gestell_math_optimum_quadratic_program, only: solve_quadratic_program
-  use gestell_math_optimum_scaled, only: branches_type, largest_by_group, minimax_problem, point_type, scaled_type, &
-    & sums_by_group
+  use gestell_math_optimum_scaled, only: branches_type, largest_by_group, minimax_problem, point_type, scaled_type, sums_by_group
   implicit none (type, external)
   private
 

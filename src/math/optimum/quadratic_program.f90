@@ -40,7 +40,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     real(dp), allocatable :: inverse_l(:, :), a(:, :), r(:)
     real(dp) :: y(size(d)), dy(size(d)), model(size(value)), excess(size(value)), rounding(size(value)), length(size(value))
-    real(dp) :: full, part, over
+    real(dp) :: of_group(0:size(weight)), full, part, over
     integer, allocatable :: working(:)
     integer :: g, i, k, p, step
 
@@ -65,7 +65,13 @@ contains
       if (allocated(error)) return
       model = value + matmul(y, a)
       rounding = 100 * epsilon(1.0_dp) * (abs(value) + length * norm2(y))
-      excess = model - top_of(group) - rounding
+      ! Values of the groups in the linear model: maxima over the groups' branches in the working set; 0 for group 0.
+      of_group = -huge(full)
+      do i = 1, size(working)
+        of_group(group(working(i))) = max(of_group(group(working(i))), model(working(i)))
+      end do
+      of_group(0) = 0
+      excess = model - of_group(group) - rounding
       excess(working) = 0
       p = maxloc(excess, 1)
       if (.not. excess(p) > 0) then
@@ -107,21 +113,6 @@ contains
 
   contains
 
-    !> For each branch, the value of its group in the linear model: the maximum over the group's branches in the working set; 0 for
-    !> group 0.
-    pure function top_of(groups) result(top)
-      integer, intent(in) :: groups(:)
-      real(dp) :: top(size(groups)), of_group(0:size(weight))
-      integer :: j
-
-      of_group = -huge(top)
-      do j = 1, size(working)
-        of_group(groups(working(j))) = max(of_group(groups(working(j))), model(working(j)))
-      end do
-      of_group(0) = 0
-      top = of_group(groups)
-    end function top_of
-
     !> Recomputes the scaled step y from the working set alone, to remove rounding errors, which grow with the sizes of the
     !> multipliers. The new y minimises |y|^2 / 2 + sum over g of w_g phi_g, where w_g and phi_g are weight and value of group g,
     !> under two conditions: all branches of a group that are in the working set have equal values, and those of group 0 have the
@@ -156,23 +147,16 @@ contains
     !> therefore need only the remaining branches; these are at most twice as many as the parameters.
     function change(entering) result(ratio)
       integer, intent(in) :: entering
-      real(dp) :: ratio(size(working)), total(size(weight))
+      real(dp) :: ratio(size(working)), total(0:size(weight))
       real(dp), allocatable :: member(:, :), found(:)
       integer, allocatable :: shared(:), groups(:)
       integer :: members(0:size(weight)), row(size(weight)), j
 
       total = 0
       if (group(entering) > 0) total(group(entering)) = -1
-      members = 0
-      do j = 1, size(working)
-        members(group(working(j))) = members(group(working(j))) + 1
-      end do
-      members(0) = 2
+      members = [2, (count(group(working) == j), j = 1, size(weight))]
       shared = pack([(j, j = 1, size(working))], members(group(working)) > 1)
-      ratio = 0
-      do j = 1, size(working)
-        if (members(group(working(j))) == 1) ratio(j) = total(group(working(j)))
-      end do
+      ratio = merge(total(group(working)), 0.0_dp, members(group(working)) == 1)
       if (size(shared) == 0) return
       groups = pack([(j, j = 1, size(weight))], members(1:) > 1)
       row(groups) = [(j, j = 1, size(groups))]

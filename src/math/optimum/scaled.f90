@@ -72,9 +72,7 @@ module gestell_math_optimum_scaled
     !> `evaluations`: number of evaluations so far. `gradients`: number of evaluations with gradients.
     integer :: evaluations = 0, gradients = 0
   contains
-    procedure :: begin
-    procedure :: evaluate_point
-    procedure :: place
+    procedure :: begin, evaluate_point, place
   end type scaled_type
 
 contains
@@ -153,8 +151,7 @@ contains
     there%group = at%group
     there%value = at%value / self%unit(at%group)
     there%maximum = largest_by_group(there%value, at%group, size(self%unit))
-    if (gradients) there%slope = at%slope * spread(self%span, 2, size(at%value)) &
-      & / spread(self%unit(at%group), 1, size(s))
+    if (gradients) there%slope = at%slope * spread(self%span, 2, size(at%value)) / spread(self%unit(at%group), 1, size(s))
   end subroutine evaluate_point
 
   !> For each group, the maximum of `number` over its branches; shape (groups).

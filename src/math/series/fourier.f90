@@ -15,21 +15,15 @@ module gestell_math_series_fourier
     !> `amplitude`: amplitudes of orders 1, 2, ..., never negative. `phase`: phases (rad) of these orders.
     real(dp), allocatable :: amplitude(:), phase(:)
   contains
-    procedure :: value => series_value
-    procedure :: rms
-    procedure :: largest_term
-    procedure :: tail
-    procedure :: beyond
-    procedure :: peak
+    procedure :: value => series_value, rms, largest_term, tail, beyond, peak
   end type fourier_type
 
 contains
 
   !> Returns the series that interpolates `samples` at theta = 2 pi (i - 1) / size(samples). It contains all orders below half the
   !> number of samples.
-  pure function fourier_series(samples) result(series)
+  pure type(fourier_type) function fourier_series(samples) result(series)
     real(dp), intent(in) :: samples(:)
-    type(fourier_type) :: series
     real(dp), dimension((size(samples) - 1) / 2) :: cosine, sine
 
     series%mean = sum(samples) / size(samples)
@@ -42,14 +36,11 @@ contains
   pure subroutine transform(samples, cosine, sine)
     real(dp), intent(in) :: samples(:)
     real(dp), intent(out) :: cosine(:), sine(:)
-    complex(dp) :: y(size(samples))
-    integer :: k
+    complex(dp) :: y(0:size(samples) - 1)
 
     y = dft(cmplx(samples, 0, dp))
-    do k = 1, size(cosine)
-      cosine(k) = 2 * real(y(k + 1)) / size(samples)
-      sine(k) = -2 * aimag(y(k + 1)) / size(samples)
-    end do
+    cosine = 2 * real(y(1:size(cosine))) / size(samples)
+    sine = -2 * aimag(y(1:size(sine))) / size(samples)
   end subroutine transform
 
   !> Matrix, shape (n, columns), by which n samples are multiplied to give their Fourier coefficients. The product samples * matrix
@@ -91,8 +82,7 @@ contains
   !> and the coefficients of cos(k theta) and sin(k theta), which are computed by recurrence.
   pure function value(mean, cosine, sine, theta) result(f)
     real(dp), intent(in) :: mean, cosine(:), sine(:), theta
-    real(dp) :: f(3)
-    real(dp) :: c, s, c1, s1, turned
+    real(dp) :: f(3), c, s, c1, s1, turned
     integer :: k
 
     f = [mean, 0.0_dp, 0.0_dp]

@@ -16,11 +16,7 @@ module gestell_math_series_trigonometric
     !> points theta_p = 2 pi p / size(taylor, 3); shape (0:terms, functions, 0:places - 1). Allocated by `tabulate`.
     real(dp), allocatable, private :: taylor(:, :, :)
   contains
-    procedure :: tabulate
-    procedure :: values
-    procedure :: tail
-    procedure :: beyond
-    procedure :: trim => trim_series
+    procedure :: tabulate, values, tail, beyond, trim => trim_series
   end type series_type
 
   !> Number of orders from which Taylor coefficients are used; with fewer orders, summing over the orders is cheaper.
@@ -34,9 +30,8 @@ contains
 
   !> Returns the series that interpolates `samples`, shape (samples, functions), at theta = 2 pi (i - 1) / size(samples, 1). It
   !> contains all orders below half the number of samples.
-  pure function series_through(samples) result(series)
+  pure type(series_type) function series_through(samples) result(series)
     real(dp), intent(in) :: samples(:, :)
-    type(series_type) :: series
     complex(dp) :: y(size(samples, 1))
     integer :: n, j, highest
 
