@@ -109,10 +109,9 @@ contains
 
   !> Converts the coefficients to balanced units: positions in units of `scale`, forces in units of 1 / `scale`, so that symmetric
   !> matrices remain symmetric. The errors of the coefficients include the rounding errors of the arithmetic.
-  pure function in_units(system, scale) result(coefficients)
+  pure type(coefficients_type) function in_units(system, scale) result(coefficients)
     type(averaged_system), intent(in) :: system
     real(dp), intent(in) :: scale(:)
-    type(coefficients_type) :: coefficients
     real(dp) :: units(size(scale), size(scale)), rounding
     integer :: f
 

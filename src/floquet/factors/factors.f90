@@ -9,8 +9,7 @@ module gestell_floquet_factors
   use gestell_base_kinds, only: dp
   use gestell_math_lapack, only: inverse
   use gestell_math_matrix, only: balanced, unit_matrix
-  use gestell_floquet_period_convergence, only: begin_type, max_steps, next_steps, extrapolated_error, safety, &
-    & too_many_steps, detect_rounding
+  use gestell_floquet_period_convergence, only: begin_type, check_steps, next_steps, extrapolated_error, safety, detect_rounding
   use gestell_floquet_integrator_mesh, only: mesh
   use gestell_floquet_integrator_method, only: method_type
   use gestell_floquet_period_monodromy, only: accuracy_type, choose_method
@@ -90,10 +89,8 @@ contains
     call choose_method(system, accuracy, survey_type(phase_advance, phase_advance), factors%method, error)
     if (allocated(error)) return
     associate (order => factors%method%order)
-      if (3 * phase_advance / order > max_steps) then
-        call too_many_steps(error)
-        return
-      end if
+      call check_steps(3 * phase_advance / order, error)
+      if (allocated(error)) return
       steps = max(system%least_steps, ceiling(1.5_dp * phase_advance / order))
       call divide(system, steps, factors, error)
       if (.not. allocated(error)) call solve_level(system, steps, forced, factors, coarse, error)
@@ -104,11 +101,8 @@ contains
         ! Distribute the rounding error of the whole period over the segments.
         floor = spread(relative_rounding(system, middle%steps, phase_advance) / size(d12, 1), 1, size(d12, 1))
         steps = next_steps(coarse%steps, middle%steps, maxval(sum(d12, dim=1)), order, max(accuracy%tolerance, sum(floor)))
-        if (steps > max_steps) then
-          call too_many_steps(error)
-          return
-        end if
-        call solve_level(system, steps, forced, factors, fine, error)
+        call check_steps(real(steps, dp), error)
+        if (.not. allocated(error)) call solve_level(system, steps, forced, factors, fine, error)
         if (allocated(error)) return
         d23 = distances(middle, fine, forced)
         left = extrapolated_error(d12, d23, coarse%steps, middle%steps, fine%steps, order)

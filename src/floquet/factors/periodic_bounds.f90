@@ -113,11 +113,10 @@ contains
   end function rounding
 
   !> Discs around the multipliers, computed from the eigenvectors `vectors`.
-  pure function discs_of(factors, vectors, errors) result(discs)
+  pure type(discs_type) function discs_of(factors, vectors, errors) result(discs)
     complex(dp), intent(in) :: factors(:, :, :)
     type(eigenvectors_type), intent(in) :: vectors
     real(dp), intent(in) :: errors(:)
-    type(discs_type) :: discs
     complex(dp) :: residual(size(factors, 1), size(factors, 1)), phase(size(factors, 1)), ratio
     real(dp) :: least, growth, error, eta
     integer :: n, i, j, k, next

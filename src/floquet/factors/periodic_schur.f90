@@ -157,8 +157,7 @@ contains
   pure function first_direction(r, low, high, sweeps) result(v)
     complex(dp), intent(in) :: r(:, :, :)
     integer, intent(in) :: low, high, sweeps
-    complex(dp) :: v(2)
-    complex(dp) :: t(max(low, high - 2):high, max(low, high - 2):high), flat(size(t)), corner(1), shift
+    complex(dp) :: v(2), t(max(low, high - 2):high, max(low, high - 2):high), flat(size(t)), corner(1), shift
     integer :: i, k, first, last, exponents(2)
 
     last = size(r, 3)

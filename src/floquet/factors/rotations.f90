@@ -155,8 +155,7 @@ contains
     product = [(1.0_dp, 0.0_dp), (0.0_dp, 0.0_dp), (1.0_dp, 0.0_dp)]
     exponents = 0
     do k = 1, size(r, 3)
-      product = [r(i, i, k) * product(1), r(i, i, k) * product(2) + r(i, i + 1, k) * product(3), &
-        & r(i + 1, i + 1, k) * product(3)]
+      product = [r(i, i, k) * product(1), r(i, i, k) * product(2) + r(i, i + 1, k) * product(3), r(i + 1, i + 1, k) * product(3)]
       call normalise(product, exponents)
     end do
     associate (a => product(1), b => product(2), d => product(3))

@@ -32,20 +32,14 @@ module gestell_floquet_integrator_gauss
     !> Coefficients of the method with its embedded methods; allocated by `prepare`
     type(nested_type), allocatable :: nested
   contains
-    procedure :: prepare
-    procedure :: phases
-    procedure :: steps_at_once
-    procedure :: maps
-    procedure :: pair
-    procedure :: work
+    procedure :: prepare, phases, steps_at_once, maps, pair, work
   end type gauss_method
 
 contains
 
   !> Returns the method with the given number of stages, 2 to 10; its name is gauss2 to gauss10.
-  pure function gauss(stages) result(method)
+  pure type(gauss_method) function gauss(stages) result(method)
     integer, intent(in) :: stages
-    type(gauss_method) :: method
     character(len=2), parameter :: numbers(*) = [character(len=2) :: "1", "2", "3", "4", "5", "6", "7", "8", "9", "10"]
 
     method%name = "gauss" // trim(numbers(stages))
@@ -103,12 +97,10 @@ contains
   end function phases_at
 
   !> Computing time of a step, in the units of `step_work` in gestell_floquet_integrator_method.
-  pure function work(self, states, second_order)
+  pure real(dp) function work(self, states, second_order)
     class(gauss_method), intent(in) :: self
     integer, intent(in) :: states
     logical, intent(in) :: second_order
-    real(dp) :: work
-
     real(dp) :: operations, unknowns, at_node
 
     at_node = merge(states / 2, states, second_order)

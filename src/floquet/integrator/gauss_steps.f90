@@ -23,15 +23,13 @@ module gestell_floquet_integrator_gauss_steps
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
   use gestell_math_lanes, only: block, columns_at_once, columns_of_panel, eliminate, lanes, padded_to_block, reduce, &
-    & safe_multiplier, &
-    & vector_border, width
+    & safe_multiplier, vector_border, width
   use gestell_floquet_integrator_exchanges, only: map_with_exchanges
   use gestell_floquet_integrator_method, only: unresolved_type
   use gestell_floquet_integrator_nested, only: nested_type
   use gestell_floquet_integrator_pace, only: pace_of
   use gestell_floquet_integrator_step_coefficients, only: coefficients_type, layout_of, layout_type, estimate_unresolved, &
-    & max_rows, &
-    & sample_coefficients, scale_coefficients
+    & max_rows, sample_coefficients, scale_coefficients
   use gestell_floquet_integrator_step_equations, only: fill_panel
   use gestell_floquet_integrator_tableau, only: tableau_type
   use gestell_system_periodic, only: periodic_system

@@ -15,8 +15,7 @@ contains
     class(periodic_system), intent(in) :: system
     integer, intent(in) :: steps
     real(dp), intent(in), optional :: marks(:)
-    real(dp), allocatable :: nodes(:)
-    real(dp), allocatable :: ends(:)
+    real(dp), allocatable :: nodes(:), ends(:)
     integer, allocatable :: first(:)
     integer :: i, k
 
@@ -51,8 +50,7 @@ contains
   pure function refined(system, nodes, phases)
     class(periodic_system), intent(in) :: system
     real(dp), intent(in) :: nodes(:), phases(:)
-    real(dp), allocatable :: refined(:)
-    real(dp), allocatable :: ends(:)
+    real(dp), allocatable :: refined(:), ends(:)
     integer :: before, after, length, count, i, k
 
     ends = merged([nodes(1), nodes(size(nodes))], phases)

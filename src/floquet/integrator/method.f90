@@ -58,9 +58,7 @@ module gestell_floquet_integrator_method
     !> slow.
     real(dp) :: longest_turn = huge(1.0_dp)
   contains
-    procedure :: prepare => default_prepare
-    procedure :: phases => default_phases
-    procedure :: steps_at_once => one_step
+    procedure :: prepare => default_prepare, phases => default_phases, steps_at_once => one_step
     procedure(step_maps), deferred :: maps
     procedure :: pair => default_pair
     procedure(step_work), deferred :: work
@@ -85,13 +83,12 @@ module gestell_floquet_integrator_method
     !> Computing time of a step, approximately in nanoseconds, for a system with this number of states. The evaluation of the
     !> coefficients is included. The formulas are fitted to measured times of systems with 2, 6 and 12 states (Debian's BLAS).
     !> Only the ratios of the times matter.
-    pure function step_work(self, states, second_order) result(work)
+    pure real(dp) function step_work(self, states, second_order) result(work)
       import :: method_type, dp
       implicit none (type, external)
       class(method_type), intent(in) :: self
       integer, intent(in) :: states
       logical, intent(in) :: second_order
-      real(dp) :: work
     end function step_work
   end interface
 

@@ -59,9 +59,8 @@ contains
   end function embedded_phase_error
 
   !> Returns the nested tableau that corresponds to the Gauss tableau `rule`, which must have at least four stages.
-  pure function nested_tableau(rule) result(nested)
+  pure type(nested_type) function nested_tableau(rule) result(nested)
     type(tableau_type), intent(in) :: rule
-    type(nested_type) :: nested
     ! Rows b and b A
     real(dp) :: factors(2, size(rule%c)), p(size(rule%c), 0:size(rule%c) - 1), next(size(rule%c))
     integer :: order(size(rule%c)), s, i, j

@@ -39,9 +39,8 @@ contains
   !> Returns the tableau with `stages` stages. The Lagrange polynomial of node j has the coefficient b_j (2 k + 1) P_k(z_j) of the
   !> Legendre polynomial P_k. The integral of P_k from 0 to c is (P_k+1 - P_k-1) / (2 (2 k + 1)) at z = 2 c - 1, with P_-1 = -1. P_s
   !> vanishes at the nodes.
-  pure function gauss_tableau(stages) result(tableau)
+  pure type(tableau_type) function gauss_tableau(stages) result(tableau)
     integer, intent(in) :: stages
-    type(tableau_type) :: tableau
     real(dp) :: p(stages, -1:stages)
     integer :: j, k
 

@@ -37,10 +37,7 @@ module gestell_floquet_multipliers
     !> True where |rho| = 1 is proved by `prove_undamped`, shape (n). Unallocated if no proof was attempted.
     logical, allocatable :: on_circle(:)
   contains
-    procedure :: judge
-    procedure :: verdict
-    procedure :: lost
-    procedure :: unknown
+    procedure :: judge, verdict, lost, unknown
   end type multipliers_type
 
   !> Value of `error` for a multiplier without an error bound; larger than every bound.
@@ -181,9 +178,8 @@ contains
   end function separated_radius
 
   !> Empty list of multipliers, to which `append` adds multipliers. If n > 0, the list can hold eigenvectors with n elements.
-  pure function empty_multipliers(n) result(multipliers)
+  pure type(multipliers_type) function empty_multipliers(n) result(multipliers)
     integer, intent(in) :: n
-    type(multipliers_type) :: multipliers
 
     allocate(multipliers%rho(0), multipliers%exponent(0))
     allocate(multipliers%log_abs(0), multipliers%arg(0), multipliers%error(0), multipliers%condition(0))

@@ -9,8 +9,8 @@ module gestell_floquet_period_convergence
   implicit none (type, external)
   private
 
-  public :: detect_rounding, pair_errors, unresolved_errors, more_steps, next_steps, predicted_reduction, extrapolated_error, &
-    & too_many_steps
+  public :: check_steps, detect_rounding, pair_errors, unresolved_errors, more_steps, next_steps, predicted_reduction, &
+    & extrapolated_error
 
   !> Describes the first solution in which Phi(T) had converged to the tolerance.
   type, public :: begin_type
@@ -21,20 +21,21 @@ module gestell_floquet_period_convergence
   end type begin_type
 
   !> Maximum number of steps per period; a solution with more steps would take a minute or longer.
-  integer, parameter, public :: max_steps = 2**19
+  integer, parameter :: max_steps = 2**19
   !> Safety factor: an error bound is this factor times the error estimate.
   real(dp), parameter, public :: safety = 4
 
 contains
 
-  !> Creates the error message for a solution that would require more than `max_steps` steps.
-  pure subroutine too_many_steps(error)
+  !> Fails if a solution would require more than `max_steps` steps.
+  pure subroutine check_steps(steps, error)
+    real(dp), intent(in) :: steps
     type(error_type), allocatable, intent(out) :: error
 
-    call fatal_error(error, "more than " // text(max_steps) // " steps per turn would be required: the fastest " // &
-      & "free vibration is too fast for the crank speed (increase the tolerance, or check stiffness, damping and mass)", &
-      & failed_computation)
-  end subroutine too_many_steps
+    if (.not. steps <= max_steps) call fatal_error(error, "more than " // text(max_steps) // " steps per turn would be required: " &
+      & // "the fastest free vibration is too fast for the crank speed (increase the tolerance, or check stiffness, damping and " &
+      & // "mass)", failed_computation)
+  end subroutine check_steps
 
   !> Number of steps to try after solutions with `n1` and `n2` steps. As long as the method does not converge, the number is
   !> doubled. Then the number is chosen for which the method's order predicts the allowed error, with a margin.
@@ -124,9 +125,8 @@ contains
     part = min(product([(min(angle, 100.0_dp) / (4 * k - 2), k = 1, stages)]), 1.0_dp)
     loads = max((2 + unresolved%turns / 4) * unresolved%loads, part * unresolved%missed) / max(unresolved%load, &
       & tiny(estimated_error))
-    if (allocated(unresolved%velocity_errors)) loads = max(loads, norm2(unresolved%velocity_errors / scale(size(scale) &
-      & - size(unresolved%velocity_errors) + 1:)) &
-      & / max(2 * peak, tiny(peak)))
+    if (allocated(unresolved%velocity_errors)) loads = max(loads, norm2(unresolved%velocity_errors &
+      & / scale(size(scale) - size(unresolved%velocity_errors) + 1:)) / max(2 * peak, tiny(peak)))
     estimated_error(2) = estimated_error(1) + min(loads, 1.0_dp)
   end function unresolved_errors
 

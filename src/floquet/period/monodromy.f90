@@ -5,8 +5,8 @@ module gestell_floquet_period_monodromy
   use gestell_math_lapack, only: factorise, solve_factored
   use gestell_math_matrix, only: balanced, unit_matrix
   use gestell_base_text, only: text
-  use gestell_floquet_period_convergence, only: begin_type, detect_rounding, pair_errors, unresolved_errors, more_steps, &
-    & max_steps, next_steps, predicted_reduction, extrapolated_error, safety, too_many_steps
+  use gestell_floquet_period_convergence, only: begin_type, check_steps, detect_rounding, pair_errors, unresolved_errors, &
+    & more_steps, next_steps, predicted_reduction, extrapolated_error, safety
   use gestell_floquet_period_embedded_error, only: compare_pair, extrapolate, pair_type
   use gestell_floquet_period_trial, only: distance, level_type, roundoff, solve_level
   use gestell_floquet_period_period_map, only: period_map_type
@@ -70,8 +70,7 @@ module gestell_floquet_period_monodromy
     !> The integration method that was used
     class(method_type), allocatable :: method
   contains
-    procedure :: liouville_defect
-    procedure :: loses_modes
+    procedure :: liouville_defect, loses_modes
   end type monodromy_type
 
   !> Maximum number of steps that a user may request
@@ -209,11 +208,8 @@ contains
 
     steps = first_steps(monodromy%method, system, survey, accuracy%tolerance)
     do
-      if (.not. steps <= max_steps) then
-        call too_many_steps(error)
-        return
-      end if
-      call solve_trial(system, nint(steps), forced, monodromy, level, error, lower)
+      call check_steps(steps, error)
+      if (.not. allocated(error)) call solve_trial(system, nint(steps), forced, monodromy, level, error, lower)
       if (allocated(error)) return
       angle = survey%fastest / level%steps
       call compare_pair(level, lower, monodromy%scale, angle, level%unresolved%fitted / max(level%unresolved%steps, 1), &
@@ -253,10 +249,8 @@ contains
 
     ! A method of order p begins to converge where the phase of the fastest motion advances by about p / 3 radians in a step. The
     ! middle solution has this step.
-    if (3 * phase_advance / monodromy%method%order > max_steps) then
-      call too_many_steps(error)
-      return
-    end if
+    call check_steps(3 * phase_advance / monodromy%method%order, error)
+    if (allocated(error)) return
     steps = max(system%least_steps, ceiling(1.5_dp * phase_advance / monodromy%method%order))
     call solve_trial(system, steps, forced, monodromy, coarse, error)
     if (.not. allocated(error)) call solve_trial(system, 2 * steps, forced, monodromy, middle, error)
@@ -266,11 +260,8 @@ contains
     do
       floor = roundoff(system, middle, phase_advance)
       steps = next_steps(coarse%steps, middle%steps, maxval(d12), monodromy%method%order, max(tolerance, floor))
-      if (steps > max_steps) then
-        call too_many_steps(error)
-        return
-      end if
-      call solve_trial(system, steps, forced, monodromy, fine, error)
+      call check_steps(real(steps, dp), error)
+      if (.not. allocated(error)) call solve_trial(system, steps, forced, monodromy, fine, error)
       if (allocated(error)) return
       d23 = distance(middle, fine, monodromy%scale)
       left = extrapolated_error(d12, d23, coarse%steps, middle%steps, fine%steps, monodromy%method%order)
@@ -285,8 +276,8 @@ contains
       d12 = d23
     end do
     call estimate_changes(monodromy, fine, middle, &
-      & spread(safety * maxval([0.0_dp, pack(left, d23 > 0) / pack(d23, d23 > 0)]), 1, 2), &
-      & coarse, spread(safety * predicted_reduction(coarse%steps, fine%steps, monodromy%method%order), 1, 2))
+      & spread(safety * maxval([0.0_dp, pack(left, d23 > 0) / pack(d23, d23 > 0)]), 1, 2), coarse, &
+      & spread(safety * predicted_reduction(coarse%steps, fine%steps, monodromy%method%order), 1, 2))
     call store_result(system, fine, safety * left, phase_advance, monodromy)
   end subroutine with_tolerance
 

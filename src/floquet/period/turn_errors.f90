@@ -38,8 +38,7 @@ module gestell_floquet_period_turn_errors
     !> (n).
     real(dp), allocatable :: differences(:, :), rounding(:)
   contains
-    procedure :: bounds
-    procedure :: along
+    procedure :: bounds, along
   end type turn_errors_type
 
   !> Comparison of a motion of K segments with the motion computed in steps half as long

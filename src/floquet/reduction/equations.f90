@@ -3,7 +3,6 @@ module gestell_floquet_reduction_equations
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
   use gestell_floquet_reduction_conjugates, only: divide, entry
-  use gestell_floquet_reduction_phasewise, only: solve
   implicit none (type, external)
   private
 
@@ -19,10 +18,7 @@ module gestell_floquet_reduction_equations
     !> precede imaginary parts.
     real(dp), allocatable :: matrix(:, :, :), x(:, :)
   contains
-    procedure :: start
-    procedure :: add
-    procedure :: set_right
-    procedure :: solve => solve_equations
+    procedure :: start, add, set_right
   end type equations_type
 
 contains
@@ -71,14 +67,6 @@ contains
     self%x(:, self%n + row) = im
     call divide(self%re, self%im, self%x(:, row), self%x(:, self%n + row), unused)
   end subroutine set_right
-
-  !> Solves the equations and overwrites the right-hand side. Fails if they are singular at some phase.
-  subroutine solve_equations(self, error)
-    class(equations_type), intent(inout) :: self
-    type(error_type), allocatable, intent(out) :: error
-
-    call solve(self%matrix, self%x, error)
-  end subroutine solve_equations
 
   !> Computes the mean of those eigenvalues of the generator D that belong to the columns `own`, at each phase.
   pure subroutine means(d, conjugate, own, re, im)

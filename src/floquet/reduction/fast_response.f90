@@ -6,7 +6,7 @@ module gestell_floquet_reduction_fast_response
   use gestell_floquet_reduction_decoupling, only: max_rounds, motion_type
   use gestell_floquet_reduction_equations, only: equations_type, means
   use gestell_floquet_reduction_modes, only: columns_of, modes_type
-  use gestell_floquet_reduction_phasewise, only: multiply, times
+  use gestell_floquet_reduction_phasewise, only: multiply, solve, times
   use gestell_floquet_reduction_trigonometric, only: differentiation
   implicit none (type, external)
   private
@@ -104,7 +104,7 @@ contains
       call coordinate(g, conjugate, own(i), re, im)
       call equations%set_right(-re, -im, i)
     end do
-    call equations%solve(error)
+    call solve(equations%matrix, equations%x, error)
     if (allocated(error)) return
     do i = 1, m
       if (own(i) > conjugate(own(i))) cycle

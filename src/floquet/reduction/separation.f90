@@ -5,6 +5,7 @@ module gestell_floquet_reduction_separation
   use gestell_floquet_reduction_conjugates, only: add_entry, counts, divide, entry
   use gestell_floquet_reduction_equations, only: equations_type, means
   use gestell_floquet_reduction_modes, only: columns_of, modes_type
+  use gestell_floquet_reduction_phasewise, only: solve
   implicit none (type, external)
   private
 
@@ -87,7 +88,7 @@ contains
         call equations%set_right(-re, -im, row)
       end do
     end do
-    call equations%solve(error)
+    call solve(equations%matrix, equations%x, error)
     if (allocated(error)) return
     do j = 1, size(others)
       do i = 1, m

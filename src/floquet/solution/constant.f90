@@ -35,11 +35,8 @@ module gestell_floquet_solution_constant
     !> Error message that explains why no periodic motion exists; unallocated if the motion exists.
     type(error_type), allocatable :: resonance
   contains
-    procedure :: multipliers => part_multipliers
-    procedure :: start => part_start
-    procedure :: follow => part_motion
-    procedure :: errors => part_errors
-    procedure :: liouville_defect => part_liouville_defect
+    procedure :: multipliers => part_multipliers, start => part_start, follow => part_motion
+    procedure :: errors => part_errors, liouville_defect => part_liouville_defect
   end type constant_type
 
 contains

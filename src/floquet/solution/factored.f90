@@ -30,11 +30,8 @@ module gestell_floquet_solution_factored
     !> resonance.
     real(dp), allocatable :: starts(:, :)
   contains
-    procedure :: multipliers => part_multipliers
-    procedure :: start => part_start
-    procedure :: follow => part_motion
-    procedure :: errors => part_errors
-    procedure :: liouville_defect => part_liouville_defect
+    procedure :: multipliers => part_multipliers, start => part_start, follow => part_motion
+    procedure :: errors => part_errors, liouville_defect => part_liouville_defect
   end type factored_type
 
 contains

@@ -21,11 +21,8 @@ module gestell_floquet_solution_integrated
     !> Monodromy matrix and forced motion over the period
     type(monodromy_type) :: monodromy
   contains
-    procedure :: multipliers => part_multipliers
-    procedure :: start => part_start
-    procedure :: follow => part_motion
-    procedure :: errors => part_errors
-    procedure :: liouville_defect => part_liouville_defect
+    procedure :: multipliers => part_multipliers, start => part_start, follow => part_motion
+    procedure :: errors => part_errors, liouville_defect => part_liouville_defect
   end type integrated_type
 
 contains

@@ -132,11 +132,9 @@ contains
     allocate(integrated, factored)
     call integrate(system, settings, forced, integrated, error, survey)
     if (.not. allocated(error)) then
-      if (.not. integrated%monodromy%loses_modes()) then
-        call move_alloc(integrated, solution)
-        return
-      end if
+      if (.not. integrated%monodromy%loses_modes()) call move_alloc(integrated, solution)
     end if
+    if (allocated(solution)) return
     call solve_factored(system, settings, forced, factored, error, survey)
     if (.not. allocated(error)) call move_alloc(factored, solution)
   end subroutine map_period

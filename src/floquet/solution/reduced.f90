@@ -32,11 +32,8 @@ module gestell_floquet_solution_reduced
     !> Period T (s)
     real(dp) :: period = 0
   contains
-    procedure :: multipliers => part_multipliers
-    procedure :: start => part_start
-    procedure :: follow => part_motion
-    procedure :: errors => part_errors
-    procedure :: liouville_defect => part_liouville_defect
+    procedure :: multipliers => part_multipliers, start => part_start, follow => part_motion
+    procedure :: errors => part_errors, liouville_defect => part_liouville_defect
   end type reduced_type
 
 contains
@@ -90,12 +87,10 @@ contains
     n = size(self%scale)
     multipliers = empty_multipliers(merge(n, 0, vectors))
     do g = 1, size(self%groups)
-      associate (group => self%groups(g), start => complex_columns(self%reduction%basis(1, :, :), &
-        & self%reduction%modes%conjugate))
+      associate (group => self%groups(g), start => complex_columns(self%reduction%basis(1, :, :), self%reduction%modes%conjugate))
         call group_multipliers(group, vectors, one, error)
         if (allocated(error)) return
-        if (vectors) one%vectors = matmul(start(:, group%columns), one%vectors) &
-          & * spread(self%scale, 2, size(group%columns))
+        if (vectors) one%vectors = matmul(start(:, group%columns), one%vectors) * spread(self%scale, 2, size(group%columns))
         call append(multipliers, one)
         if (all(group%conjugates == group%columns)) cycle
         call mirror(one)
@@ -134,8 +129,7 @@ contains
         solution%condition = max(solution%condition, slow%condition)
       end if
       solution%x0 = start * self%scale
-      solution%error = matmul(abs(complex_columns(r%basis(1, :, :), r%modes%conjugate)), within) * self%scale &
-        & + rounding_of(self)
+      solution%error = matmul(abs(complex_columns(r%basis(1, :, :), r%modes%conjugate)), within) * self%scale + rounding_of(self)
     end associate
   end subroutine part_start
 

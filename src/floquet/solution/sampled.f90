@@ -14,18 +14,15 @@ module gestell_floquet_solution_sampled
     !> `p`: samples of P, shape (n, n, N). `f`: samples of f, shape (n, N).
     real(dp), allocatable :: p(:, :, :), f(:, :)
   contains
-    procedure :: matrix
-    procedure :: forcing
-    procedure :: sample
+    procedure :: matrix, forcing, sample
   end type sampled_system
 
 contains
 
   !> The system y' = P y + f with the period 1. `rounding`: relative error of the map over the period that errors of the samples
   !> cause.
-  pure function real_system(p, f, rounding) result(system)
+  pure type(sampled_system) function real_system(p, f, rounding) result(system)
     real(dp), intent(in) :: p(:, :, :), f(:, :), rounding
-    type(sampled_system) :: system
 
     allocate(system%p, source=p)
     allocate(system%f, source=f)
@@ -36,10 +33,9 @@ contains
   end function real_system
 
   !> Converts the complex system y' = P y to a real system with twice as many states, (Re y, Im y).
-  pure function complex_system(p, rounding) result(system)
+  pure type(sampled_system) function complex_system(p, rounding) result(system)
     complex(dp), intent(in) :: p(:, :, :)
     real(dp), intent(in) :: rounding
-    type(sampled_system) :: system
     real(dp) :: doubled(2 * size(p, 1), 2 * size(p, 1), size(p, 3))
     integer :: n
 

@@ -18,9 +18,7 @@ module gestell_floquet_integrator_comparison_cooper_verner
     !> Coefficients A and weights b of the method; `prepare` computes them
     real(dp) :: a(slopes, slopes) = 0, b(slopes) = 0
   contains
-    procedure :: prepare
-    procedure :: maps
-    procedure :: work
+    procedure :: prepare, maps, work
   end type cooper_verner_method
 
   !> Index, from 1 to 5, of the node at which each slope is evaluated
@@ -30,9 +28,7 @@ contains
 
   !> Returns the method `explicit8`. For constant P its step is a polynomial of z = h P that differs from exp(z) by 2.46e-5 z^9 in
   !> leading order.
-  pure function cooper_verner() result(method)
-    type(cooper_verner_method) :: method
-
+  pure type(cooper_verner_method) function cooper_verner() result(method)
     method%name = "explicit8"
     method%order = 8
     method%stages = 4
@@ -69,11 +65,10 @@ contains
   end subroutine cooper_verner_tableau
 
   !> Computing time of a step, in the units of `step_work` in gestell_floquet_integrator_method.
-  pure function work(self, states, second_order)
+  pure real(dp) function work(self, states, second_order)
     class(cooper_verner_method), intent(in) :: self
     integer, intent(in) :: states
     logical, intent(in) :: second_order
-    real(dp) :: work
 
     work = self%stages * matrix_work(states, second_order) + slopes * (product_work(states) + 40)
   end function work

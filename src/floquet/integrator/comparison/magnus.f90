@@ -17,9 +17,7 @@ module gestell_floquet_integrator_comparison_magnus
     !> Positions of the nodes in a step of length 1; `prepare` allocates them
     real(dp), allocatable :: c(:)
   contains
-    procedure :: prepare
-    procedure :: maps
-    procedure :: work
+    procedure :: prepare, maps, work
   end type magnus_method
 
 contains
@@ -27,9 +25,8 @@ contains
   !> Returns the method of order 4 or 6, named magnus4 or magnus6, with 2 or 3 Gauss nodes. The error constants were measured on
   !> Mathieu's equation, on the machine of the paper (doc/theory.md) and on a random system with 12 states; they agree within a
   !> factor of 5.
-  pure function magnus(order) result(method)
+  pure type(magnus_method) function magnus(order) result(method)
     integer, intent(in) :: order
-    type(magnus_method) :: method
 
     method%name = "magnus" // achar(iachar("0") + order)
     method%order = order
@@ -48,12 +45,10 @@ contains
   end subroutine prepare
 
   !> Computing time of a step, in the units of `step_work` in gestell_floquet_integrator_method.
-  pure function work(self, states, second_order)
+  pure real(dp) function work(self, states, second_order)
     class(magnus_method), intent(in) :: self
     integer, intent(in) :: states
     logical, intent(in) :: second_order
-    real(dp) :: work
-
     integer :: products
 
     ! Products for the commutators, and for the exponential if the phase of the fastest motion advances by less than about two

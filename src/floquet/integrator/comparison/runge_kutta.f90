@@ -13,16 +13,13 @@ module gestell_floquet_integrator_comparison_runge_kutta
 
   type, extends(method_type), public :: runge_kutta_method
   contains
-    procedure :: maps
-    procedure :: work
+    procedure :: maps, work
   end type runge_kutta_method
 
 contains
 
   !> Returns the integration method with the name rk4.
-  pure function runge_kutta() result(method)
-    type(runge_kutta_method) :: method
-
+  pure type(runge_kutta_method) function runge_kutta() result(method)
     method%name = "rk4"
     method%order = 4
     method%stages = 2
@@ -31,11 +28,10 @@ contains
   end function runge_kutta
 
   !> Computing time of a step, in the units of `step_work` in gestell_floquet_integrator_method.
-  pure function work(self, states, second_order)
+  pure real(dp) function work(self, states, second_order)
     class(runge_kutta_method), intent(in) :: self
     integer, intent(in) :: states
     logical, intent(in) :: second_order
-    real(dp) :: work
 
     work = self%stages * matrix_work(states, second_order) + 6 * product_work(states) + 100
   end function work
