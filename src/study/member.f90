@@ -20,11 +20,7 @@ module gestell_study_member
     class(periodic_system), allocatable :: system
     type(floquet_type) :: floquet
   contains
-    procedure :: is_sound
-    procedure :: make
-    procedure :: solve
-    procedure :: multipliers => multipliers_of_member
-    procedure :: classify_failure
+    procedure :: is_sound, make, solve, multipliers => multipliers_of_member, classify_failure
   end type member_type
 
 contains
@@ -43,11 +39,10 @@ contains
     class(family_type), intent(in) :: family
     real(dp), intent(in) :: parameters(:)
     type(error_type), allocatable, intent(out) :: error
-    type(error_type), allocatable :: failure
 
     self%state = not_judged
-    call create_member(family, parameters, self%system, failure)
-    call self%classify_failure(failure, error)
+    call create_member(family, parameters, self%system, error)
+    call self%classify_failure(error)
   end subroutine make
 
   !> Computes the Floquet solution and, if `forced` is true, the periodic solution. Does nothing if an earlier computation failed.
@@ -57,11 +52,10 @@ contains
     type(accuracy_type), intent(in) :: accuracy
     logical, intent(in) :: forced
     type(error_type), allocatable, intent(out) :: error
-    type(error_type), allocatable :: failure
 
     if (.not. self%is_sound()) return
-    call solve_floquet(self%system, accuracy, forced, self%floquet, failure)
-    call self%classify_failure(failure, error)
+    call solve_floquet(self%system, accuracy, forced, self%floquet, error)
+    call self%classify_failure(error)
   end subroutine solve
 
   !> Computes the multipliers from the Floquet solution and, if `vectors` is true, the eigenvectors. Does nothing if an earlier
@@ -71,26 +65,20 @@ contains
     logical, intent(in) :: vectors
     type(multipliers_type), intent(out) :: multipliers
     type(error_type), allocatable, intent(out) :: error
-    type(error_type), allocatable :: failure
 
     if (.not. self%is_sound()) return
-    call solve_multipliers(self%floquet, vectors, multipliers, failure)
-    call self%classify_failure(failure, error)
+    call solve_multipliers(self%floquet, vectors, multipliers, error)
+    call self%classify_failure(error)
   end subroutine multipliers_of_member
 
-  !> Records `failure` in the member's state. Failures that are the caller's fault (invalid input) are returned in `error`.
-  subroutine classify_failure(self, failure, error)
+  !> Records the failure `error` in the member's state. Only failures that are the caller's fault (invalid input) stay in `error`.
+  subroutine classify_failure(self, error)
     class(member_type), intent(inout) :: self
-    type(error_type), allocatable, intent(inout) :: failure
-    type(error_type), allocatable, intent(out) :: error
+    type(error_type), allocatable, intent(inout) :: error
 
-    if (.not. allocated(failure)) return
-    self%state = merge(impossible, failed, failure%code == impossible_mechanism)
-    if (any(failure%code == [impossible_mechanism, failed_computation])) then
-      call move_alloc(failure, self%reason)
-    else
-      call move_alloc(failure, error)
-    end if
+    if (.not. allocated(error)) return
+    self%state = merge(impossible, failed, error%code == impossible_mechanism)
+    if (any(error%code == [impossible_mechanism, failed_computation])) call move_alloc(error, self%reason)
   end subroutine classify_failure
 
 end module gestell_study_member

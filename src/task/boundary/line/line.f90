@@ -146,7 +146,6 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(member_type) :: member
     type(multipliers_type) :: multipliers
-    type(error_type), allocatable :: failure
 
     probe%t = t
     call member%make(line%family, parameter_at(line%axes, line%start + t * line%direction), error)
@@ -155,8 +154,8 @@ contains
       probe%verdict = member%state
       return
     end if
-    call border_multipliers(member%system, line%accuracy, multipliers, failure)
-    call member%classify_failure(failure, error)
+    call border_multipliers(member%system, line%accuracy, multipliers, error)
+    call member%classify_failure(error)
     if (.not. member%is_sound()) return
     probe%verdict = multipliers%judge()
     probe%arg = abs(multipliers%arg(1))
