@@ -141,7 +141,7 @@ contains
     type(varied_frame_type), allocatable :: between(:)
     type(error_type), allocatable :: none
     real(dp), allocatable :: steps(:), other_steps(:)
-    logical :: followed, stays
+    logical :: followed
 
     found = varied
     call iterate(frame, accuracy, .false., found, steps, error)
@@ -155,10 +155,8 @@ contains
       if (allocated(error)) call follow_speed(frame, accuracy, found, steps, error)
       if (allocated(error)) call follow_damping(frame, accuracy, found, steps, error)
       if (allocated(error)) return
-    else
-      stays = .not. steps(1) > notably_nonlinear
-      if (.not. stays) stays = .not. between_turning_points(found)
-      if (.not. stays) then
+    else if (steps(1) > notably_nonlinear) then
+      if (between_turning_points(found)) then
         other = varied
         call follow_speed(frame, accuracy, other, other_steps, none)
         if (.not. allocated(none)) followed = .not. between_turning_points(other)

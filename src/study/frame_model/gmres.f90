@@ -15,12 +15,7 @@ module gestell_study_frame_model_gmres
     !> triangular matrix R with A V = (V Q) R. `residual_norms`: components of the residual of b in the basis V Q
     real(dp), allocatable :: vectors(:, :), r(:, :), cosine(:), sine(:), residual_norms(:)
   contains
-    procedure :: begin
-    procedure :: last
-    procedure :: extend
-    procedure :: solution
-    procedure :: amplification
-    procedure :: residual
+    procedure :: begin, last, extend, solution, amplification, residual
   end type gmres_type
 
   !> Value of the function `residual` if there is no solution.

@@ -30,8 +30,7 @@ module gestell_study_frame_model_harmonic_means
     !> The Fourier transform for this number of phases
     type(waves_type) :: waves
   contains
-    procedure :: weighted
-    procedure :: left_out
+    procedure :: weighted, left_out
   end type means_type
 
   !> Resonances are considered for orders up to this multiple of the order of the fastest free vibration.
@@ -58,11 +57,9 @@ contains
     means%of_velocity = omega * survey%scale(:f) / survey%scale(f + 1:)
     allocate(means%weights(0:n - 1, f), source=1.0_dp)
     do i = 1, f
-      do k = 1, n / 2 - 1
-        means%weights(k, i) = sqrt((1 + (k * means%of_velocity(i))**2) / 2)
-        means%weights(n / 2 + k, i) = means%weights(k, i)
-      end do
+      means%weights(1:n / 2 - 1, i) = [(sqrt((1 + (k * means%of_velocity(i))**2) / 2), k = 1, n / 2 - 1)]
     end do
+    means%weights(n / 2 + 1:, :) = means%weights(1:n / 2 - 1, :)
     furthest = max(n / 2 - 1, ceiling(beyond_fastest * survey%fastest / (2 * pi)))
     allocate(means%along(0:n / 2 - 1, f, f), means%across(0:n / 2 - 1, f, f), means%gains(0:furthest))
     means%waves = waves_at(n)

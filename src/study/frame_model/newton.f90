@@ -97,8 +97,7 @@ contains
     logical :: astray
 
     allocate(steps(0))
-    first = 1
-    if (.not. any(abs(varied%motion%cosine) > 0 .or. abs(varied%motion%sine) > 0)) first = 0
+    first = merge(1, 0, any(abs(varied%motion%cosine) > 0 .or. abs(varied%motion%sine) > 0))
     before = 1
     ! A linear system needs only one step.
     if (linear) next%of_step = part_left * accuracy%tolerance
@@ -160,7 +159,8 @@ contains
   !> Fails also if the fast solvers do not work and no others are allowed.
   subroutine next_motion(frame, system, accuracy, samples, next, error, from, lack, floquet)
     !> `frame`: the frame linearised about rest. `system`: the frame whose motion is computed
-    class(frame_type), intent(in) :: frame, system
+    class(frame_type), intent(in) :: frame
+    class(frame_type), intent(in), target :: system
     type(accuracy_type), intent(in) :: accuracy
     !> Minimum number of samples of the motion
     integer, intent(in) :: samples
@@ -170,15 +170,19 @@ contains
     !> A known motion, given together with the system `lack`. The computed motion is then `from` plus the periodic motion of
     !> `lack`. The fast solvers compute only this change, and their errors are relative to it
     type(series_type), intent(in), optional :: from
-    class(second_order_system), intent(in), optional :: lack
+    class(second_order_system), intent(in), optional, target :: lack
     !> Full solution of the system, with error bounds. It is computed only if this argument is present
-    type(floquet_type), intent(out), optional :: floquet
+    type(floquet_type), intent(inout), optional :: floquet
     type(floquet_type) :: solved
-    real(dp), allocatable :: change(:, :)
+    !> The system that the fast solvers solve
+    class(second_order_system), pointer :: to_solve
+    real(dp), allocatable :: change(:, :), beyond(:)
     real(dp) :: unresolved
-    real(dp), allocatable :: beyond(:)
     integer :: n
     logical :: balances
+
+    to_solve => system
+    if (present(lack)) to_solve => lack
 
     ! With fewer samples, high orders would appear as low orders. A coefficient of order k sets `least_steps` to about 2 pi k.
     n = max(min_samples, min(frame%least_steps / 2, max_samples / 2))
@@ -188,7 +192,7 @@ contains
       n = 16 * ((max(n, samples) + 15) / 16)
       next%quickly = balances .and. n <= max_balanced
       if (next%quickly) then
-        call balance(frame, system, n, next, change, next%quickly, from, lack)
+        call balance(frame, to_solve, n, next, change, next%quickly, from)
         if (.not. next%quickly .and. next%balance%left_out > next%of_step / 2 .and. 2 * n <= max_balanced) then
           n = 2 * n
           cycle
@@ -196,7 +200,7 @@ contains
         ! Near a resonance with almost no damping, the fast integration estimates its rounding error better than harmonic balance.
         next%quickly = next%quickly .and. next%error <= max(part_left * accuracy%tolerance, frame%load_rounding)
       end if
-      if (.not. next%quickly .and. .not. present(floquet)) call integrate(frame, system, n, next, change, next%quickly, from, lack)
+      if (.not. next%quickly .and. .not. present(floquet)) call integrate(frame, to_solve, n, next, change, next%quickly, from)
       if (.not. next%quickly .and. next%only_quickly) then
         call fatal_error(error, "harmonic balance and order reduction cannot compute this motion", failed_computation)
         return
@@ -205,7 +209,7 @@ contains
         call solve_fully(frame, system, accuracy, n, solved, next, error)
         if (allocated(error)) return
         change = next%q
-        if (present(from) .and. present(lack)) change = change - values_of(from, n)
+        if (present(from)) change = change - values_of(from, n)
       end if
       next%size = size_of(frame, next%scale, next%q)
       next%step = size_of(frame, next%scale, change) / max(next%size, tiny(next%size))
@@ -236,24 +240,20 @@ contains
     too_rough = size(next%q, 1) > max_intermediate_samples(frame) .and. .not. next%error <= rough
   end function too_rough
 
-  !> Computes the motion by harmonic balance, and its `change` from the motion `from`. `n`: number of phases. The other arguments
-  !> are those of `next_motion`.
-  subroutine balance(frame, system, n, next, change, fits, from, lack)
-    class(frame_type), intent(in) :: frame, system
+  !> Computes the periodic motion of `to_solve` by harmonic balance. It is the `change` from the motion `from`, if this is present.
+  !> `n`: number of phases. The other arguments are those of `next_motion`.
+  subroutine balance(frame, to_solve, n, next, change, fits, from)
+    class(frame_type), intent(in) :: frame
+    class(second_order_system), intent(in) :: to_solve
     integer, intent(in) :: n
     type(next_type), intent(inout) :: next
     real(dp), allocatable, intent(inout) :: change(:, :)
     logical, intent(out) :: fits
     type(series_type), intent(in), optional :: from
-    class(second_order_system), intent(in), optional :: lack
     real(dp), allocatable :: harmonics(:, :)
     integer :: known
 
-    if (present(lack)) then
-      call balance_harmonics(lack, n, next%of_step, next%balance, fits)
-    else
-      call balance_harmonics(system, n, next%of_step, next%balance, fits)
-    end if
+    call balance_harmonics(to_solve, n, next%of_step, next%balance, fits)
     if (.not. fits) return
     next%scale = next%balance%survey%scale
     next%error = max(frame%load_rounding, next%balance%rounding)
@@ -261,13 +261,12 @@ contains
     allocate(harmonics(0:n - 1, frame%dofs()), source=0.0_dp)
     harmonics(:, frame%free) = next%balance%harmonics
     change = next%balance%at_phases(harmonics)
-    if (present(from) .and. present(lack)) then
+    next%q = change
+    if (present(from)) then
       known = ubound(from%cosine, 1)
       harmonics(:known, :) = harmonics(:known, :) + from%cosine
       harmonics(n / 2:n / 2 + known, :) = harmonics(n / 2:n / 2 + known, :) + from%sine
       next%q = next%balance%at_phases(harmonics)
-    else
-      next%q = change
     end if
     if (allocated(next%series%cosine)) deallocate(next%series%cosine, next%series%sine)
     allocate(next%series%cosine(0:n / 2 - 1, frame%dofs()), next%series%sine(0:n / 2 - 1, frame%dofs()))
@@ -275,26 +274,21 @@ contains
     next%series%sine = harmonics(n / 2:, :)
   end subroutine balance
 
-  !> Computes the motion by one integration over the turn, and its `change` from the motion `from`. `n`: number of phases. The other
-  !> arguments are those of `next_motion`.
-  subroutine integrate(frame, system, n, next, change, fits, from, lack)
-    class(frame_type), intent(in) :: frame, system
+  !> Computes the periodic motion of `to_solve` by one integration over the turn. The arguments are those of `balance`.
+  subroutine integrate(frame, to_solve, n, next, change, fits, from)
+    class(frame_type), intent(in) :: frame
+    class(second_order_system), intent(in) :: to_solve
     integer, intent(in) :: n
     type(next_type), intent(inout) :: next
     real(dp), allocatable, intent(inout) :: change(:, :)
     logical, intent(out) :: fits
     type(series_type), intent(in), optional :: from
-    class(second_order_system), intent(in), optional :: lack
 
     if (.not. allocated(next%quick%scale) .and. allocated(next%balance%survey%scale)) then
       next%quick%scale = next%balance%survey%scale
       next%quick%phase_advance = next%balance%survey%phase_advance
     end if
-    if (present(lack)) then
-      call solve_quickly(lack, n, next%of_step, next%quick, fits)
-    else
-      call solve_quickly(system, n, next%of_step, next%quick, fits)
-    end if
+    call solve_quickly(to_solve, n, next%of_step, next%quick, fits)
     if (.not. fits) return
     next%scale = next%quick%scale
     next%error = max(frame%load_rounding, next%quick%rounding)
@@ -303,7 +297,7 @@ contains
     allocate(change(n, frame%dofs()), source=0.0_dp)
     change(:, frame%free) = transpose(next%quick%x(:size(frame%free), :))
     next%q = change
-    if (present(from) .and. present(lack)) next%q = next%q + values_of(from, n)
+    if (present(from)) next%q = next%q + values_of(from, n)
     next%series = series_through(next%q)
   end subroutine integrate
 

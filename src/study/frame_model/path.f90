@@ -47,8 +47,7 @@ module gestell_study_frame_model_path
     integer :: left = 200
   contains
     procedure(member_at), deferred :: member
-    procedure :: solve_both
-    procedure :: turn
+    procedure :: solve_both, turn
   end type path_family_type
 
   !> The next iterate of Newton's method, computed from the frame linearised about a motion.
@@ -283,18 +282,16 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(varied_frame_type) :: about
     type(next_type) :: solved
-    type(floquet_type) :: floquet
+    !> An unallocated actual argument counts as absent for an optional argument
+    type(floquet_type), allocatable :: floquet
 
     call family%member(lambda, about, error)
     if (allocated(error)) return
     call about%linearise_about(motion_of(family, q))
     solved%of_step = of_iterate
     solved%intermediate = .true.
-    if (family%multipliers) then
-      call next_motion(about, about, with_min_tolerance(family%accuracy, family%precise), samples, solved, error, floquet=floquet)
-    else
-      call next_motion(about, about, with_min_tolerance(family%accuracy, family%precise), samples, solved, error)
-    end if
+    if (family%multipliers) allocate(floquet)
+    call next_motion(about, about, with_min_tolerance(family%accuracy, family%precise), samples, solved, error, floquet=floquet)
     next%quickly = solved%quickly
     if (allocated(error)) return
     next%q = solved%q / spread(family%units, 1, size(solved%q, 1))

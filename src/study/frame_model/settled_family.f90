@@ -17,8 +17,7 @@ module gestell_study_frame_model_settled_family
     character(len=11) :: model = "exact"
     type(accuracy_type) :: accuracy
   contains
-    procedure :: member
-    procedure :: inner_member
+    procedure :: member, inner_member
   end type settled_family_type
 
 contains
