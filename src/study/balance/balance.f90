@@ -62,9 +62,7 @@ module gestell_study_balance
     !> Peak and rms over the turn. Element 1: magnitude of the force (N). Element 2: magnitude of the moment (N m)
     real(dp) :: peak(2) = 0, rms(2) = 0
   contains
-    procedure :: order_rms
-    procedure :: amplitudes
-    procedure :: turning
+    procedure :: order_rms, amplitudes, turning
   end type residual_shaking_type
 
 contains
@@ -179,8 +177,9 @@ contains
   pure logical function resolved(rigid)
     type(rigid_ground_type), intent(in) :: rigid
     real(dp), parameter :: small = 1.0e-9_dp, least = 1.0e-12_dp
-    integer :: b, j
+    integer :: kinds(size(rigid%found, 1)), b, j
 
+    kinds = rigid%kinds()
     resolved = small_tail(rigid%found, rigid%rounding)
     do b = 1, size(rigid%bodies)
       do j = 1, 3
@@ -201,11 +200,7 @@ contains
         maximum(k) = series%largest_term()
         tail(k) = series%tail() * maximum(k)
       end do
-      small_tail = .true.
-      do k = 1, 2
-        small_tail = small_tail .and. maxval(tail, mask=rigid%kinds() == k) <= max(rounding(k), small * maxval(maximum, &
-          & mask=rigid%kinds() == k))
-      end do
+      small_tail = all([(maxval(tail, mask=kinds == k) <= max(rounding(k), small * maxval(maximum, mask=kinds == k)), k = 1, 2)])
     end function small_tail
 
   end function resolved
@@ -309,16 +304,13 @@ contains
 
     residual%kinds = rigid%kinds()
     rows = -speed**2 * residual_rows(rigid, weights)
+    allocate(residual%series(size(rows, 1)))
     do k = 1, 2
       own = pack([(i, i = 1, size(rows, 1))], residual%kinds == k)
       if (norm2(rows(own, :)) / sqrt(real(size(rows, 2), dp)) <= speed**2 * rigid%rounding(k)) rows(own, :) = 0
-    end do
-    allocate(residual%series(size(rows, 1)))
-    do k = 1, size(rows, 1)
-      residual%series(k) = fourier_series(rows(k, :))
-    end do
-    do k = 1, 2
-      own = pack([(i, i = 1, size(rows, 1))], residual%kinds == k)
+      do i = 1, size(own)
+        residual%series(own(i)) = fourier_series(rows(own(i), :))
+      end do
       residual%rms(k) = length_of([(residual%series(own(i))%rms(), i = 1, size(own))])
       if (size(own) == 1) then
         residual%peak(k) = residual%series(own(1))%peak(rows(own(1), :))

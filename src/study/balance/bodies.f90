@@ -39,8 +39,7 @@ module gestell_study_balance_bodies
     !> Unbalance rho relative to the body's pivot (kg m), and its angle alpha in the body's axes (rad)
     real(dp) :: unbalance = 0, angle = 0
   contains
-    procedure :: mass
-    procedure :: center
+    procedure :: mass, center
   end type counterweight_type
 
   complex(dp), parameter :: i = (0.0_dp, 1.0_dp)
@@ -130,20 +129,12 @@ contains
     end if
   end subroutine find_bodies
 
-  !> True if `vectors` are constant in axes that rotate by `turn`. The tolerance is relative to `length`. Most vectors that are not
-  !> constant are rejected at the second crank angle.
+  !> True if `vectors` are constant in axes that rotate by `turn`. The tolerance is relative to `length`.
   pure logical function turns_with(vectors, turn, length)
     complex(dp), intent(in) :: vectors(:), turn(:)
     real(dp), intent(in) :: length
-    complex(dp) :: first
-    integer :: k
 
-    turns_with = .false.
-    first = vectors(1) * conjg(turn(1))
-    do k = 2, size(vectors)
-      if (.not. abs(vectors(k) * conjg(turn(k)) - first) <= same * length) return
-    end do
-    turns_with = .true.
+    turns_with = all(abs(vectors * conjg(turn) - vectors(1) * conjg(turn(1))) <= same * length)
   end function turns_with
 
   !> Finds the pivot of a body: the point whose mean square displacement over the turn is smallest. It counts as a pivot only if
@@ -191,15 +182,13 @@ contains
 
     allocate(balanced, source=linkage)
     do k = 1, size(weights)
-      associate (body => bodies(weights(k)%body))
-        associate (link => linkage%links(body%link))
-          call balanced%link(trim(names(k)), linkage%joints(link%from)%name, linkage%joints(link%to)%name, weights(k)%mass(body), &
-            & 0.0_dp, weights(k)%center(body), error)
-          if (allocated(error)) return
-          balanced%links(size(balanced%links))%z = link%z
-          balanced%links(size(balanced%links))%own_z = link%own_z
-          balanced%links(size(balanced%links))%plane = link%plane
-        end associate
+      associate (body => bodies(weights(k)%body), link => linkage%links(bodies(weights(k)%body)%link))
+        call balanced%link(trim(names(k)), linkage%joints(link%from)%name, linkage%joints(link%to)%name, weights(k)%mass(body), &
+          & 0.0_dp, weights(k)%center(body), error)
+        if (allocated(error)) return
+        balanced%links(size(balanced%links))%z = link%z
+        balanced%links(size(balanced%links))%own_z = link%own_z
+        balanced%links(size(balanced%links))%plane = link%plane
       end associate
     end do
   end subroutine with_counterweights

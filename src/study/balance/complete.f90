@@ -106,16 +106,12 @@ contains
       order = pack([(k, k = 1, size(bodies))], pivoted)
       if (all) order = [order, pack([(k, k = 1, size(bodies))], .not. pivoted)]
       allocate(columns(size(rigid%found, 2), size(order)), u(size(order)))
+      allocate(effects(size(rigid%found, 1), size(rigid%found, 2), 2 * size(order)))
       do k = 1, size(order)
         columns(:, k) = force_of(bodies(order(k))%effect(:, :, 2))
+        effects(:, :, 2 * k - 1:2 * k) = bodies(order(k))%effect(:, :, 2:3)
       end do
-      if (in_space(rigid)) then
-        allocate(effects(size(rigid%found, 1), size(rigid%found, 2), 2 * size(order)))
-        do k = 1, size(order)
-          effects(:, :, 2 * k - 1:2 * k) = bodies(order(k))%effect(:, :, 2:3)
-        end do
-        call least%prepare(effects, kinds)
-      end if
+      if (in_space(rigid)) call least%prepare(effects, kinds)
       u = 0
       do n = 1, most
         before = u

@@ -20,8 +20,7 @@ module gestell_study_balance_least_squares
     real(dp), allocatable :: w(:, :), v(:, :)
     logical, allocatable :: counts(:)
   contains
-    procedure :: decompose
-    procedure :: shortest
+    procedure :: decompose, shortest
   end type singular_type
 
   !> Factors of the force problem, and factors of the moment problem in the unknowns that the force does not determine.
@@ -34,8 +33,7 @@ module gestell_study_balance_least_squares
     !> Kind of each row: 1 force, 2 moment
     integer, allocatable :: kinds(:)
   contains
-    procedure :: prepare
-    procedure :: solve
+    procedure :: prepare, solve
   end type least_squares_type
 
 contains

@@ -41,9 +41,7 @@ contains
     else if (kind == rms_measure) then
       values = [norm2(samples / unit) / sqrt(real(size(samples, 1), dp))]
       allocate(changes(size(slopes, 3), 1))
-      do k = 1, size(slopes, 3)
-        changes(k, 1) = sum(samples / unit * slopes(:, :, k) / unit) / size(samples, 1) / values(1)
-      end do
+      changes(:, 1) = [(sum(samples / unit * slopes(:, :, k) / unit) / size(samples, 1) / values(1), k = 1, size(slopes, 3))]
     else
       call within_band(band, period, samples / unit, slopes / unit, values, changes)
       unit = 1000 * unit ! a vibration meter displays mm/s
@@ -131,11 +129,8 @@ contains
     last = min(ubound(along%cosine, 1), floor(min(band(2) * period * (1 + rounding), 1.0e9_dp)))
     call add_orders(along, along, first, last, square)
     u = directions_about(square)
-    allocate(values(size(u, 2)))
+    values = [(sqrt(max(dot_product(u(:, d), matmul(square, u(:, d))), 0.0_dp)), d = 1, size(u, 2))]
     allocate(changes(size(slopes, 3), size(values)), source=0.0_dp)
-    do d = 1, size(values)
-      values(d) = sqrt(max(dot_product(u(:, d), matmul(square, u(:, d))), 0.0_dp))
-    end do
     do k = 1, size(slopes, 3)
       change = series_through(slopes(:, :, k))
       call add_orders(along, change, first, last, slope)

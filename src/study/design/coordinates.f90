@@ -13,7 +13,7 @@ module gestell_study_design_coordinates
   use gestell_floquet_period_quick_motion, only: quick_motion_type, solve_quickly
   use gestell_math_dft, only: dft
   use gestell_math_lapack, only: eigensystem
-  use gestell_math_matrix, only: balanced
+  use gestell_math_matrix, only: balanced, unit_matrix
   use gestell_system_mass, only: solve_mass
   use gestell_system_second_order, only: sample_in_units, second_order_system
   implicit none (type, external)
@@ -105,11 +105,8 @@ contains
     integer :: j, k, n, pivot
 
     n = size(a, 1)
-    w = 0
     w(:, :n) = a
-    do j = 1, n
-      w(j, n + j) = 1
-    end do
+    w(:, n + 1:) = unit_matrix(n)
     do j = 1, n
       pivot = j - 1 + maxloc(abs(real(w(j:, j))) + abs(aimag(w(j:, j))), dim=1)
       fits = abs(w(pivot, j)) > 0
@@ -150,10 +147,8 @@ contains
     call sample_in_units(system, phases, m, b, c, units)
     r(:, :, :f) = -c
     r(:, :, f + 1:2 * f) = -b
-    do l = 1, size(loads, 3)
-      do j = 1, f
-        r(:, j, 2 * f + l) = units(j) * loads(:, j, l)
-      end do
+    do j = 1, f
+      r(:, j, 2 * f + 1:) = units(j) * loads(:, j, :)
     end do
     call solve_mass(m, r)
     do l = 1, size(loads, 3)

@@ -296,10 +296,7 @@ contains
         if (m > 0) slope_x(j) = optimum%slope(place(j)) / m
       end do
       if (mass > 0) slope_m = optimum%slope(mass) - dot_product(slope_x, x)
-      there = huge(there)
-      do corner = 0, 7
-        there = min(there, change_at_corner(corner))
-      end do
+      there = minval([(change_at_corner(corner), corner = 0, 7)])
       if (.not. m > 0 .and. any(place > 0)) there = -huge(there)
       gap = gap - min(least + there, 0.0_dp)
     end do

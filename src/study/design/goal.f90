@@ -11,7 +11,7 @@ module gestell_study_design_goal
   use gestell_model_space, only: is_rotation
   use gestell_model_quantity_driving, only: drive_power, power_rows, torque
   use gestell_study_design_separation, only: separation_type, compute_distances
-  use gestell_study_measure, only: band_measure, band_only, measure_type, new_measure
+  use gestell_study_measure, only: band_measure, band_only, measure_names, measure_type, new_measure
   use gestell_study_vibration_motion, only: complete_motion, motion_rows
   implicit none (type, external)
   private
@@ -38,15 +38,7 @@ module gestell_study_design_goal
     !> machine's own speed
     real(dp) :: speeds(2) = 0
   contains
-    procedure :: excess
-    procedure :: scale => scale_of
-    procedure :: sides
-    procedure :: is_minimum
-    procedure :: needs_motion
-    procedure :: is_periodic
-    procedure :: is_inverted
-    procedure :: level
-    procedure :: excess_at
+    procedure :: excess, scale => scale_of, sides, is_minimum, needs_motion, is_periodic, is_inverted, level, excess_at
     procedure :: name => name_of
   end type goal_type
 
@@ -213,10 +205,9 @@ contains
   pure function name_of(self) result(name)
     class(goal_type), intent(in) :: self
     character(len=:), allocatable :: name
-    character(len=4), parameter :: kinds(3) = [character(len=4) :: "peak", "rms", "band"]
 
     name = trim(self%measure%quantity)
-    if (self%is_periodic()) name = name // " " // trim(kinds(self%measure%kind))
+    if (self%is_periodic()) name = name // " " // trim(measure_names(self%measure%kind))
   end function name_of
 
   !> Samples the periodic goals at `phases`. A goal that is the magnitude of a vector has several components; all other goals have
@@ -233,7 +224,7 @@ contains
     !> Samples of the components, shape (phases, components, goals)
     real(dp), intent(out) :: samples(:, :, :)
     type(error_type), allocatable, intent(out) :: error
-    real(dp), allocatable :: motion(:, :), first_rows(:, :), forces(:, :), power(:, :)
+    real(dp), allocatable :: motion(:, :), forces(:, :), power(:, :)
     type(quantity_type) :: quantity
     logical :: known
     integer, allocatable :: parts(:)
@@ -242,7 +233,7 @@ contains
     samples = 0
     dofs = frame%dofs()
     rows = motion_rows(frame, merge(guide_forces, accelerations, size(frame%free) < dofs))
-    allocate(motion(rows, size(phases)), source=0.0_dp)
+    allocate(motion(rows, size(phases)), power(power_rows, size(phases)), source=0.0_dp)
     if (any(goals%needs_motion())) then
       do k = 0, 2
         motion(dofs * k + 1:dofs * (k + 1), :) = (2 * pi / frame%period)**k * transpose(q(:, :, k))
@@ -262,18 +253,13 @@ contains
         parts = pack([(k, k = 1, dofs)], is_component(frame, goals(i)%measure%quantity))
         samples(:, :size(parts), i) = forces(:, parts)
       case (torque_goal)
-        allocate(power(power_rows, size(phases)))
-        first_rows = motion(:rows_of(dofs, accelerations), :)
-        call drive_power(frame, phases, first_rows, power, known)
+        call drive_power(frame, phases, (motion(:rows_of(dofs, accelerations), :)), power, known)
         if (.not. known) then
           call fatal_error(error, "'torque' requires the kinetic energy of the mechanism: add the key energy to " // &
             &   "&mass_functions", invalid_input)
           return
         end if
         samples(:, 1, i) = power(torque, :) / frame%mechanism%turns
-        deallocate(power)
-      case default
-        cycle
       end select
     end do
   end subroutine sample_goals

@@ -18,12 +18,7 @@ module gestell_study_design_moments
     !> Lower and upper limits of the parameters, shape (parameters)
     real(dp), allocatable :: lower(:), upper(:)
   contains
-    procedure :: limits
-    procedure :: from
-    procedure :: to
-    procedure :: add_limits
-    procedure :: turn_slopes
-    procedure :: turn_optimum
+    procedure :: limits, from, to, add_limits, turn_slopes, turn_optimum
   end type moments_type
 
 contains

@@ -50,10 +50,7 @@ module gestell_study_design_motion
     class(second_order_system), pointer :: inner => null()
     type(series_type) :: force
   contains
-    procedure :: matrices
-    procedure :: sample_second_order
-    procedure :: coupled
-    procedure :: conserves
+    procedure :: matrices, sample_second_order, coupled, conserves
   end type loaded_type
 
   !> `fewest`: minimum number of phases. `max_corrections`: maximum number of iterations that correct the derivatives for terms of

@@ -42,9 +42,7 @@ module gestell_study_design_perturbed_members
     !> Quantity that varies along the line of conditions on which this condition lies: `along_speed` or `along_stiffness`
     integer :: along = along_speed
   contains
-    procedure :: number
-    procedure :: moved_to
-    procedure :: drive_rpm
+    procedure :: number, moved_to, drive_rpm
   end type condition_type
 
   !> How a parameter is changed to compute derivatives by differences.
@@ -332,10 +330,9 @@ contains
     ! the maxima of two goals at one resonance differ by a fraction of its width, perhaps 1e-6 of the speed; each is found to 1e-11
     real(dp), parameter :: alike = 1.0e-10_dp
 
-    are_equal = abs(one%speed * one%speed_factor - other%speed * other%speed_factor) <= alike * abs(one%speed &
-      & * one%speed_factor) &
-      & .and. all(abs([one%speed_factor - other%speed_factor, one%stiffness_factor - other%stiffness_factor, one%damping_factor &
-      & - other%damping_factor]) <= alike)
+    are_equal = abs(one%speed * one%speed_factor - other%speed * other%speed_factor) <= alike * abs(one%speed * one%speed_factor) &
+      & .and. all(abs([one%speed_factor - other%speed_factor, one%stiffness_factor - other%stiffness_factor, &
+      & one%damping_factor - other%damping_factor]) <= alike)
   end function are_equal
 
 end module gestell_study_design_perturbed_members

@@ -11,8 +11,7 @@ module gestell_study_design_reported_goals
   use gestell_model_quantity_driving, only: drive_power, power_rows, torque
   use gestell_study_design_branches, only: measure_branches
   use gestell_study_design_goal, only: components, goal_type, machine_goal, motion_goal, multiplier_goal, shaking_goal, &
-    & torque_goal, &
-    & plain_values, shaking_error, sample_goals
+    & torque_goal, plain_values, shaking_error, sample_goals
   use gestell_study_design_perturbed_members, only: at_condition
   use gestell_study_design_problem, only: design_options
   use gestell_study_design_separation, only: find_branches, separation_type
@@ -32,8 +31,7 @@ module gestell_study_design_reported_goals
     !> Verdict on the machine under every condition, shape (conditions)
     type(verdict_type), allocatable :: verdicts(:)
   contains
-    procedure :: worst
-    procedure :: verdict
+    procedure :: worst, verdict
   end type reported_goals_type
 
 contains
@@ -114,8 +112,6 @@ contains
         call measure_branches(goals(g)%measure%kind, goals(g)%measure%band, run%period, samples(:, :, 1), slopes, computed, unused)
         values(g) = maxval(computed)
         errors(g) = shaking_error(run, goals(g)%measure%quantity)
-      case default
-        cycle
       end select
     end do
   end subroutine report_without_motion
@@ -141,11 +137,10 @@ contains
     if (.not. allocated(error)) call solve_multipliers(floquet, .false., multipliers, error)
     if (allocated(error)) return
     verdict = multipliers%judge()
-    do g = 1, size(goals)
-      if (goals(g)%about /= multiplier_goal) cycle
-      values(g) = abs(multipliers%rho(1))
-      errors(g) = multipliers%error(1)
-    end do
+    where (goals%about == multiplier_goal)
+      values = abs(multipliers%rho(1))
+      errors = multipliers%error(1)
+    end where
     moving = pack([(g, g = 1, size(goals))], goals%about == motion_goal)
     if (size(moving) == 0 .and. all(goals%about /= torque_goal)) return
     allocate(computed(2, size(moving)))
@@ -167,15 +162,15 @@ contains
     type(vibration_type), intent(in) :: vibration
     real(dp), intent(out) :: value, bound
     type(error_type), allocatable, intent(out) :: error
-    real(dp), allocatable :: power(:, :), values(:), unused(:, :), motion(:, :), slopes(:, :, :)
+    real(dp), allocatable :: power(:, :), values(:), unused(:, :), slopes(:, :, :)
     type(fourier_type) :: series
     logical :: known
     integer :: k, n
 
     n = size(vibration%motion, 2)
     allocate(power(power_rows, n), slopes(n, 1, 0))
-    motion = vibration%motion(:motion_rows(frame%dofs(), accelerations), :)
-    call drive_power(frame, [(real(k, dp) / n, k = 0, n - 1)], motion, power, known, vibration%motion_errors%bounds(), bound)
+    call drive_power(frame, [(real(k, dp) / n, k = 0, n - 1)], (vibration%motion(:motion_rows(frame%dofs(), accelerations), :)), &
+      & power, known, vibration%motion_errors%bounds(), bound)
     if (.not. known) then
       call fatal_error(error, "the mechanism does not provide its kinetic energy", failed_computation)
       return

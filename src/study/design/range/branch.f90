@@ -74,8 +74,7 @@ contains
       b = maxloc(expected, dim=1)
       if (.not. expected(b) > climb%highest + gain * abs(climb%highest)) return
       expected(b) = -huge(h)
-      call other%start(places, levels(:, b), [max(bounds(1), places(0) - width), min(bounds(2), places(0) + width)], &
-        & of_smooth)
+      call other%start(places, levels(:, b), [max(bounds(1), places(0) - width), min(bounds(2), places(0) + width)], of_smooth)
       do while (.not. other%done)
         call find_maxima_over_turn(members, goal, start%moved_to(other%next), at(1), error, motion)
         if (allocated(error) .or. size(at(1)%places) == 0) return

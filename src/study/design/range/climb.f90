@@ -32,8 +32,7 @@ module gestell_study_design_range_climb
     real(dp), private :: x(3) = 0, f(3) = 0, bounds(2) = 0, before = 0
     integer, private :: most = 0
   contains
-    procedure :: start
-    procedure :: take
+    procedure :: start, take
     procedure, private :: aim
   end type climb_type
 
@@ -66,31 +65,23 @@ contains
   pure subroutine take(self, value)
     class(climb_type), intent(inout) :: self
     real(dp), intent(in) :: value
+    real(dp) :: x(4), f(4)
+    integer :: kept(3)
 
     self%steps = self%steps + 1
-    associate (x => self%x, f => self%f, new => self%next)
-      if (new > x(3)) then
-        x = [x(2), x(3), new]
-        f = [f(2), f(3), value]
-      else if (new < x(1)) then
-        x = [new, x(1), x(2)]
-        f = [value, f(1), f(2)]
-      else if (value > f(2)) then
-        if (new > x(2)) then
-          x = [x(2), new, x(3)]
-          f = [f(2), value, f(3)]
-        else
-          x = [x(1), new, x(2)]
-          f = [f(1), value, f(2)]
-        end if
-      else if (new > x(2)) then
-        x(3) = new
-        f(3) = value
-      else
-        x(1) = new
-        f(1) = value
-      end if
-    end associate
+    x = [self%x, self%next]
+    f = [self%f, value]
+    if (x(4) > x(3)) then
+      kept = [2, 3, 4]
+    else if (x(4) < x(1)) then
+      kept = [4, 1, 2]
+    else if (value > f(2)) then
+      kept = merge([2, 4, 3], [1, 4, 2], x(4) > x(2))
+    else
+      kept = merge([1, 2, 4], [4, 2, 3], x(4) > x(2))
+    end if
+    self%x = x(kept)
+    self%f = f(kept)
     call self%aim()
   end subroutine take
 
@@ -122,8 +113,7 @@ contains
       b = ((f(3) - f(2)) / right * left + (f(2) - f(1)) / left * right) / (left + right)
       step = 0
       if (a > 0) step = b / (2 * a)
-      self%done = a > 0 .and. b**2 / (4 * a) <= gain * abs(f(2)) .and. min(f(2) - f(1), f(2) - f(3)) <= 100 * gain &
-        & * abs(f(2))
+      self%done = a > 0 .and. b**2 / (4 * a) <= gain * abs(f(2)) .and. min(f(2) - f(1), f(2) - f(3)) <= 100 * gain * abs(f(2))
       self%smooth = self%done
       if (self%done) then
         self%top = x(2) + step
