@@ -30,10 +30,7 @@ module gestell_study_grid
     !> are then smaller
     logical :: one_by_one = .false.
   contains
-    procedure :: points
-    procedure :: tiles
-    procedure :: tile
-    procedure :: parameters
+    procedure :: points, tiles, tile, parameters
   end type grid_type
 
   !> A tile: a rectangle of grid points. It contains the points with indices from first(1) to last(1) on the first axis and from
@@ -96,17 +93,15 @@ contains
     integer, intent(in) :: i
     real(dp) :: part
 
+    part = real(i - 1, dp) / max(self%count - 1, 1)
     if (i == 1) then
       value = self%from
     else if (i == self%count) then
       value = self%to
+    else if (self%logarithmic) then
+      value = self%from * exp(part * log(self%to / self%from))
     else
-      part = real(i - 1, dp) / (self%count - 1)
-      if (self%logarithmic) then
-        value = self%from * exp(part * log(self%to / self%from))
-      else
-        value = self%from + part * (self%to - self%from)
-      end if
+      value = self%from + part * (self%to - self%from)
     end if
   end function value_of_axis
 
@@ -116,7 +111,6 @@ contains
     type(axis_type), intent(in) :: axes(:)
     type(error_type), allocatable, intent(out) :: error
 
-    allocate(grid%axes(size(axes)))
     grid%axes = axes
     call check_grid(grid, error)
   end subroutine new_grid
@@ -163,12 +157,9 @@ contains
   !> Number of tiles (rectangles of points) into which the grid is divided; 0 for a grid without axes.
   pure integer function tiles(self)
     class(grid_type), intent(in) :: self
-    integer :: along(2)
 
     tiles = 0
-    if (.not. allocated(self%axes)) return
-    along = tiles_along(self)
-    tiles = product(along)
+    if (allocated(self%axes)) tiles = product(tiles_along(self))
   end function tiles
 
   !> The tile (rectangle of grid points) with this number, from 1 to `tiles`. For any other number the result is an empty tile
@@ -182,8 +173,7 @@ contains
     if (number < 1 .or. number > self%tiles()) return
     tile%last = 1
     along = tiles_along(self)
-    position(1) = (number - 1) / along(2)
-    position(2) = mod(number - 1, along(2))
+    position = [(number - 1) / along(2), mod(number - 1, along(2))]
     tile%number = number
     do k = 1, min(2, size(self%axes))
       tile%first(k) = 1 + int(int(position(k), int64) * self%axes(k)%count / along(k))
@@ -198,8 +188,7 @@ contains
     logical :: large
 
     along = 1
-    large = .false.
-    if (size(self%axes) == 2) large = all(self%axes%count >= 2 * max_of_two)
+    large = size(self%axes) == 2 .and. all(self%axes%count >= 2 * max_of_two)
     most = merge(max_one_by_one, max_of_two, self%one_by_one)
     if (size(self%axes) == 1) most = max_of_one
     do k = 1, min(2, size(self%axes))

@@ -34,8 +34,7 @@ module gestell_study_measure
     !> Lower and upper limit of the frequency band of a band measure (Hz)
     real(dp) :: band(2) = 0
   contains
-    procedure :: name
-    procedure :: meaning
+    procedure :: name, meaning
   end type measure_type
 
   !> Unit of band measures, as displayed by vibration meters.
@@ -64,10 +63,9 @@ contains
   !> True if the quantity is a velocity of a probe: only such velocities are measured in a frequency band.
   pure logical function has_band(quantity)
     character(len=*), intent(in) :: quantity
-    integer :: dot
 
-    dot = index(quantity, ").", back=.true.)
-    has_band = index(quantity, "probe(") == 1 .and. any(quantity(dot + 2:) == [character(len=2) :: "v", "vx", "vy", "vz"])
+    has_band = index(quantity, "probe(") == 1 .and. any(quantity(index(quantity, ").", back=.true.) + 2:) &
+      & == [character(len=2) :: "v", "vx", "vy", "vz"])
   end function has_band
 
   !> Creates a measure of the quantity `name`. The mechanism is not evaluated, so it need not be possible to assemble it. Fails if

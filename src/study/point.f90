@@ -35,10 +35,7 @@ module gestell_study_point
     !> True if the input lists columns; pictures then show all of these columns
     logical :: names_columns = .false.
   contains
-    procedure :: ordered
-    procedure :: measured
-    procedure :: one_by_one
-    procedure :: numbers
+    procedure :: ordered, measured, one_by_one, numbers
   end type sweep_options
 
 contains

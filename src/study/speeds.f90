@@ -38,8 +38,7 @@ contains
     sound = n > 0 .and. all(ieee_is_finite(speeds)) .and. (all(speeds > 0) .or. all(speeds < 0))
     if (sound .and. n > 1) sound = all(speeds(2:) > speeds(:n - 1)) .or. all(speeds(2:) < speeds(:n - 1))
     if (.not. sound) call fatal_error(error, "at least one speed is required; all speeds must be finite, have the same sign, " // &
-      &   "and be in ascending or descending order", &
-      & invalid_input)
+      & "and be in ascending or descending order", invalid_input)
   end subroutine check_speeds
 
   !> Checks the options. Fails if the number of an order is negative or too large, or if the accuracy is out of range.

@@ -39,11 +39,7 @@ module gestell_study_mode
     !> Index of the component whose frequency is the frequency of the mode
     integer :: principal = 1
   contains
-    procedure :: frequency
-    procedure :: share
-    procedure :: shape => principal_shape
-    procedure :: damping_ratio
-    procedure :: grows
+    procedure :: frequency, share, shape => principal_shape, damping_ratio, grows
   end type mode_type
 
 contains

@@ -31,11 +31,8 @@ contains
     if (size(modes) == 0) return
     apart = huge(1.0_dp)
     do k = 1, size(modes)
-      if (.not. modes(k)%identified) cycle
-      do i = 1, size(mode)
-        apart(i, k) = distance(multipliers%exponent(i), modes(k), speed) - modes(k)%error &
-          & - multipliers%error(i) * speed
-      end do
+      if (modes(k)%identified) apart(:, k) = distance(multipliers%exponent, modes(k), speed) - modes(k)%error &
+        & - multipliers%error * speed
     end do
     do i = 1, size(mode)
       place = minloc(apart)
@@ -49,14 +46,13 @@ contains
 
   !> Distance between an exponent and the nearest exponent of a mode. Multiples of the crank speed and the sign of the frequency are
   !> ignored.
-  pure real(dp) function distance(exponent, mode, speed)
+  elemental real(dp) function distance(exponent, mode, speed)
     complex(dp), intent(in) :: exponent
     type(mode_type), intent(in) :: mode
     real(dp), intent(in) :: speed
-    real(dp) :: turn, turns(2)
+    real(dp) :: turns(2)
 
-    turn = aimag(exponent)
-    turns = [turn - mode%frequency(), turn + mode%frequency()]
+    turns = aimag(exponent) + [-mode%frequency(), mode%frequency()]
     turns = turns - speed * anint(turns / speed)
     distance = min(abs(real(exponent) - mode%growth), abs(real(exponent) - mode%partner_growth)) + minval(abs(turns))
   end function distance

@@ -95,9 +95,8 @@ contains
     integer :: samples, k
 
     samples = 4 * system%least_steps
-    associate (f => system%states / 2)
-      allocate(m(samples, f, f), b(samples, f, f), c(samples, f, f))
-    end associate
+    allocate(m(samples, size(mean, 1), size(mean, 1)))
+    allocate(b, c, mold=m)
     call system%sample_second_order([((k - 1.0_dp) / samples, k = 1, samples)], m, b, c)
     mean = sum(m, dim=1) / samples
   end function mean_mass

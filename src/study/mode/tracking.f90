@@ -92,8 +92,7 @@ contains
     component = 1
     if (.not. (last%identified .and. mode%identified)) return
     do k = 1, mode%components
-      one = assurance(last%shape(), mode%shapes(:, k), mass) &
-        & / (1 + ((mode%frequencies(k) - last%frequency()) / (step * base))**2)
+      one = assurance(last%shape(), mode%shapes(:, k), mass) / (1 + ((mode%frequencies(k) - last%frequency()) / (step * base))**2)
       if (k > 1) one = one * min(1.0_dp, weight * mode%shares(k) / mode%shares(1))
       if (one <= likeness) cycle
       likeness = one

@@ -40,8 +40,7 @@ module gestell_study_vibration_analysis
     !> True if the verdict is requested, even if no other result is
     logical :: verdict = .false.
   contains
-    procedure :: vibration
-    procedure :: judged
+    procedure :: vibration, judged
   end type analysis_options
 
   !> Results of `analyse`. Results that were not requested stay unallocated. Whenever a vibration is computed, its multipliers are

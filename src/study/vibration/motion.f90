@@ -23,6 +23,8 @@ module gestell_study_vibration_motion
 
   !> Number of phases that are sampled together.
   integer, parameter :: block_length = 1024
+  !> Indices of the displacements and of the rotations in the motion of a frame in space.
+  integer, parameter :: places(3) = in_frame(:3), turns(3) = in_frame(4:)
 
 contains
 
@@ -97,7 +99,6 @@ contains
   pure subroutine move_moments(frame, motion)
     class(frame_type), intent(in) :: frame
     real(dp), intent(inout) :: motion(:, :)
-    integer, parameter :: places(3) = in_frame(:3), turns(3) = in_frame(4:)
     real(dp) :: turning(3, 3, 0:2), moment(3)
     integer :: k, first
 
@@ -124,7 +125,6 @@ contains
     class(frame_type), intent(in) :: frame
     real(dp), intent(in) :: x(:, :)
     real(dp), intent(inout) :: motion(:, :)
-    integer, parameter :: turns(3) = in_frame(4:)
     real(dp), allocatable :: load(:, :)
     real(dp) :: own(size(x, 2), 3)
     integer :: k, n, first
@@ -285,7 +285,6 @@ contains
     class(frame_type), intent(in) :: frame
     real(dp), intent(in) :: large(:)
     real(dp), intent(inout) :: errors(:)
-    integer, parameter :: places(3) = in_frame(:3), turns(3) = in_frame(4:)
     integer :: first
 
     if (.not. allocated(frame%space)) then

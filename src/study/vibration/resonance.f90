@@ -28,8 +28,7 @@ module gestell_study_vibration_resonance
     !> speed
     integer :: turns = 1
   contains
-    procedure :: is_free
-    procedure :: near
+    procedure :: is_free, near
   end type resonance_type
 
   !> A frequency is near an order k if its distance from k times the crank speed is less than both `near_order` times k and

@@ -24,10 +24,7 @@ module gestell_study_vibration_small_motion
     !> The coordinate that has the largest rotation
     character(len=7) :: rotation = "psi"
   contains
-    procedure :: small
-    procedure :: is_rotation_large
-    procedure :: is_displacement_large
-    procedure :: is_large
+    procedure :: small, is_rotation_large, is_displacement_large, is_large
   end type moved_type
 
 contains

@@ -23,10 +23,7 @@ module gestell_study_vibration_statistics
     !> Phase t / T of the peak, from the vertex of the parabola through the largest sample and its two neighbours
     real(dp) :: peak_phase = 0
   contains
-    procedure :: crest
-    procedure :: amplitude
-    procedure :: strongest
-    procedure :: finite
+    procedure :: crest, amplitude, strongest, finite
   end type statistics_type
 
 contains
@@ -57,9 +54,7 @@ contains
     do i = 1, size(samples, 2)
       call combine(quantity%weights(:, i), vibration%motion_series, statistics%series(i))
       statistics%rms = hypot(statistics%rms, statistics%series(i)%rms())
-      associate (weights => quantity%weights(:size(vibration%motion_series), i))
-        error_along = vibration%motion_errors%along(weights)
-      end associate
+      error_along = vibration%motion_errors%along(quantity%weights(:size(vibration%motion_series), i))
       if (allocated(quantity%rounding)) error_along = error_along &
         & + sum(quantity%rounding(:size(vibration%motion, 1), i) * maxval(abs(vibration%motion), dim=2))
       statistics%error = hypot(statistics%error, error_along)
@@ -106,10 +101,7 @@ contains
 
     n = size(samples, 1)
     largest = max(maxval(abs(samples)), tiny(1.0_dp))
-    upper = 0
-    do i = 1, size(series)
-      upper = max(upper, maxval([0.0_dp, series(i)%amplitude(max(1, n / 4):)]))
-    end do
+    upper = maxval([(max(0.0_dp, maxval(series(i)%amplitude(max(1, n / 4):))), i = 1, size(series))])
     if (upper <= counts * largest) then
       largest_size = largest * sqrt(largest_value(sum((samples / largest)**2, dim=2)))
       return
@@ -200,11 +192,8 @@ contains
     call check_quantity(vibration, quantity, error)
     if (allocated(error)) return
     call components(quantity, vibration%motion_history, samples)
-    if (size(samples, 2) == 1) then
-      history = samples(:, 1)
-    else
-      history = norm2(samples, dim=2)
-    end if
+    history = samples(:, 1)
+    if (size(samples, 2) > 1) history = norm2(samples, dim=2)
   end subroutine history_of
 
   !> Checks that the quantity can be computed. Fails if `find_quantity` has not initialised the quantity, or if `vibration` lacks
@@ -279,22 +268,16 @@ contains
     unit = maxval([(maxval(statistics%series(i)%amplitude), i = 1, n)])
     if (.not. unit > 0) return
     square = 0
+    c = 0
     do k = 1, size(statistics%series(1)%amplitude)
       if (k / period < band(1) * (1 - rounding) .or. k / period > band(2) * (1 + rounding)) cycle
-      c = 0
-      do i = 1, n
-        c(i) = statistics%series(i)%amplitude(k) / unit * exp(cmplx(0, statistics%series(i)%phase(k), dp))
-      end do
+      c(:n) = [(statistics%series(i)%amplitude(k) / unit * exp(cmplx(0, statistics%series(i)%phase(k), dp)), i = 1, n)]
       square = square + real(spread(c, 2, 3) * conjg(spread(c, 1, 3)), dp) / 2
     end do
     along = unit * [(sqrt(square(i, i)), i = 1, n)]
-    if (n == 3) then
-      largest_direction = unit * sqrt(largest_eigenvalue(square))
-    else
-      ! The larger eigenvalue of the symmetric 2 x 2 matrix.
-      largest_direction = unit * sqrt((square(1, 1) + square(2, 2)) / 2 &
-        & + hypot((square(1, 1) - square(2, 2)) / 2, square(1, 2)))
-    end if
+    ! In the plane: the larger eigenvalue of the symmetric 2 x 2 matrix.
+    largest_direction = unit * sqrt((square(1, 1) + square(2, 2)) / 2 + hypot((square(1, 1) - square(2, 2)) / 2, square(1, 2)))
+    if (n == 3) largest_direction = unit * sqrt(largest_eigenvalue(square))
   end subroutine band_rms
 
   !> Largest eigenvalue of a symmetric 3 x 3 matrix, by the trigonometric solution of its characteristic equation (O. K. Smith,

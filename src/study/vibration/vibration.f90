@@ -123,7 +123,13 @@ contains
       resolved_all = states_resolved(frame, floquet, vibration, abs(x(:, samples + 1) - x(:, 1)))
       if (present(rows)) then
         call whole_motion(frame, system, phases, x, rows, vibration%motion)
-        call compute_series(vibration)
+        if (allocated(vibration%motion_series)) deallocate(vibration%motion_series)
+        allocate(vibration%motion_series(size(vibration%motion, 1)))
+        ! The first rows are the states, whose series are known.
+        vibration%motion_series(:2 * frame%dofs()) = vibration%series(:2 * frame%dofs())
+        do k = 2 * frame%dofs() + 1, size(vibration%motion_series)
+          vibration%motion_series(k) = fourier_series(vibration%motion(k, :samples))
+        end do
         if (resolved_all) resolved_all = rows_resolved(frame, system, phases, x, vibration)
       end if
       if (resolved_all .or. 2 * samples > max_samples) exit
@@ -242,10 +248,9 @@ contains
     call whole_motion(frame, system, phases, from, rows, there)
     call whole_motion(frame, system, phases, from + states%differences(:, :n), rows, compared)
     call whole_motion(frame, system, phases, from + states%differences(:, n + 1:), rows, finer)
-    allocate(errors%differences(count, 2 * n))
+    allocate(errors%differences(count, 2 * n), errors%rounding(count))
     errors%differences(:, :n) = compared - there
     errors%differences(:, n + 1:) = finer - there
-    allocate(errors%rounding(count))
     ! Relative errors of coefficients and load of the accelerations. They have three sources: the model; the mechanism's first and
     ! second derivatives, whose errors accumulate over several joints; and forces of links that cancel.
     associate (own => 16 * (sums + frame%rounding), model => 16 * (sums + frame%rounding) + frame%load_rounding)
@@ -253,22 +258,6 @@ contains
         & errors%rounding)
     end associate
   end subroutine compute_motion_errors
-
-  !> Computes the Fourier series of the motion's rows. The first rows are the states, whose series are copied from
-  !> `vibration%series`.
-  pure subroutine compute_series(vibration)
-    type(vibration_type), intent(inout) :: vibration
-    integer :: samples, states, k
-
-    samples = size(vibration%motion, 2) - 1
-    if (allocated(vibration%motion_series)) deallocate(vibration%motion_series)
-    allocate(vibration%motion_series(size(vibration%motion, 1)))
-    states = 2 * size(vibration%series) / 3
-    vibration%motion_series(:states) = vibration%series(:states)
-    do k = states + 1, size(vibration%motion_series)
-      vibration%motion_series(k) = fourier_series(vibration%motion(k, :samples))
-    end do
-  end subroutine compute_series
 
   !> True if the samples resolve the accelerations and the forces of guides, which are the rows of the motion after those of the
   !> states. Harmonics below the rounding error of a row's terms count as resolved. A larger harmonic counts as resolved if it is
@@ -319,12 +308,10 @@ contains
   pure logical function is_resolved(series, rounding, error)
     type(fourier_type), intent(in) :: series
     real(dp), intent(in) :: rounding, error
-    real(dp) :: least
+    real(dp) :: maximum
 
-    associate (maximum => series%largest_term())
-      least = max(resolved * maximum, rounding, part_of_error * error)
-      is_resolved = series%tail() * maximum <= least
-    end associate
+    maximum = series%largest_term()
+    is_resolved = series%tail() * maximum <= max(resolved * maximum, rounding, part_of_error * error)
   end function is_resolved
 
   !> All quantities, computed from the states of the free degrees of freedom, shape (quantities, points).

@@ -72,8 +72,8 @@ contains
       ! a copy, because the list is reallocated when vibrations are added
       speed = list(i)%speed
       do way = 1, -1, -2
-        call follow_branch(frame, machine_path(varied_frame(frame, list(i)%motion), accuracy, speed * [1.0_dp, 1 &
-          & + furthest_speed]), &
+        call follow_branch(frame, &
+          & machine_path(varied_frame(frame, list(i)%motion), accuracy, speed * [1.0_dp, 1 + furthest_speed]), &
           & values_of(list(i)%motion, max(first_samples, 2 * ubound(list(i)%motion%cosine, 1) + 2)), 0.0_dp, 1.0_dp, way, list)
       end do
       i = i + 1
@@ -113,8 +113,7 @@ contains
         if (arc < min_arc) return
         cycle
       end if
-      if ((at%lambda - home) * (next%lambda - home) < 0) call add_crossing(frame, family, at, next, arc, home, &
-        & list, known)
+      if ((at%lambda - home) * (next%lambda - home) < 0) call add_crossing(frame, family, at, next, arc, home, list, known)
       at = next
       if (easy) arc = min(2 * arc, long_arc)
       ! If continuation with varying speed reaches a known vibration, its path is the same as the path that starts from that
