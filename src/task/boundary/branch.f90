@@ -49,10 +49,7 @@ contains
     real(dp) :: low, high, x
     integer :: i, k
 
-    k = 1
-    do i = 2, size(self%points) - 1
-      if (self%points(i)%lambda <= t) k = i
-    end do
+    k = max(1, findloc(self%points(:size(self%points) - 1)%lambda <= t, .true., dim=1, back=.true.))
     associate (l => self%points(k), r => self%points(k + 1), h => self%arcs(k))
       low = 0
       high = 1

@@ -6,7 +6,7 @@
 !> exist.
 module gestell_task_boundary_branches
   use gestell_base_error, only: error_type, failed_computation, fatal_error
-  use gestell_base_verdict, only: operator(/=), undecided, verdict_type
+  use gestell_base_verdict, only: operator(/=), undecided, verdict_length, verdict_type
   use gestell_base_kinds, only: dp
   use gestell_math_sorting, only: ascending
   use gestell_math_series_trigonometric, only: series_type
@@ -40,7 +40,7 @@ module gestell_task_boundary_branches
   end type branch_family_type
 
   character(len=*), parameter, public :: turning_point = "turning_point"
-  character(len=*), parameter :: no_vibration = "none"
+  character(len=verdict_length), parameter :: no_vibration = "none"
   !> Distance from a turning point, relative to the range of the parameter, within which no borders are searched.
   real(dp), parameter :: turn_clearance = 1.0e-6_dp
 
@@ -191,7 +191,7 @@ contains
   !> error, are ignored.
   pure logical function is_always_unstable(search)
     type(search_type), intent(in) :: search
-    integer :: i, above, known
+    integer :: i, known
 
     known = 0
     is_always_unstable = .true.
@@ -199,8 +199,7 @@ contains
       associate (mark => search%marks(i), is_real => .not. abs(aimag(search%marks(i)%z)) > 0)
         if (any(is_real .and. abs(real(mark%z)) <= mark%noise)) cycle
         known = known + 1
-        above = count(is_real .and. real(mark%z) > 0)
-        is_always_unstable = is_always_unstable .and. modulo(above, 2) == 1
+        is_always_unstable = is_always_unstable .and. modulo(count(is_real .and. real(mark%z) > 0), 2) == 1
       end associate
     end do
     is_always_unstable = is_always_unstable .and. known > 0
@@ -285,30 +284,21 @@ contains
     integer, intent(in) :: number
     type(search_type), intent(in) :: search
     type(border_type), allocatable, intent(inout) :: borders(:)
-    type(border_type) :: border
     real(dp) :: ends(2)
     type(verdict_type) :: verdict
-    integer, allocatable :: decided(:)
     integer :: i, side
+    logical :: above
 
     ends = family%branch%ends()
-    decided = pack([(i, i = 1, size(search%marks))], search%marks%verdict /= undecided)
     do side = 1, 2
       if (.not. family%branch%turning_ends(side)) cycle
+      i = findloc(search%marks%verdict /= undecided, .true., dim=1, back=side == 2)
       verdict = undecided
-      if (size(decided) > 0) verdict = search%marks(decided(merge(1, size(decided), side == 1)))%verdict
-      border%value = parameter_at(family%axis, ends(side))
-      border%error = abs(sensitivity(family%axis, ends(side))) * max(family%branch%errors(side), tolerance)
-      border%kind = turning_point
-      border%vibration = number
-      border%below = no_vibration
-      border%above = no_vibration
-      if ((side == 1) .eqv. (family%axis%to > family%axis%from)) then
-        border%above = verdict%word()
-      else
-        border%below = verdict%word()
-      end if
-      borders = [borders, border]
+      if (i > 0) verdict = search%marks(i)%verdict
+      above = (side == 1) .eqv. (family%axis%to > family%axis%from)
+      borders = [borders, border_type(value=parameter_at(family%axis, ends(side)), error=abs(sensitivity(family%axis, ends(side))) &
+        & * max(family%branch%errors(side), tolerance), kind=turning_point, below=merge(no_vibration, verdict%word(), above), &
+        & above=merge(verdict%word(), no_vibration, above), vibration=number)]
     end do
   end subroutine add_turning_points
 

@@ -2,13 +2,13 @@
 module gestell_task_boundary_plot
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, text
-  use gestell_output_picture_script, only: figure_type, new_figure
-  use gestell_output_picture_axis, only: coordinate, parameter_axis, with_unit
+  use gestell_base_verdict, only: operator(==), unstable
+  use gestell_output_picture_script, only: figure_type, new_figure, quoted
+  use gestell_output_picture_axis, only: coordinate, decade_lines, extent_lines, parameter_axis, with_unit
   use gestell_output_picture_marks, only: apart, input_marks, marks_type, shade, unstable_entry
   use gestell_task_boundary_branches, only: turning_point
   use gestell_task_boundary_level_line, only: level_type
   use gestell_task_boundary_level_plane, only: level_kinds, level_states
-  use gestell_task_boundary_level_plot, only: level_meanings, level_title, plot_levels
   use gestell_task_boundary_map_plot, only: empty_label, count_words, plot_curves
   use gestell_task_boundary_solution, only: border_results_type
   use gestell_task_range_plan, only: sweep_plan_type
@@ -21,6 +21,9 @@ module gestell_task_boundary_plot
   character(len=*), parameter :: kinds(4) = [character(len=15) :: "divergence", "period_doubling", "flutter", turning_point]
   character(len=*), parameter :: meanings(4) = [character(len=30) :: "divergence (ρ = 1)", "period doubling (ρ = -1)", &
     & "flutter (pair of ρ)", "turning point (ρ = 1)"]
+  !> Legend entry for each kind of border in `level_kinds` together with its state in `level_states`.
+  character(len=*), parameter :: level_meanings(8) = [character(len=30) :: "level", "level (undamped)", &
+    & "level (undecided)", "level (unstable)", "jump", "jump (undamped)", "jump (undecided)", "jump (unstable)"]
 
 contains
 
@@ -34,8 +37,7 @@ contains
     if (allocated(results%map) .and. present(level)) then
       figure = plot_curves(plan, results%map, level_kinds, level_states, level_meanings, level_title(level), "above the level")
     else if (present(level)) then
-      figure = plot_levels(plan%paths(1), plan%units(1), plan%grid%axes(1), plan%base, level, (results%values%value), &
-        & results%curve%points)
+      figure = plot_levels(plan, results, level)
     else if (allocated(results%map)) then
       figure = plot_curves(plan, results%map, kinds(:3), [" ", " ", " "], meanings(:3), &
         & "Stability boundaries over " // trim(plan%paths(1)) // " and " // trim(plan%paths(2)), "unstable")
@@ -60,8 +62,7 @@ contains
       places = apart(here, 0.026_dp * abs(ends(2) - ends(1)), ends)
       marks = input_marks(axis, plan%base, plan%units(1))
       lines = "set title heading noenhanced" // newline &
-        & // parameter_axis("x", axis, with_unit(plan%paths(1), plan%units(1)), 0.0_dp) &
-        & // "set yrange [-0.08:1.3]" // newline &
+        & // parameter_axis("x", axis, with_unit(plan%paths(1), plan%units(1)), 0.0_dp) // "set yrange [-0.08:1.3]" // newline &
         & // "set ylabel '|arg ρ| / π of the critical multiplier'" // newline // "set ytics 0,0.25,1" // newline &
         & // "set key outside bottom center horizontal samplen 2" // newline // marks%lines
       do i = 1, size(values)
@@ -82,8 +83,57 @@ contains
       if (any([values%above, values%below] == "unstable")) list = list // unstable_entry
     end associate
     figure = new_figure("boundary", "Stability boundaries over " // trim(plan%paths(1)) // ": " &
-      & // count_words(size(results%values)), &
-      & lines // list // marks%entries // newline, width=800, height=440)
+      & // count_words(size(results%values)), lines // list // marks%entries // newline, width=800, height=440)
   end function plot_values
+
+  !> Start of the title of a plot: the quantity and its level.
+  pure function level_title(level) result(title)
+    type(level_type), intent(in) :: level
+    character(len=:), allocatable :: title
+
+    title = "Where " // level%subject() // " crosses " // concise(level%value, 6) // " " // trim(level%measure%unit)
+  end function level_title
+
+  !> Plot of the measured quantity from level.csv against the parameter, and of its crossings of the level from boundary.csv.
+  function plot_levels(plan, results, level) result(figure)
+    type(sweep_plan_type), intent(in) :: plan
+    type(border_results_type), intent(in) :: results
+    type(level_type), intent(in) :: level
+    type(figure_type) :: figure
+    !> Labels do not overlap if their distance is at least this fraction of the axis.
+    real(dp), parameter :: least_distance = 0.03_dp
+    character(len=:), allocatable :: lines
+    type(marks_type) :: marks
+    real(dp) :: last, at
+    integer :: i
+
+    associate (values => results%values, axis => plan%grid%axes(1))
+      marks = input_marks(axis, plan%base, plan%units(1))
+      lines = "set title heading noenhanced" // newline &
+        & // parameter_axis("x", axis, with_unit(plan%paths(1), plan%units(1)), 0.0_dp) &
+        & // "level = " // concise(level%value, 12) // newline // "over(v) = v > 0 ? v : NaN" // newline &
+        & // extent_lines("level.csv", ["over(column(2))"]) &
+        & // "low = low > 0 && low < level ? low : level; high = high > level ? high : level" // newline &
+        & // decade_lines("(low > 1e-6 * high ? low : 1e-6 * high) / 1.5", "high * 1.5") &
+        & // "set ylabel " // quoted(level%subject() // " (" // trim(level%measure%unit) // ")") // " noenhanced" // newline &
+        & // "set key outside bottom center horizontal samplen 2" // newline // "set object 1 rectangle from graph 0,first level " &
+        & // "to graph 1,graph 1 behind fillcolor rgb '#F9E0C7' fillstyle solid 1 noborder" // newline // marks%lines
+      last = huge(last)
+      do i = 1, size(values)
+        at = coordinate(axis, values(i)%value)
+        if (abs(at - last) < least_distance * abs(coordinate(axis, axis%to) - coordinate(axis, axis%from))) cycle
+        last = at
+        lines = lines // "set label " // text(i) // " '  " // concise(values(i)%value, 6) // "' at first " // concise(at, 9) &
+          & // ",first level rotate by 90 left font ',12'" // newline
+      end do
+      lines = lines // "plot [] 'level.csv' using (X(column(1))):(over(column(2))) with lines lt 1 lw 1.5 notitle, " &
+        & // "level with lines lt 7 dt 2 title 'level'"
+      if (any(results%curve%points%state == unstable)) lines = lines // ", 'level.csv' using (X(column(1))):(strcol(4) eq " &
+        & // "'unstable' ? over(column(2)) : NaN) with points lt 2 pt 7 ps 0.4 title 'unstable'"
+      if (size(values) > 0) lines = lines // ", 'boundary.csv' using (X(column(2))):(level) with points lt 7 pt 7 " &
+        & // "ps 0.9 title 'crossings'"
+    end associate
+    figure = new_figure("boundary", level_title(level), lines // marks%entries // newline, width=800, height=480)
+  end function plot_levels
 
 end module gestell_task_boundary_plot

@@ -9,7 +9,7 @@ module gestell_task_boundary_report
   use gestell_task_boundary_level_line, only: level_type
   use gestell_task_boundary_line_borders, only: border_rest_type, nearest_type
   use gestell_task_boundary_line_functions, only: flutter, kind_names
-  use gestell_task_boundary_map_report, only: curve_lines, curves_over, more_listed, max_listed, unsearched_lines, words
+  use gestell_task_boundary_map_report, only: curve_lines, more_listed, max_listed, unsearched_lines, words
   use gestell_task_boundary_solution, only: border_results_type
   implicit none (type, external)
   private
@@ -36,13 +36,10 @@ contains
     character(len=:), allocatable :: report
     integer :: k
 
-    if (present(level)) then
-      report = newline // "CROSSINGS OF A LEVEL  " // level_name(level) // ", tolerance " // concise(tolerance, 2) &
-        & // trim(merge(" of the range ", " of the ranges", size(plan%grid%axes) == 1)) // newline
-    else
-      report = newline // "STABILITY BOUNDARIES  tolerance " // concise(tolerance, 2) &
-        & // trim(merge(" of the range ", " of the ranges", size(plan%grid%axes) == 1)) // newline
-    end if
+    report = newline // "STABILITY BOUNDARIES "
+    if (present(level)) report = newline // "CROSSINGS OF A LEVEL  " // level_name(level) // ","
+    report = report // " tolerance " // concise(tolerance, 2) &
+      & // trim(merge(" of the range ", " of the ranges", size(plan%grid%axes) == 1)) // newline
     do k = 1, size(plan%grid%axes)
       associate (axis => plan%grid%axes(k))
         report = report // "  " // trim(plan%paths(k)) // "  " // concise(axis%from, 9) // " to " // concise(axis%to, 9) // ", " &
@@ -76,8 +73,7 @@ contains
     if (allocated(results%map)) then
       report = report // curve_lines(results%map, plan%paths)
       if (results%side_at_centre /= "") report = report // "  quantity at the centre of the ranges, compared with the level: " &
-        & // trim(results%side_at_centre) &
-        & // newline
+        & // trim(results%side_at_centre) // newline
     else
       report = report // value_lines(results, present(level)) // open_lines(results%rest, tolerance, present(level))
     end if
@@ -85,9 +81,8 @@ contains
       if (max(size(results%values), size(results%rest%places)) > max_listed) report = report // more_listed
       if (.not. results%curve%complete) report = report // "  note: the quantity's curve could not be refined everywhere; more " &
         & // "search points may reveal more crossings" // newline
-      report = report // "  based on " // counted(size(results%curve%points), "point") // " of the quantity's curve, listed in " &
-        & // "level.csv" &
-        & // newline
+      report = report // "  based on " // counted(size(results%curve%points), "point") &
+        & // " of the quantity's curve, listed in level.csv" // newline
     end if
     if (.not. allocated(results%nearest)) return
     report = report // newline // "  Machine of the input: " // trim(results%nearest(1)%verdict) &
@@ -126,11 +121,7 @@ contains
         report = report // newline
       end associate
     end do
-    if (of_level) then
-      report = tabulated("rrlll", "value,error,below,above", report)
-    else
-      report = tabulated("rrlll", "value,error,below,above,kind", report)
-    end if
+    report = tabulated("rrlll", "value,error,below,above" // trim(merge("     ", ",kind", of_level)), report)
   end function value_lines
 
   !> Summary in one line: the number of curves, or the critical values of one parameter.
@@ -144,11 +135,12 @@ contains
 
     line = "Stability boundaries"
     if (present(level)) line = "Crossings of " // level_name(level)
+    line = line // " over " // trim(plan%paths(1))
     if (allocated(results%map)) then
-      line = line // curves_over(results%map, plan%paths)
+      line = line // " and " // trim(plan%paths(2)) // ": " // counted(results%map%curves, "curve")
       return
     end if
-    line = line // " over " // trim(plan%paths(1)) // ": "
+    line = line // ": "
     if (size(results%values) == 0) then
       if (present(level)) line = line // "none in the range"
       if (.not. present(level)) line = line // "none " // empty_words(results%rest)

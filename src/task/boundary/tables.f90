@@ -15,8 +15,7 @@ module gestell_task_boundary_tables
 
   character, parameter :: newline = new_line("a")
   character(len=*), parameter :: level_kind = "kind of crossing. 'level': the quantity crosses the level continuously; 'jump': " &
-    & // "it jumps across the level", &
-    & level_state = "state of the machine: ok (stable), undamped, undecided or unstable"
+    & // "it jumps across the level", level_state = "state of the machine: ok (stable), undamped, undecided or unstable"
 
 contains
 
@@ -35,8 +34,7 @@ contains
       end associate
     else
       table = new_table("boundary", "Stability boundaries", "Parameters at which the largest multiplier crosses the unit " &
-        & // "circle.", "", &
-        & shown=.true.)
+        & // "circle.", "", shown=.true.)
     end if
     if (allocated(results%map)) then
       call add_curves(plan, results, present(level), table)
@@ -68,8 +66,7 @@ contains
       else
         call table%add("curve", "number of the critical value", [(i, i = 1, size(values))])
         call table%add(path, unit, "critical value of the parameter, in the units of the input", (values%value), &
-          & error=path &
-          & // "_error")
+          & error=path // "_error")
         call table%add("arg", radian, "argument of the multiplier that crosses the unit circle", (values%arg_rad))
         call table%add("kind", "divergence, period_doubling, flutter or turning_point", (values%kind))
       end if
@@ -107,8 +104,7 @@ contains
       call table%add("curve", "number of the curve", (vertices%curve))
       do k = 1, 2
         call table%add(trim(paths(k)), unit_type(words=plan%units(k)), "value of the parameter at the vertex of the curve, in " &
-          & // "the units of the input", &
-          & [(vertices(i)%parameters(k), i = 1, size(vertices))], error=trim(paths(k)) // "_error")
+          & // "the units of the input", [(vertices(i)%parameters(k), i = 1, size(vertices))], error=trim(paths(k)) // "_error")
       end do
       if (of_level) then
         call table%add("kind", level_kind, (vertices%kind))
@@ -118,8 +114,7 @@ contains
       end if
       do k = 1, 2
         call table%add(trim(paths(k)) // "_error", unit_type(words=plan%units(k)), "bound on the error of the parameter, along " &
-          & // "the search line", &
-          & [(vertices(i)%error(k), i = 1, size(vertices))])
+          & // "the search line", [(vertices(i)%error(k), i = 1, size(vertices))])
       end do
       if (of_level) call table%add("state", level_state, (vertices%state))
       do i = 1, size(places)
@@ -148,8 +143,7 @@ contains
       call table%add(name // "_error", unit, "bound on the error of the quantity", [(points(i)%values(2, 1), i = 1, n)])
     end associate
     call table%add("state", "state of the machine: ok (stable), undamped, undecided, unstable, resonance (a multiplier may " &
-      & // "equal 1), impossible (the mechanism cannot be assembled) or failed (no solution)", &
-      & state_word(points%state))
+      & // "equal 1), impossible (the mechanism cannot be assembled) or failed (no solution)", state_word(points%state))
   end function curve_table
 
 end module gestell_task_boundary_tables

@@ -99,7 +99,6 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(error_type), allocatable :: reason
     character(len=:), allocatable :: name
-    real(dp) :: limit
     integer :: k, kind
 
     call read_measure(group, boundary_keys, "measure", kind, error)
@@ -113,17 +112,14 @@ contains
         call input_error(group, trim(merge("quantity", "measure ", measure%quantity == "")), reason%message, error)
         return
       end if
-      limit = 0
-      if (measure%kind == band_measure) then
-        do k = 1, size(configuration%probes)
-          associate (probe => configuration%probes(k))
-            if (index(measure%quantity, "probe(" // trim(probe%name) // ").") == 1) limit = 1000 * probe%limit
-          end associate
-        end do
-      end if
+      do k = 1, size(configuration%probes)
+        associate (probe => configuration%probes(k))
+          if (measure%kind == band_measure .and. index(measure%quantity, "probe(" // trim(probe%name) // ").") == 1) &
+            & self%level%value = 1000 * probe%limit
+        end associate
+      end do
     end associate
-    self%level%value = limit
-    if (has(group, "level") .or. .not. limit > 0) call read(group, boundary_keys, "level", self%level%value, error)
+    if (has(group, "level") .or. .not. self%level%value > 0) call read(group, boundary_keys, "level", self%level%value, error)
   end subroutine read_level
 
   function preview(self, configuration) result(lines)

@@ -91,7 +91,6 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(level_line_type) :: curve
     type(level_results_type) :: results
-    type(crossing_type) :: crossing
     integer :: k
 
     call set_up_curve(self, along, curve)
@@ -100,16 +99,13 @@ contains
     call found%initialise()
     if (.not. results%curve%complete) found%open_parts = [open_part_type(0.5_dp, 1.0_dp)]
     do k = 1, size(results%crossings)
-      associate (here => results%crossings(k))
+      associate (here => results%crossings(k), t => curve%position(results%crossings(k)%x))
         if (any([here%below, here%above] == "undecided")) then
           found%open_parts = [found%open_parts, open_part_between(here%ends)]
-          cycle
+        else
+          found%borders = [found%borders, crossing_type(t=t, error=maxval(abs(curve%position(here%ends) - t)), &
+            & kind=here%verdict%ordinal() + merge(size(level_kinds) / 2, 0, here%jumps), enters=here%rises)]
         end if
-        crossing%t = curve%position(here%x)
-        crossing%error = maxval(abs(curve%position(here%ends) - crossing%t))
-        crossing%kind = here%verdict%ordinal() + merge(size(level_kinds) / 2, 0, here%jumps)
-        crossing%enters = here%rises
-        found%borders = [found%borders, crossing]
       end associate
     end do
     found%open_parts = [found%open_parts, (open_part_between(results%places(k)%ends), k = 1, size(results%places))]

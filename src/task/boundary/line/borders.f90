@@ -126,15 +126,10 @@ contains
 
     do i = 1, size(borders)
       associate (axis => line%axes(1), crossing => search%borders(i), u => line%start(1) + search%borders(i)%t * line%direction(1))
-        borders(i)%value = parameter_at(axis, u)
-        borders(i)%error = abs(sensitivity(axis, u) * line%direction(1)) * crossing%error
-        borders(i)%kind = kind_names(crossing%kind)
-        borders(i)%arg_rad = crossing%arg
         sides = crossing%verdicts%word()
         if (axis%to < axis%from) sides = sides(2:1:-1)
-        borders(i)%below = sides(1)
-        borders(i)%above = sides(2)
-        borders(i)%vibration = number
+        borders(i) = border_type(value=parameter_at(axis, u), kind=kind_names(crossing%kind), arg_rad=crossing%arg, &
+          & error=abs(sensitivity(axis, u) * line%direction(1)) * crossing%error, below=sides(1), above=sides(2), vibration=number)
       end associate
     end do
   end function borders_on

@@ -85,12 +85,9 @@ contains
 
     n = size(l%slope)
     stretch%ends = [l%at, r%at]
-    allocate(stretch%z(n, 2), stretch%change(n, 2), stretch%noise(n, 2), stretch%mismatch(n))
-    associate (h => r%at%t - l%at%t)
+    associate (h => r%at%t - l%at%t, numbers => [(i, i = 1, n)])
       do k = 1, n
-        do i = 1, n
-          difference(i, k) = size_of(mismatch_of(i, k, h), l%at%z(i)) + weight * size_of(h * (r%slope(k) - l%slope(i)), l%at%z(i))
-        end do
+        difference(:, k) = size_of(mismatch_of(numbers, k, h), l%at%z) + weight * size_of(h * (r%slope(k) - l%slope), l%at%z)
       end do
       free = .true.
       do i = 1, n
@@ -106,20 +103,16 @@ contains
             & order(k)))) stretch%ambiguous = .true.
         end do
       end do
-      do i = 1, n
-        k = order(i)
-        stretch%mismatch(i) = mismatch_of(i, k, h)
-        stretch%z(i, 1) = l%at%z(i)
-        stretch%z(i, 2) = l%at%z(i) + h * (l%slope(i) + r%slope(k)) / 2 + stretch%mismatch(i)
-        stretch%change(i, :) = h * [l%slope(i), r%slope(k)]
-        stretch%noise(i, :) = [l%at%noise(i), r%at%noise(k)]
-      end do
+      stretch%mismatch = mismatch_of(numbers, order, h)
+      stretch%z = reshape([l%at%z, l%at%z + h * (l%slope + r%slope(order)) / 2 + stretch%mismatch], [n, 2])
+      stretch%change = reshape(h * [l%slope, r%slope(order)], [n, 2])
     end associate
+    stretch%noise = reshape([l%at%noise, r%at%noise(order)], [n, 2])
     stretch%rough = .not. is_smooth(stretch)
 
   contains
 
-    pure complex(dp) function mismatch_of(i, k, h) result(mismatch)
+    elemental complex(dp) function mismatch_of(i, k, h) result(mismatch)
       integer, intent(in) :: i, k
       real(dp), intent(in) :: h
 
@@ -128,7 +121,7 @@ contains
 
     !> Magnitude of the deviation `mismatch` of the logarithm `z` of a multiplier. For a strongly decaying multiplier, the real
     !> part of the deviation is divided by the decay, abs(real(z)).
-    pure real(dp) function size_of(mismatch, z)
+    elemental real(dp) function size_of(mismatch, z)
       complex(dp), intent(in) :: mismatch, z
 
       size_of = abs(aimag(mismatch)) + abs(real(mismatch)) / max(1.0_dp, abs(real(z)))
@@ -213,9 +206,8 @@ contains
     real(dp), parameter :: safety = 6, known = 1.0e-5_dp
     integer :: i
 
-    three_meet = any([(count(abs(wrapped(z - z(i))) <= safety * (mismatch + mismatch(i)) .and. mismatch &
-      & + mismatch(i) > known) > 2, &
-      & i = 1, size(z))])
+    three_meet = any([(count(abs(wrapped(z - z(i))) <= safety * (mismatch + mismatch(i)) &
+      & .and. mismatch + mismatch(i) > known) > 2, i = 1, size(z))])
   end function three_meet
 
   !> The logarithm `z` with a multiple of 2 pi i added, so that its imaginary part lies between -pi and pi.

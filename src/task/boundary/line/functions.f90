@@ -53,55 +53,41 @@ contains
     sign_certain(period_doubling) = all(abs(w + 1) > radius)
     call find_pairs(w, radius, z, z_error, reciprocal)
     if (reciprocal) then
-      call discriminant(z, z_error, f(flutter), sign_certain(flutter))
+      call product_of_pairs(z, z_error, reciprocal, f(flutter), sign_certain(flutter))
     else
-      call product_of_pairs(w, radius, f(flutter), sign_certain(flutter))
+      call product_of_pairs(w, radius, reciprocal, f(flutter), sign_certain(flutter))
     end if
   end subroutine border_functions
 
-  !> Computes h, the product of (1 - w_i w_k) over all pairs of the multipliers `w`. Each factor is scaled to prevent overflow.
-  !> `sign_certain`: true if each factor differs from zero by more than its error.
-  pure subroutine product_of_pairs(w, radius, h, sign_certain)
-    complex(dp), intent(in) :: w(:)
-    real(dp), intent(in) :: radius(:)
-    real(dp), intent(out) :: h
-    logical, intent(out) :: sign_certain
-    complex(dp) :: all_pairs
-    integer :: i, k
-
-    all_pairs = 1
-    sign_certain = .true.
-    do i = 1, size(w)
-      do k = i + 1, size(w)
-        associate (pair => w(i) * w(k), pair_error => abs(w(i)) * radius(k) + (abs(w(k)) + radius(k)) * radius(i))
-          all_pairs = all_pairs * ((1 - pair) / size_of(pair))
-          sign_certain = sign_certain .and. abs(1 - pair) > pair_error
-        end associate
-      end do
-    end do
-    h = real(all_pairs)
-  end subroutine product_of_pairs
-
-  !> Computes the discriminant of `z`: the product of (z_i - z_k)**2 over all pairs. Each factor is scaled to prevent overflow.
-  !> `sign_certain`: true if each factor differs from zero by more than its error.
-  pure subroutine discriminant(z, error, value, sign_certain)
-    complex(dp), intent(in) :: z(:)
+  !> Computes a product over all pairs of the numbers `x`. If `of_differences` is true, the factors are (x_i - x_k)**2, and the
+  !> product is the discriminant. Otherwise the factors are 1 - x_i x_k, and the product is h. Each factor is scaled to prevent
+  !> overflow.
+  pure subroutine product_of_pairs(x, error, of_differences, value, sign_certain)
+    complex(dp), intent(in) :: x(:)
+    !> Error bounds of the numbers `x`
     real(dp), intent(in) :: error(:)
+    logical, intent(in) :: of_differences
     real(dp), intent(out) :: value
+    !> True if each factor differs from zero by more than its error
     logical, intent(out) :: sign_certain
     complex(dp) :: all_pairs
     integer :: i, k
 
     all_pairs = 1
     sign_certain = .true.
-    do i = 1, size(z)
-      do k = i + 1, size(z)
-        all_pairs = all_pairs * ((z(i) - z(k)) / (size_of(z(i)) * size_of(z(k))))**2
-        sign_certain = sign_certain .and. abs(z(i) - z(k)) > error(i) + error(k)
+    do i = 1, size(x)
+      do k = i + 1, size(x)
+        if (of_differences) then
+          all_pairs = all_pairs * ((x(i) - x(k)) / (size_of(x(i)) * size_of(x(k))))**2
+          sign_certain = sign_certain .and. abs(x(i) - x(k)) > error(i) + error(k)
+        else
+          all_pairs = all_pairs * ((1 - x(i) * x(k)) / size_of(x(i) * x(k)))
+          sign_certain = sign_certain .and. abs(1 - x(i) * x(k)) > abs(x(i)) * error(k) + (abs(x(k)) + error(k)) * error(i)
+        end if
       end do
     end do
     value = real(all_pairs)
-  end subroutine discriminant
+  end subroutine product_of_pairs
 
   !> Finds pairs of multipliers whose product is 1 within their errors, and computes z = rho + 1/rho for each pair. `reciprocal`:
   !> true if all multipliers belong to such pairs.

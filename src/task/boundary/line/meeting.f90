@@ -120,19 +120,14 @@ contains
     real(dp), intent(in) :: bounds(2)
     type(meeting_type), intent(inout) :: meeting
     type(error_type), allocatable, intent(out) :: error
-    real(dp) :: distance, t, nearest
+    real(dp) :: distance, t
     integer :: side, i
 
     do side = 1, 2
       associate (here => meeting%sides(side), strongest => meeting%strongest%t, direction => 2 * side - 3)
-        nearest = huge(nearest)
-        do i = 1, size(pairs)
-          if (pairs(i)%decay_margin() <= 0 .or. direction * (pairs(i)%t - strongest) <= 0 .or. abs(pairs(i)%t &
-            & - strongest) > nearest) cycle
-          nearest = abs(pairs(i)%t - strongest)
-          here = pairs(i)
-          meeting%outside(side) = .true.
-        end do
+        i = minloc(abs(pairs%t - strongest), dim=1, mask=pairs%decay_margin() > 0 .and. direction * (pairs%t - strongest) > 0)
+        meeting%outside(side) = i > 0
+        if (i > 0) here = pairs(i)
         distance = max(maxval(pairs%t) - minval(pairs%t), path%line%step())
         do while (.not. meeting%outside(side))
           t = strongest + direction * distance

@@ -112,13 +112,10 @@ contains
   pure function fit_pair(three) result(fit)
     type(pair_type), intent(in) :: three(3)
     type(pair_fit_type) :: fit
-    real(dp) :: x(3)
-    integer :: i
 
     fit%origin = three(2)%t
-    x = [(three(i)%t - fit%origin, i = 1, 3)]
-    fit%mean = parabola(x, [(three(i)%mean, i = 1, 3)])
-    fit%delta = parabola(x, [(three(i)%delta, i = 1, 3)])
+    fit%mean = parabola(three%t - fit%origin, (three%mean))
+    fit%delta = parabola(three%t - fit%origin, (three%delta))
   end function fit_pair
 
   !> Coefficients of the parabola through three points. The second point is at x = 0.

@@ -6,7 +6,7 @@ module gestell_task_boundary_line_places
   implicit none (type, external)
   private
 
-  public :: rate_limit, meetings_on
+  public :: meetings_on
 
   !> Position at which two multipliers meet.
   type, public :: place_type
@@ -24,31 +24,6 @@ module gestell_task_boundary_line_places
   end type places_type
 
 contains
-
-  !> Largest rate (change of the phase difference along the line) that at most `most` of the `places` do not exceed. If the speed
-  !> varies, low rates belong to low orders and therefore to the widest tongues.
-  pure real(dp) function rate_limit(places, most) result(rate)
-    type(place_type), intent(in) :: places(:)
-    integer, intent(in) :: most
-    integer, parameter :: halvings = 60
-    real(dp) :: high, middle
-    integer :: k
-
-    rate = huge(rate)
-    if (size(places) <= most) return
-    associate (rates => abs(places%rate))
-      rate = 0
-      high = maxval(rates)
-      do k = 1, halvings
-        middle = (rate + high) / 2
-        if (count(rates <= middle) <= most) then
-          rate = middle
-        else
-          high = middle
-        end if
-      end do
-    end associate
-  end function rate_limit
 
   !> Positions at which two multipliers of interval `number` meet. Of two meetings that are complex conjugates, only one is
   !> included.

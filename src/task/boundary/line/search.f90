@@ -9,7 +9,7 @@ module gestell_task_boundary_line_search
   use gestell_task_boundary_line_search_result, only: crossing_type, open_part_type, search_type, searches_type
   use gestell_task_boundary_line_meeting, only: meeting_type, open_question, search_meeting, thin, tongue, tongue_end
   use gestell_task_boundary_line_pair, only: pair_path_type
-  use gestell_task_boundary_line_places, only: rate_limit, meetings_on, place_type, places_type
+  use gestell_task_boundary_line_places, only: meetings_on, place_type, places_type
   use gestell_task_common_executor, only: distribute_over
   implicit none (type, external)
   private
@@ -60,6 +60,7 @@ contains
     type(chain_type), target :: chain
     type(places_type), allocatable :: on_stretch(:)
     type(place_type), allocatable :: places(:)
+    real(dp), allocatable :: rates(:)
     real(dp) :: largest_rate
     integer :: i
 
@@ -76,26 +77,30 @@ contains
       end associate
     end do
     places = [(on_stretch(i)%list, i = 1, chain%count)]
-    largest_rate = rate_limit(places, line%most_meetings)
-    if (size(places) > 0) then
-      work%line => line
-      work%chain => chain
-      work%places = pack(places, .not. abs(places%rate) > largest_rate)
-      allocate(work%found(size(work%places)))
-      call distribute_over(work, size(work%places), error, line%executor)
-      if (allocated(error)) return
-      do i = 1, size(work%found)
-        call search%append(work%found(i))
-      end do
+    ! If there are too many meetings, those with the highest rates are left out. If the speed varies, low rates belong to low orders
+    ! and therefore to the widest tongues.
+    largest_rate = huge(largest_rate)
+    if (size(places) > line%most_meetings) then
+      rates = abs(places%rate)
+      rates = rates(ascending(rates))
+      largest_rate = maxval(rates, mask=rates < rates(line%most_meetings + 1))
     end if
+    work%line => line
+    work%chain => chain
+    work%places = pack(places, .not. abs(places%rate) > largest_rate)
+    allocate(work%found(size(work%places)))
+    call distribute_over(work, size(work%places), error, line%executor)
+    if (allocated(error)) return
+    do i = 1, size(work%found)
+      call search%append(work%found(i))
+    end do
     call list_skipped(places, largest_rate, chain, search)
     call search%sort_marks()
     call close_gaps(line, search, error)
     if (allocated(error)) return
     ! Parts of the line in which systems could not be solved remain undecided.
-    do i = 1, size(chain%holes, 2)
-      search%open_parts = [search%open_parts, open_part_type(sum(chain%holes(:, i)) / 2, chain%holes(2, i) - chain%holes(1, i))]
-    end do
+    search%open_parts = [search%open_parts, (open_part_type(sum(chain%holes(:, i)) / 2, chain%holes(2, i) - chain%holes(1, i)), &
+      & i = 1, size(chain%holes, 2))]
     ! Borders of regions narrower than the resolution are removed last, because they also explain changes of the verdict.
     call search%sort_borders(0.0_dp)
     call search%list_unexplained()
@@ -152,9 +157,7 @@ contains
     associate (search => self%found(k), place => self%places(k))
       call search%initialise()
       search%meetings = 1
-      path%line => self%line
-      path%stretch => self%chain%list(place%stretch)
-      path%name = place%name
+      path = pair_path_type(self%line, self%chain%list(place%stretch), place%name)
       call search_meeting(path, path%stretch%ends(1)%t + place%x * path%stretch%length(), place%rate, meeting, error)
       if (allocated(error)) return
       select case (meeting%outcome)

@@ -46,23 +46,19 @@ contains
     integer, intent(in) :: ids(:), half_way(:), k
     type(vertices_type), intent(in) :: vertices
     integer, allocatable :: rows(:, :), low(:), half(:), high(:)
-    integer :: i
+    integer :: i, n
 
     low = along(box%low(k), k, ids, vertices)
     half = along((box%low(k) + box%high(k)) / 2, k, half_way, vertices)
     high = along(box%high(k), k, ids, vertices)
-    if (size(half) /= size(low) .or. size(half) /= size(high)) then
-      allocate(rows(0, 3))
-      return
-    end if
-    rows = reshape([low, half, high], [size(low), 3])
-    do i = 1, size(low)
+    n = merge(size(low), 0, size(half) == size(low) .and. size(half) == size(high))
+    rows = reshape([low, half, high], [n, 3])
+    do i = 1, size(rows, 1)
       associate (sides => vertices%list(rows(i, :))%inward(3 - k))
-        if (all(sides > 0) .or. all(sides < 0)) cycle
+        if (.not. (all(sides > 0) .or. all(sides < 0))) n = 0
       end associate
-      rows = rows(:0, :)
-      return
     end do
+    rows = rows(:n, :)
   end function rows
 
   !> True if all borders cross the box straight from one of two opposite sides to the other. Each border has one vertex on each of
@@ -84,10 +80,7 @@ contains
     n = size(at, 1)
     cross_straight = n > 0
     if (n == 0) return
-    allocate(position(n, 3))
-    do i = 1, n
-      position(i, :) = vertices%list(at(i, :))%u(3 - k)
-    end do
+    position = reshape((vertices%list([at])%u(3 - k)), [n, 3])
     ! Gaps before the first border, between borders and behind the last one. Beyond the box nothing is known, so the outer gaps are
     ! set to the width of the box.
     allocate(gap(0:n, 3), source=box%high(3 - k) - box%low(3 - k))

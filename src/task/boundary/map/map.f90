@@ -171,9 +171,8 @@ contains
       if (vertices%list(k)%next > 0) passed(vertices%list(k)%next) = .true.
     end do
     do k = 1, number
-      if (passed(k)) cycle
       associate (v => vertices%list(k))
-        vertices%open = [vertices%open, open_spot_type(v%u, 2 * v%error * abs(v%inward))]
+        if (.not. passed(k)) vertices%open = [vertices%open, open_spot_type(v%u, 2 * v%error * abs(v%inward))]
       end associate
     end do
   end subroutine list_isolated
@@ -229,14 +228,9 @@ contains
         end if
       end do
     end do
-    deallocate(map%vertices)
-    allocate(map%vertices(curves%count))
-    do i = 1, curves%count
-      associate (v => curves%list(i))
-        map%vertices(i) = border_vertex_type(numbers(i), parameter_at(plane%axes, v%u), &
-          & abs(sensitivity(plane%axes, v%u)) * v%error, v%arg, plane%kinds(v%kind), plane%states(v%kind))
-      end associate
-    end do
+    map%vertices = [(border_vertex_type(numbers(i), parameter_at(plane%axes, curves%list(i)%u), &
+      & abs(sensitivity(plane%axes, curves%list(i)%u)) * curves%list(i)%error, curves%list(i)%arg, &
+      & plane%kinds(curves%list(i)%kind), plane%states(curves%list(i)%kind)), i = 1, curves%count)]
     ! If exactly one of the two ranges descends, left and right are exchanged in the plane of the parameters, so the curves are
     ! reversed.
     if ((plane%axes(1)%to < plane%axes(1)%from) .neqv. (plane%axes(2)%to < plane%axes(2)%from)) then

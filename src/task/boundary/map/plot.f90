@@ -35,8 +35,7 @@ contains
       lines = "set title heading noenhanced" // newline &
         & // parameter_axis("x", grid%axes(1), with_unit(paths(1), units(1)), 0.0_dp) &
         & // parameter_axis("y", grid%axes(2), with_unit(paths(2), units(2)), 0.0_dp) &
-        & // "set key outside bottom center horizontal samplen 3" // newline
-      lines = lines // region_boxes(grid, map)
+        & // "set key outside bottom center horizontal samplen 3" // newline // region_boxes(grid, map)
       if (size(plan%base) == 2) lines = lines // input_point(grid%axes, plan%base)
       list = empty_label(map%curves) // "plot NaN notitle"
       if (map%curves > 0) list = list // ", $side using 1:3:1:2:3:4 with boxxyerror " // unstable_fill // " notitle" &
@@ -54,8 +53,7 @@ contains
         end do
       end do
       do i = 1, size(kinds)
-        if (any(own(:, i))) list = list // ", keyentry with lines lt " // text(i) // " lw 2.5 title '" &
-          & // trim(meanings(i)) // "'"
+        if (any(own(:, i))) list = list // ", keyentry with lines lt " // text(i) // " lw 2.5 title '" // trim(meanings(i)) // "'"
       end do
     end associate
     figure = new_figure("boundary", title // ": " // count_words(map%curves), lines // list // newline, width=800, height=560)
@@ -82,10 +80,8 @@ contains
     logical :: mirrored
     integer :: i, k
 
-    if (map%curves == 0) then
-      lines = ""
-      return
-    end if
+    lines = ""
+    if (map%curves == 0) return
     mirrored = .false.
     do k = 1, 2
       associate (ends => coordinate(grid%axes(k), [grid%axes(k)%from, grid%axes(k)%to]))

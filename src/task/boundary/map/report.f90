@@ -9,7 +9,7 @@ module gestell_task_boundary_map_report
   implicit none (type, external)
   private
 
-  public :: curve_lines, curves_over, unsearched_lines, words
+  public :: curve_lines, unsearched_lines, words
 
   character, parameter :: newline = new_line("a")
   !> Maximum number of curves, of values, and of open places (parts of the range in which a border cannot be excluded) that the
@@ -18,15 +18,6 @@ module gestell_task_boundary_map_report
   character(len=*), parameter, public :: more_listed = "  ... all in boundary.csv" // newline
 
 contains
-
-  !> Part of a heading: the names of the parameters and the number of curves.
-  pure function curves_over(map, paths) result(line)
-    type(border_map_type), intent(in) :: map
-    character(len=*), intent(in) :: paths(:)
-    character(len=:), allocatable :: line
-
-    line = " over " // trim(paths(1)) // " and " // trim(paths(2)) // ": " // counted(map%curves, "curve")
-  end function curves_over
 
   !> Lines of the report on the curves, and on the parts of lines in which a border cannot be excluded.
   pure function curve_lines(map, paths) result(report)

@@ -85,14 +85,9 @@ contains
   pure subroutine add(self, vertex)
     class(vertices_type), intent(inout) :: self
     type(vertex_type), intent(in) :: vertex
-    type(vertex_type), allocatable :: longer(:)
 
     if (.not. allocated(self%list)) allocate(self%list(64))
-    if (self%count == size(self%list)) then
-      allocate(longer(2 * self%count + 8))
-      longer(:self%count) = self%list
-      call move_alloc(longer, self%list)
-    end if
+    if (self%count == size(self%list)) self%list = [self%list, spread(vertex, 1, self%count + 8)]
     self%count = self%count + 1
     self%list(self%count) = vertex
   end subroutine add
@@ -109,9 +104,8 @@ contains
       call self%add(vertex_of(line, search%borders(i)))
     end do
     if (.not. allocated(self%open)) allocate(self%open(0))
-    self%open = [self%open, (open_spot_type(line%start + search%open_parts(i)%t * line%direction, search%open_parts(i)%width &
-      & * line%direction), &
-      & i = 1, size(search%open_parts))]
+    self%open = [self%open, (open_spot_type(line%start + search%open_parts(i)%t * line%direction, &
+      & search%open_parts(i)%width * line%direction), i = 1, size(search%open_parts))]
     self%thin = self%thin + search%thin
     self%left_out = self%left_out + search%left_out
   end subroutine add_search
