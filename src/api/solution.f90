@@ -18,7 +18,7 @@ module gestell_api_solution
   use gestell_system_periodic, only: periodic_system
   use gestell_task_common_task, only: any_task_type, own_machine
   use gestell_task_common_context, only: context_type
-  use gestell_task_machine_report, only: report_machine, input_warnings, add_input_warnings
+  use gestell_task_machine_report, only: report_machine, input_warnings
   use gestell_task_registry, only: all_tables, read_input
   use gestell_task_registry_run, only: run_tasks
   implicit none (type, external)
@@ -90,7 +90,7 @@ contains
       if (allocated(error)) return
     end do
     call run_tasks(tasks, context, result, error)
-    if (reports) call add_input_warnings(result, input_warnings(context%configuration))
+    if (reports) call result%warn_each("undecided", input_warnings(context%configuration), printed=.true.)
     if (.not. allocated(error) .and. allocated(result%failure) .and. size(result%tables) == 0) then
       allocate(error, source=result%failure)
     end if

@@ -71,22 +71,8 @@ module gestell_output_result
     !> First failure of a computation on which the verdict does not depend
     type(error_type), allocatable :: failure
   contains
-    procedure :: begin
-    procedure :: has
-    procedure :: left
-    procedure :: add_curves
-    procedure :: add
-    procedure :: attach
-    procedure :: write_lines, write_section
-    procedure :: detail
-    procedure :: note
-    procedure :: reserve_headlines
-    procedure :: insert_headlines
-    procedure :: summary_line
-    procedure :: unprinted_report
-    procedure :: warn
-    procedure :: judge, include_verdict
-    procedure :: record_failure
+    procedure :: begin, has, left, add_curves, add, attach, write_lines, write_section, detail, note, reserve_headlines
+    procedure :: insert_headlines, summary_line, unprinted_report, warn, warn_each, judge, include_verdict, record_failure
     procedure :: write => write_result
   end type result_type
 
@@ -159,8 +145,7 @@ contains
     integer :: i
 
     do i = 1, size(self%figures)
-      if (self%figures(i)%name == name) self%figures(i)%lines = "over = """ // curves // """" // newline &
-        & // self%figures(i)%lines
+      if (self%figures(i)%name == name) self%figures(i)%lines = "over = """ // curves // """" // newline // self%figures(i)%lines
     end do
   end subroutine add_curves
 
@@ -234,8 +219,7 @@ contains
     line = "VERDICT  " // trim(self%verdict)
     if (over_range) then
       line = "VERDICT  " // self%judgement%words(:scan(self%judgement%words // ",", ",") - 1)
-      if (self%judgement%verdict == stable) line = line // either(" at all speeds", " wherever a solution exists", &
-        & self%all_stable)
+      if (self%judgement%verdict == stable) line = line // either(" at all speeds", " wherever a solution exists", self%all_stable)
       if (self%verdict /= "") line = line // "; " // either("the machine of the input is", "at the speed of the input", &
         & self%judgement%of_sweep) // " " // trim(self%verdict)
     end if
@@ -299,6 +283,21 @@ contains
     call move_alloc(words, longer(n + 1)%words)
     call move_alloc(longer, self%headlines)
   end subroutine warn
+
+  !> Adds each of `lines` as a headline, as `warn` does.
+  pure subroutine warn_each(self, state, lines, printed)
+    class(result_type), intent(inout) :: self
+    character(len=*), intent(in) :: state, lines
+    logical, intent(in), optional :: printed
+    integer :: first, last
+
+    first = 1
+    do while (first <= len(lines))
+      last = first - 1 + index(lines(first:), newline)
+      call self%warn(state, lines(first:last), printed)
+      first = last + 1
+    end do
+  end subroutine warn_each
 
   !> Records a verdict on several machines. The last line of the report states the worst recorded verdict. Of two equally bad
   !> verdicts, it states the one that does not concern a sweep. A verdict worse than stable becomes a headline, unless it concerns

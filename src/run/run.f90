@@ -14,7 +14,7 @@ module gestell_run
   use gestell_task_common_executor, only: executor_type
   use gestell_task_drawing_report, only: report_mechanism
   use gestell_task_machine_frequencies, only: list_frequencies
-  use gestell_task_machine_report, only: report_machine, input_warnings, add_input_warnings
+  use gestell_task_machine_report, only: report_machine, input_warnings
   use gestell_task_registry, only: all_tables, input_schema
   use gestell_task_registry_run, only: run_tasks
   implicit none (type, external)
@@ -114,7 +114,7 @@ contains
     else
       call run_tasks(tasks, context, result, error, console)
     end if
-    call add_input_warnings(result, input_warnings(context%configuration))
+    call result%warn_each("undecided", input_warnings(context%configuration), printed=.true.)
     call console%receive(result)
     closing = ""
     if (is_leader) call write_files(options, context, result, console, closing, error)

@@ -27,8 +27,7 @@ module gestell_output_file_output
     !> Explanation of the first failure; empty as long as nothing has failed
     character(len=:), allocatable :: reason
   contains
-    procedure :: append
-    procedure :: complete
+    procedure :: append, complete
   end type output_type
 
   !> Number of bytes that are passed to the system in one call

@@ -34,9 +34,7 @@ module gestell_output_file_staging
     !> Length of the path of the first folder that `make_folder` created; 0 if all folders existed
     integer, private :: made = 0
   contains
-    procedure :: publish
-    procedure :: discard => remove_staging
-    procedure :: show_final_folder
+    procedure :: publish, discard => remove_staging, show_final_folder
   end type staging_type
 
   !> Name of the journal of incomplete results in the staging folder (see gestell_task_common_journal). The journal survives the run
@@ -174,11 +172,9 @@ contains
       call self%discard()
       return
     end if
-    replaces = [(file_exists(self%folder // "/" // trim(names(i))), i = 1, size(names))]
-    do i = 1, size(names)
-      ! a dangling link is replaced too
-      if (.not. replaces(i)) replaces(i) = is_link(self%folder // "/" // trim(names(i)))
-    end do
+    ! a dangling link is replaced too
+    replaces = [(file_exists(self%folder // "/" // trim(names(i))) .or. is_link(self%folder // "/" // trim(names(i))), &
+      & i = 1, size(names))]
     do i = 1, size(names)
       if (replaces(i)) call link_file(self%folder // "/" // trim(names(i)), self%path // "/" // trim(names(i)) // old, done)
     end do

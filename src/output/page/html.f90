@@ -12,8 +12,7 @@ module gestell_output_page_html
     & "body{font:16px/1.5 system-ui,sans-serif;color:#222;max-width:62rem;margin:2rem auto;padding:0 1rem}" // newline // &
     & "h1{line-height:1.2;margin-bottom:.2rem}h2{margin-top:2.5rem;border-bottom:1px solid #ccc}" // newline // &
     & ".sub{color:#555;margin-top:0}.verdict{padding:.8rem 1rem;border-left:.5rem solid;background:#f4f4f4;font-size:1.1rem}" &
-    & // newline // &
-    & ".note{border-color:#888}.stable{border-color:#009e73}.unstable{border-color:#d55e00}" // &
+    & // newline // ".note{border-color:#888}.stable{border-color:#009e73}.unstable{border-color:#d55e00}" // &
     & ".undecided,.undamped{border-color:#e69f00}" &
     & // newline // "summary{cursor:pointer;color:#555;font-size:.9rem}" // newline // &
     & "dl{display:flex;flex-wrap:wrap;gap:.5rem 2.5rem;margin:1rem 0}dt{color:#555;font-size:.9rem}dd{margin:0;font-size:1.3rem}" &
@@ -41,9 +40,8 @@ contains
 
     page = "<!DOCTYPE html>" // newline // "<html lang=""en"">" // newline // "<head>" // newline // &
       & "<meta charset=""utf-8"">" // newline // "<meta name=""viewport"" content=""width=device-width,initial-scale=1"">" // &
-      & newline // &
-      & "<title>" // escaped(title) // "</title>" // newline // "<style>" // newline // style // "</style>" // newline // &
-      & "</head>" // newline // "<body>" // newline
+      & newline // "<title>" // escaped(title) // "</title>" // newline // "<style>" // newline // style // "</style>" // &
+      & newline // "</head>" // newline // "<body>" // newline
   end function head
 
   !> End of a page.

@@ -73,8 +73,7 @@ contains
       extent = maxval(extremes%high - extremes%low)
       if (extremes%speed > fastest) then
         lines = "joint '" // mechanism%joints(extremes%fastest_joint)%name // "' moves at " // up_to(extremes%speed) &
-          & // " m/s, more than " &
-          & // concise(fastest) // " m/s" // check_units // newline
+          & // " m/s, more than " // concise(fastest) // " m/s" // check_units // newline
       else if (extremes%acceleration > max_acceleration) then
         lines = "joint '" // mechanism%joints(extremes%accelerated_joint)%name // "' has an acceleration of " &
           & // up_to(extremes%acceleration) &
@@ -164,9 +163,8 @@ contains
     if (sag > suspicious_deflection * size_of_machine) lines = "under its weight the machine would sink by " &
       & // concise(sag, 3) // " m even along the stiffest axis of its mounts (" // concise(sqrt(k) / sqrt(mass) / (2 * pi), 3) &
       & // " Hz): check the stiffness (by default in N/m; see &units)" // newline
-    if (minval(ratios) > overdamped) lines = lines // "along every axis the machine has at least " &
-      & // concise(minval(ratios), 3) // " times its critical damping: check the damping (by default in N s/m; see &units)" &
-      & // newline
+    if (minval(ratios) > overdamped) lines = lines // "along every axis the machine has at least " // concise(minval(ratios), 3) &
+      & // " times its critical damping: check the damping (by default in N s/m; see &units)" // newline
   end function mounting_warnings
 
   !> Quotient a / b of positive numbers; the largest finite number if the quotient overflows.

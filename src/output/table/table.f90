@@ -53,13 +53,8 @@ module gestell_output_table
     !> Number of columns in `reserved` that are complete
     integer, private :: filled = 0
   contains
-    procedure, private :: add_numbers
-    procedure, private :: add_integers
-    procedure, private :: add_words
-    procedure, private :: add_flags
-    procedure :: expect
-    procedure :: join
-    procedure :: number_of, key_of => key_of_column
+    procedure, private :: add_numbers, add_integers, add_words, add_flags
+    procedure :: expect, join, number_of, key_of => key_of_column
     generic :: add => add_numbers, add_integers, add_words, add_flags
   end type table_type
 

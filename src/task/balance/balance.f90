@@ -3,7 +3,7 @@
 module gestell_task_balance
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
-  use gestell_base_text, only: either, newline
+  use gestell_base_text, only: either
   use gestell_base_words, only: word_length
   use gestell_input_namelist_document, only: group_named
   use gestell_input_namelist_message, only: input_error
@@ -32,10 +32,8 @@ module gestell_task_balance
     private
     type(balance_options) :: options
   contains
-    procedure :: describe
+    procedure :: describe, read => read_task, run
     procedure, nopass :: extend
-    procedure :: read => read_task
-    procedure :: run
   end type balance_task
 
   type(unit_type), parameter :: kilogram = unit_type("kg", "kg"), kilogram_metre = unit_type("kg_m", "kg m")
@@ -88,7 +86,6 @@ contains
     type(rigid_ground_type) :: rigid
     type(variant_type), allocatable :: variants(:)
     type(error_type), allocatable :: none
-    character(len=:), allocatable :: lines
     real(dp), allocatable :: about(:)
     real(dp) :: length
     integer :: state, i
@@ -114,12 +111,7 @@ contains
         call result%add(table_of(variants, frame%dofs()), plot_balance(variants))
         call result%add(links_of(variants, rigid, linkage))
         call result%add(harmonics_of(variants, frame, configuration%analysis%harmonics))
-        lines = balance_headlines(variants)
-        do while (lines /= "")
-          i = index(lines, newline)
-          call result%warn("", lines(:i))
-          lines = lines(i + 1:)
-        end do
+        call result%warn_each("", balance_headlines(variants))
         if (.not. context%reports) return
         call result%write_section("BALANCING by counterweights: rms values on rigid ground and on the mounts", &
           & report_balance(variants, rigid, linkage, self%options, state, length))
@@ -147,11 +139,9 @@ contains
       if (allocated(variants(i)%mounted%reason)) valid(i) = ieee_value(1.0_dp, ieee_quiet_nan)
     end do
     table = new_table("balance", "Counterweights", "Force and moment of the machine with counterweights, standing on rigid " &
-      & // "ground and on its mounts.", &
-      & shown=.true.)
+      & // "ground and on its mounts.", shown=.true.)
     call table%add("aim", "what the counterweights minimise. 'found': machine of the input, without counterweights; " &
-      & // "'complete': force cancelled completely", [(aims(variants(i)%aim), &
-      & i = 1, n)])
+      & // "'complete': force cancelled completely", [(aims(variants(i)%aim), i = 1, n)])
     call table%add("links", "links with counterweights", links)
     call table%add("added_mass", kilogram, "mass of the counterweights", [(variants(i)%mass, i = 1, n)])
     do k = force, moment
@@ -181,15 +171,11 @@ contains
     type(rigid_ground_type), intent(in) :: rigid
     class(linkage_type), intent(in) :: linkage
     character(len=longest), allocatable, dimension(:) :: aim, links, name, on, from, to
-    real(dp), allocatable, dimension(:) :: mass, x, y, z, unbalance
-    real(dp) :: center(2)
+    real(dp), allocatable :: mass(:), center(:, :), z(:), unbalance(:)
     integer :: i, k, n
 
-    n = 0
-    do i = 1, size(variants)
-      n = n + size(variants(i)%weights)
-    end do
-    allocate(aim(n), links(n), name(n), on(n), from(n), to(n), mass(n), x(n), y(n), z(n), unbalance(n))
+    n = sum([(size(variants(i)%weights), i = 1, size(variants))])
+    allocate(aim(n), links(n), name(n), on(n), from(n), to(n), mass(n), center(2, n), z(n), unbalance(n))
     n = 0
     do i = 1, size(variants)
       do k = 1, size(variants(i)%weights)
@@ -202,9 +188,7 @@ contains
           from(n) = linkage%joints(linkage%links(body%link)%from)%name
           to(n) = linkage%joints(linkage%links(body%link)%to)%name
           mass(n) = one%mass(body)
-          center = one%center(body)
-          x(n) = center(1)
-          y(n) = center(2)
+          center(:, n) = one%center(body)
           z(n) = linkage%links(body%link)%own_z
           unbalance(n) = one%unbalance
         end associate
@@ -218,8 +202,9 @@ contains
     call table%add("from", "joint at the origin of the counterweight's axes", from)
     call table%add("to", "joint to which the counterweight's first axis points", to)
     call table%add("mass", kilogram, "mass of the counterweight (a point mass)", mass)
-    call table%add("center_x", metre, "coordinate along the counterweight's first axis", x)
-    call table%add("center_y", metre, "coordinate perpendicular to the counterweight's first axis, positive to the left", y)
+    call table%add("center_x", metre, "coordinate along the counterweight's first axis", center(1, :))
+    call table%add("center_y", metre, "coordinate perpendicular to the counterweight's first axis, positive to the left", &
+      & center(2, :))
     if (size(rigid%kinds()) > 3) call table%add("z", metre, "coordinate along the normal of the mechanism's plane", z)
     call table%add("unbalance", kilogram_metre, "mass times distance from the link's pivot on the frame, or from joint 'from' " &
       & // "if there is no such pivot", unbalance)

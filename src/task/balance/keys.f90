@@ -24,8 +24,7 @@ module gestell_task_balance_keys
     &   "`from` if there is no such pivot; one value for all links, or one for each link in `links`", 1, 1, most_links, &
     &   unit=of_length, range=positive, otherwise="length of the link: distance from joint `from` to joint `to`"), &
     & key_type("balance", "weight", real_key, "factor in the weighted sum (1 - `weight`) force^2 + `weight` " // &
-    &   "(moment/`length`)^2 of rms values", &
-    &   default=0.5_dp, range=range_type(0.0_dp, 1.0_dp)), &
+    &   "(moment/`length`)^2 of rms values", default=0.5_dp, range=range_type(0.0_dp, 1.0_dp)), &
     & key_type("balance", "length", real_key, "length by which moments are divided in the weighted sum of force and moment", &
     &   unit=of_length, range=positive, otherwise="rms moment divided by rms force, without counterweights"), &
     & key_type("balance", "about", text_key, "reference point of moments on rigid ground: `'frame'`, the frame's centre of " // &
@@ -93,10 +92,7 @@ contains
     if (allocated(error)) return
     allocate(options%links(size(names)))
     do i = 1, size(names)
-      options%links(i) = 0
-      do k = 1, size(linkage%links)
-        if (linkage%links(k)%name == names(i)) options%links(i) = k
-      end do
+      options%links(i) = findloc([(linkage%links(k)%name == names(i), k = 1, size(linkage%links))], .true., dim=1, back=.true.)
       if (options%links(i) == 0) then
         call input_error(group, "links", "there is no link '" // trim(names(i)) // "'", error, i)
       else if (linkage%links(options%links(i))%to == 0) then

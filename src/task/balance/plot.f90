@@ -67,9 +67,8 @@ contains
         end do
         lines = axis // newline // "set yrange [0:" // text(nint(112 * min(maximum, top / 100.0_dp))) // "]" // newline &
           & // "set ylabel 'rms " // what // " (% of original)'" // newline // "plot " &
-          & // bars("'balance.csv'", "-", percent(rigid, &
-          & original%residual%rms(row)), "lt 1 dt 1 lw 1 fs solid 1", "on rigid ground") &
-          & // ", \" // newline // "  " &
+          & // bars("'balance.csv'", "-", percent(rigid, original%residual%rms(row)), "lt 1 dt 1 lw 1 fs solid 1", &
+          & "on rigid ground") // ", \" // newline // "  " &
           & // bars("''", "+", percent(mounted, original%mounted%rms(row)), "lt 2 dt 1 lw 1 fs pattern 2", "on the mounts") &
           & // newline
       end associate

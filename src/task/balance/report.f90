@@ -163,8 +163,7 @@ contains
         links = links // ", " // linkage%links(rigid%bodies(b)%link)%name
       end do
       if (links /= "") report = report // "  a single counterweight on one of these links cannot reduce the rms " &
-        & // trim(aims(aim)) // ": " // links(3:) &
-        & // newline
+        & // trim(aims(aim)) // ": " // links(3:) // newline
     end do
     report = report // "  moments about " // either("F;", "O;", options%about_frame) // " sum: " // concise(1 - options%weight, 3) &
       & // " force^2 + " // concise(options%weight, 3) // " (moment / " // concise(length, 4) // " m)^2, of rms values" // newline &
@@ -246,9 +245,8 @@ contains
               joints = "from=" // quoted(linkage%joints(link%from)%name) // ", to=" // quoted(linkage%joints(link%to)%name) // ","
               line = "  &link name=" // quoted(trim(one%names(k))) // ","
               lines = lines // line // either(" ", newline // "    ", character_count(line // joints) < widest) // joints &
-                & // newline // "    mass=" &
-                & // concise(in_input_units(one%weights(k)%mass(body), units%of(of_mass)), digits) // ", inertia=0, center=" &
-                & // concise(place(1), digits) // "," // concise(place(2), digits)
+                & // newline // "    mass=" // concise(in_input_units(one%weights(k)%mass(body), units%of(of_mass)), digits) &
+                & // ", inertia=0, center=" // concise(place(1), digits) // "," // concise(place(2), digits)
               if (size(rigid%kinds()) > 3 .and. abs(link%own_z) > 0) lines = lines // ", z=" // concise(in_input_units(link%own_z, &
                 & units%of(of_length)), digits)
               lines = lines // " /" // newline
@@ -283,8 +281,7 @@ contains
       if (copied .and. has_counterweight) line = line // ", " // tail(2:)
     end do
     if (line /= "") line = wrapped("  note: &repeat also copies a counterweight that you add to the original mechanism; this " &
-      & // "concerns the links " &
-      & // line(3:) // newline)
+      & // "concerns the links " // line(3:) // newline)
   end function copies_line
 
   !> Converts a value from SI units to the units of the input.

@@ -62,8 +62,7 @@ module gestell_task_balance_variants
     !> Forces on the ground and vibration of the variant on its mounts
     type(mounted_type) :: mounted
   contains
-    procedure :: links => links_of
-    procedure :: label
+    procedure :: links => links_of, label
   end type variant_type
 
 contains

@@ -22,8 +22,7 @@ module gestell_task_design_keys
     & key_type("objective", "quantity", text_key, "quantity to minimise: one as in `&resonance`, or `shaking.f`, `torque`, " // &
     &   "`added_mass`, ..."), &
     & key_type("objective", "measure", text_key, "which measure of the quantity to minimise: peak, rms, or rms within the " // &
-    &   "frequency band of the probe", word="rms", &
-    &   words="peak, rms, band"), &
+    &   "frequency band of the probe", word="rms", words="peak, rms, band"), &
     & key_type("objective", "weight", real_key, "factor by which this objective is multiplied; its unit is the reciprocal of " // &
     &   "the objective's unit", default=1.0_dp, range=positive), &
     & key_type("objective", "combine", text_key, "whether the sum or the largest of several weighted objectives is minimised; " // &
@@ -35,8 +34,7 @@ module gestell_task_design_keys
   type(key_type), parameter, public :: constraint_keys(*) = [ &
     & key_type("constraint", "quantity", text_key, "quantity to which the limit applies; names as in `&objective`"), &
     & key_type("constraint", "measure", text_key, "which measure of the quantity to limit: peak, rms, or rms within the " // &
-    &   "frequency band of the probe", word="rms", &
-    &   words="peak, rms, band"), &
+    &   "frequency band of the probe", word="rms", words="peak, rms, band"), &
     & key_type("constraint", "at_most", real_key, "upper limit of the quantity, in its unit", otherwise="none"), &
     & key_type("constraint", "at_least", real_key, "lower limit", otherwise="none"), &
     & key_type("constraint", "equals", real_key, "required value", otherwise="none")]
@@ -46,13 +44,10 @@ module gestell_task_design_keys
 
   type(key_type), parameter, public :: robust_keys(*) = [ &
     & key_type("robust", "speed_percent", real_key, "tolerance of the speed: its largest deviation upward and downward", &
-    & default=0.0_dp, symbol="%", &
-    &   range=range_type(0.0_dp, 50.0_dp)), &
+    &   default=0.0_dp, symbol="%", range=range_type(0.0_dp, 50.0_dp)), &
     & key_type("robust", "mounting_percent", real_key, "tolerance of the stiffness of the whole mounting: its largest " // &
-    &   "deviation upward and downward", &
-    &   default=0.0_dp, symbol="%", range=range_type(0.0_dp, 90.0_dp)), &
+    &   "deviation upward and downward", default=0.0_dp, symbol="%", range=range_type(0.0_dp, 90.0_dp)), &
     & key_type("robust", "damping_percent", real_key, "tolerance of the damping of the whole mounting: its largest deviation " // &
-    &   "upward and downward", &
-    &   default=0.0_dp, symbol="%", range=range_type(0.0_dp, 90.0_dp))]
+    &   "upward and downward", default=0.0_dp, symbol="%", range=range_type(0.0_dp, 90.0_dp))]
 
 end module gestell_task_design_keys

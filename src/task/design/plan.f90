@@ -329,8 +329,7 @@ contains
     if (.not. allocated(error)) call read(objectives(first_with_key(objectives, "combine")), objective_keys, "combine", combine, &
       & error)
     if (.not. allocated(error)) call read(objectives(first_with_key(objectives, "trade_off")), objective_keys, "trade_off", &
-      & plan%curve, &
-      & error)
+      & plan%curve, error)
     if (allocated(error)) return
     plan%options%largest = combine == "largest"
     i = first_with_key(objectives, "trade_off")

@@ -45,8 +45,7 @@ contains
       & // "set offsets 0.5, 0.5, graph 0.05, 0; set key bottom right" // newline &
       & // "plot 'design_starts.csv' using 1:(column('violation') > 0 ? NaN : $2) with points lt 1 pt 7 ps 1.2 " &
       & // "title 'limits met', '' using 1:(column('violation') > 0 ? $2 : NaN) with points lt 2 pt 6 ps 1.2 lw 2 " &
-      & // "title 'limits not met'" // newline, &
-      & width=800, height=400)
+      & // "title 'limits not met'" // newline, width=800, height=400)
   end function plot_starts
 
   !> The plot design_goals.gp: value of each goal after the design, in per cent of its value before, together with the limits.
@@ -79,8 +78,7 @@ contains
       & // "END" // newline // "set boxwidth 0.6; set style fill solid 0.6" // newline &
       & // "set bmargin 5; set key at screen 0.5,screen 0.01 bottom center horizontal" // newline &
       & // "set xrange [0.3:" // concise(size(design%goals) + 0.7_dp, 4) // "]; set yrange [0:" // concise(top, 5) // "]" &
-      & // newline &
-      & // "set ylabel 'after the design (% of before)'; set xtics noenhanced (" // marks(3:) // ")" // newline &
+      & // newline // "set ylabel 'after the design (% of before)'; set xtics noenhanced (" // marks(3:) // ")" // newline &
       & // "plot 100 with lines lt 8 dt 2 title 'before', $goals using 1:2 with boxes lt 1 title 'after', " &
       & // "'' using ($1 - 0.35):3:(0.7):(0) with vectors nohead lt 2 lw 2 title 'limit'" // newline
     figure = new_figure("design_goals", "Objectives and quantities with a limit, before and after the design", lines, width=800, &
@@ -98,8 +96,7 @@ contains
     style = trim(merge("with points                   ", "smooth unique with linespoints", plan%robust))
     lines = "set title heading noenhanced" // newline // "set xlabel 'crank speed (rpm)'; set ylabel " &
       & // quoted(plan%options%objectives(1)%name() // " (" // trim(plan%options%objectives(1)%measure%unit) // ")") &
-      & // " noenhanced" // newline &
-      & // "set yrange [0:*]; set key top left" // newline &
+      & // " noenhanced" // newline // "set yrange [0:*]; set key top left" // newline &
       & // "plot 'design_range.csv' using (abs($1)):5 " // style // " lt 8 pt 7 ps 0.4 title 'before', " &
       & // "'' using (abs($1)):7 " // style // " lt 1 pt 7 ps 0.4 title 'after'" // newline
     figure = new_figure("design_range", "Objective over the speed, before and after the design", lines, width=800, height=480)

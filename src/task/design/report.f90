@@ -43,8 +43,7 @@ contains
     if (c == 0) return
     numbers(3) = design%options%conditions(c)%drive_rpm(design%turns)
     if (size(design%options%conditions) > 1 .and. design%goals(g)%about /= machine_goal) numbers(2) = numbers(2) &
-      & + maximum_tolerance &
-      & * abs(numbers(1))
+      & + maximum_tolerance * abs(numbers(1))
     ! The error is infinite if there is no vibration under one of the conditions.
     if (.not. all(ieee_is_finite(reported%values(g, :)))) numbers(2) = ieee_value(1.0_dp, ieee_positive_inf)
   end function worst_of

@@ -23,8 +23,7 @@ module gestell_task_design_starts
     real(dp), allocatable :: starts(:, :)
     type(optimum_type), allocatable :: found(:)
   contains
-    procedure :: compute
-    procedure :: exchange
+    procedure :: compute, exchange
   end type search_work_type
 
   !> Parallel work: each piece improves one optimum over the whole range.

@@ -30,8 +30,7 @@ contains
     n = size(design%x)
     associate (best => design%found(design%best), order => plan%options)
       table = new_table("design", "Design", "Parameters before and after the design, and their influence on the objective.", &
-        & verdict, &
-        & shown=.true.)
+        & verdict, shown=.true.)
       call table%add("parameter", "path of the parameter, as in the input", (plan%paths))
       call table%add("unit", "unit of its values", (plan%units))
       call table%add("before", plain, "value in the input", (plan%base))
@@ -41,9 +40,8 @@ contains
       call table%add("bound_worth", percent, "decrease of the objective if the active bound of this parameter moves outward " // &
         &   "by 1 % of the range; 0 if neither bound is active", [(abs(best%bound_price(k)) * (order%upper(k) - order%lower(k)) &
         & / max(abs(best%objective), tiny(1.0_dp)), k = 1, n)])
-      call table%add("back_alone", percent, "increase of the objective if only this parameter returns to its value in the " // &
-        &   "input; NaN if that machine is impossible", &
-        & 100 * design%reset_losses)
+      call table%add("back_alone", percent, "increase of the objective if only this parameter returns to its value in the " &
+        & // "input; NaN if that machine is impossible", 100 * design%reset_losses)
     end associate
   end function parameter_table
 
@@ -127,8 +125,7 @@ contains
       call table%add("verdict_before", "verdict on the machine in the input", design%before%verdicts%word())
       call table%add("verdict_after", "verdict on the design", design%after%verdicts%word())
       call table%add("between", "1 if the program added this condition, at a maximum between the given conditions", &
-        & [(c > size(plan%options%conditions), &
-        & c = 1, size(conditions))])
+        & [(c > size(plan%options%conditions), c = 1, size(conditions))])
     end associate
   end function range_table
 

@@ -25,10 +25,8 @@ module gestell_task_design_task
     private
     type(design_plan_type) :: plan
   contains
-    procedure :: describe
+    procedure :: describe, read => read_task, run
     procedure, nopass :: extend
-    procedure :: read => read_task
-    procedure :: run
   end type design_task
 
 contains

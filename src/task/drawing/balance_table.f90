@@ -53,8 +53,7 @@ contains
     if (forces%shaft(3) < 1) shaft = " (" // concise(forces%shaft(1), 3) // ", " // concise(forces%shaft(2), 3) // ", " &
       & // concise(forces%shaft(3), 3) // ")"
     if (turning /= "") lines = lines // wrapped("  components normal to the first shaft" // shaft // ", rotating with and " &
-      & // "against the crank:" // newline) // tabulated("rrrrr", "order,force with,against,couple with,against" &
-      & // newline &
+      & // "against the crank:" // newline) // tabulated("rrrrr", "order,force with,against,couple with,against" // newline &
       & // ",N,N,N m,N m", turning)
   end function balance_table
 

@@ -23,9 +23,7 @@ module gestell_task_drawing
 
   type, extends(task_type), public :: drawing_task
   contains
-    procedure :: describe
-    procedure :: read => read_drawing
-    procedure :: run
+    procedure :: describe, read => read_drawing, run
   end type drawing_task
 
   !> Number of positions in the period. The table has one more row, which repeats the first position

@@ -5,8 +5,7 @@ module gestell_task_drawing_plot
   use gestell_output_report_orders, only: turns_in_words
   use gestell_output_picture_script, only: figure_type, new_figure, plotted, quoted, span
   use gestell_output_table, only: table_type
-  use gestell_task_drawing_elements, only: column_pair, columns_type, element, new_columns, outline_lines, pair, &
-    & point_columns
+  use gestell_task_drawing_elements, only: column_pair, columns_type, element, new_columns, outline_lines, pair, point_columns
   use gestell_task_drawing_guides, only: body_functions, guides, sliders
   use gestell_task_drawing_mounts, only: append, draw_mount, drawing_type, outline
   use gestell_model_frame, only: frame_type
@@ -173,8 +172,8 @@ contains
       & // "set arrow " // text(number + 1) // " from " // pair(point) // " rto 0," // concise(length, 4) // " size char 0.6,20 " &
       & // "filled lt 7 dt 1 lw 1 front" // newline &
       & // "set label " // text(2 * number) // " '" // name // "' at " // pair(point) &
-      & // " right offset -0.4,-0.6 font ',12' front" &
-      & // newline // "set label " // text(2 * number + 1) // " '" // first // "' at " // pair(point + [length, 0.0_dp]) &
+      & // " right offset -0.4,-0.6 font ',12' front" // newline &
+      & // "set label " // text(2 * number + 1) // " '" // first // "' at " // pair(point + [length, 0.0_dp]) &
       & // " left offset 0.3,0 font ',11' front" // newline &
       & // "set label " // text(2 * number + 2) // " '" // second // "' at " // pair(point + [0.0_dp, length]) &
       & // " " // either("left offset 0.5,-0.2", "center offset 0,0.6", name == "F") // " font ',11' front" // newline

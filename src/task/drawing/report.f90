@@ -133,8 +133,7 @@ contains
     line = ""
     if (angle > 89.999_dp) return
     line = "  smallest transmission angle " // concise(angle, 3) // " deg at joint '" // mechanism%joints(worst)%name &
-      & // "', crank angle " &
-      & // fixed(diagnosis%joints(worst)%transmission_at * mechanism%turns * 180 / pi, 1) // " deg"
+      & // "', crank angle " // fixed(diagnosis%joints(worst)%transmission_at * mechanism%turns * 180 / pi, 1) // " deg"
     if (angle < poor_angle) line = line // "  <- poor"
     line = line // newline
     if (diagnosis%joints(nearest)%margin < huge(1.0_dp)) line = line // "  nearest dead point: reached if a link length at " &

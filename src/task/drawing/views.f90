@@ -11,8 +11,7 @@ module gestell_task_drawing_views
   use gestell_output_report_orders, only: turns_in_words
   use gestell_output_picture_script, only: figure_type, new_figure, plotted, quoted
   use gestell_output_table, only: table_type
-  use gestell_task_drawing_elements, only: column_pair, columns_type, element, new_columns, outline_lines, pair, &
-    & point_columns
+  use gestell_task_drawing_elements, only: column_pair, columns_type, element, new_columns, outline_lines, pair, point_columns
   use gestell_task_drawing_mounts, only: append, drawing_type, outline
   use gestell_task_drawing_placed, only: placed_type
   implicit none (type, external)

@@ -14,8 +14,7 @@ module gestell_task_forces
   use gestell_task_common_configuration, only: configuration_type
   use gestell_task_common_context, only: context_type
   use gestell_task_forces_reactions, only: find_reactions, has_component, component_count, component_names, components_of, &
-    & reaction_type, &
-    & support_positions, force_magnitude
+    & reaction_type, support_positions, force_magnitude
   use gestell_task_forces_plot, only: plot_histories, plot_orders, plot_summary
   use gestell_task_forces_report, only: force_lines
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_quiet_nan, ieee_value
@@ -24,9 +23,7 @@ module gestell_task_forces
 
   type, extends(task_type), public :: forces_task
   contains
-    procedure :: describe
-    procedure :: read => read_forces
-    procedure :: run
+    procedure :: describe, read => read_forces, run
   end type forces_task
 
   type(unit_type), parameter :: units(component_count) = [newton, newton, newton, newton_metre, newton, newton_metre, newton_metre]
@@ -66,22 +63,16 @@ contains
     character(len=:), allocatable :: turn, column
     integer, allocatable :: parts(:)
     real(dp) :: peak
-    logical :: finite
     integer :: i, k
 
     associate (frame => context%configuration%frame, last => context%configuration%analysis%harmonics, unused => self)
       if (allocated(context%analysis%vibration)) call find_reactions(context%analysis%frame, context%analysis%vibration, &
         & reactions, failure, context%executor)
       if (allocated(reactions)) then
-        finite = .true.
-        do i = 1, size(reactions)
-          finite = finite .and. all(reactions(i)%statistics%finite()) .and. all(ieee_is_finite(reactions(i)%history)) &
-            & .and. ieee_is_finite(reactions(i)%least_compression)
-        end do
-        if (.not. finite) then
+        if (.not. all([(all(reactions(i)%statistics%finite()) .and. all(ieee_is_finite(reactions(i)%history)) &
+          & .and. ieee_is_finite(reactions(i)%least_compression), i = 1, size(reactions))])) then
           deallocate(reactions)
-          call fatal_error(failure, "the forces on the ground overflow double precision", &
-            & failed_computation)
+          call fatal_error(failure, "the forces on the ground overflow double precision", failed_computation)
         end if
       end if
       peak = ieee_value(peak, ieee_quiet_nan)
@@ -114,16 +105,14 @@ contains
           associate (unit => units(parts(k)))
             call histories%add(column, unit, "force or moment on the ground", reactions(i)%history(:, parts(k)))
             if (parts(k) /= force_magnitude) call add_harmonics(harmonics, column, unit, &
-              & reactions(i)%statistics(parts(k))%series(1), &
-              & last)
+              & reactions(i)%statistics(parts(k))%series(1), last)
           end associate
         end do
       end do
       call result%add(histories, plot_histories(histories, reactions, frame))
       call result%add(harmonics, plot_orders(harmonics, reactions, last, frame%mechanism%turns))
       call result%write_section("FORCES ON THE GROUND " // either("due to the motion", "without weight", &
-        & any(reactions%includes_weight)) &
-        & // "; f: magnitude; %: share of rms^2", force_lines(reactions, frame))
+        & any(reactions%includes_weight)) // "; f: magnitude; %: share of rms^2", force_lines(reactions, frame))
     end associate
   end subroutine run
 
@@ -183,8 +172,7 @@ contains
         & [(reactions(i)%static(k), i = 1, size(reactions))])
     end do
     call table%add("least_compression", newton, "minimum over the period of the force along gravity, including the static force", &
-      & (reactions%least_compression), &
-      & bounds=(reactions%min_error))
+      & (reactions%least_compression), bounds=(reactions%min_error))
   end function summary
 
 end module gestell_task_forces

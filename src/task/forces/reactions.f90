@@ -19,9 +19,8 @@ module gestell_task_forces_reactions
   !> Components of a reaction: force on the ground along x and y, its magnitude (N), and moment about the rest position of F (N m).
   !> In space also the force along z and the moments about x and y; `moment` is then the moment about z. The reactions of supports
   !> have no moments.
-  integer, parameter, public :: along_x = 1, along_y = 2, force_magnitude = 3, moment = 4, along_z = 5, moment_x = 6, moment_y = &
-    & 7, &
-    & component_count = 7
+  integer, parameter, public :: along_x = 1, along_y = 2, force_magnitude = 3, moment = 4, along_z = 5, moment_x = 6, &
+    & moment_y = 7, component_count = 7
   character(len=2), parameter, public :: component_names(component_count) = &
     & [character(len=2) :: "fx", "fy", "f", "m", "fz", "mx", "my"]
 

@@ -153,9 +153,8 @@ contains
         if (ratio < 0.5_dp .or. ratio > highest * turns + 0.5_dp) cycle
         if (abs(ratio / nint(ratio) - 1) > near_sum) cycle
         lines = lines // either("  twice frequency " // text(i) // " is ", "  the sum of frequencies " // text(i) // " and " &
-          & // text(k) &
-          & // " is ", i == k) // concise(ratio / turns, 4) // " times the crank speed: near parametric resonance of order " &
-          & // order_of(nint(ratio), turns) // newline
+          & // text(k) // " is ", i == k) // concise(ratio / turns, 4) &
+          & // " times the crank speed: near parametric resonance of order " // order_of(nint(ratio), turns) // newline
       end do
     end do
 

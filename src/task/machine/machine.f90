@@ -81,8 +81,7 @@ contains
         & // "found", [vibration_count])
     end associate
     if (result%verdict /= "" .and. result%brief%number_of("verdict") == 0) call result%brief%add("verdict", &
-      & "verdict on the machine", &
-      & [result%verdict])
+      & "verdict on the machine", [result%verdict])
   end subroutine add_machine_columns
 
   !> Adds the verdict, the accuracy of the solution, and the natural frequencies to the report.
@@ -126,8 +125,7 @@ contains
     n = size(several)
     units = merge(radian, metre, is_rotation([(k, k = 1, size(units))]))
     table = new_table(trim(own_table), "Vibrations at this speed", "Periodic vibrations of the machine, in ascending order of " &
-      & // "their rms amplitude.", &
-      & shown=.true.)
+      & // "their rms amplitude.", shown=.true.)
     call table%add("index", "number of the vibration; number 1 has the smallest rms amplitude", [(i, i = 1, n)])
     call table%add("rho_max", plain, "modulus of the largest multiplier", [(abs(several(i)%multipliers%rho(1)), i = 1, n)], &
       & error="rho_error")

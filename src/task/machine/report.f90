@@ -14,7 +14,6 @@ module gestell_task_machine_report
   use gestell_output_report_orders, only: turns_in_words
   use gestell_output_report_plausibility, only: implausible_values
   use gestell_output_report_wrapping, only: wrapped
-  use gestell_output_result, only: result_type
   use gestell_task_stability_report, only: modulus_of, out_of_range
   use gestell_model_frame, only: frame_type, dof_names
   use gestell_model_linkage, only: linkage_type
@@ -25,7 +24,7 @@ module gestell_task_machine_report
   private
 
   public :: model_warning, evidence_lines, newton_line, report_machine, input_warnings, tolerance_note, verdict_lines, &
-    & verdict_sentence, add_input_warnings
+    & verdict_sentence
 
 contains
 
@@ -35,17 +34,15 @@ contains
     character(len=*), intent(in) :: input
     character(len=:), allocatable :: report
 
-    associate (frame => configuration%frame)
-      report = "Gestell " // version // newline // newline
-      if (len(configuration%title) > 0) report = report // wrapped("  title      " // on_one_line(configuration%title) // newline)
-      report = report // "  input      " // on_one_line(input) // newline
-      if (allocated(configuration%impossible)) then
-        report = report // wrapped("  mechanism  cannot turn with the values of the input: " // configuration%impossible%message &
-          & // newline)
-      else
-        report = report // wrapped(machine_lines(configuration))
-      end if
-    end associate
+    report = "Gestell " // version // newline // newline
+    if (len(configuration%title) > 0) report = report // wrapped("  title      " // on_one_line(configuration%title) // newline)
+    report = report // "  input      " // on_one_line(input) // newline
+    if (allocated(configuration%impossible)) then
+      report = report // wrapped("  mechanism  cannot turn with the values of the input: " // configuration%impossible%message &
+        & // newline)
+    else
+      report = report // wrapped(machine_lines(configuration))
+    end if
   end function report_machine
 
   !> Lines on the mechanism, the frame, the drive, gravity, probable typing errors and the model.
@@ -115,20 +112,6 @@ contains
     if (lines /= "") lines = lines // newline
     lines = lines // implausible_values(configuration%frame) // note_on_ignored_values(configuration%document)
   end function input_warnings
-
-  !> Adds the warnings in `lines` to the headlines of the result. They are not added to the report, which contains them already.
-  pure subroutine add_input_warnings(result, lines)
-    type(result_type), intent(inout) :: result
-    character(len=*), intent(in) :: lines
-    integer :: first, last
-
-    first = 1
-    do while (first <= len(lines))
-      last = first - 1 + index(lines(first:), newline)
-      call result%warn("undecided", lines(first:last), printed=.true.)
-      first = last + 1
-    end do
-  end subroutine add_input_warnings
 
   !> Lines on gravity, total weight and, in space, static deflection; empty if there is no gravity.
   pure function gravity_line(frame) result(line)
@@ -265,17 +248,13 @@ contains
     bound = rho * multipliers%error(k)
     if (multipliers%error(k) >= 1) then
       words = modulus_of(multipliers, k, 3) // ": no digit is reliable"
-      return
     else if (abs(multipliers%log_abs(k)) > out_of_range) then
       words = modulus_of(multipliers, k, 10) // " with a relative error of at most " // concise(multipliers%error(k), 1)
-      return
-    end if
-    if (rho > 1.0e-4_dp .and. rho < 1.0e6_dp .and. bound > 1.0e-16_dp) then
-      words = fixed(rho, min(max(ceiling(-log10(bound)), 4), 14))
+    else if (rho > 1.0e-4_dp .and. rho < 1.0e6_dp .and. bound > 1.0e-16_dp) then
+      words = fixed(rho, min(max(ceiling(-log10(bound)), 4), 14)) // " +- " // concise(bound, 1)
     else
-      words = concise(rho, 10)
+      words = concise(rho, 10) // " +- " // concise(bound, 1)
     end if
-    words = words // " +- " // concise(bound, 1)
   end function modulus
 
   !> Lines on the numerical solution: method, number of steps, error of the monodromy matrix Phi(T), defect of Liouville's formula,

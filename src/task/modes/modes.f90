@@ -16,9 +16,7 @@ module gestell_task_modes
 
   type, extends(stability_task), public :: modes_task
   contains
-    procedure :: describe
-    procedure :: read => read_modes
-    procedure :: run
+    procedure :: describe, read => read_modes, run
   end type modes_task
 
 contains

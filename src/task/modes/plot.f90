@@ -73,8 +73,7 @@ contains
       & // "set ylabel 'amplitude relative to the largest'" // newline &
       & // "set grid noxtics ytics; set key outside bottom center horizontal samplen 2" // newline &
       & // "set style fill solid 1 border lt -1" // newline // "plot " // bars // newline
-    figure = new_figure("modes", "Mode shapes at " // speed_in_words(frame) // ", crank angle 0", lines, &
-      & width=720, height=460)
+    figure = new_figure("modes", "Mode shapes at " // speed_in_words(frame) // ", crank angle 0", lines, width=720, height=460)
   end function plot_modes
 
 end module gestell_task_modes_plot

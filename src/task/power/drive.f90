@@ -74,11 +74,9 @@ contains
     end associate
     ! The linkage's crank angle is that of a shaft that makes one turn in the period. The drive turns faster than this shaft; its
     ! power is the same.
-    associate (turns => frame%mechanism%turns)
-      drive%history([torque, rigid_torque], :) = drive%history([torque, rigid_torque], :) / turns
-      samples([torque, rigid_torque], :) = samples([torque, rigid_torque], :) / turns
-      torque_error = torque_error / turns
-    end associate
+    drive%history([torque, rigid_torque], :) = drive%history([torque, rigid_torque], :) / frame%mechanism%turns
+    samples([torque, rigid_torque], :) = samples([torque, rigid_torque], :) / frame%mechanism%turns
+    torque_error = torque_error / frame%mechanism%turns
     if (known .and. frame%flywheel_inertia > 0) then
       allocate(drive%fluctuation)
       call find_fluctuation(frame, samples(torque, :), torque_error, size(drive%history, 2) - 1, drive%fluctuation)

@@ -54,8 +54,7 @@ contains
       series = fourier_series(torque)
       series%mean = 0
       series%phase = series%phase + pi / 2
-      series%amplitude = series%amplitude * frame%period / (2 * pi * fluctuation%inertia) &
-        & / [(k, k = 1, size(series%amplitude))]
+      series%amplitude = series%amplitude * frame%period / (2 * pi * fluctuation%inertia) / [(k, k = 1, size(series%amplitude))]
       do k = 1, n
         f = series%value(2 * pi * (k - 1) / n)
         speed(k) = f(1)

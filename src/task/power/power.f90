@@ -25,9 +25,7 @@ module gestell_task_power
 
   type, extends(task_type), public :: power_task
   contains
-    procedure :: describe
-    procedure :: read => read_power
-    procedure :: run
+    procedure :: describe, read => read_power, run
   end type power_task
 
 contains

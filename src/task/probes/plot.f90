@@ -45,8 +45,7 @@ contains
     lines = lines // "  ''" // boxes("v_rms_band", "strongest direction") &
       & // "  '' using ($0 - 0.42):(limit(column('limit_mm_s'))):(0.84):(0) with vectors nohead lt 7 dt 1 lw 3 " &
       & // "title 'limit'" // newline
-    figure = new_figure(table%name, "Vibration velocity at the probes: rms within the band, and its limit", lines, &
-      & width=800, &
+    figure = new_figure(table%name, "Vibration velocity at the probes: rms within the band, and its limit", lines, width=800, &
       & height=460)
 
   contains

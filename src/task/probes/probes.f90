@@ -22,9 +22,7 @@ module gestell_task_probes
   !> The part of the task `response` that computes the vibration at the probes.
   type, extends(task_type), public :: probes_task
   contains
-    procedure :: describe
-    procedure :: read => read_probes
-    procedure :: run
+    procedure :: describe, read => read_probes, run
   end type probes_task
 
   !> Units of displacement, velocity and acceleration in tables
@@ -66,7 +64,6 @@ contains
     character(len=:), allocatable :: turn, column
     character(len=9) :: state
     real(dp) :: velocity
-    logical :: finite
     integer :: axes, i, k
 
     associate (frame => context%configuration%frame, probes => context%configuration%probes, &
@@ -74,14 +71,8 @@ contains
       if (allocated(context%analysis%vibration)) call find_responses(context%analysis%frame, context%analysis%vibration, probes, &
         & responses, failure, context%executor)
       if (allocated(responses)) then
-        finite = .true.
-        do i = 1, size(responses)
-          associate (response => responses(i))
-            finite = finite .and. all(response%statistics%finite()) .and. all(ieee_is_finite(response%history)) &
-              & .and. all(ieee_is_finite([response%maximum, response%error]))
-          end associate
-        end do
-        if (.not. finite) then
+        if (.not. all([(all(responses(i)%statistics%finite()) .and. all(ieee_is_finite(responses(i)%history)) &
+          & .and. ieee_is_finite(responses(i)%maximum) .and. ieee_is_finite(responses(i)%error), i = 1, size(responses))])) then
           deallocate(responses)
           call fatal_error(failure, "the motion of a probe overflows double precision", failed_computation)
         end if
@@ -151,27 +142,22 @@ contains
     do k = 1, parts
       part = trim(responses(1)%parts(k))
       unit = units(1 + 3 * (k - 1) / parts)
-      call table%add(part // "_peak", unit, "maximum absolute value over the period", [(responses(i)%statistics(k)%peak, i = 1, &
-        & n)], &
-        & bounds=[(responses(i)%statistics(k)%peak_error, i = 1, n)])
+      call table%add(part // "_peak", unit, "maximum absolute value over the period", [(responses(i)%statistics(k)%peak, &
+        & i = 1, n)], bounds=[(responses(i)%statistics(k)%peak_error, i = 1, n)])
       call table%add(part // "_rms", unit, "root mean square over the period", [(responses(i)%statistics(k)%rms, i = 1, n)])
     end do
     do k = 1, parts / 3 - 1
       call table%add("v" // axes(k) // "_rms_band", mm_per_s, "rms velocity along " // axes(k) // ", from the orders within " &
-        & // "the probe's frequency band", &
-        & [(mm * responses(i)%band(k), i = 1, n)])
+        & // "the probe's frequency band", [(mm * responses(i)%band(k), i = 1, n)])
     end do
     call table%add("v_rms_band", mm_per_s, "rms velocity in the direction of strongest vibration, from the orders within the " &
-      & // "probe's frequency band", &
-      & mm * responses%maximum, &
-      & bounds=mm * responses%error)
+      & // "probe's frequency band", mm * responses%maximum, bounds=mm * responses%error)
     call table%add("band_from", hertz, "lowest frequency of the probe's band", [(responses(i)%probe%band(1), i = 1, n)])
     call table%add("band_to", hertz, "highest frequency of the probe's band", [(responses(i)%probe%band(2), i = 1, n)])
     call table%add("limit", mm_per_s, "limit of the rms velocity; NaN: no limit", [(merge(mm * responses(i)%probe%limit, &
       & ieee_value(1.0_dp, ieee_quiet_nan), responses(i)%probe%limit > 0), i = 1, n)])
     call table%add("verdict", "within (at most the limit), above (the limit) or undecided (the limit lies within the error " &
-      & // "bound); empty without a limit", &
-      & [(responses(i)%verdict(), i = 1, n)])
+      & // "bound); empty without a limit", [(responses(i)%verdict(), i = 1, n)])
   end function summary
 
 end module gestell_task_probes

@@ -25,9 +25,7 @@ module gestell_task_quantities
     !> The requested quantities, and for each the requested value: peak, rms, or rms within a frequency band
     type(measure_type), allocatable :: measures(:)
   contains
-    procedure :: describe
-    procedure :: read => read_task
-    procedure :: run
+    procedure :: describe, read => read_task, run
   end type quantities_task
 
 contains
@@ -77,8 +75,7 @@ contains
     values = ieee_value(values, ieee_quiet_nan)
     if (allocated(context%analysis%vibration)) then
       call compute_measures(context%analysis%frame, context%configuration%probes, context%analysis%vibration, self%measures, &
-        & values, &
-        & error)
+        & values, error)
       if (allocated(error)) return
       table = new_table("quantities", "Quantities", "Requested quantities of the vibration.", shown=.true.)
       lines = ""

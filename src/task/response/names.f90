@@ -46,11 +46,9 @@ contains
       associate (q => names(i), v => names(dofs + i), f => names(2 * dofs + i))
         if (is_rotation(i)) then
           q = name_type(dof, radian, "rotation of the frame", dof, "mrad", 1.0e3_dp, symbols(i))
-          v = name_type(dof // "_dot", radian_per_s, "angular velocity of the frame", dof // " velocity", "mrad/s", &
-            & 1.0e3_dp)
+          v = name_type(dof // "_dot", radian_per_s, "angular velocity of the frame", dof // " velocity", "mrad/s", 1.0e3_dp)
           f = name_type(forces(i), newton_metre, "moment on the ground about the rest position of F", "moment on ground", "N m", &
-            & 1.0_dp, &
-            & "moment")
+            & 1.0_dp, "moment")
           if (dofs > 3) q%meaning = "component of the frame's rotation vector"
           if (dofs > 3) f%meaning = "moment on the ground about the rest position of F; part about " // along(i)
           if (dofs > 3) f%words = trim(f%words) // ", " // along(i)

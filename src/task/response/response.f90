@@ -19,9 +19,7 @@ module gestell_task_response
   !> The part of the task `response` that computes the vibration of the frame as a whole.
   type, extends(task_type), public :: response_task
   contains
-    procedure :: describe
-    procedure :: read => read_response
-    procedure :: run
+    procedure :: describe, read => read_response, run
   end type response_task
 
 contains

@@ -6,8 +6,7 @@ module gestell_task_sensitivity_keys
 
   type(key_type), parameter, public :: sensitivity_keys(*) = [ &
     & key_type("sensitivity", "quantities", text_key, "quantities whose peak and rms are differentiated with respect to the " // &
-    &   "parameters; names as in `&resonance`", &
-    &   1, 1, 20, otherwise="`'f'`, and `'probe(NAME).v'` of each probe with a limit"), &
+    &   "parameters; names as in `&resonance`", 1, 1, 20, otherwise="`'f'`, and `'probe(NAME).v'` of each probe with a limit"), &
     & key_type("sensitivity", "parameters", text_key, "parameters, given by their paths as in `--set`; if a path names " // &
     &   "several numbers, all change by the same percentage", 1, 1, 40, otherwise="speed, masses, moments of inertia, " // &
     &   "stiffness and damping")]

@@ -2,8 +2,7 @@
 module gestell_task_sensitivity_plan
   use gestell_base_error, only: error_type
   use gestell_base_words, only: word_length
-  use gestell_input_namelist_document, only: count_groups, document_type, find_entry, group_type, has, name_of, &
-    & group_named
+  use gestell_input_namelist_document, only: count_groups, document_type, find_entry, group_type, has, name_of, group_named
   use gestell_input_machine_family, only: document_family_type, new_document_family
   use gestell_base_key, only: real_key
   use gestell_base_text, only: text

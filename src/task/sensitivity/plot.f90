@@ -31,8 +31,7 @@ contains
     type(sensitivity_type), intent(in) :: derivatives(:)
     type(figure_type) :: figure
     character(len=:), allocatable :: lines, assignments
-    real(dp) :: aside
-    real(dp) :: changes(size(quantities), size(paths)), effects(size(paths))
+    real(dp) :: aside, changes(size(quantities), size(paths)), effects(size(paths))
     integer :: order(size(paths)), rows(size(paths)), i, n, longest
 
     n = min(size(quantities), most_quantities)

@@ -29,8 +29,7 @@ contains
     character(len=:), allocatable :: report
     integer :: i
 
-    report = section("SENSITIVITY: change in % if a parameter grows by 1 %, largest first", &
-      & trim(state_word(base%state))) // warning
+    report = section("SENSITIVITY: change in % if a parameter grows by 1 %, largest first", trim(state_word(base%state))) // warning
     do i = 1, size(quantities)
       if (derivatives(1)%zero(i)) then
         report = report // "  " // trim(quantities(i)%name) // ": zero within its error, because nothing excites it" // newline

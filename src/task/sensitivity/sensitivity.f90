@@ -63,8 +63,7 @@ module gestell_task_sensitivity
     type(sensitivity_base_type) :: base
     type(sensitivity_type), allocatable :: derivatives(:)
   contains
-    procedure :: compute
-    procedure :: exchange
+    procedure :: compute, exchange
   end type parameters_type
 
   !> A derivative is undecided if its error exceeds this value times max(|derivative|, 1).

@@ -33,10 +33,8 @@ module gestell_task_sensitivity_task
     !> Parameters that are changed, and the family of changed machines.
     type(sensitivity_plan_type) :: plan
   contains
-    procedure :: describe
+    procedure :: describe, read => read_task, run
     procedure, nopass :: extend
-    procedure :: read => read_task
-    procedure :: run
   end type sensitivity_task
 
 contains
@@ -135,21 +133,17 @@ contains
     call table%add("unit", "unit of peak and rms", [((quantities(i)%unit, k = 1, m), i = 1, n)])
     call table%add("parameter", "path of the parameter that changes", ([((paths(k), k = 1, m), i = 1, n)]))
     call table%add("peak", plain, "peak for the machine in the input", [((base%values(1, i), k = 1, m), i = 1, n)])
-    call table%add("peak_change_percent_per_percent", plain, "d ln(peak) / d ln(parameter)", [((derivatives(k)%slope(1, i), k = &
-      & 1, m), &
-      & i = 1, n)], error="peak_change_error")
+    call table%add("peak_change_percent_per_percent", plain, "d ln(peak) / d ln(parameter)", [((derivatives(k)%slope(1, i), &
+      & k = 1, m), i = 1, n)], error="peak_change_error")
     call table%add("peak_change_error", plain, "estimated error of the change of the peak", [((derivatives(k)%error(1, i), k = 1, &
       & m), i = 1, n)])
     call table%add("rms", plain, "rms for the machine in the input", [((base%values(2, i), k = 1, m), i = 1, n)])
-    call table%add("rms_change_percent_per_percent", plain, "d ln(rms) / d ln(parameter)", [((derivatives(k)%slope(2, i), k = 1, &
-      & m), &
-      & i = 1, n)], error="rms_change_error")
-    call table%add("rms_change_error", plain, "estimated error of the change of the rms", [((derivatives(k)%error(2, i), k = 1, &
-      & m), &
-      & i = 1, n)])
-    call table%add("state", "ok; zero if nothing excites the quantity; undecided if the error is too large; failed if the " // &
-      &   "derivative cannot be computed", &
-      & [((derivatives(k)%state(i), k = 1, m), i = 1, n)])
+    call table%add("rms_change_percent_per_percent", plain, "d ln(rms) / d ln(parameter)", [((derivatives(k)%slope(2, i), &
+      & k = 1, m), i = 1, n)], error="rms_change_error")
+    call table%add("rms_change_error", plain, "estimated error of the change of the rms", [((derivatives(k)%error(2, i), &
+      & k = 1, m), i = 1, n)])
+    call table%add("state", "ok; zero if nothing excites the quantity; undecided if the error is too large; failed if the " &
+      & // "derivative cannot be computed", [((derivatives(k)%state(i), k = 1, m), i = 1, n)])
   end function table_of
 
 end module gestell_task_sensitivity_task

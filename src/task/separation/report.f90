@@ -40,10 +40,8 @@ contains
       if (.not. any(separations%dofs > 3)) heads = heads // " %"
       parts = parts // ", " // trim(dof_names(i))
     end do
-    lines = lines // "  " // parts(3:) // ": shares of the kinetic energy" &
-      & // either(" (%)", "", any(separations%dofs > 3)) // "; order: the order nearest to the mode; required distance " // &
-      & concise(margin, 4) &
-      & // " %" // newline
+    lines = lines // "  " // parts(3:) // ": shares of the kinetic energy" // either(" (%)", "", any(separations%dofs > 3)) &
+      & // "; order: the order nearest to the mode; required distance " // concise(margin, 4) // " %" // newline
     rows = ""
     do first = 1, size(separations), each
       associate (mode => separations(first:first + each - 1))
@@ -52,8 +50,7 @@ contains
     end do
     if (any(separations%dofs > 3)) then
       lines = lines // tabulated(repeat("r", 5 + maxval(separations%dofs)) // "l", "mode,Hz,damping" // heads &
-        & // ",order,distance %,", &
-        & rows) // coupled_line(separations(::each)) // remark
+        & // ",order,distance %,", rows) // coupled_line(separations(::each)) // remark
     else
       lines = lines // tabulated("rrrrrrrrrl", "mode,Hz,damping" // heads // ",order,at Hz,distance %,", rows)
     end if
@@ -64,11 +61,10 @@ contains
       if (separations(i)%state == "pass") cycle
       listed = listed + 1
       if (listed > max_listed) exit
-      rows = rows // text(separations(i)%mode) // tab // concise(separations(i)%order, 4) // tab // number(separations(i)%speed, &
-        & 6) // tab &
-        & // number(separations(i)%frequency, 5) // tab // number(separations(i)%excitation, 5) // tab // number(100 &
-        & * separations(i)%distance, 3) &
-        & // tab // trim(separations(i)%state) // newline
+      rows = rows // text(separations(i)%mode) // tab // concise(separations(i)%order, 4) // tab &
+        & // number(separations(i)%speed, 6) // tab // number(separations(i)%frequency, 5) // tab &
+        & // number(separations(i)%excitation, 5) // tab // number(100 * separations(i)%distance, 3) // tab &
+        & // trim(separations(i)%state) // newline
     end do
     lines = lines // newline // tabulated("rrrrrrl", "mode,order,at rpm,mode's Hz,order's Hz,distance %,", rows)
     if (listed > max_listed) lines = lines // "  ... all pairs in separation.csv" // newline

@@ -46,10 +46,8 @@ module gestell_task_separation_task
     !> Speeds that are examined (1/min): the operating speed, or the speeds of the sweep
     real(dp), allocatable :: speeds(:)
   contains
-    procedure :: describe
+    procedure :: describe, read => read_separation, run
     procedure, nopass :: extend
-    procedure :: read => read_separation
-    procedure :: run
   end type separation_task
 
   character(len=*), parameter :: speed_path = "drive.speed_rpm"
@@ -71,9 +69,8 @@ contains
   subroutine extend(schema)
     type(schema_type), intent(inout) :: schema
 
-    call schema%add(group_rule("separation", "for the task `separation`: orders of the crank speed that are compared with the " // &
-      &   "natural frequencies, and the required distance"), &
-      & separation_keys)
+    call schema%add(group_rule("separation", "for the task `separation`: orders of the crank speed that are compared with the " &
+      & // "natural frequencies, and the required distance"), separation_keys)
   end subroutine extend
 
   !> Reads the group &separation and the speeds. Fails if a value is out of range, or if the sweep of the speed is invalid.
@@ -146,8 +143,7 @@ contains
     call separation_headline(separations, self%margin, state, words)
     call result%warn(state, words)
     call result%write_lines(report_separation(separations, self%speeds, range_of(self%orders, turns), self%margin, &
-      & judgement%words, &
-      & torque_roll_line(separations(::size(options%harmonics)))))
+      & judgement%words, torque_roll_line(separations(::size(options%harmonics)))))
   end subroutine run
 
   !> The table separation.csv, which has one row for each order of every mode.
@@ -172,20 +168,16 @@ contains
     call table%add("share", plain, "share of the strongest component in the mean square of the mode", [(separations(i)%at%share(), &
       & i = 1, n)])
     call table%add("excitation", hertz, "frequency of the order at the speed of this row", (separations%excitation))
-    call table%add("distance", percent, "difference between the frequencies of mode and order, relative to the order's " // &
-      &   "frequency", 100 &
-      & * separations%distance, &
-      & bounds=100 * separations%error)
+    call table%add("distance", percent, "difference between the frequencies of mode and order, relative to the order's " &
+      & // "frequency", 100 * separations%distance, bounds=100 * separations%error)
     do k = 1, maxval([3, separations%dofs])
       call table%add("energy_" // trim(dof_names(k)), plain, "share of " // trim(dof_names(k)) &
-        & // " in the kinetic energy of the mode", &
-        & [(separations(i)%energy(k), i = 1, n)])
+        & // " in the kinetic energy of the mode", [(separations(i)%energy(k), i = 1, n)])
     end do
     call table%add("state", "pass, fail or undecided", (separations%state))
     if (any(separations%torque_roll >= 0)) call table%add("energy_torque_roll", plain, "share of the motion about the " &
       & // "torque-roll axis in the kinetic energy of the mode", [(merge(separations(i)%torque_roll, ieee_value(1.0_dp, &
-      & ieee_quiet_nan), &
-      & separations(i)%torque_roll >= 0), i = 1, n)])
+      & ieee_quiet_nan), separations(i)%torque_roll >= 0), i = 1, n)])
   end function table_of
 
 end module gestell_task_separation_task

@@ -15,9 +15,7 @@ module gestell_task_stability
 
   type, extends(task_type), public :: stability_task
   contains
-    procedure :: describe
-    procedure :: read => read_stability
-    procedure :: run
+    procedure :: describe, read => read_stability, run
   end type stability_task
 
 contains
@@ -51,24 +49,20 @@ contains
     integer :: i
 
     associate (multipliers => context%analysis%multipliers, frame => context%configuration%frame, unused => self)
-      associate (m => multipliers)
-        table = new_table("multipliers", "Stability", "Multipliers in the complex plane; disturbances decay if all lie inside " &
-          & // "the unit circle.", &
-          & m%verdict(), shown=.true.)
-        call table%add("index", "number of the multiplier; number 1 has the largest modulus", [(i, i = 1, size(m%rho))])
-        call table%add("re", plain, "real part of rho", real(m%rho))
-        call table%add("im", plain, "imaginary part of rho", aimag(m%rho))
-        call table%add("abs", plain, "modulus |rho|", abs(m%rho), error="error")
-        call table%add("log_abs", plain, "ln |rho|", m%log_abs)
-        call table%add("arg", radian, "argument of rho in (-pi, pi]", m%arg)
-        call table%add("exponent_re", unit_type("per_s", "1/s"), "real part of the characteristic exponent ln(rho) / T", &
-          & real(m%exponent))
-        call table%add("exponent_im", unit_type("rad_per_s", "rad/s"), "imaginary part of the exponent, determined only up to " // &
-          &   "multiples of 2 pi / T", &
-          & aimag(m%exponent))
-        call table%add("error", plain, "bound on the error of rho, relative to |rho|", m%error)
-        call table%add("lost", "1 if the error is 1 or more, so that no digit of rho is reliable; otherwise 0", m%lost())
-      end associate
+      table = new_table("multipliers", "Stability", "Multipliers in the complex plane; disturbances decay if all lie inside " &
+        & // "the unit circle.", multipliers%verdict(), shown=.true.)
+      call table%add("index", "number of the multiplier; number 1 has the largest modulus", [(i, i = 1, size(multipliers%rho))])
+      call table%add("re", plain, "real part of rho", real(multipliers%rho))
+      call table%add("im", plain, "imaginary part of rho", aimag(multipliers%rho))
+      call table%add("abs", plain, "modulus |rho|", abs(multipliers%rho), error="error")
+      call table%add("log_abs", plain, "ln |rho|", multipliers%log_abs)
+      call table%add("arg", radian, "argument of rho in (-pi, pi]", multipliers%arg)
+      call table%add("exponent_re", unit_type("per_s", "1/s"), "real part of the characteristic exponent ln(rho) / T", &
+        & real(multipliers%exponent))
+      call table%add("exponent_im", unit_type("rad_per_s", "rad/s"), "imaginary part of the exponent, determined only up to " &
+        & // "multiples of 2 pi / T", aimag(multipliers%exponent))
+      call table%add("error", plain, "bound on the error of rho, relative to |rho|", multipliers%error)
+      call table%add("lost", "1 if the error is 1 or more, so that no digit of rho is reliable; otherwise 0", multipliers%lost())
       call result%add(table, plot_multipliers(frame, multipliers))
       call result%brief%add("rho_max", plain, "modulus of the largest multiplier", [abs(multipliers%rho(1))])
       call result%brief%add("log_rho_max", plain, "natural logarithm of rho_max", [multipliers%log_abs(1)])

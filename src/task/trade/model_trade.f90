@@ -9,9 +9,8 @@ module gestell_task_trade_model_trade
   use gestell_model_frame, only: frame_type
   use gestell_study_frame_model, only: frame_models
   use gestell_study_vibration_analysis, only: analyse, analysis_type, analysis_options
-  use gestell_task_trade, only: median
+  use gestell_task_trade, only: clock_time, median
   use gestell_system_averaged, only: averaged_system
-  use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
   private
 
@@ -41,10 +40,7 @@ module gestell_task_trade_model_trade
     !> Reason why the averaged model has no periodic vibration; unallocated if it has one
     character(len=:), allocatable :: resonance
   contains
-    procedure :: peak_difference
-    procedure :: log_rho_difference
-    procedure :: rho_difference
-    procedure :: worst_difference
+    procedure :: peak_difference, log_rho_difference, rho_difference, worst_difference
   end type model_trade_type
 
   !> Results of one of the models in `frame_models`.
@@ -122,8 +118,7 @@ contains
     type(averaged_system) :: model
     type(floquet_type) :: floquet
     type(error_type), allocatable :: failure
-    real(dp) :: times(runs)
-    integer(int64) :: begin, finish, rate
+    real(dp) :: times(runs), begin
     integer :: k
 
     call analyse(frame, options, accuracy, analysis, error)
@@ -136,15 +131,14 @@ contains
       finding%peak_error = analysis%vibration%peak_error
     end if
     do k = 1, runs
-      call system_clock(begin, rate)
+      begin = clock_time()
       if (options%averaged) then
         call frame%averaged(model)
         call solve_floquet(model, accuracy, .true., floquet, failure)
       else
         call solve_floquet(frame, accuracy, .true., floquet, failure)
       end if
-      call system_clock(finish)
-      times(k) = real(finish - begin, dp) / rate
+      times(k) = clock_time() - begin
     end do
     finding%seconds = median(times)
   end subroutine solve_model
@@ -156,18 +150,16 @@ contains
     type(model_finding_type), intent(out) :: findings(size(frame_models))
     type(analysis_type) :: analysis
     type(error_type), allocatable :: error
-    integer(int64) :: begin, finish, rate
-    real(dp) :: times(runs)
+    real(dp) :: times(runs), begin
     integer :: i, k
 
     do i = 1, size(findings)
       findings(i)%model = frame_models(i)
       allocate(findings(i)%peak(frame%dofs()), source=0.0_dp)
       do k = 1, runs
-        call system_clock(begin, rate)
+        begin = clock_time()
         call analyse(frame, analysis_options(model=frame_models(i)), accuracy, analysis, error)
-        call system_clock(finish)
-        times(k) = real(finish - begin, dp) / rate
+        times(k) = clock_time() - begin
       end do
       findings(i)%seconds = median(times)
       if (allocated(error)) findings(i)%reason = error%message

@@ -38,9 +38,8 @@ contains
     lines = newline // "SPEED AGAINST ACCURACY: Phi(T) and x_p(T) of this machine on this computer" // newline &
       & // tabulated("rlrrr", "errors of Phi(T),fastest,steps,evaluations,time" // newline // "and x0 below,method,,,ms", rows)
     ! If the same row is the fastest for both accuracies, more digits cost nothing.
-    if (all(best([1, 3]) > 0) .and. best(1) /= best(3)) lines = lines // "  between errors of 1e-3 and 1e-9 each further " // &
-      &   "digit takes " &
-      & // concise(100 * ((trade%rows(best(3))%seconds / trade%rows(best(1))%seconds)**(1.0_dp / 6) - 1), 2) &
+    if (all(best([1, 3]) > 0) .and. best(1) /= best(3)) lines = lines // "  between errors of 1e-3 and 1e-9 each further " &
+      & // "digit takes " // concise(100 * ((trade%rows(best(3))%seconds / trade%rows(best(1))%seconds)**(1.0_dp / 6) - 1), 2) &
       & // " % more time" // newline
     lines = lines // "  reference: a converged solution with errors of " // concise(trade%floor_phi, 1) &
       & // " (Phi(T)) and " // concise(trade%floor_x0, 1) // " (x0)" // newline
@@ -57,11 +56,9 @@ contains
     integer :: i
 
     growth = "ln |rho| " // either("over " // turns_in_words(turns), "per turn", turns > 1)
-    lines = "verdict" // tab // trim(trade%periodic%verdict) // tab // trim(trade%averaged%verdict) &
-      & // newline &
+    lines = "verdict" // tab // trim(trade%periodic%verdict) // tab // trim(trade%averaged%verdict) // newline &
       & // line("largest |rho|", exp(min(trade%periodic%log_rho, most)), exp(min(trade%averaged%log_rho, most)), &
-      & trade%rho_difference()) &
-      & // line(growth, trade%periodic%log_rho, trade%averaged%log_rho, trade%log_rho_difference())
+      & trade%rho_difference()) // line(growth, trade%periodic%log_rho, trade%averaged%log_rho, trade%log_rho_difference())
     if (allocated(trade%averaged%peak)) then
       names = peak_words(size(trade%averaged%peak) / 3)
       do i = 1, size(names)
@@ -69,8 +66,7 @@ contains
           & // line(names(i), trade%periodic%peak(i), trade%averaged%peak(i), trade%peak_difference(i))
       end do
     end if
-    lines = newline // "PERIODIC OR AVERAGED COEFFICIENTS" // newline &
-      & // tabulated("lrrr", ",periodic,averaged,difference", lines)
+    lines = newline // "PERIODIC OR AVERAGED COEFFICIENTS" // newline // tabulated("lrrr", ",periodic,averaged,difference", lines)
     if (.not. allocated(trade%averaged%peak)) lines = lines // "  " // trade%resonance // newline
     worst = concise(100 * trade%worst_difference(), 2) // " %"
     if (trade%periodic%verdict /= trade%averaged%verdict) then

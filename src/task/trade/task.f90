@@ -18,8 +18,7 @@ module gestell_task_trade_task
 
   type, extends(task_type), public :: trade_task
   contains
-    procedure :: describe
-    procedure :: run
+    procedure :: describe, run
   end type trade_task
 
   !> Approximate computing time for all measurements together (s)

@@ -21,7 +21,7 @@ module gestell_task_trade
   implicit none (type, external)
   private
 
-  public :: cheapest, measure_row, measure_trade, median
+  public :: cheapest, clock_time, measure_row, measure_trade, median
 
   !> Result of one method with a given number of steps. Errors are relative to the converged solution.
   type, public :: trade_row_type
@@ -151,8 +151,7 @@ contains
     type(monodromy_type) :: coarse
     type(multipliers_type) :: its_multipliers
     type(periodic_solution_type) :: its_solution
-    real(dp) :: times(most), reach
-    integer(int64) :: begin, finish, rate
+    real(dp) :: times(most), reach, begin
     integer :: runs
 
     coarse = converged%monodromy
@@ -161,10 +160,9 @@ contains
     coarse%nodes = mesh(frame, steps)
     spent = 0
     do runs = 1, most
-      call system_clock(begin, rate)
+      begin = clock_time()
       call period_map(frame, method, coarse%nodes, coarse%scale, coarse%phi, error, coarse%xp, reach)
-      call system_clock(finish)
-      times(runs) = real(finish - begin, dp) / rate
+      times(runs) = clock_time() - begin
       spent = spent + times(runs)
       if (allocated(error)) return
       if (runs >= 3 .and. spent > 0.02_dp) exit
@@ -196,15 +194,13 @@ contains
     type(periodic_solution_type) :: its_solution
     type(error_type), allocatable :: error
     complex(dp), allocatable :: inverted(:, :)
-    real(dp) :: times(runs)
-    integer(int64) :: begin, finish, rate
+    real(dp) :: times(runs), begin
     integer :: k
 
     do k = 1, runs
-      call system_clock(begin, rate)
+      begin = clock_time()
       call solve_floquet(frame, accuracy_type(tolerance=1.0e-12_dp, method="reduced"), .true., floquet, error)
-      call system_clock(finish)
-      times(k) = real(finish - begin, dp) / rate
+      times(k) = clock_time() - begin
       if (allocated(error)) return
     end do
     call solve_multipliers(floquet, .true., its_multipliers, error)
@@ -257,5 +253,13 @@ contains
     sorted = values(ascending(values))
     median = sorted((size(sorted) + 1) / 2)
   end function median
+
+  !> Time since the system's clock started (s).
+  real(dp) function clock_time()
+    integer(int64) :: ticks, rate
+
+    call system_clock(ticks, rate)
+    clock_time = real(ticks, dp) / rate
+  end function clock_time
 
 end module gestell_task_trade
