@@ -127,33 +127,30 @@ contains
     type(error_type), allocatable, intent(out) :: error
     logical :: used(size(options%conditions)), more, known
     real(dp) :: x(size(start))
-    integer :: evaluations, gradients, iterations
+    !> Numbers of evaluations, gradients and iterations of all searches
+    integer :: effort(3)
 
     x = start
     used = size(used) == 1 .or. allocated(options%range)
     if (.not. all(used)) call add_worse_conditions(problem%family, options, x, used, more, known, error)
-    evaluations = merge(0, 1, size(used) == 1)
-    gradients = 0
-    iterations = 0
+    effort = [merge(0, 1, size(used) == 1), 0, 0]
     do
       if (allocated(error)) return
       problem%options%conditions = pack(options%conditions, used)
       call minimise(problem, problem%moments%from(x), tolerance, optimum, error)
       if (allocated(error)) return
       call problem%moments%turn_optimum(optimum)
-      evaluations = evaluations + optimum%evaluations
-      gradients = gradients + optimum%gradients
-      iterations = iterations + optimum%iterations
+      effort = effort + [optimum%evaluations, optimum%gradients, optimum%iterations]
       if (all(used)) exit
       call add_worse_conditions(problem%family, options, optimum%x, used, more, known, error)
-      evaluations = evaluations + 1
+      effort(1) = effort(1) + 1
       if (.not. more) exit
       x = start
       if (known) x = optimum%x
     end do
-    optimum%evaluations = evaluations
-    optimum%gradients = gradients
-    optimum%iterations = iterations
+    optimum%evaluations = effort(1)
+    optimum%gradients = effort(2)
+    optimum%iterations = effort(3)
   end subroutine minimise_under_all
 
   !> Adds operating conditions to the set `used`, shape (conditions), according to the goals of the machine at x. If the set is

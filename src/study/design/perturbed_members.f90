@@ -119,7 +119,6 @@ contains
       do side = 1, size(offsets, 2)
         members%distance(:, k) = offsets(:, side) * h
         do i = 1, 2
-          if (allocated(error)) deallocate(error)
           if (members%steps(k)%link > 0) then
             call change_link(members%frame, steps(k), members%distance(i, k), members%perturbed(i, k), error)
             known = .not. allocated(error)

@@ -64,13 +64,16 @@ contains
     type(goal_branches_type) :: own
     type(goal_type), allocatable :: goals(:)
     real(dp) :: parameters(size(x)), worst
+    logical :: evaluated_last
     integer :: i, g, n
 
     parameters = self%moments%to(x)
     worst = -huge(worst)
     n = size(self%options%objectives)
     goals = self%options%goals()
-    if (was_last_evaluated()) then
+    evaluated_last = allocated(self%last_x)
+    if (evaluated_last) evaluated_last = all(abs(self%last_x - parameters) <= 0)
+    if (evaluated_last) then
       own = self%last
     else
       if (self%inverted .and. self%constraints == 0 .and. self%least < huge(self%least)) self%options%range%enough &
@@ -119,14 +122,6 @@ contains
     if (self%inverted) self%least = min(self%least, worst)
     if (gradients) call self%moments%turn_slopes(parameters, at%slope)
     call self%moments%add_limits(x, self%objectives + size(self%options%constraints) + 1, at)
-
-  contains
-
-    !> True if this machine is the one that was evaluated last.
-    pure logical function was_last_evaluated()
-      was_last_evaluated = allocated(self%last_x)
-      if (was_last_evaluated) was_last_evaluated = all(abs(self%last_x - parameters) <= 0)
-    end function was_last_evaluated
 
   end subroutine evaluate
 

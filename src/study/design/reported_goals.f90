@@ -149,8 +149,7 @@ contains
     values(moving) = computed(1, :)
     errors(moving) = computed(2, :)
     do g = 1, size(goals)
-      if (goals(g)%about /= torque_goal) cycle
-      call measure_torque(goals(g), frame, vibration, values(g), errors(g), error)
+      if (goals(g)%about == torque_goal) call measure_torque(goals(g), frame, vibration, values(g), errors(g), error)
       if (allocated(error)) return
     end do
   end subroutine report_with_motion

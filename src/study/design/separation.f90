@@ -9,6 +9,7 @@ module gestell_study_design_separation
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp, pi
   use gestell_math_lapack, only: eigensystem, inverse_factor, symmetric_pencil
+  use gestell_math_matrix, only: unit_matrix
   use gestell_model_frame, only: frame_type
   use gestell_system_averaged, only: averaged_system
   implicit none (type, external)
@@ -153,10 +154,8 @@ contains
     call inverse_factor(m, r, error)
     if (allocated(error)) return
     n = size(m, 1)
-    states = 0
-    do i = 1, n
-      states(i, n + i) = 1
-    end do
+    states(:n, :n) = 0
+    states(:n, n + 1:) = unit_matrix(n)
     states(n + 1:, :n) = -matmul(r, matmul(c, transpose(r)))
     states(n + 1:, n + 1:) = -matmul(r, matmul(g, transpose(r)))
     call eigensystem(states, values, right, left, error)

@@ -88,7 +88,6 @@ contains
           call move_alloc(varied, settled)
           return
         end if
-        if (allocated(error)) deallocate(error)
         call settle(frame, model, accuracy, settled, error, newton)
         return
       end if

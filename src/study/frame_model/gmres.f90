@@ -28,14 +28,12 @@ contains
     class(gmres_type), intent(inout) :: self
     real(dp), intent(in) :: b(:)
     integer, intent(in) :: most
-    real(dp) :: length
 
     self%products = 0
-    allocate(self%vectors(size(b), most + 1), self%r(most + 1, most), self%cosine(most), self%sine(most), self%residual_norms(most &
-      & + 1))
-    length = norm2(b)
-    self%residual_norms(1) = length
-    self%vectors(:, 1) = b / max(length, tiny(length))
+    allocate(self%vectors(size(b), most + 1), self%r(most + 1, most))
+    allocate(self%cosine(most), self%sine(most), self%residual_norms(most + 1))
+    self%residual_norms(1) = norm2(b)
+    self%vectors(:, 1) = b / max(self%residual_norms(1), tiny(1.0_dp))
   end subroutine begin
 
   !> The vector v whose product A v the caller must compute next.

@@ -97,16 +97,13 @@ contains
     complex(dp), intent(in) :: shape(:)
     type(mode_type), intent(inout) :: mode
     complex(dp) :: turned(size(shape))
-    integer :: f
 
-    f = size(shape)
-    turned = shape
-    if (frequency < 0) turned = conjg(shape)
+    turned = merge(conjg(shape), shape, frequency < 0)
     mode%components = mode%components + 1
     associate (k => mode%components)
       mode%frequencies(k) = abs(frequency)
       mode%shares(k) = share
-      mode%shapes(:f, k) = turned / sqrt(max(real(dot_product(turned, matmul(mass, turned))), tiny(1.0_dp)))
+      mode%shapes(:size(shape), k) = turned / sqrt(max(real(dot_product(turned, matmul(mass, turned))), tiny(1.0_dp)))
     end associate
   end subroutine append_component
 

@@ -75,15 +75,13 @@ contains
     integer, intent(in) :: chosen(:)
     type(mode_type), intent(inout) :: modes(:)
     type(mode_type) :: own(size(chosen))
-    complex(dp) :: shapes(size(chosen), size(own(1)%shapes, 2))
     integer :: i
 
     call periodic_modes(part, accuracy, mass(chosen, chosen), own)
     do i = 1, size(chosen)
-      shapes = own(i)%shapes(:size(chosen), :)
-      own(i)%shapes = 0
-      own(i)%shapes(chosen, :) = shapes
       modes(chosen(i)) = own(i)
+      modes(chosen(i))%shapes = 0
+      modes(chosen(i))%shapes(chosen, :) = own(i)%shapes(:size(chosen), :)
     end do
   end subroutine embed
 
@@ -142,11 +140,9 @@ contains
     error = -log(1 - min(motions%error, lost_fraction)) / system%period
     if (system%conserves([(i, i = 1, system%states / 2)])) single%neutral = lie_on_circle(real(motions%exponent) * system%period, &
       & aimag(motions%exponent) * system%period, motions%error)
-    do i = 1, size(single)
-      single(i)%identified = motions%error(i) < lost_fraction
-      single(i)%growth = real(motions%exponent(i))
-      single(i)%error = error(i)
-    end do
+    single%identified = motions%error < lost_fraction
+    single%growth = real(motions%exponent)
+    single%error = error
     call settle(system%period, motions%exponent)
     do i = 1, size(single)
       call find_components(motions%positions(:, :, i), aimag(motions%exponent(i)), system%period, mass, single(i))

@@ -194,7 +194,6 @@ contains
     type(accuracy_type), intent(in) :: accuracy
     type(error_type), intent(inout) :: failure
     type(analysis_type) :: at_rest
-    type(multipliers_type) :: multipliers
     type(periodic_solution_type) :: start
     type(error_type), allocatable :: error
     logical :: explained
@@ -207,10 +206,9 @@ contains
     if (.not. allocated(error)) failure%message = failure%message // advice
     if (.not. allocated(error)) return
     if (error%cause /= resonance) return
-    deallocate(error)
-    call solve_multipliers(at_rest%floquet, .false., multipliers, error)
+    allocate(at_rest%multipliers)
+    call solve_multipliers(at_rest%floquet, .false., at_rest%multipliers, error)
     if (allocated(error)) return
-    at_rest%multipliers = multipliers
     allocate(at_rest%frame, source=frame)
     failure%message = failure%message // "; the equations linearised about rest have no periodic vibration either"
     call explain(frame, accuracy, at_rest, failure)

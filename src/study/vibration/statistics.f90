@@ -176,7 +176,6 @@ contains
     real(dp), intent(in) :: motion(:, :)
     real(dp), allocatable, intent(out) :: samples(:, :)
 
-    allocate(samples(size(motion, 2), size(quantity%weights, 2)))
     samples = matmul(transpose(motion), quantity%weights(:size(motion, 1), :))
   end subroutine components
 

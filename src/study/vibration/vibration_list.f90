@@ -180,7 +180,6 @@ contains
         left = (1 - part) * left
       end if
     end do
-    if (allocated(error)) deallocate(error)
     call family%member(home, found, error)
     if (allocated(error)) return
     call found%linearise_about(motion_of(family, middle_of(at, next, part)))
