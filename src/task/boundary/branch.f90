@@ -25,8 +25,7 @@ module gestell_task_boundary_branch
     !> Scales (m, m, rad) by which the three coordinates of the motion are divided: see `units` of `path_family_type`.
     real(dp), allocatable :: units(:)
   contains
-    procedure :: ends
-    procedure :: motion_at
+    procedure :: ends, motion_at
   end type branch_type
 
 contains

@@ -38,10 +38,7 @@ module gestell_task_boundary_task
     !> Measured quantity and its level, if crossings of a level are sought; not allocated if stability borders are sought.
     type(level_type), allocatable :: level
   contains
-    procedure :: describe
-    procedure :: read => read_boundary
-    procedure :: preview
-    procedure :: run
+    procedure :: describe, read => read_boundary, preview, run
   end type boundary_task
 
 contains

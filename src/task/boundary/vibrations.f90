@@ -31,8 +31,7 @@ module gestell_task_boundary_vibrations
     !> Distributes the work over threads. The threads may request members of `bare` at the same time.
     class(executor_type), pointer :: executor => null()
   contains
-    procedure :: member
-    procedure :: solve_both
+    procedure :: member, solve_both
   end type line_path_type
 
   !> Parallel work: pieces 1 and 2 each compute a Newton iterate from the motion `q`, at the first and at the second value of
@@ -43,8 +42,7 @@ module gestell_task_boundary_vibrations
     real(dp) :: ends(2) = 0
     type(iterate_type) :: next(2)
   contains
-    procedure :: compute
-    procedure :: exchange
+    procedure :: compute, exchange
   end type iterates_type
 
   !> Points of a path, in the order in which they were computed.
@@ -131,7 +129,7 @@ contains
     type(error_type), allocatable :: error
     real(dp), allocatable :: angles(:, :), before(:, :)
     real(dp) :: arc, rest, allowed, target
-    logical :: easy
+    logical :: easy, refused
     integer :: k
 
     call first_point(family, q, start, direction, at, error)
@@ -156,11 +154,9 @@ contains
       end if
       arc = min(arc, abs((target - at%lambda) / at%rise))
       call advance(family, at, arc, next, easy, error)
-      if (.not. allocated(error)) then
-        if (next%lambda > 1 .or. next%lambda < 0) call fatal_error(error, "the curve of periodic vibrations has left the range " &
-          & // "of the parameter", failed_computation)
-      end if
-      if (allocated(error)) then
+      refused = allocated(error)
+      if (.not. refused) refused = next%lambda > 1 .or. next%lambda < 0
+      if (refused) then
         arc = arc / 4
         if (arc < min_arc) return
         cycle
@@ -252,7 +248,6 @@ contains
     type(trail_type) :: whole
     type(point_type) :: point
     integer :: first, i, k
-    logical :: lost(2)
 
     allocate(whole%points(down%count + up%count), whole%arcs(0), whole%errors(0))
     do k = down%count, 2, -1
@@ -265,7 +260,6 @@ contains
       call whole%add(up%points(k), up%arcs(k), up%errors(k))
     end do
     if (min(down%count - 1, up%count) > 0) whole%arcs(down%count) = down%arcs(2)
-    lost = [down%lost, up%lost]
     first = 1
     do k = 2, whole%count
       if (k < whole%count .and. .not. turns_at(whole, k)) cycle
@@ -273,7 +267,7 @@ contains
       do i = 1, size(branches)
         longer(i) = branches(i)
       end do
-      longer(size(longer)) = branch_of(family, whole, first, k, lost)
+      longer(size(longer)) = branch_of(family, whole, first, k, [down%lost, up%lost])
       call move_alloc(longer, branches)
       first = k
     end do

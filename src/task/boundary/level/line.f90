@@ -27,11 +27,7 @@ module gestell_task_boundary_level_line
     !> Level of the quantity, in its unit.
     real(dp) :: level = 0
   contains
-    procedure :: at
-    procedure :: position
-    procedure :: value
-    procedure :: step_at
-    procedure :: solve
+    procedure :: at, position, value, step_at, solve
   end type level_line_type
 
 contains

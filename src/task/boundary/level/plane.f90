@@ -28,9 +28,7 @@ module gestell_task_boundary_level_plane
     !> Number of the axis along which the speed varies; 0 if the speed does not vary.
     integer :: speed_axis = 0
   contains
-    procedure :: probe
-    procedure :: search
-    procedure :: find_side_at_centre
+    procedure :: probe, search, find_side_at_centre
   end type level_plane_type
 
 contains

@@ -58,8 +58,7 @@ module gestell_task_boundary_level_search
     real(dp), allocatable :: at(:)
     type(speed_point_type), allocatable :: points(:)
   contains
-    procedure :: compute => compute_point
-    procedure :: exchange => exchange_point_of
+    procedure :: compute => compute_point, exchange => exchange_point_of
   end type points_type
 
   !> Parallel work: each piece finds one crossing between two neighbouring points of the curve.
@@ -68,8 +67,7 @@ module gestell_task_boundary_level_search
     type(speed_point_type), allocatable :: points(:, :)
     type(level_crossing_type), allocatable :: crossings(:)
   contains
-    procedure :: compute => compute_crossing
-    procedure :: exchange => exchange_crossing
+    procedure :: compute => compute_crossing, exchange => exchange_crossing
   end type crossings_type
 
 contains

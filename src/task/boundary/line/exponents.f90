@@ -32,8 +32,7 @@ module gestell_task_boundary_line_exponents
     !> `rough`: true if the cubic curves do not represent the logarithms of the multipliers accurately enough.
     logical :: ambiguous = .false., rough = .false.
   contains
-    procedure :: length
-    procedure :: at => z_at
+    procedure :: length, at => z_at
   end type stretch_type
 
 contains

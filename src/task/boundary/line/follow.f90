@@ -29,8 +29,7 @@ module gestell_task_boundary_line_follow
     real(dp) :: ends(2) = 0
     type(node_type), allocatable :: nodes(:)
   contains
-    procedure :: compute
-    procedure :: exchange
+    procedure :: compute, exchange
   end type nodes_type
 
   !> An interval is not divided if it is shorter than `shortest`, relative to the line. If one of its ends has no system, the limit

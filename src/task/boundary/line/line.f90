@@ -68,9 +68,7 @@ module gestell_task_boundary_line
     !> Error bounds of the real parts of `z`, shape (number of multipliers).
     real(dp), allocatable :: noise(:)
   contains
-    procedure :: missing
-    procedure :: is_unstable
-    procedure :: exchange
+    procedure :: missing, is_unstable, exchange
   end type probe_type
 
 contains

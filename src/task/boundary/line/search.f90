@@ -246,9 +246,7 @@ contains
     integer, parameter :: depth = 6
 
     call self%found(k)%initialise()
-    associate (i => self%gaps(k))
-      call find_borders_between(self%line, self%marks(i), self%marks(i + 1), depth, self%found(k), error)
-    end associate
+    call find_borders_between(self%line, self%marks(self%gaps(k)), self%marks(self%gaps(k) + 1), depth, self%found(k), error)
   end subroutine close_gap
 
 end module gestell_task_boundary_line_search

@@ -44,13 +44,7 @@ module gestell_task_boundary_line_search_result
     type(probe_type), allocatable :: marks(:)
     integer :: mark_count = 0
   contains
-    procedure :: initialise
-    procedure :: exchange
-    procedure :: append
-    procedure :: add_mark
-    procedure :: sort_marks
-    procedure :: sort_borders
-    procedure :: list_unexplained
+    procedure :: initialise, exchange, append, add_mark, sort_marks, sort_borders, list_unexplained
   end type search_type
 
   !> Parallel work in which each piece is one search on a line.

@@ -127,8 +127,8 @@ contains
     call vertices_around(box, pool, vertices, ids, enter)
     n = size(ids)
     if (n == 0) return
-    regular = mod(n, 2) == 0
-    if (regular) regular = all(enter .neqv. cshift(enter, 1))
+    ! Vertices that enter and leave the region alternately are even in number.
+    regular = all(enter .neqv. cshift(enter, 1))
     joined = .false.
     certain = .false.
     parallel = .false.

@@ -217,9 +217,7 @@ contains
       do start = 1, vertices%count
         if (done(start) .or. vertices%list(start)%next == 0 .or. (closed == 0 .and. reached(start))) cycle
         call append_curve(vertices, between, start, done, curves)
-        associate (first => size(numbers) + 1)
-          extent = maxval([(norm2(curves%list(i)%u - curves%list(first)%u), i = first, curves%count)])
-        end associate
+        extent = maxval([(norm2(curves%list(i)%u - curves%list(size(numbers) + 1)%u), i = size(numbers) + 1, curves%count)])
         if (extent <= least * plane%tolerance) then
           curves%count = size(numbers)
         else

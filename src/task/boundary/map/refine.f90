@@ -150,10 +150,9 @@ contains
     found = .false.
     if (allocated(error)) return
     associate (list => search%borders)
-      found = any(list%enters)
-      if (.not. found) return
       i = minloc(abs(list%t - back / (back + ahead)), dim=1, mask=list%enters)
-      vertex = vertex_of(line, list(i))
+      found = i > 0
+      if (found) vertex = vertex_of(line, list(i))
     end associate
   end subroutine nearest_crossing
 

@@ -52,9 +52,7 @@ module gestell_task_boundary_map_vertex
     !> refined.
     integer :: thin = 0, left_out = 0, rough = 0
   contains
-    procedure :: add
-    procedure :: add_search
-    procedure :: exchange
+    procedure :: add, add_search, exchange
   end type vertices_type
 
   !> Parallel work in which each piece finds vertices of borders.
@@ -73,10 +71,7 @@ module gestell_task_boundary_map_vertex
     !> `kinds`: kinds of borders. `states`: state of the machine for each element of `kinds`.
     character(len=15), allocatable :: kinds(:), states(:)
   contains
-    procedure :: line
-    procedure :: probe
-    procedure :: search
-    procedure :: precision => precision_of_lines
+    procedure :: line, probe, search, precision => precision_of_lines
   end type plane_type
 
 contains
