@@ -7,6 +7,7 @@ module gestell_api_guarded
   use gestell_api_roughness, only: describe_roughness, rows, coefficient_names
   use gestell_floquet_choice_survey, only: survey_system, survey_type
   use gestell_math_lapack, only: factorise
+  use gestell_math_matrix, only: unit_matrix
   use gestell_math_root_search, only: root_search_type
   use gestell_system_periodic, only: periodic_system
   use gestell_system_second_order, only: second_order_system
@@ -225,7 +226,6 @@ contains
     real(dp), contiguous, intent(in) :: phases(:)
     real(dp), contiguous, intent(out) :: m(:, :, :), b(:, :, :), c(:, :, :)
     real(dp), contiguous, intent(out), optional :: h(:, :)
-    integer :: i
 
     if (.not. allocated(self%watch%reason)) then
       call self%inner%sample_second_order(phases, m, b, c, h)
@@ -239,10 +239,7 @@ contains
     end if
     if (.not. allocated(self%watch%reason)) return
     ! From now on return a trivial system, which is solved quickly.
-    m = 0
-    do i = 1, size(m, 2)
-      m(:, i, i) = 1
-    end do
+    m = spread(unit_matrix(size(m, 2)), 1, size(m, 1))
     b = 0
     c = 0
     if (present(h)) h = 0

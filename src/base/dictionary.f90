@@ -26,7 +26,7 @@ contains
   pure subroutine add(self, word)
     class(dictionary_type), intent(inout) :: self
     character(len=*), intent(in) :: word
-    integer :: first, last, i
+    integer :: first, last
 
     call make_room(self, len_trim(word))
     self%count = self%count + 1
@@ -34,8 +34,7 @@ contains
     last = first - 1 + len_trim(word)
     self%text(first:last) = trim(word)
     self%ends(self%count + 1) = last
-    i = free_slot(self%slots, word)
-    self%slots(i) = self%count
+    self%slots(free_slot(self%slots, word)) = self%count
   end subroutine add
 
   !> Index of the first occurrence of a word in the list; 0 if the list does not contain it.
@@ -60,7 +59,7 @@ contains
   pure subroutine make_room(self, length)
     class(dictionary_type), intent(inout) :: self
     integer, intent(in) :: length
-    integer :: k, i
+    integer :: k
 
     if (.not. allocated(self%slots)) then
       self%text = repeat(" ", 64)
@@ -75,8 +74,7 @@ contains
     deallocate(self%slots)
     allocate(self%slots(2 * size(self%ends)), source=0)
     do k = 1, self%count
-      i = free_slot(self%slots, self%text(self%ends(k) + 1:self%ends(k + 1)))
-      self%slots(i) = k
+      self%slots(free_slot(self%slots, self%text(self%ends(k) + 1:self%ends(k + 1)))) = k
     end do
   end subroutine make_room
 

@@ -59,7 +59,7 @@ contains
     integer, intent(in) :: digits
     character(len=40) :: buffer, layout
     integer(int64) :: whole
-    integer :: exponent, last
+    integer :: exponent
     logical :: decided
 
     if (.not. ieee_is_finite(value)) then
@@ -82,8 +82,7 @@ contains
     else
       line = buffer
       call drop_zeros(line)
-      last = len_trim(line)
-      line(last + 1:) = "e" // integer_line(exponent)
+      line(len_trim(line) + 1:) = "e" // integer_line(exponent)
       if (value < 0) line = "-" // line(:longest - 1)
     end if
   end function concise_line

@@ -159,12 +159,8 @@ contains
     real(dp) :: together(points), rows(size(p, 2)), columns(size(p, 2)), maximum
     integer :: i, j
 
-    do i = 1, size(columns)
-      columns(i) = 1 + modulo(golden * i, 1.0_dp)
-    end do
-    do i = 1, size(rows)
-      rows(i) = columns(size(columns) + 1 - i) / survey%scale(i)
-    end do
+    columns = [(1 + modulo(golden * i, 1.0_dp), i = 1, size(columns))]
+    rows = columns(size(columns):1:-1) / survey%scale
     columns = columns * survey%scale
     together = 0
     do j = 1, size(columns)

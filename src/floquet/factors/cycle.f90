@@ -170,13 +170,12 @@ contains
     real(dp), intent(in), optional :: distances(:)
     complex(dp) :: g(size(b, 2)), particular, denominator
     real(dp) :: sign
-    integer :: i, k, n, count
+    integer :: i, k, count
 
-    n = size(b, 1)
     count = size(b, 2)
     ! Magnitudes add up in both directions.
     sign = merge(1.0_dp, -1.0_dp, present(distances))
-    do i = n, 1, -1
+    do i = size(b, 1), 1, -1
       g = [(b(i, k) + sum(r(i, i + 1:, k) * z(i + 1:, k)), k = 1, count)]
       denominator = 1 - exp(merge(logarithm(i), -logarithm(i), real(logarithm(i)) <= 0))
       if (present(distances)) denominator = distances(i)

@@ -4,6 +4,7 @@ module gestell_floquet_factors_periodic_schur
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
   use gestell_floquet_factors_rotations, only: propagate_vector, normalise, rotate, rotate_columns, rotate_rows, find_swap, unit
+  use gestell_math_matrix, only: unit_matrix
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none (type, external)
   private
@@ -80,10 +81,7 @@ contains
 
     n = size(r, 1)
     last = size(r, 3)
-    q = 0
-    do i = 1, n
-      q(i, i, :) = 1
-    end do
+    q = spread(cmplx(unit_matrix(n), 0, dp), 3, last)
     do k = 1, last
       if (k > 1) r(:, :, k) = matmul(r(:, :, k), q(:, :, k))
       if (k == last) exit
@@ -167,10 +165,7 @@ contains
     if (modulo(sweeps, 10) == 0 .or. any([(any(abs(r(i, i, :last - 1)) < epsilon(1.0_dp)), i = low, high)])) return
 
     first = max(low, high - 2)
-    t = 0
-    do i = first, high
-      t(i, i) = 1
-    end do
+    t = unit_matrix(size(t, 1))
     corner = 1
     exponents = 0
     do k = 1, last - 1

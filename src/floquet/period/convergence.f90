@@ -163,9 +163,21 @@ contains
     real(dp), intent(in) :: d12, d23
     !> Numbers of steps of the three solutions, and order of the method
     integer, intent(in) :: n1, n2, n3, order
-    real(dp) :: contraction
+    real(dp) :: low, high, p, contraction
+    integer :: halving
 
-    contraction = (real(n2, dp) / n3)**observed_order(d12, d23, n1, n2, n3, order)
+    ! Bisection for p between 1/2 and the method's order.
+    low = 0.5_dp
+    high = order
+    do halving = 1, 30
+      p = (low + high) / 2
+      if (d12 * (1 - (real(n2, dp) / n3)**p) > d23 * ((real(n2, dp) / n1)**p - 1)) then
+        low = p
+      else
+        high = p
+      end if
+    end do
+    contraction = (real(n2, dp) / n3)**p
     estimated_error = max(d23 * convergence_margin(order) * contraction / (1 - contraction), d12 * predicted_reduction(n1, n3, &
       & order))
   end function extrapolated_error
@@ -185,25 +197,5 @@ contains
 
     convergence_margin = max(1.0_dp, 1.1_dp**(order - 4))
   end function convergence_margin
-
-  !> Observed order p of convergence, which satisfies (n1^-p - n2^-p) / (n2^-p - n3^-p) = d12 / d23. It is computed by bisection
-  !> between 1/2 and the method's order.
-  elemental real(dp) function observed_order(d12, d23, n1, n2, n3, order) result(p)
-    real(dp), intent(in) :: d12, d23
-    integer, intent(in) :: n1, n2, n3, order
-    real(dp) :: low, high
-    integer :: halving
-
-    low = 0.5_dp
-    high = order
-    do halving = 1, 30
-      p = (low + high) / 2
-      if (d12 * (1 - (real(n2, dp) / n3)**p) > d23 * ((real(n2, dp) / n1)**p - 1)) then
-        low = p
-      else
-        high = p
-      end if
-    end do
-  end function observed_order
 
 end module gestell_floquet_period_convergence

@@ -147,8 +147,7 @@ contains
       if (allocated(error)) return
       if (reduction%residual <= max(tolerance, min_residual(reduction) * phase_advance) &
         & .and. reduction%forcing_residual <= max(tolerance, min_residual(reduction)) * reduction%effort &
-        & .and. reduction%slow_residual <= max(tolerance * reduction%slow_effort, &
-        & min_residual(reduction) * reduction%effort)) then
+        & .and. reduction%slow_residual <= max(tolerance * reduction%slow_effort, min_residual(reduction) * reduction%effort)) then
         reduction%evaluations = evaluations
         return
       end if

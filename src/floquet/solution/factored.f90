@@ -108,18 +108,16 @@ contains
     type(periodic_solution_type), intent(out) :: solution
     type(error_type), allocatable, intent(out) :: error
     real(dp), allocatable :: doubt(:), at_starts(:, :)
-    integer :: n, count, k, next
+    integer :: count, k
 
     call check_starts(self, error)
     if (allocated(error)) return
     associate (factors => self%factors, x => self%starts)
-      n = size(x, 1)
       count = size(x, 2)
       allocate(doubt(count))
       do k = 1, count
-        next = modulo(k, count) + 1
         doubt(k) = factors%error(k) * norm2(x(:, k)) + factors%b_error(k) &
-          & + n * epsilon(1.0_dp) * (norm2(x(:, next)) + norm2(factors%a(:, :, k)) * norm2(x(:, k)))
+          & + size(x, 1) * epsilon(1.0_dp) * (norm2(x(:, modulo(k, count) + 1)) + norm2(factors%a(:, :, k)) * norm2(x(:, k)))
       end do
       call accumulate(factors, self%spectrum, doubt, at_starts)
       solution%x0 = x(:, 1) * self%scale

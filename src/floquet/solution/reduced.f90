@@ -82,10 +82,9 @@ contains
     type(multipliers_type), intent(out) :: multipliers
     type(error_type), allocatable, intent(out) :: error
     type(multipliers_type) :: one
-    integer :: g, n
+    integer :: g
 
-    n = size(self%scale)
-    multipliers = empty_multipliers(merge(n, 0, vectors))
+    multipliers = empty_multipliers(merge(size(self%scale), 0, vectors))
     do g = 1, size(self%groups)
       associate (group => self%groups(g), start => complex_columns(self%reduction%basis(1, :, :), self%reduction%modes%conjugate))
         call group_multipliers(group, vectors, one, error)

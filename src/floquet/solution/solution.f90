@@ -259,10 +259,7 @@ contains
     real(dp) :: phase_advance
     integer :: k
 
-    phase_advance = 0
-    do k = 1, size(floquet%parts)
-      phase_advance = max(phase_advance, floquet%parts(k)%solution%phase_advance)
-    end do
+    phase_advance = maxval([0.0_dp, (floquet%parts(k)%solution%phase_advance, k = 1, size(floquet%parts))])
     number = max(fewest, ceiling(2 / pi * min(phase_advance, 1.0e6_dp)))
   end function checkpoints
 
