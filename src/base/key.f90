@@ -32,7 +32,7 @@ module gestell_base_key
     !> real_key, integer_key or text_key
     integer :: kind
     !> Meaning of the key in one sentence of Markdown
-    character(len=256) :: meaning = ""
+    character(len=320) :: meaning = ""
     !> `rank`: number of subscripts (0 for a scalar, 1 for a vector or list, 2 for a matrix). `least`, `most`: minimum and maximum
     !> number of values
     integer :: rank = 0, least = 1, most = 1
