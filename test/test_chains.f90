@@ -43,7 +43,7 @@ contains
     character(len=8), parameter :: names(5) = [character(len=8) :: "rrr", "rrp", "rigid", "rpr", "crank"]
     type(random_type) :: random
     class(joint_type), allocatable :: joint
-    real(dp) :: places(2, 0:3, 2), tightest(5)
+    real(dp) :: places(2, 0:3, 2), tightest(5), length
     integer :: i, k, n, kind, proved(5)
 
     tightest = 0
@@ -61,7 +61,8 @@ contains
       case (1)
         joint = rrr_joint([1, 2], [random%between(0.3_dp, 1.5_dp), random%between(0.3_dp, 1.5_dp)], 1)
       case (2)
-        joint = rrp_joint(2, random%between(0.3_dp, 1.5_dp), guide_type(angle=random%between(0.0_dp, 6.0_dp)), -1)
+        length = random%between(0.3_dp, 1.5_dp)
+        joint = rrp_joint(guide_type(angle=random%between(0.0_dp, 6.0_dp)), 2, length, -1)
       case (3)
         joint = rigid_joint([1, 2], [random%between(-1.0_dp, 1.0_dp), random%between(-1.0_dp, 1.0_dp)])
       case (4)

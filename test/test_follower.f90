@@ -40,7 +40,7 @@ contains
     type(gestell_error), allocatable, intent(out) :: failure
 
     call new_crank(linkage, failure)
-    call linkage%add_joint("T", follower_joint([1, 2], guide, lift, phase), failure)
+    call linkage%add_joint("T", follower_joint(guide, guide_type([1, 2], angle=phase), lift), failure)
     if (.not. allocated(failure)) call linkage%link("tappet", "T", "", 3.0_dp, 0.0_dp, [0.0_dp, 0.0_dp], failure)
   end subroutine new_cam
 
@@ -152,7 +152,7 @@ contains
     call linkage%ground("P", [4.0_dp, 0.5_dp], failure)
     call linkage%rrr("B", ["A", "P"], [4.2_dp, 3.2_dp], -1, failure)
     call linkage%moving_guide(["A", "B"], [0.2_dp, 0.1_dp], 0.6_dp, guide, failure)
-    call linkage%add_joint("T", follower_joint([3, 4], guide, lift, phase), failure)
+    call linkage%add_joint("T", follower_joint(guide, guide_type([3, 4], angle=phase), lift), failure)
     call linkage%link("tappet", "T", "B", 3.0_dp, 0.5_dp, [0.1_dp, 0.2_dp], failure)
     if (.not. allocated(failure)) call linkage%prepare(failure)
     call check_success(error, failure)
@@ -256,7 +256,7 @@ contains
       type(gestell_error), allocatable :: reason
 
       call new_crank(other, reason)
-      call other%add_joint("T", follower_joint(cam, guide_type(), lift, 0.0_dp), reason)
+      call other%add_joint("T", follower_joint(guide_type(), guide_type(cam), lift), reason)
       call check(error, allocated(reason), "refused")
       if (.not. allocated(error)) call check(error, reason%message, message)
     end subroutine refused

@@ -167,15 +167,16 @@ contains
   subroutine test_fixed_rrp(error)
     type(error_type), allocatable, intent(out) :: error
     type(random_type) :: random
-    real(dp) :: places(2, earlier), velocities(2, earlier), tightest
+    real(dp) :: places(2, earlier), velocities(2, earlier), tightest, length
     integer :: i, proved
 
     tightest = 0
     proved = 0
     do i = 1, 3000
       call scatter(random, i, places, velocities)
-      call check_claims(rrp_joint(3, draw(random, 0.2_dp, 1.5_dp), guide_type(angle=draw(random, 0.0_dp, 6.3_dp)), &
-        & merge(1, -1, modulo(i, 4) < 2)), places, velocities, width(i), tightest, proved, error)
+      length = draw(random, 0.2_dp, 1.5_dp)
+      call check_claims(rrp_joint(guide_type(angle=draw(random, 0.0_dp, 6.3_dp)), 3, length, merge(1, -1, modulo(i, 4) < 2)), &
+        & places, velocities, width(i), tightest, proved, error)
       if (allocated(error)) return
     end do
     ! |v| = v_end / c where the end moves along its rod.
@@ -193,15 +194,16 @@ contains
   subroutine test_moving_rrp(error)
     type(error_type), allocatable, intent(out) :: error
     type(random_type) :: random
-    real(dp) :: places(2, earlier), velocities(2, earlier), tightest
+    real(dp) :: places(2, earlier), velocities(2, earlier), tightest, length
     integer :: i, proved
 
     tightest = 0
     proved = 0
     do i = 1, 6000
       call scatter(random, i, places, velocities)
-      call check_claims(rrp_joint(3, draw(random, 0.2_dp, 2.5_dp), carried(random), merge(1, -1, modulo(i, 4) < 2)), &
-        & places, velocities, width(i), tightest, proved, error)
+      length = draw(random, 0.2_dp, 2.5_dp)
+      call check_claims(rrp_joint(carried(random), 3, length, merge(1, -1, modulo(i, 4) < 2)), places, velocities, width(i), &
+        & tightest, proved, error)
       if (allocated(error)) return
     end do
     ! The parts of the bound rarely reach their limits at once.
@@ -277,7 +279,7 @@ contains
       call scatter(random, i, places, velocities)
       guide = carried(random)
       if (modulo(i, 3) == 0) guide%carriers = 0
-      call check_claims(rpp_joint(3, guide, draw(random, -3.0_dp, 3.0_dp)), places, velocities, width(i), tightest, proved, error)
+      call check_claims(rpp_joint(guide, 3, draw(random, -3.0_dp, 3.0_dp)), places, velocities, width(i), tightest, proved, error)
       if (allocated(error)) return
     end do
     ! With a fixed guide |v| = v_end / sin where the end moves across the slot.
@@ -287,7 +289,7 @@ contains
     ! A slot along its guide meets it nowhere.
     call scatter(random, 1, places, velocities)
     proved = 0
-    call check_claims(rpp_joint(3, guide_type(), 0.0_dp), places, velocities, 0.1_dp, tightest, proved, error)
+    call check_claims(rpp_joint(guide_type(), 3, 0.0_dp), places, velocities, 0.1_dp, tightest, proved, error)
     if (allocated(error)) return
     call check(error, proved, 0, more="a slot along its guide")
   end subroutine test_rpp
@@ -308,8 +310,8 @@ contains
       lift = [(draw(random, -1.0_dp, 1.0_dp), k = 1, 7)]
       ! Every other lift has one order alone.
       if (modulo(i, 4) < 2) lift(4:) = 0
-      call check_claims(follower_joint([3, 4], guide, lift, draw(random, -3.0_dp, 3.0_dp)), places, velocities, width(i), &
-        & tightest, proved, error)
+      call check_claims(follower_joint(guide, guide_type([3, 4], angle=draw(random, -3.0_dp, 3.0_dp)), lift), places, &
+        & velocities, width(i), tightest, proved, error)
       if (allocated(error)) return
     end do
     ! With a fixed guide |v| = A omega where the slope of a lift of one order is steepest and the cam's joints move in opposite

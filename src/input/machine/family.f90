@@ -50,9 +50,7 @@ module gestell_input_machine_family
     class(mechanism_type), allocatable :: mechanism
     type(error_type), allocatable :: impossible
   contains
-    procedure :: member
-    procedure :: shares_mechanism
-    procedure :: check
+    procedure :: member, shares_mechanism, check
   end type document_family_type
 
 contains

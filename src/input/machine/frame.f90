@@ -6,8 +6,7 @@ module gestell_input_machine_frame
   use gestell_base_kinds, only: dp, pi
   use gestell_base_text, only: text
   use gestell_base_words, only: word_length
-  use gestell_input_namelist_document, only: document_type, find_entry, group_type, groups_named, has, indices_named, &
-    & group_named
+  use gestell_input_namelist_document, only: document_type, find_entry, group_type, groups_named, has, indices_named, group_named
   use gestell_input_schema, only: variant_type
   use gestell_input_schema_read, only: count_values, read, read_axis_values
   use gestell_input_machine_loads, only: foundation_keys, gravity_keys, read_foundation, read_gravity
@@ -33,27 +32,23 @@ module gestell_input_machine_frame
 
   type(key_type), parameter, public :: drive_keys(*) = [ &
     & key_type("drive", "speed_rpm", real_key, "crank speed: positive if the crank turns counter-clockwise, negative if " // &
-    &   "clockwise", required=.true., &
-    &   symbol="1/min", range=nonzero), &
+    &   "clockwise", required=.true., symbol="1/min", range=nonzero), &
     & key_type("drive", "held_by", text_key, "what keeps the crank speed constant", word="motor", words=trim(holders(1)) // &
     &   ", " // trim(holders(2)) // ", " // trim(holders(3))), &
     & key_type("drive", "flywheel_inertia", real_key, "moment of inertia of the flywheel about the crank's axis, without any " // &
     &   "part that a link already includes; allowed only with `held_by='flywheel'`. The task `power` computes the speed " // &
-    &   "fluctuation from it", otherwise="none", &
-    &   unit=of_inertia, range=positive)]
+    &   "fluctuation from it", otherwise="none", unit=of_inertia, range=positive)]
 
   type(key_type), parameter, public :: frame_keys(*) = [ &
     & key_type("frame", "mass", real_key, "mass of the frame without the links", unit=of_mass, range=positive), &
     & key_type("frame", "inertia", real_key, "moment of inertia of the frame without the links, about its centre of mass F. " // &
     &   "In the plane: 1 value, about zeta. In space: 3 values, about xi, eta, zeta; 3 more values may follow, the elements " // &
-    &   "xy, xz, yz of the tensor (xy is minus the sum of m x y)", &
-    &   1, 1, 6, unit=of_inertia), &
+    &   "xy, xz, yz of the tensor (xy is minus the sum of m x y)", 1, 1, 6, unit=of_inertia), &
     & key_type("frame", "origin", real_key, "position of O, the origin of the mechanism's x-y system, relative to the frame's " // &
     &   "centre of mass F; components along xi, eta (for a frame in space also zeta)", 1, 2, 3, unit=of_length), &
     & key_type("frame", "dof", text_key, "degrees of freedom in which the frame can move; the others are locked. With " // &
     &   "`'zeta'`, `'rot_xi'` or `'rot_eta'` it is a frame in space (three-dimensional motion); without these the frame moves " // &
-    &   "in a plane", 1, 1, 6, word="xi, eta, psi", &
-    &   words="xi, eta, psi, zeta, rot_xi, rot_eta")]
+    &   "in a plane", 1, 1, 6, word="xi, eta, psi", words="xi, eta, psi, zeta, rot_xi, rot_eta")]
 
   type(key_type), parameter, public :: support_keys(*) = [ &
     & key_type("support", "position", real_key, "position of the support relative to the frame's centre of mass F; components " // &
@@ -269,8 +264,7 @@ contains
         if (doc%groups(i)%name /= names(k)) cycle
         if (count_values(doc%groups(i), trim(keys(k))) < 2) cycle
         call input_error(doc%groups(i), trim(keys(k)), "describes a tilt out of the plane in which the frame moves: add zeta, " // &
-          &   "rot_xi or " // &
-          &   "rot_eta to &frame dof", error)
+          &   "rot_xi or rot_eta to &frame dof", error)
         return
       end do
     end do

@@ -20,8 +20,7 @@ module gestell_input_machine_loads
     &   36, 36, shorter=9, unit=of_stiffness_matrix, default=0.0_dp, rows=6), &
     & key_type("foundation", "damping", real_key, "damping coefficients of xi, eta, psi (for a frame in space also zeta, " // &
     &   "rot_xi, rot_eta) about the frame's centre of mass F; they are added to the diagonal of the supports' damping matrix", &
-    &   1, 6, 6, shorter=3, &
-    &   unit=of_damping_diagonal, default=0.0_dp, range=nonnegative)]
+    &   1, 6, 6, shorter=3, unit=of_damping_diagonal, default=0.0_dp, range=nonnegative)]
 
   type(key_type), parameter, public :: gravity_keys(*) = [ &
     & key_type("gravity", "acceleration", real_key, "acceleration of gravity; with `0` nothing has weight", symbol="m/s^2", &
@@ -150,8 +149,7 @@ contains
       call read(groups(1), gravity_keys, "direction", gravity, error)
       if (.not. in_space) then
         call input_error(groups(1), "direction", "must be one angle, because the frame moves in a plane; to give a vector, " // &
-          &   "add zeta, rot_xi or " &
-          & // "rot_eta to &frame dof", error)
+          &   "add zeta, rot_xi or " // "rot_eta to &frame dof", error)
       else if (n == 2) then
         call input_error(groups(1), "direction", "must be one angle or a vector of 3 values, but has 2 values", error)
       else if (.not. maxval(abs(gravity)) > 0) then

@@ -51,19 +51,15 @@ module gestell_input_machine_mechanism
     &   "series in the crank angle phi: the mean, then the factors of cos phi, sin phi, cos 2 phi, sin 2 phi, ...", 1, 1, &
     &   max_harmonics, symbol="kg m", default=0.0_dp), &
     & key_type("mass_functions", "a2", real_key, "sum of m y over the moving parts, as a Fourier series like `a1`", 1, 1, &
-    & max_harmonics, &
-    &   symbol="kg m", default=0.0_dp), &
+    & max_harmonics, symbol="kg m", default=0.0_dp), &
     & key_type("mass_functions", "a3", real_key, "sum of m (x^2 + y^2) over the moving parts, as a Fourier series like `a1`", 1, &
-    & 1, &
-    &   max_harmonics, symbol="kg m^2", default=0.0_dp), &
+    & 1, max_harmonics, symbol="kg m^2", default=0.0_dp), &
     & key_type("mass_functions", "moment", real_key, "angular momentum divided by the crank speed, as a Fourier series like " // &
     &   "`a1`: sum of m (x y' - y x') + J alpha', where alpha is the angle of a part, J its moment of inertia, and ' the " // &
-    &   "derivative with respect to the crank angle", 1, 1, &
-    &   max_harmonics, symbol="kg m^2", default=0.0_dp), &
+    &   "derivative with respect to the crank angle", 1, 1, max_harmonics, symbol="kg m^2", default=0.0_dp), &
     & key_type("mass_functions", "energy", real_key, "twice the kinetic energy divided by the squared crank speed, as a " // &
     &   "Fourier series like `a1`: sum of m (x'^2 + y'^2) + J alpha'^2 (symbols as in `moment`); required by the " // &
-    &   "task `power` and with `held_by='flywheel'` or `'outside'`", 1, 1, &
-    &   max_harmonics, symbol="kg m^2", otherwise="none")]
+    &   "task `power` and with `held_by='flywheel'` or `'outside'`", 1, 1, max_harmonics, symbol="kg m^2", otherwise="none")]
 
 contains
 
@@ -188,8 +184,7 @@ contains
       return
     end if
     if (size(links%groups) == 0) then
-      call fatal_error(error, doc%file // ": the mechanism has no mass: a group &link is required", &
-        & invalid_input)
+      call fatal_error(error, doc%file // ": the mechanism has no mass: a group &link is required", invalid_input)
       return
     end if
     do i = 1, size(links%groups)

@@ -290,8 +290,7 @@ contains
     i = findloc(before%name == of, .true., dim=1)
     if (size(before) == 0) then
       call input_error(group, "of", "the input has no &mechanism: to copy a mechanism, first give it a name: &mechanism name='" // &
-        & of &
-        & // "' /", error)
+        & of // "' /", error)
     else if (i == 0) then
       call input_error(group, "of", "there is no mechanism '" // of // "' before this group" // suggestion(of, before%name), error)
     end if

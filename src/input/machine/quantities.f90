@@ -26,8 +26,7 @@ module gestell_input_machine_quantities
     & key_type("probe", "limit_mm_s", real_key, "limit of the rms velocity in the direction of strongest vibration; only " // &
     &   "frequencies within `band_hz` count", symbol="mm/s", otherwise="none", range=positive), &
     & key_type("probe", "band_hz", real_key, "frequency band to which `limit_mm_s` applies: lowest and highest frequency, " // &
-    &   "both included", 1, 2, &
-    &   2, symbol="Hz", otherwise="10, 1000", range=nonnegative)]
+    &   "both included", 1, 2, 2, symbol="Hz", otherwise="10, 1000", range=nonnegative)]
 
 contains
 

@@ -70,8 +70,7 @@ contains
       if (token%text == ")") return
       if (token%text /= ",") exit
     end do
-    call refuse(group, entry%line, "'" // shown(entry%key) &
-      // "(': one or two whole numbers and a ) must follow", error)
+    call refuse(group, entry%line, "'" // shown(entry%key) // "(': one or two whole numbers and a ) must follow", error)
   end subroutine parse_subscript
 
   !> Parses values until the next key, the end of the group or the end of the text.

@@ -29,8 +29,7 @@ contains
     else if (key == "") then
       call fatal_error(error, location(group%file, group%line) // label(group) // ": " // message, invalid_input)
     else
-      call fatal_error(error, location(group%file, group%line) // label(group) // ": " // key // ": " // message, &
-        invalid_input)
+      call fatal_error(error, location(group%file, group%line) // label(group) // ": " // key // ": " // message, invalid_input)
     end if
   end subroutine input_error
 

@@ -27,8 +27,7 @@ contains
     if (allocated(error)) return
     do i = 1, size(schema%groups)
       if (schema%groups(i)%required .and. count_groups(doc, trim(schema%groups(i)%name)) == 0) then
-        call fatal_error(error, doc%file // ": the group &" // trim(schema%groups(i)%name) // " is missing", &
-          invalid_input)
+        call fatal_error(error, doc%file // ": the group &" // trim(schema%groups(i)%name) // " is missing", invalid_input)
         return
       end if
     end do

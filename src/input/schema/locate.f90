@@ -88,8 +88,7 @@ contains
     reason = ""
     chosen = pack([(i, i = 1, size(doc%groups))], [(doc%groups(i)%name == path%group, i = 1, size(doc%groups))])
     if (.not. repeatable) then
-      if (allocated(path%selector)) reason = "there is only one &" // path%group // ": write " // path%group &
-        // "." // path%key
+      if (allocated(path%selector)) reason = "there is only one &" // path%group // ": write " // path%group // "." // path%key
       return
     end if
     if (size(chosen) == 0) then
@@ -117,8 +116,7 @@ contains
       do i = 1, size(chosen)
         names(i) = name_of(doc%groups(chosen(i)))
       end do
-      reason = "unknown " // path%group // " '" // shown(path%selector) // "'" &
-        // suggestion(path%selector, names)
+      reason = "unknown " // path%group // " '" // shown(path%selector) // "'" // suggestion(path%selector, names)
     else
       reason = "there is no &" // path%group // " " // shown(path%selector) // ": the groups are numbered from 1 to " &
         // text(size(chosen))

@@ -83,8 +83,7 @@ contains
       if (size(merged%values) < element) then
         call refuse_entry(group, entry, "is given twice (first in line " // text(merged%line) // ")", error)
       else if (allocated(merged%values(element)%text)) then
-        call refuse_entry(group, entry, "is given twice (first in line " &
-          // text(merged%values(element)%line) // ")", error)
+        call refuse_entry(group, entry, "is given twice (first in line " // text(merged%values(element)%line) // ")", error)
       else
         merged%values(element) = entry%values(1)
       end if

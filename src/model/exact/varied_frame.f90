@@ -321,8 +321,7 @@ contains
     class(varied_frame_type), intent(in) :: self
     real(dp), intent(in) :: q(3)
 
-    potential = sum(mounting_energy(self%supports, reshape(q, [1, 3]))) &
-      & + dot_product(q, matmul(self%foundation_stiffness, q)) / 2
+    potential = sum(mounting_energy(self%supports, reshape(q, [1, 3]))) + dot_product(q, matmul(self%foundation_stiffness, q)) / 2
   end function potential
 
   !> Power dissipated by the mounting (W) at the displacement q and velocity v, by the dampers and by the asymmetric part of the

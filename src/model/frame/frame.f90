@@ -44,21 +44,10 @@ module gestell_model_frame
     !> True if the equations are linearised about rest, false if they are linearised about a motion.
     logical :: about_rest = .true.
   contains
-    procedure :: matrices
-    procedure :: load
-    procedure :: sample_second_order, sample_at_rest
-    procedure :: crank_angles, uniform_in_space
-    procedure :: remember
+    procedure :: matrices, load, sample_second_order, sample_at_rest, crank_angles, uniform_in_space, remember
     procedure :: weigh => add_gravity
-    procedure :: coupled
-    procedure :: check
-    procedure :: averaged
-    procedure :: mean_matrices, natural_frequencies, conserves
-    procedure :: drive_speed
-    procedure :: drive_rpm
-    procedure :: degrees_per_period
-    procedure :: dofs
-    procedure :: ground_forces
+    procedure :: coupled, check, averaged, mean_matrices, natural_frequencies, conserves, ground_forces, dofs
+    procedure :: drive_speed, drive_rpm, degrees_per_period
     procedure :: rotations, potential, dissipation
   end type frame_type
 

@@ -28,11 +28,7 @@ module gestell_model_joints_data
     !> The key that causes the error, if it is a single key.
     character(len=16), public :: key = ""
   contains
-    procedure :: add
-    procedure :: has
-    procedure :: numbers
-    procedure :: number
-    procedure :: joints
+    procedure :: add, has, numbers, number, joints
   end type joint_data_type
 
 contains

@@ -15,8 +15,7 @@ module gestell_model_joints_deviation
   type, public :: deviation_type
     real(dp) :: a(2) = 0, b(2) = 0
   contains
-    procedure :: along
-    procedure :: radius
+    procedure :: along, radius
   end type deviation_type
 
 contains
@@ -83,15 +82,13 @@ contains
   !>     u'' = omega' u_perp - omega^2 u,   omega' = (u_perp . s'' - 2 omega L') / L,   L'' = u . s'' + omega^2 L.
   !>
   !> Components along the directions that u and u_perp have in the middle are bounded separately. If L is constant, the bound
-  !> perpendicular to the bar therefore grows from body to body only by terms in theta^2. `known` is false if the two joints may
-  !> coincide.
-  pure subroutine of_body(from, to, deviations, arm, half_width, deviation, known)
+  !> perpendicular to the bar therefore grows from body to body only by terms in theta^2.
+  pure type(deviation_type) function of_body(from, to, deviations, arm, half_width, largest) result(deviation)
     type(point_type), intent(in) :: from, to
     !> Deviations of the accelerations of the two joints from their values in the middle of the interval
-    class(deviation_type), intent(in) :: deviations(2)
-    real(dp), intent(in) :: arm(2), half_width
-    type(deviation_type), intent(out) :: deviation
-    logical, intent(out) :: known
+    type(deviation_type), intent(in) :: deviations(2)
+    !> `largest`: bound on the magnitude of the deviation, which applies if the two joints may coincide
+    real(dp), intent(in) :: arm(2), half_width, largest
     real(dp) :: u(2), s1(2), s2(2), length, most, bend, change, curve
     type(ball) :: along, across, cosine, sine, omega, slope, apart, turning, bending, dd(2)
     integer :: round
@@ -105,8 +102,8 @@ contains
     across = ball(dot_product(s2, left(u)), deviations(1)%along(left(u)) + deviations(2)%along(left(u)))
     bend = hypot(along%maximum(), across%maximum())
     most = norm2(s1) + half_width * bend
-    known = length > slack * most * half_width
-    if (.not. known) return
+    deviation = disc(largest)
+    if (.not. length > slack * most * half_width) return
     apart = ball(length, most * half_width)
     ! Bounds on omega' and L'' yield better ones in the next round.
     change = (bend + 2 * most**2 / (length - apart%radius)) / (length - apart%radius)
@@ -126,7 +123,7 @@ contains
     deviation%a = dd(1)%radius * (arm(1) * u + arm(2) * left(u))
     deviation%b = dd(2)%radius * (arm(1) * left(u) - arm(2) * u)
     deviation = minkowski_sum(deviation, deviations(1))
-  end subroutine of_body
+  end function of_body
 
   !> A rectangle that contains all sums of a vector of `one` and a vector of `two`. One side of the rectangle is parallel to the
   !> longest side of the two parallelograms.

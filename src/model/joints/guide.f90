@@ -18,12 +18,7 @@ module gestell_model_joints_guide
     integer :: carriers(2) = 0
     real(dp) :: point(2) = 0, angle = 0
   contains
-    procedure :: line
-    procedure :: trace
-    procedure :: motion
-    procedure :: define
-    procedure :: check
-    procedure :: move
+    procedure :: line, trace, motion, define, check, move
   end type guide_type
 
   !> `of_guide`, `of_point`, `of_angle_there`: descriptions of the keys of a guide. `guide_keys`, `second_guide_keys`: keys of a
@@ -42,8 +37,7 @@ module gestell_model_joints_guide
     & key_type("joint", "guide2", text_key, "two joints of the body that carries the second guide of a `PRP`; without this " // &
     &   "key this guide is fixed to the frame", 1, 2, 2, otherwise="none"), &
     & key_type("joint", "guide2_point", real_key, "coordinates of a point on the second guide of a `PRP`, given like " // &
-    &   "`guide_point`", 1, 2, 2, &
-    &   unit=of_length, otherwise="`0, 0` if a body carries the guide"), &
+    &   "`guide_point`", 1, 2, 2, unit=of_length, otherwise="`0, 0` if a body carries the guide"), &
     & key_type("joint", "guide2_angle", real_key, "direction of the second guide of a `PRP`, given like `guide_angle`", &
     &   unit=of_angle, otherwise="`0` if a body carries the guide")]
 
@@ -157,8 +151,7 @@ contains
       motion%angle_scale = turning_scale(one, two)
       motion%speed = speeds(self%carriers(1)) + norm2(self%point) * motion%turning
       motion%turning_change = (sum(accelerations(self%carriers)) + 2 * motion%turning * v) / apart
-      motion%acceleration = accelerations(self%carriers(1)) &
-        & + norm2(self%point) * (motion%turning_change + motion%turning**2)
+      motion%acceleration = accelerations(self%carriers(1)) + norm2(self%point) * (motion%turning_change + motion%turning**2)
     end associate
   end function motion
 

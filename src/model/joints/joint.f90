@@ -82,15 +82,15 @@ module gestell_model_joints_joint
     procedure(describe_joint), deferred :: describe
     procedure(locate_joint), deferred :: locate
     procedure(reach_joint), deferred :: reach
-    procedure :: deviation
-    procedure :: trace
-    procedure :: transmission
-    procedure :: explain
-    procedure :: define
-    procedure :: check
-    procedure :: carriers
-    procedure :: move
+    procedure :: deviation, trace, transmission, explain, define, check, carriers, move
   end type joint_type
+
+  !> A joint on a guide. If the guide is fixed to the frame, the joint moves with it.
+  type, abstract, extends(joint_type), public :: guided_joint
+    type(guide_type) :: guide
+  contains
+    procedure :: move => move_guide
+  end type guided_joint
 
   !> A joint together with its name in the input.
   type, public :: named_joint_type
@@ -265,6 +265,13 @@ contains
     associate (unused_self => self, unused_placement => placement)
     end associate
   end subroutine move
+
+  pure subroutine move_guide(self, placement)
+    class(guided_joint), intent(inout) :: self
+    type(placement_type), intent(in) :: placement
+
+    call self%guide%move(placement)
+  end subroutine move_guide
 
   !> Returns the indices of the earlier joints from which this joint is built, according to its bars and guides.
   pure subroutine carriers(self, joints)

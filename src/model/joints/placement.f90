@@ -13,8 +13,7 @@ module gestell_model_joints_placement
     !> the frame.
     integer :: ratio = 1, denominator = 1, plane = 0
   contains
-    procedure :: point
-    procedure :: vector
+    procedure :: point, vector
   end type placement_type
 
 contains

@@ -135,8 +135,7 @@ contains
     end if
     if (intervals_used_up) then
       reason = ": " // text(max_intervals) // " intervals of the crank angle are not enough to prove that it can be assembled " // &
-        &   "at" // there &
-        & // ": it comes too close to a dead point, or the chain of joints is too long"
+        &   "at" // there // ": it comes too close to a dead point, or the chain of joints is too long"
     else if (bad_joint == 0) then
       reason = ": the link's two joints coincide at" // there
     else

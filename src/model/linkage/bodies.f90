@@ -53,19 +53,11 @@ contains
   pure subroutine move_link(from, to)
     type(link_type), intent(inout) :: from
     type(link_type), intent(out) :: to
+    character(len=:), allocatable :: name
 
-    call move_alloc(from%name, to%name)
-    to%from = from%from
-    to%to = from%to
-    to%mass = from%mass
-    to%inertia = from%inertia
-    to%center = from%center
-    to%z = from%z
-    to%own_z = from%own_z
-    to%along = from%along
-    to%across = from%across
-    to%axis = from%axis
-    to%plane = from%plane
+    call move_alloc(from%name, name)
+    to = from
+    call move_alloc(name, to%name)
   end subroutine move_link
 
   !> Computes the sums (4) to (7) of doc/theory.md over the links for one crank angle, at which the joints are at the points `at`.
@@ -92,8 +84,7 @@ contains
         a%a4 = a%a4 + link%mass * (center%x%v * center%y%dd - center%y%v * center%x%dd) + link%inertia * turn
         size1 = size1 + magnitude(link%mass, center%x)
         size2 = size2 + magnitude(link%mass, center%y)
-        a4_size = a4_size + link%inertia * turn_terms &
-          & + link%mass * (abs(center%x%v * center%y%dd) + abs(center%y%v * center%x%dd))
+        a4_size = a4_size + link%inertia * turn_terms + link%mass * (abs(center%x%v * center%y%dd) + abs(center%y%v * center%x%dd))
         energy_size = energy_size + 2 * (link%inertia * abs(rate) * turn_terms &
           & + link%mass * (abs(center%x%d * center%x%dd) + abs(center%y%d * center%y%dd)))
       end associate

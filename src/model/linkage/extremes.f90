@@ -52,8 +52,7 @@ contains
   pure function coefficients(before, now, step) result(c)
     type(jet), intent(in) :: before, now
     real(dp), intent(in) :: step
-    real(dp) :: c(0:5)
-    real(dp) :: rise, slope, bend
+    real(dp) :: c(0:5), rise, slope, bend
 
     c(0) = before%v
     c(1) = step * before%d

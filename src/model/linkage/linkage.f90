@@ -40,17 +40,9 @@ module gestell_model_linkage
     procedure :: rigid => add_rigid
     procedure :: prp => add_prp
     procedure :: rpp => add_rpp
-    procedure :: moving_guide
-    procedure :: add_joint
+    procedure :: moving_guide, add_joint
     procedure :: link => add_link
-    procedure :: find
-    procedure :: points
-    procedure :: mass_functions
-    procedure :: tabulate
-    procedure :: tabulate_drive
-    procedure :: prepare
-    procedure :: check
-    procedure :: link_offset
+    procedure :: find, points, mass_functions, tabulate, tabulate_drive, prepare, check, link_offset
   end type linkage_type
 
 contains
@@ -104,7 +96,7 @@ contains
     integer :: joint
 
     call self%find(end, joint, error)
-    if (.not. allocated(error)) call self%add_joint(name, rrp_joint(joint, length, guide, branch), error)
+    if (.not. allocated(error)) call self%add_joint(name, rrp_joint(guide, joint, length, branch), error)
   end subroutine add_rrp
 
   !> Adds a point of a slotted lever. The lever turns about `ends(2)`, and its slot passes through `ends(1)`. The point is at the
@@ -155,7 +147,7 @@ contains
     integer :: joint
 
     call self%find(end, joint, error)
-    if (.not. allocated(error)) call self%add_joint(name, rpp_joint(joint, guide, slot_angle), error)
+    if (.not. allocated(error)) call self%add_joint(name, rpp_joint(guide, joint, slot_angle), error)
   end subroutine add_rpp
 
   !> Creates a guide that the body between two joints carries. Fails if a joint does not exist, if the two joints are the same, or
@@ -322,19 +314,13 @@ contains
     type(mass_functions_type) :: a
     type(point_type), allocatable :: at(:)
     real(dp) :: terms(4)
-    integer :: i, cranks
+    logical :: has_crank
+    integer :: i
 
     if (self%prepared) return
-    cranks = 0
-    if (allocated(self%joints)) then
-      do i = 1, size(self%joints)
-        select type (joint => self%joints(i)%joint)
-        type is (crank_joint)
-          cranks = cranks + 1
-        end select
-      end do
-    end if
-    if (cranks == 0) then
+    has_crank = .false.
+    if (allocated(self%joints)) has_crank = any([(same_type_as(self%joints(i)%joint, crank_joint()), i = 1, size(self%joints))])
+    if (.not. has_crank) then
       call fatal_error(error, "the mechanism has no crank", invalid_input)
     else if (.not. allocated(self%links)) then
       call fatal_error(error, "the mechanism has no links", invalid_input)

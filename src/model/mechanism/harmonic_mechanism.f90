@@ -23,10 +23,7 @@ module gestell_model_mechanism_harmonic_mechanism
     !> the drive needs them; not allocated if unknown.
     real(dp), allocatable :: energy(:)
   contains
-    procedure :: mass_functions
-    procedure :: tabulate
-    procedure :: tabulate_drive
-    procedure :: check
+    procedure :: mass_functions, tabulate, tabulate_drive, check
   end type harmonic_mechanism_type
 
 contains
@@ -82,8 +79,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
 
     if (.not. allocated(self%moment)) call fatal_error(error, "a mechanism given by its harmonics must be created with " // &
-      &   "new_harmonic_mechanism", &
-      & invalid_input)
+      &   "new_harmonic_mechanism", invalid_input)
   end subroutine check
 
   subroutine mass_functions(self, crank_angle, a)

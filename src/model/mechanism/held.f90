@@ -59,8 +59,7 @@ contains
       call mechanism%tabulate([(2 * pi * k / angles, k = 1, angles)], masses)
       call tabulate_effective(mechanism, [0.0_dp, 0.0_dp], .true., [(2 * pi * k / angles, k = 1, angles)], effective)
       if (any(mechanism%mass * (mechanism%inertia + effective(:, a3_v)) < (1 - rounding) * (effective(:, a1_v)**2 + effective(:, &
-        & a2_v)**2) &
-        & - rounding * mechanism%mass * (mechanism%inertia + masses(:, a3_v)))) call fatal_error(error, &
+        & a2_v)**2) - rounding * mechanism%mass * (mechanism%inertia + masses(:, a3_v)))) call fatal_error(error, &
         & "the energy is physically impossible together with a1, a2, a3 and moment", invalid_input, held_subject)
     end if
   end subroutine check_held

@@ -24,13 +24,7 @@ module gestell_model_mechanism_tabulated
     class(mechanism_type), allocatable :: source
     type(table_type), allocatable :: tables(:)
   contains
-    procedure :: remember
-    procedure :: set_drive_functions
-    procedure :: mass_functions
-    procedure :: tabulate
-    procedure :: tabulate_drive
-    procedure :: prepare
-    procedure :: link_offset
+    procedure :: remember, set_drive_functions, mass_functions, tabulate, tabulate_drive, prepare, link_offset
   end type tabulated_type
 
 contains

@@ -54,10 +54,7 @@ module gestell_model_mounting_weights
     procedure, private :: moment_in_plane, moment_in_space, stiffness_in_plane, stiffness_in_space
     generic :: moment => moment_in_plane, moment_in_space
     generic :: moment_stiffness => stiffness_in_plane, stiffness_in_space
-    procedure :: add_stiffness, add_load
-    procedure :: static_force
-    procedure :: potential, torque
-    procedure :: gravity_in_plane, rest_in_plane
+    procedure :: add_stiffness, add_load, static_force, potential, torque, gravity_in_plane, rest_in_plane
   end type weights_type
 
 contains
@@ -150,8 +147,7 @@ contains
     class(weights_type), intent(in) :: self
     complex(dp), intent(in) :: turn, s
 
-    c = real(conjg(turn) * (conjg(s - cmplx(self%mean(1), self%mean(2), dp)) * self%gravity_in_plane() &
-      & + self%rest_in_plane()), dp)
+    c = real(conjg(turn) * (conjg(s - cmplx(self%mean(1), self%mean(2), dp)) * self%gravity_in_plane() + self%rest_in_plane()), dp)
   end function stiffness_in_plane
 
   !> Potential energy (J) of gravity and the static forces of a frame in the plane. `psi`: rotation of the frame. `turn`: E = exp(i

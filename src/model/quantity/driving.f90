@@ -47,8 +47,7 @@ module gestell_model_quantity_driving
   !> Rows of `power`. `torque`: torque on the crank (N m), counter-clockwise positive. `rigid_torque`: torque on the crank if the
   !> frame were rigid (N m). `drive_watts`: power of the drive (W). `damper_watts`: power dissipated by the dampers (W).
   !> `stored_energy`: energy of mechanism, frame and springs (J).
-  integer, parameter, public :: torque = 1, rigid_torque = 2, drive_watts = 3, damper_watts = 4, stored_energy = 5, &
-    & power_rows = 5
+  integer, parameter, public :: torque = 1, rigid_torque = 2, drive_watts = 3, damper_watts = 4, stored_energy = 5, power_rows = 5
 
 contains
 
@@ -118,8 +117,7 @@ contains
           power(damper_watts, k) = frame%dissipation(q, v)
           power(stored_energy, k) = (frame%mass + mass) * sum(v(:2)**2) / 2 &
             & + real(conjg(u_d) * (v(3) * e(2) * s + rate * e(1) * s_d)) &
-            & + inertia * v(3)**2 / 2 + v(3) * rate * spin + rate**2 * drive(k, energy_v) / 2 &
-            & + frame%potential(q)
+            & + inertia * v(3)**2 / 2 + v(3) * rate * spin + rate**2 * drive(k, energy_v) / 2 + frame%potential(q)
           if (frame%weights%act) then
             power(torque, k) = power(torque, k) + frame%weights%torque(e(3), s_d)
             power(stored_energy, k) = power(stored_energy, k) + frame%weights%potential(e(3), q(3), s)

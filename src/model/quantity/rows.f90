@@ -146,8 +146,7 @@ contains
     integer :: axes, k
 
     axes = merge(3, 2, allocated(frame%space))
-    rows = excess_row(frame, 3) + size(rotations_of(frame)) + axes * count(frame%supports(:number - 1)%turning) &
-      & + [(k, k = 1, axes)]
+    rows = excess_row(frame, 3) + size(rotations_of(frame)) + axes * count(frame%supports(:number - 1)%turning) + [(k, k = 1, axes)]
   end function support_rows
 
   !> Number of rows of the exact frame's motion, including the nonlinear parts.

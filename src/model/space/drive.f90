@@ -158,8 +158,7 @@ contains
     real(dp), intent(out) :: torque, by_gain(6), by_rate(6), by_place(6)
     real(dp) :: spun(3), by_angle
 
-    associate (s => moving%s, a => moving%a, k => moving%k, w => moved%w, w_d => moved%w_d, rate => moved%rate, &
-      & gain => moved%gain)
+    associate (s => moving%s, a => moving%a, k => moving%k, w => moved%w, w_d => moved%w_d, rate => moved%rate, gain => moved%gain)
       spun = matmul(moving%j(:, :, 1), w)
       torque = dot_product(moved%a, s(:, 1)) + dot_product(w_d, a(:, 0)) - dot_product(w, spun) / 2 + gain * k(0) &
         & + rate**2 * k(1) / 2
@@ -189,8 +188,7 @@ contains
     real(dp), parameter :: none(3) = 0
 
     call find_torque(turn, moving, moved, torque, by_gain, by_rate, by_place)
-    associate (s => moving%s, j => moving%j, a => moving%a, w => moved%w, w_d => moved%w_d, rate => moved%rate, &
-      & gain => moved%gain)
+    associate (s => moving%s, j => moving%j, a => moving%a, w => moved%w, w_d => moved%w_d, rate => moved%rate, gain => moved%gain)
       ! derivatives of the left sides with respect to phi'', phi' and phi
       of_gain = [matmul(moved%rotation, s(:, 1)), a(:, 0)]
       of_rate(:3) = matmul(moved%rotation, 2 * rate * s(:, 2) + 2 * cross(w, s(:, 1)))

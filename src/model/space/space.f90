@@ -48,13 +48,7 @@ module gestell_model_space
     type(drive_type) :: drive
     type(table_type), allocatable, private :: tables(:)
   contains
-    procedure :: average
-    procedure :: remember
-    procedure :: masses_at
-    procedure :: sample_at_rest
-    procedure :: shake
-    procedure :: terms
-    procedure :: cancellation
+    procedure :: average, remember, masses_at, sample_at_rest, shake, terms, cancellation
   end type space_type
 
 contains

@@ -31,14 +31,7 @@ module gestell_model_joints_types_crank
     real(dp) :: radius = 0, phase = 0
     integer :: ratio = 1, denominator = 1
   contains
-    procedure :: describe
-    procedure :: define
-    procedure :: check
-    procedure :: move
-    procedure :: locate
-    procedure :: trace
-    procedure :: reach
-    procedure :: deviation
+    procedure :: describe, define, check, move, locate, trace, reach, deviation
   end type crank_joint
 
 contains
@@ -48,8 +41,7 @@ contains
     type(form_type), intent(out) :: form
 
     form = form_type("crank", "crank pin, at the distance `radius` from the joint `pivot`; the crank angle is `ratio` times " // &
-      &   "the drive's angle, plus `phase`", &
-      & links=1, pairs=1, keys=keys, bars=[self%pivot, itself])
+      &   "the drive's angle, plus `phase`", links=1, pairs=1, keys=keys, bars=[self%pivot, itself])
   end subroutine describe
 
   pure subroutine define(self, data)
@@ -109,24 +101,13 @@ contains
     real(dp) :: c(batch), s(batch)
 
     call cosine_sine(self%ratio * angles + self%phase, c, s)
-    call turn_about(points(self%pivot), self%radius, real(self%ratio, dp), c, s, here)
+    here%x = points(self%pivot)%x + self%radius * c
+    here%y = points(self%pivot)%y + self%radius * s
+    here%vx = points(self%pivot)%vx - self%ratio * self%radius * s
+    here%vy = points(self%pivot)%vy + self%ratio * self%radius * c
+    here%ax = points(self%pivot)%ax - self%ratio**2 * self%radius * c
+    here%ay = points(self%pivot)%ay - self%ratio**2 * self%radius * s
   end subroutine trace
-
-  pure subroutine turn_about(pivot, radius, ratio, c, s, here)
-    type(path_type), intent(in) :: pivot
-    real(dp), intent(in) :: radius, ratio, c(batch), s(batch)
-    type(path_type), intent(out) :: here
-    integer :: k
-
-    do k = 1, batch
-      here%x(k) = pivot%x(k) + radius * c(k)
-      here%y(k) = pivot%y(k) + radius * s(k)
-      here%vx(k) = pivot%vx(k) - ratio * radius * s(k)
-      here%vy(k) = pivot%vy(k) + ratio * radius * c(k)
-      here%ax(k) = pivot%ax(k) - ratio**2 * radius * c(k)
-      here%ay(k) = pivot%ay(k) - ratio**2 * radius * s(k)
-    end do
-  end subroutine turn_about
 
   pure function reach(self, points, speeds, accelerations, half_width)
     class(crank_joint), intent(in) :: self

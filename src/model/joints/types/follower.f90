@@ -6,9 +6,8 @@ module gestell_model_joints_types_follower
   use gestell_math_jet, only: jet, operator(*), operator(+), operator(-), operator(/), sqrt
   use gestell_model_joints_data, only: check_coordinates, check_finite, joint_data_type
   use gestell_model_joints_guide, only: guide_keys, guide_motion_type, guide_type
-  use gestell_model_joints_joint, only: form_type, itself, joint_type, point_type, reach_type, transmission_type
-  use gestell_model_joints_path, only: batch, cross, dot, path_type
-  use gestell_model_joints_placement, only: placement_type
+  use gestell_model_joints_joint, only: form_type, itself, guided_joint, point_type, reach_type, transmission_type
+  use gestell_model_joints_path, only: batch, cross, direction, dot, path_type
   implicit none (type, external)
   private
 
@@ -22,33 +21,22 @@ module gestell_model_joints_types_follower
     & key_type("joint", "lift", real_key, "Fourier coefficients of the lift as a function of the cam's angle theta: the mean, " // &
     &   "then the factors of cos theta, sin theta, cos 2 theta, sin 2 theta, ...", 1, 1, most, unit=of_length, otherwise="none"), &
     & key_type("joint", "lift_table", real_key, "replaces `lift`: values of the lift at equally spaced angles of the cam, the " // &
-    &   "first at the angle 0", 1, &
-    &   3, most, unit=of_length, otherwise="none"), &
+    &   "first at the angle 0", 1, 3, most, unit=of_length, otherwise="none"), &
     & key_type("joint", "lift_phase", real_key, "constant angle that is added to the cam's angle", unit=of_angle, default=0.0_dp)]
 
   !> The joint lies on `guide`. Its distance L from the guide's point is the lift:
   !>
   !>     r = g + L(theta) u,   L = lift(1) + sum over k of lift(2 k) cos(k theta) + lift(2 k + 1) sin(k theta)   (m),
   !>
-  !> where theta is the angle from the guide's direction u to the direction from joint `cam(1)` to joint `cam(2)`, plus `phase`
-  !> (rad).
-  type, extends(joint_type), public :: follower_joint
-    integer :: cam(2) = 0
-    type(guide_type) :: guide
+  !> where theta is the angle from the guide's direction u to the direction of the line `cam`, which two joints of the cam carry:
+  !> its angle is the constant that is added to the cam's angle (rad).
+  type, extends(guided_joint), public :: follower_joint
+    type(guide_type) :: cam
     real(dp), allocatable :: lift(:)
-    real(dp) :: phase = 0
     !> Number of harmonics that a table of lifts determines; 0 if the lift is given by its harmonics.
     integer :: table_orders = 0
   contains
-    procedure :: describe
-    procedure :: carriers
-    procedure :: define
-    procedure :: check
-    procedure :: move
-    procedure :: locate
-    procedure :: trace
-    procedure :: reach
-    procedure :: transmission
+    procedure :: describe, carriers, define, check, locate, trace, reach, transmission
   end type follower_joint
 
 contains
@@ -60,7 +48,7 @@ contains
     form = form_type("follower", "cam follower on a guide; its distance from `guide_point` is the lift. The cam's angle is " // &
       &   "measured counter-clockwise from the guide to the line from `cam(1)` to `cam(2)`, plus `lift_phase`. Give either " // &
       &   "`lift` or `lift_table`", &
-      & links=1, pairs=1, higher_pairs=1, keys=[keys, guide_keys], bars=[self%cam(1), itself], guides=[self%guide], &
+      & links=1, pairs=1, higher_pairs=1, keys=[keys, guide_keys], bars=[self%cam%carriers(1), itself], guides=[self%guide], &
       & obstacle="the two joints of the cam, or the two joints that carry the guide, coincide")
   end subroutine describe
 
@@ -68,7 +56,7 @@ contains
     class(follower_joint), intent(in) :: self
     integer, allocatable, intent(out) :: joints(:)
 
-    joints = self%cam
+    joints = self%cam%carriers
     if (any(self%guide%carriers /= 0)) joints = [joints, self%guide%carriers]
   end subroutine carriers
 
@@ -76,8 +64,8 @@ contains
     class(follower_joint), intent(inout) :: self
     type(joint_data_type), intent(inout) :: data
 
-    self%cam = data%joints("cam")
-    self%phase = data%number("lift_phase")
+    self%cam%carriers = data%joints("cam")
+    self%cam%angle = data%number("lift_phase")
     call self%guide%define(data, "guide")
     if (data%reason /= "") return
     if (data%has("lift") .eqv. data%has("lift_table")) then
@@ -121,9 +109,9 @@ contains
     character(len=:), allocatable, intent(inout) :: reason
 
     call self%guide%check(reason)
-    call check_finite([self%phase], reason)
+    call check_finite([self%cam%angle], reason)
     if (reason /= "") return
-    if (self%cam(1) == self%cam(2)) reason = "the cam must refer to two different joints"
+    if (self%cam%carriers(1) == self%cam%carriers(2)) reason = "the cam must refer to two different joints"
     if (.not. allocated(self%lift)) then
       reason = "it has no lift"
     else if (modulo(size(self%lift), 2) == 0) then
@@ -166,15 +154,12 @@ contains
     type(point_type), intent(in) :: points(:)
     type(point_type), intent(out) :: g, u
     type(jet), intent(out) :: lift, slope
-    type(guide_type) :: cam
     type(point_type) :: center, e
     type(jet) :: c, s
     real(dp) :: f(1, 0:3), w, w1, w2
 
     call self%guide%line(points, g, u)
-    cam%carriers = self%cam
-    cam%angle = self%phase
-    call cam%line(points, center, e)
+    call self%cam%line(points, center, e)
     c = dot(u, e)
     s = cross(u, e)
     call follow(self%lift, [c%v], [s%v], f)
@@ -186,13 +171,6 @@ contains
       slope = jet(l(2), l(3) * w, l(4) * w**2 + l(3) * w1)
     end associate
   end subroutine lift_here
-
-  pure subroutine move(self, placement)
-    class(follower_joint), intent(inout) :: self
-    type(placement_type), intent(in) :: placement
-
-    call self%guide%move(placement)
-  end subroutine move
 
   pure subroutine locate(self, crank_angle, points, here)
     class(follower_joint), intent(in) :: self
@@ -214,7 +192,6 @@ contains
     real(dp), intent(in) :: angles(batch)
     type(path_type), intent(in) :: points(:)
     type(path_type), intent(out) :: here
-    type(guide_type) :: cam
     type(path_type) :: g, u, center, e
     real(dp), dimension(batch) :: c, s, w, w1, l1, l2
     real(dp) :: f(batch, 0:3)
@@ -222,9 +199,7 @@ contains
     associate (unused => angles)
     end associate
     call self%guide%trace(points, g, u)
-    cam%carriers = self%cam
-    cam%angle = self%phase
-    call cam%trace(points, center, e)
+    call self%cam%trace(points, center, e)
     c = u%x * e%x + u%y * e%y
     s = u%x * e%y - u%y * e%x
     ! Both directions turn, hence theta' = e x e' - u x u'.
@@ -253,15 +228,13 @@ contains
     type(point_type), intent(in) :: points(:)
     real(dp), intent(in) :: speeds(:), accelerations(:), half_width
     type(reach_type) :: reach
-    type(guide_type) :: cam
     type(guide_motion_type) :: guide, body
     type(point_type) :: center, u, e
     real(dp) :: bound(0:2), amplitude, turning, change, rate
     integer :: k, orders
 
-    cam%carriers = self%cam
     guide = self%guide%motion(points, speeds, accelerations, half_width)
-    body = cam%motion(points, speeds, accelerations, half_width)
+    body = self%cam%motion(points, speeds, accelerations, half_width)
     reach%assembled = guide%sound .and. body%sound
     if (.not. reach%assembled) return
     orders = size(self%lift) / 2
@@ -277,7 +250,7 @@ contains
       & + 2 * bound(1) * turning * guide%turning + bound(2) * turning**2 + bound(1) * change
     reach%angle_scale = min(guide%angle_scale, body%angle_scale)
     call self%guide%line(points, center, u)
-    call cam%line(points, center, e)
+    e = direction(points(self%cam%carriers(1)), points(self%cam%carriers(2)))
     rate = abs(e%x%v * e%y%d - e%y%v * e%x%d - (u%x%v * u%y%d - u%y%v * u%x%d))
     if (orders * rate > 1) reach%angle_scale = min(reach%angle_scale, 1 / (orders * rate))
   end function reach
@@ -293,7 +266,8 @@ contains
     type(jet) :: lift, slope, square
 
     call lift_here(self, points, g, u, lift, slope)
-    normal = point_type(here%x - points(self%cam(1))%x - slope * u%y, here%y - points(self%cam(1))%y + slope * u%x)
+    normal = point_type(here%x - points(self%cam%carriers(1))%x - slope * u%y, &
+      & here%y - points(self%cam%carriers(1))%y + slope * u%x)
     transmission = transmission_type(sine=jet(), slides=.true., travel=lift)
     square = dot(normal, normal)
     if (.not. square%v > 0) return

@@ -11,20 +11,13 @@ module gestell_model_joints_types_ground
   private
 
   type(key_type), parameter :: keys(*) = [key_type("joint", "position", real_key, "position of the joint on the frame; " // &
-    &   "coordinates x and y", &
-    & 1, 2, 2, required=.true., unit=of_length)]
+    &   "coordinates x and y", 1, 2, 2, required=.true., unit=of_length)]
 
   !> A joint at a point that is fixed to the frame.
   type, extends(joint_type), public :: ground_joint
     real(dp) :: position(2) = 0
   contains
-    procedure :: describe
-    procedure :: define
-    procedure :: check
-    procedure :: move
-    procedure :: locate
-    procedure :: trace
-    procedure :: reach
+    procedure :: describe, define, check, move, locate, trace, reach
   end type ground_joint
 
 contains

@@ -15,14 +15,7 @@ module gestell_model_joints_types_prp
   type, extends(joint_type), public :: prp_joint
     type(guide_type) :: guides(2)
   contains
-    procedure :: describe
-    procedure :: define
-    procedure :: check
-    procedure :: move
-    procedure :: locate
-    procedure :: trace
-    procedure :: reach
-    procedure :: transmission
+    procedure :: describe, define, check, move, locate, trace, reach, transmission
   end type prp_joint
 
 contains
@@ -102,41 +95,36 @@ contains
     type(point_type), intent(in) :: points(:)
     real(dp), intent(in) :: speeds(:), accelerations(:), half_width
     type(reach_type) :: reach
-    type(guide_motion_type) :: motion
+    type(guide_motion_type) :: motion(2)
     type(point_type) :: g(2), u(2), here
     type(jet) :: sine
-    real(dp) :: turning, bend, left, across, distance
+    real(dp) :: turning, left, across, distance
     integer :: i
 
-    turning = 0
-    bend = 0
     do i = 1, 2
-      motion = self%guides(i)%motion(points, speeds, accelerations, half_width)
-      reach%assembled = motion%sound
+      motion(i) = self%guides(i)%motion(points, speeds, accelerations, half_width)
+      reach%assembled = motion(i)%sound
       if (.not. reach%assembled) return
-      turning = turning + motion%turning
-      bend = bend + motion%turning_change
       call self%guides(i)%line(points, g(i), u(i))
     end do
     sine = cross(u(1), u(2))
-    left = abs(sine%v) - 2 * largest_change(turning, sine%d, bend + turning**2, half_width)
+    turning = sum(motion%turning)
+    left = abs(sine%v) - 2 * largest_change(turning, sine%d, sum(motion%turning_change) + turning**2, half_width)
     ! If the guides are closer to parallel, `crossing` loses half its digits.
     reach%assembled = left > max(sqrt(epsilon(left)), steady * abs(sine%v))
     if (.not. reach%assembled) return
     here = crossing(g(1), u(1), g(2), u(2))
     across = 0
     do i = 1, 2
-      motion = self%guides(i)%motion(points, speeds, accelerations, half_width)
-      across = across + motion%speed &
-        & + motion%turning * (hypot(here%x%v - g(i)%x%v, here%y%v - g(i)%y%v) + motion%speed * half_width)
+      across = across + motion(i)%speed &
+        & + motion(i)%turning * (hypot(here%x%v - g(i)%x%v, here%y%v - g(i)%y%v) + motion(i)%speed * half_width)
     end do
     reach%speed = across / left
     across = 0
     do i = 1, 2
-      motion = self%guides(i)%motion(points, speeds, accelerations, half_width)
-      distance = hypot(here%x%v - g(i)%x%v, here%y%v - g(i)%y%v) + (reach%speed + motion%speed) * half_width
-      across = across + motion%acceleration + distance * motion%turning_change &
-        & + 2 * motion%turning * (reach%speed + motion%speed + motion%turning * distance)
+      distance = hypot(here%x%v - g(i)%x%v, here%y%v - g(i)%y%v) + (reach%speed + motion(i)%speed) * half_width
+      across = across + motion(i)%acceleration + distance * motion(i)%turning_change &
+        & + 2 * motion(i)%turning * (reach%speed + motion(i)%speed + motion(i)%turning * distance)
     end do
     reach%acceleration = across / left
     if (turning > 0) reach%angle_scale = abs(sine%v) / turning
@@ -149,13 +137,13 @@ contains
     type(point_type), intent(in) :: points(:), here
     type(transmission_type) :: transmission
     type(point_type) :: g1, u1, g2, u2
-    type(jet) :: sine, s
+    type(jet) :: sine
 
     call self%guides(1)%line(points, g1, u1)
     call self%guides(2)%line(points, g2, u2)
     sine = cross(u1, u2)
-    s = dot(point_type(here%x - g1%x, here%y - g1%y), u1)
-    transmission = transmission_type(sine=sign(1.0_dp, sine%v) * sine, slides=.true., travel=s)
+    transmission = transmission_type(sine=sign(1.0_dp, sine%v) * sine, slides=.true., &
+      & travel=dot(point_type(here%x - g1%x, here%y - g1%y), u1))
   end function transmission
 
 end module gestell_model_joints_types_prp

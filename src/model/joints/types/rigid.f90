@@ -3,7 +3,7 @@ module gestell_model_joints_types_rigid
   use gestell_base_key, only: key_type, of_length, real_key
   use gestell_base_kinds, only: dp
   use gestell_model_joints_data, only: check_coordinates, joint_data_type
-  use gestell_model_joints_deviation, only: deviation_type, disc, of_body
+  use gestell_model_joints_deviation, only: deviation_type, of_body
   use gestell_model_joints_joint, only: form_type, itself, joint_type, point_type, reach_body, reach_type, two_ends
   use gestell_model_joints_path, only: batch, carried, carry, direction, find_direction, path_type
   implicit none (type, external)
@@ -18,13 +18,7 @@ module gestell_model_joints_types_rigid
     integer :: ends(2) = 0
     real(dp) :: offset(2) = 0
   contains
-    procedure :: describe
-    procedure :: define
-    procedure :: check
-    procedure :: locate
-    procedure :: trace
-    procedure :: reach
-    procedure :: deviation
+    procedure :: describe, define, check, locate, trace, reach, deviation
   end type rigid_joint
 
 contains
@@ -35,9 +29,7 @@ contains
 
     form = form_type("rigid", "point of the body that carries both joints `ends`: from `ends(1)` go `offset(1)` toward " // &
       &   "`ends(2)`, then `offset(2)` perpendicular to this line (positive to the left)", links=0, pairs=0, keys=[two_ends, &
-      &   offset_key], &
-      & bars=[self%ends(1), itself, self%ends(2), itself], &
-      & obstacle="the two joints 'ends' of the body coincide")
+      &   offset_key], bars=[self%ends(1), itself, self%ends(2), itself], obstacle="the two joints 'ends' of the body coincide")
   end subroutine describe
 
   pure subroutine define(self, data)
@@ -96,13 +88,9 @@ contains
     type(deviation_type), intent(in) :: deviations(:)
     real(dp), intent(in) :: acceleration, half_width
     type(deviation_type) :: deviation
-    logical :: known
 
-    associate (one => self%ends(1), two => self%ends(2))
-      call of_body(points(one), points(two), [deviations(one), deviations(two)], self%offset, half_width, &
-        & deviation, known)
-    end associate
-    if (.not. known) deviation = disc(acceleration + hypot(here%x%dd, here%y%dd))
+    deviation = of_body(points(self%ends(1)), points(self%ends(2)), deviations(self%ends), self%offset, half_width, &
+      & acceleration + hypot(here%x%dd, here%y%dd))
   end function deviation
 
 end module gestell_model_joints_types_rigid

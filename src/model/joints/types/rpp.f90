@@ -5,11 +5,9 @@ module gestell_model_joints_types_rpp
   use gestell_base_text, only: fixed
   use gestell_math_jet, only: jet, operator(-)
   use gestell_model_joints_data, only: check_finite, joint_data_type
-  use gestell_model_joints_guide, only: crossing, guide_keys, guide_motion_type, guide_type, intersect_lines, &
-    & parallel
-  use gestell_model_joints_joint, only: form_type, itself, joint_type, one_end, point_type, reach_type, transmission_type
+  use gestell_model_joints_guide, only: crossing, guide_keys, guide_motion_type, guide_type, intersect_lines, parallel
+  use gestell_model_joints_joint, only: form_type, itself, guided_joint, one_end, point_type, reach_type, transmission_type
   use gestell_model_joints_path, only: batch, carried, dot, path_type, turn
-  use gestell_model_joints_placement, only: placement_type
   implicit none (type, external)
   private
 
@@ -18,20 +16,11 @@ module gestell_model_joints_types_rpp
 
   !> The yoke slides along `guide`. Joint `end` slides in its straight slot, which makes the angle `slot_angle` (rad) with the
   !> guide's direction. The joint is the point of the yoke where slot and guide intersect.
-  type, extends(joint_type), public :: rpp_joint
+  type, extends(guided_joint), public :: rpp_joint
     integer :: end = 0
-    type(guide_type) :: guide
     real(dp) :: slot_angle = 0
   contains
-    procedure :: describe
-    procedure :: define
-    procedure :: check
-    procedure :: move
-    procedure :: locate
-    procedure :: trace
-    procedure :: reach
-    procedure :: transmission
-    procedure :: explain
+    procedure :: describe, define, check, locate, trace, reach, transmission, explain
   end type rpp_joint
 
 contains
@@ -64,13 +53,6 @@ contains
     call self%guide%check(reason)
     call check_finite([self%slot_angle], reason)
   end subroutine check
-
-  pure subroutine move(self, placement)
-    class(rpp_joint), intent(inout) :: self
-    type(placement_type), intent(in) :: placement
-
-    call self%guide%move(placement)
-  end subroutine move
 
   !> Computes the joint's position as the intersection of guide and slot. The slot is a line through `end` at a fixed angle to the
   !> guide.
@@ -122,8 +104,7 @@ contains
     end associate
     sliding = (speeds(self%end) + motion%speed + motion%turning * apart) / sine
     reach%speed = motion%speed + motion%turning * apart / sine + sliding
-    dragged = motion%acceleration + 2 * sliding * motion%turning &
-      & + apart / sine * (motion%turning_change + motion%turning**2)
+    dragged = motion%acceleration + 2 * sliding * motion%turning + apart / sine * (motion%turning_change + motion%turning**2)
     in_slot = speeds(self%end) + reach%speed + motion%turning * apart / sine
     reach%acceleration = dragged + (accelerations(self%end) + dragged + 2 * in_slot * motion%turning &
       & + apart / sine * motion%turning_change) / sine
@@ -136,11 +117,10 @@ contains
     type(point_type), intent(in) :: points(:), here
     type(transmission_type) :: transmission
     type(point_type) :: g, u
-    type(jet) :: s
 
     call self%guide%line(points, g, u)
-    s = dot(point_type(here%x - g%x, here%y - g%y), u)
-    transmission = transmission_type(sine=jet(v=abs(sin(self%slot_angle))), slides=.true., travel=s)
+    transmission = transmission_type(sine=jet(v=abs(sin(self%slot_angle))), slides=.true., &
+      & travel=dot(point_type(here%x - g%x, here%y - g%y), u))
   end function transmission
 
   pure subroutine explain(self, points, text)

@@ -3,7 +3,7 @@ module gestell_model_joints_types_rpr
   use gestell_base_kinds, only: dp
   use gestell_math_jet, only: jet, operator(*), operator(+), operator(-), sqrt
   use gestell_model_joints_data, only: check_lengths, joint_data_type
-  use gestell_model_joints_deviation, only: deviation_type, disc, of_body
+  use gestell_model_joints_deviation, only: deviation_type, of_body
   use gestell_model_joints_joint, only: branch_key, form_type, itself, joint_type, one_length, point_type, reach_body, &
     & reach_type, transmission_type, two_ends
   use gestell_model_joints_path, only: batch, carried, carry, direction, find_direction, path_type
@@ -17,14 +17,7 @@ module gestell_model_joints_types_rpr
     real(dp) :: length = 0
     integer :: branch = 1
   contains
-    procedure :: describe
-    procedure :: define
-    procedure :: check
-    procedure :: locate
-    procedure :: trace
-    procedure :: reach
-    procedure :: deviation
-    procedure :: transmission
+    procedure :: describe, define, check, locate, trace, reach, deviation, transmission
   end type rpr_joint
 
 contains
@@ -97,13 +90,9 @@ contains
     type(deviation_type), intent(in) :: deviations(:)
     real(dp), intent(in) :: acceleration, half_width
     type(deviation_type) :: deviation
-    logical :: known
 
-    associate (one => self%ends(2), two => self%ends(1))
-      call of_body(points(one), points(two), [deviations(one), deviations(two)], [self%branch * self%length, 0.0_dp], half_width, &
-        & deviation, known)
-    end associate
-    if (.not. known) deviation = disc(acceleration + hypot(here%x%dd, here%y%dd))
+    deviation = of_body(points(self%ends(2)), points(self%ends(1)), deviations(self%ends(2:1:-1)), &
+      & [self%branch * self%length, 0.0_dp], half_width, acceleration + hypot(here%x%dd, here%y%dd))
   end function deviation
 
   !> Quality of the transmission. At a dead point the joint in the slot coincides with the lever's pivot.

@@ -6,31 +6,20 @@ module gestell_model_joints_types_rrp
   use gestell_model_joints_data, only: check_lengths, joint_data_type
   use gestell_model_joints_deviation, only: along_bar, deviation_type, disc, parallelogram
   use gestell_model_joints_guide, only: guide_keys, guide_motion_type, guide_type
-  use gestell_model_joints_joint, only: branch_key, form_type, largest_change, itself, joint_type, one_end, one_length, &
+  use gestell_model_joints_joint, only: branch_key, form_type, largest_change, itself, guided_joint, one_end, one_length, &
     & point_type, reach_type, steady, transmission_type
   use gestell_model_joints_path, only: batch, cross, dot, path_type
-  use gestell_model_joints_placement, only: placement_type
   implicit none (type, external)
   private
 
   !> A joint on `guide`, at the distance `length` (m) from joint `end`. Two points of the guide have this distance: `branch` = 1 is
   !> the point farther along the guide, `branch` = -1 the other point.
-  type, extends(joint_type), public :: rrp_joint
+  type, extends(guided_joint), public :: rrp_joint
     integer :: end = 0
     real(dp) :: length = 0
-    type(guide_type) :: guide
     integer :: branch = 1
   contains
-    procedure :: describe
-    procedure :: define
-    procedure :: check
-    procedure :: move
-    procedure :: locate
-    procedure :: trace
-    procedure :: reach
-    procedure :: deviation
-    procedure :: transmission
-    procedure :: explain
+    procedure :: describe, define, check, locate, trace, reach, deviation, transmission, explain
   end type rrp_joint
 
 contains
@@ -41,8 +30,7 @@ contains
 
     form = form_type("RRP", "slider on a guide, at the distance `lengths(1)` from `ends(1)`. `branch = 1` selects the " // &
       &   "position farther along the guide's direction, `-1` the other one", links=2, pairs=3, keys=[one_end, one_length, &
-      &   branch_key, guide_keys], &
-      & bars=[self%end, itself], guides=[self%guide])
+      &   branch_key, guide_keys], bars=[self%end, itself], guides=[self%guide])
   end subroutine describe
 
   pure subroutine define(self, data)
@@ -62,13 +50,6 @@ contains
     call check_lengths([self%length], self%branch, reason)
     call self%guide%check(reason)
   end subroutine check
-
-  pure subroutine move(self, placement)
-    class(rrp_joint), intent(inout) :: self
-    type(placement_type), intent(in) :: placement
-
-    call self%guide%move(placement)
-  end subroutine move
 
   !> Computes the joint's position on the guide g + s u: with r = end - g, s = r . u +- sqrt(l^2 - (r x u)^2).
   pure subroutine locate(self, crank_angle, points, here)
@@ -180,8 +161,7 @@ contains
     reach%speed = carried + sliding
     dragged = motion%acceleration + 2 * sliding * motion%turning &
       & + (apart + self%length) * (motion%turning_change + motion%turning**2)
-    reach%acceleration = dragged + (accelerations(self%end) + dragged &
-      & + (reach%speed + speeds(self%end))**2 / self%length) / cosine
+    reach%acceleration = dragged + (accelerations(self%end) + dragged + (reach%speed + speeds(self%end))**2 / self%length) / cosine
     reach%angle_scale = motion%angle_scale
     if (rate > 0) reach%angle_scale = min(motion%angle_scale, cosine_at(abs(off%v)) * sqrt(self%length / rate))
 
@@ -250,8 +230,7 @@ contains
     call self%guide%line(points, g, u)
     off = cross(point_type(points(self%end)%x - g%x, points(self%end)%y - g%y), u)
     text = "the joint 'ends(1)' is " // concise(abs(off%v)) // " m away from the guide; the link's length of " // &
-      & concise(self%length) &
-      & // " m must exceed this distance"
+      & concise(self%length) // " m must exceed this distance"
   end subroutine explain
 
 end module gestell_model_joints_types_rrp

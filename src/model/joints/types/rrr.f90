@@ -18,15 +18,7 @@ module gestell_model_joints_types_rrr
     real(dp) :: lengths(2) = 0
     integer :: branch = 1
   contains
-    procedure :: describe
-    procedure :: define
-    procedure :: check
-    procedure :: locate
-    procedure :: trace
-    procedure :: reach
-    procedure :: deviation
-    procedure :: transmission
-    procedure :: explain
+    procedure :: describe, define, check, locate, trace, reach, deviation, transmission, explain
   end type rrr_joint
 
 contains
@@ -37,8 +29,7 @@ contains
 
     form = form_type("RRR", "pin of two links, at the distances `lengths(1)` from `ends(1)` and `lengths(2)` from `ends(2)`. " // &
       &   "With `branch = 1` it lies to the left of the line from `ends(1)` to `ends(2)`, with `-1` to the right", links=2, &
-      &   pairs=3, keys=[two_ends, two_lengths, branch_key], &
-      & bars=[self%ends(1), itself, self%ends(2), itself])
+      &   pairs=3, keys=[two_ends, two_lengths, branch_key], bars=[self%ends(1), itself, self%ends(2), itself])
   end subroutine describe
 
   pure subroutine define(self, data)
