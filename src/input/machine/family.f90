@@ -121,7 +121,7 @@ contains
     type(schema_type), intent(in) :: schema
     logical, intent(in) :: mechanism
     type(document_type), intent(out) :: selected
-    integer :: i, n
+    integer :: i
     character(len=9), parameter :: places(2) = [character(len=9) :: "mechanism", "repeat"]
     logical :: is_selected(size(doc%groups))
 
@@ -131,13 +131,7 @@ contains
     end do
     selected%file = doc%file
     selected%normalised = doc%normalised
-    allocate(selected%groups(count(is_selected)))
-    n = 0
-    do i = 1, size(doc%groups)
-      if (.not. is_selected(i)) cycle
-      n = n + 1
-      selected%groups(n) = doc%groups(i)
-    end do
+    selected%groups = doc%groups(pack([(i, i = 1, size(is_selected))], is_selected))
   end subroutine select_groups
 
   !> Appends to the family the places of all numbers at the path of parameter `k`.

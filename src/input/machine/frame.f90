@@ -21,7 +21,7 @@ module gestell_input_machine_frame
   use gestell_model_linkage, only: linkage_type
   use gestell_model_space_drive, only: drive_type
   use gestell_model_space_masses, only: plane_type
-  use gestell_math_rotation, only: rotation_matrix
+  use gestell_math_rotation, only: identity, rotation_matrix
   use gestell_model_mounting, only: damping_matrix, stiffness_matrix, support_type
   use gestell_model_mounting_weights, only: gravity_subject
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
@@ -242,10 +242,8 @@ contains
     else if (n == 1 .and. can_tilt) then
       call input_error(group, "inertia", "must have 3 or 6 values, because the frame can rotate about xi or eta", error)
     else if (n == 1) then
-      inertia(3, 3) = j(1)
-      ! rotation about xi and eta is blocked; these values only complete the tensor of a possible body
-      inertia(1, 1) = j(1)
-      inertia(2, 2) = j(1)
+      ! rotation about xi and eta is blocked; their moments of inertia only complete the tensor of a possible body
+      inertia = j(1) * identity()
     else
       inertia = reshape([j(1), j(4), j(5), j(4), j(2), j(6), j(5), j(6), j(3)], [3, 3])
     end if

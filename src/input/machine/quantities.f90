@@ -40,7 +40,7 @@ contains
     type(group_type), allocatable :: groups(:)
     type(dictionary_type) :: names
     real(dp) :: place(3)
-    integer :: i, k
+    integer :: i
 
     groups = groups_named(doc, "probe")
     allocate(probes(size(groups)))
@@ -50,13 +50,10 @@ contains
         if (len_trim(name_of(group)) == 0 .or. scan(name_of(group), "()") > 0 .or. &
           & character_count(name_of(group)) > longest_name) then
           call input_error(group, "name", "must have 1 to 64 characters and no parentheses", error)
-          return
-        end if
-        k = names%position(probe%name)
-        if (k > 0) then
+        else if (names%position(probe%name) > 0) then
           call input_error(group, "name", "is already the name of another probe", error)
-          return
         end if
+        if (allocated(error)) return
         call names%add(probe%name)
         call read_axis_values(group, probe_keys, "position", units, place, error)
         probe%position = place(:2)

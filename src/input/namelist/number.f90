@@ -113,8 +113,7 @@ contains
   !> Explanation why a text is not a valid number.
   pure function not_a_number(text) result(reason)
     character(len=*), intent(in) :: text
-    character(len=:), allocatable :: reason
-    character(len=:), allocatable :: word
+    character(len=:), allocatable :: reason, word
 
     word = lower(without_sign(text))
     if (word == "inf" .or. word == "infinity" .or. word == "nan" .or. index(word, "nan(") == 1) then

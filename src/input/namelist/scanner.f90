@@ -9,16 +9,11 @@ module gestell_input_namelist_scanner
   !> A position in a text
   type :: scanner_type
     character(len=:), allocatable :: text
-    integer :: position = 1
-    integer :: line = 1
+    integer :: position = 1, line = 1
   end type scanner_type
 
   !> Kinds of tokens.
-  integer, parameter, public :: end_of_text = 0
-  integer, parameter, public :: mark = 1
-  integer, parameter, public :: bare = 2
-  integer, parameter, public :: quoted = 3
-  integer, parameter, public :: unclosed_quote = 4
+  integer, parameter, public :: end_of_text = 0, mark = 1, bare = 2, quoted = 3, unclosed_quote = 4
 
   !> A token: one of the marks & / = , ( ), a word without quotes, or a quoted text, which is stored without its quotes
   type :: token_type

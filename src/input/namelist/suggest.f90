@@ -4,7 +4,7 @@ module gestell_input_namelist_suggest
   implicit none (type, external)
   private
 
-  public :: suggestion, nearest_of, listed
+  public :: advice, suggestion, nearest_of, listed
 
   !> Maximum length of a word for which corrections are suggested.
   integer, parameter :: longest_word = 64
@@ -14,20 +14,24 @@ contains
   !> Hint for a message: "; did you mean 'x'?", or "; choose from 'a', 'b'" if no candidate is similar to the word. Empty if there
   !> are no candidates.
   pure function suggestion(word, candidates) result(text)
-    character(len=*), intent(in) :: word
-    character(len=*), intent(in) :: candidates(:)
+    character(len=*), intent(in) :: word, candidates(:)
+    character(len=:), allocatable :: text
+
+    text = ""
+    if (size(candidates) > 0) text = "; " // advice(word, candidates, "'", "'", "choose from " // listed(candidates, "'", "'"))
+  end function suggestion
+
+  !> Question "did you mean x?" with the candidate x that is most similar to the word, between the texts `before` and `after`. If
+  !> no candidate is similar, the text `otherwise`.
+  pure function advice(word, candidates, before, after, otherwise) result(text)
+    character(len=*), intent(in) :: word, candidates(:), before, after, otherwise
     character(len=:), allocatable :: text
     integer :: i
 
+    text = otherwise
     i = nearest_of(word, candidates)
-    if (i > 0) then
-      text = "; did you mean '" // trim(candidates(i)) // "'?"
-    else if (size(candidates) > 0) then
-      text = "; choose from " // listed(candidates, "'", "'")
-    else
-      text = ""
-    end if
-  end function suggestion
+    if (i > 0) text = "did you mean " // before // trim(candidates(i)) // after // "?"
+  end function advice
 
   !> List of up to 30 candidates in one line, each between the texts `before` and `after`.
   pure function listed(candidates, before, after) result(text)
@@ -45,8 +49,7 @@ contains
 
   !> Index of the candidate that is most similar to a misspelt word. 0 if no candidate is similar or several are equally similar.
   pure integer function nearest_of(word, candidates) result(best)
-    character(len=*), intent(in) :: word
-    character(len=*), intent(in) :: candidates(:)
+    character(len=*), intent(in) :: word, candidates(:)
     integer :: i, d, smallest, longest
 
     best = 0

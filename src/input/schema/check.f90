@@ -6,7 +6,7 @@ module gestell_input_schema_check
   use gestell_input_schema_merge, only: merge_entries
   use gestell_input_namelist_message, only: input_error, location
   use gestell_input_schema, only: schema_type, find_group_rule
-  use gestell_input_namelist_suggest, only: nearest_of, listed
+  use gestell_input_namelist_suggest, only: advice, listed
   use gestell_input_wording, only: shown
   implicit none (type, external)
   private
@@ -102,15 +102,9 @@ contains
     character(len=*), intent(in) :: name
     type(schema_type), intent(in) :: schema
     character(len=:), allocatable :: message
-    integer :: i
 
-    message = "unknown group &" // shown(name)
-    i = nearest_of(name, (schema%groups%name))
-    if (i > 0) then
-      message = message // ": did you mean &" // trim(schema%groups(i)%name) // "?"
-    else
-      message = message // ": allowed are " // listed((schema%groups%name), "&", "")
-    end if
+    message = "unknown group &" // shown(name) // ": " &
+      & // advice(name, (schema%groups%name), "&", "", "allowed are " // listed((schema%groups%name), "&", ""))
   end function unknown_group
 
 end module gestell_input_schema_check

@@ -116,7 +116,7 @@ contains
       do i = 1, size(schema%keys)
         if (schema%keys(i)%group /= rule%name) cycle
         text = text // entry(trim(schema%keys(i)%name), trim(schema%keys(i)%meaning)) &
-          & // paragraph(values_of(schema%keys(i)) // "; " // default_clause(schema%keys(i)), text_column)
+          & // paragraph(values_of(schema%keys(i)) // "; " // default_words(schema%keys(i), "default: ", "required"), text_column)
       end do
       do i = 1, size(schema%keys)
         if (schema%keys(i)%group == rule%name) text = text // described_words(schema, schema%keys(i), trim(schema%keys(i)%name) &
@@ -153,7 +153,7 @@ contains
 
     associate (key => schema%keys(i))
       text = paragraph(trim(key%group) // "." // trim(key%name) // ": " // trim(key%meaning), 0) &
-        & // entry("values", values_of(key)) // entry("default", missing(key))
+        & // entry("values", values_of(key)) // entry("default", default_words(key, "", "none: the key is required"))
       if (schema%groups(find_group_rule(schema, key%group))%subject == option_group) then
         text = text // entry("sweep", "no: &sweep can vary only numbers that describe the machine")
       else if (key%kind /= real_key) then
@@ -269,27 +269,19 @@ contains
     end associate
   end function range_of
 
-  !> Sentence that states what applies if a key is missing.
-  pure function missing(key) result(words)
+  !> The default of a key after the words `before`, or the words `required` if the key has no default.
+  pure function default_words(key, before, required) result(words)
     type(key_type), intent(in) :: key
-    character(len=:), allocatable :: words
-
-    words = default_of(key)
-    if (words == "") words = "none: the key is required"
-  end function missing
-
-  !> Phrase that states the default of a key, or that the key is required.
-  pure function default_clause(key) result(words)
-    type(key_type), intent(in) :: key
+    character(len=*), intent(in) :: before, required
     character(len=:), allocatable :: words
 
     words = default_of(key)
     if (words == "") then
-      words = "required"
+      words = required
     else
-      words = "default: " // words
+      words = before // words
     end if
-  end function default_clause
+  end function default_words
 
   !> Default of a key in Markdown; empty if the key has no default.
   pure function default_of(key) result(words)

@@ -171,7 +171,7 @@ contains
     logical, intent(in) :: one
     type(entry_type), allocatable :: entries(:)
     type(entry_type) :: longer
-    integer :: i, k, n
+    integer :: i, n
 
     i = find_entry(group, entry%key)
     if (i == 0) then
@@ -194,9 +194,7 @@ contains
     n = size(group%entries(i)%values)
     if (element > n) then
       call start(entry, rule, n + 1, longer)
-      do k = 1, n
-        longer%values(k) = group%entries(i)%values(k)
-      end do
+      longer%values(:n) = group%entries(i)%values
       group%entries(i) = longer
     end if
     group%entries(i)%values(element) = entry%values(1)

@@ -21,12 +21,7 @@ module gestell_input_schema_read
   !> a default is missing. Does nothing if `error` is already allocated, so that a caller can read several keys before testing for
   !> errors.
   interface read
-    module procedure read_real
-    module procedure read_vector
-    module procedure read_matrix
-    module procedure read_integer
-    module procedure read_text
-    module procedure read_texts
+    module procedure read_real, read_vector, read_matrix, read_integer, read_text, read_texts
   end interface read
 
 contains

@@ -9,7 +9,7 @@ module gestell_input_schema_rule
   use gestell_base_key, only: integer_key, key_type, real_key, text_key
   use gestell_base_text, only: text
   use gestell_input_schema, only: schema_type, names_of_keys
-  use gestell_input_namelist_suggest, only: nearest_of, listed
+  use gestell_input_namelist_suggest, only: advice, listed
   use gestell_input_wording, only: shown
   implicit none (type, external)
   private
@@ -104,15 +104,9 @@ contains
   pure function subscript_words(rule) result(words)
     type(key_type), intent(in) :: rule
     character(len=:), allocatable :: words
+    character(len=*), parameter :: counts(0:2) = [character(len=14) :: "no subscript", "one subscript", "two subscripts"]
 
-    select case (rule%rank)
-    case (0)
-      words = "takes no subscript"
-    case (1)
-      words = "takes one subscript"
-    case default
-      words = "takes two subscripts"
-    end select
+    words = "takes " // trim(counts(rule%rank))
   end function subscript_words
 
   !> Phrase that states the range of the subscripts, such as "the subscript runs from 1 to 2".
@@ -170,16 +164,9 @@ contains
     type(schema_type), intent(in) :: schema
     character(len=:), allocatable :: message
     character(len=16), allocatable :: names(:)
-    integer :: i
 
-    message = "unknown key '" // shown(key) // "': "
     names = names_of_keys(schema, group)
-    i = nearest_of(key, names)
-    if (i > 0) then
-      message = message // "did you mean '" // trim(names(i)) // "'?"
-    else
-      message = message // "allowed are " // listed(names, "", "")
-    end if
+    message = "unknown key '" // shown(key) // "': " // advice(key, names, "'", "'", "allowed are " // listed(names, "", ""))
   end function unknown_key
 
 end module gestell_input_schema_rule

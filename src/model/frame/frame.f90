@@ -189,24 +189,8 @@ contains
   end subroutine sample_second_order
 
   !> Computes the matrices M, B, C and the load h, linearised about rest, at crank angles (rad), for the degrees of freedom
-  !> `free`.
+  !> `free`. For a frame in the plane they are (9) to (12), with the effective mass functions (gestell_model_mechanism_held).
   subroutine sample_at_rest(self, angles, free, m, b, c, h)
-    class(frame_type), intent(in) :: self
-    real(dp), contiguous, intent(in) :: angles(:)
-    integer, intent(in) :: free(:)
-    real(dp), contiguous, intent(out) :: m(:, :, :), b(:, :, :), c(:, :, :)
-    real(dp), contiguous, intent(out), optional :: h(:, :)
-
-    if (allocated(self%space)) then
-      call self%space%sample_at_rest(self, angles, free, m, b, c, h)
-    else
-      call sample_in_plane(self, angles, free, m, b, c, h)
-    end if
-  end subroutine sample_at_rest
-
-  !> Computes the matrices M, B, C and the load h, linearised about rest, of a frame in the plane, (9) to (12), from the effective
-  !> mass functions (gestell_model_mechanism_held).
-  subroutine sample_in_plane(self, angles, free, m, b, c, h)
     class(frame_type), intent(in) :: self
     real(dp), contiguous, intent(in) :: angles(:)
     integer, intent(in) :: free(:)
@@ -217,6 +201,10 @@ contains
     complex(dp), parameter :: i = (0.0_dp, 1.0_dp)
     integer :: psi
 
+    if (allocated(self%space)) then
+      call self%space%sample_at_rest(self, angles, free, m, b, c, h)
+      return
+    end if
     call tabulate_effective(self%mechanism, self%origin, self%uniform_in_space(), angles, effective, load, slope)
     call set_matrices(free, mass_matrix(self%mass, self%inertia, self%origin, self%mechanism), &
       & self%damping, self%rest_stiffness(), self%speed, self%origin, effective, m, b, c)
@@ -233,7 +221,7 @@ contains
       c(:, psi, psi) = c(:, psi, psi) + real(conjg(unbalance + i * part * cmplx(effective(:, a1_d), effective(:, a2_d), dp)) * g)
       if (present(h)) h(:, psi) = h(:, psi) + aimag(conjg(unbalance) * g)
     end associate
-  end subroutine sample_in_plane
+  end subroutine sample_at_rest
 
   !> True if the crank turns uniformly relative to the ground, false if it turns uniformly relative to the frame.
   pure logical function uniform_in_space(self)

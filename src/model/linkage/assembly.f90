@@ -165,29 +165,26 @@ contains
     closes = [(assembled(joints, bad, (k + aside) * step), k = 0, samples)]
     if (.not. any(closes)) then
       words = "; it cannot be assembled at any crank angle"
-      call add_four_bar(joints, bad, words)
-      return
     else if (all(closes)) then
       words = "; it can be assembled at all other angles that were tested; gaps narrower than 4 deg may have been missed"
-      call add_four_bar(joints, bad, words)
-      return
+    else
+      words = "; it can be assembled"
+      ! Goes through one turn, from an angle at which the joint cannot be assembled.
+      first = findloc(closes, .false., dim=1) - 1
+      range_count = 0
+      do k = first + 1, first + samples
+        if (closes(modulo(k, samples)) .and. .not. closes(modulo(k - 1, samples))) then
+          from = end_of(k - 1, k)
+        else if (closes(modulo(k - 1, samples)) .and. .not. closes(modulo(k, samples))) then
+          to = end_of(k, k - 1)
+          range_count = range_count + 1
+          if (range_count > 1 .and. range_count <= max_listed) words = words // ","
+          if (range_count <= max_listed) words = words // " from " // fixed(degrees(from), 2) // " to " // fixed(degrees(to), 2)
+          if (range_count == max_listed + 1) words = words // ", ..."
+        end if
+      end do
+      words = words // " deg"
     end if
-    words = "; it can be assembled"
-    ! Goes through one turn, from an angle at which the joint cannot be assembled.
-    first = findloc(closes, .false., dim=1) - 1
-    range_count = 0
-    do k = first + 1, first + samples
-      if (closes(modulo(k, samples)) .and. .not. closes(modulo(k - 1, samples))) then
-        from = end_of(k - 1, k)
-      else if (closes(modulo(k - 1, samples)) .and. .not. closes(modulo(k, samples))) then
-        to = end_of(k, k - 1)
-        range_count = range_count + 1
-        if (range_count > 1 .and. range_count <= max_listed) words = words // ","
-        if (range_count <= max_listed) words = words // " from " // fixed(degrees(from), 2) // " to " // fixed(degrees(to), 2)
-        if (range_count == max_listed + 1) words = words // ", ..."
-      end if
-    end do
-    words = words // " deg"
     call add_four_bar(joints, bad, words)
 
   contains

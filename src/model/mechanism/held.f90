@@ -25,7 +25,7 @@ module gestell_model_mechanism_held
   implicit none (type, external)
   private
 
-  public :: check_held, part_of_turn, tabulate_effective
+  public :: check_held, part_of_turn, sum_or_zero, tabulate_effective
 
   character(len=8), parameter, public :: holders(3) = [character(len=8) :: "motor", "flywheel", "outside"]
   !> Name of the input key to which the error messages of `check_held` refer.

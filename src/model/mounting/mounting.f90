@@ -89,14 +89,8 @@ contains
     type(support_type), intent(in) :: supports(:)
     integer, intent(in), optional :: dofs
     real(dp), allocatable :: c(:, :)
-    real(dp) :: whole(6, 6)
-    integer :: i
 
-    whole = 0
-    do i = 1, size(supports)
-      whole = whole + support_matrix(supports(i), supports(i)%stiffness)
-    end do
-    c = of_frame(whole, dofs)
+    c = sum_of_matrices(supports, .false., dofs)
   end function stiffness_matrix
 
   !> Damping matrix b_ij of all supports for `dofs` degrees of freedom (default 3).
@@ -104,27 +98,27 @@ contains
     type(support_type), intent(in) :: supports(:)
     integer, intent(in), optional :: dofs
     real(dp), allocatable :: b(:, :)
+
+    b = sum_of_matrices(supports, .true., dofs)
+  end function damping_matrix
+
+  !> Sum of the supports' matrices, of their dampers or else of their springs, in the frame's order of degrees of freedom.
+  pure function sum_of_matrices(supports, dampers, dofs) result(c)
+    type(support_type), intent(in) :: supports(:)
+    logical, intent(in) :: dampers
+    integer, intent(in), optional :: dofs
+    real(dp), allocatable :: c(:, :)
     real(dp) :: whole(6, 6)
-    integer :: i
+    integer :: i, n
 
     whole = 0
     do i = 1, size(supports)
-      whole = whole + support_matrix(supports(i), supports(i)%damping)
+      whole = whole + support_matrix(supports(i), merge(supports(i)%damping, supports(i)%stiffness, dampers))
     end do
-    b = of_frame(whole, dofs)
-  end function damping_matrix
-
-  !> Converts a matrix for (u, theta) to the frame's order of degrees of freedom and keeps the first `dofs` rows and columns.
-  pure function of_frame(whole, dofs) result(c)
-    real(dp), intent(in) :: whole(6, 6)
-    integer, intent(in), optional :: dofs
-    real(dp), allocatable :: c(:, :)
-    integer :: n
-
     n = 3
     if (present(dofs)) n = dofs
     c = whole(in_space(:n), in_space(:n))
-  end function of_frame
+  end function sum_of_matrices
 
   !> Matrix of one support for small motions q = (u, theta), shape (6, 6): the sum of k g g^T over its axes n, with g = (n, p x
   !> n). `k` is the stiffness or damping along each axis, p the position of the support. The motion q moves the upper end of the

@@ -152,7 +152,9 @@ contains
       if (index(part, "support(") /= 1 .or. is_rotation(columns(1))) return
       number = whole_number(part(9:len(part) - 1))
       if (number < 1 .or. number > size(frame%supports) .or. part /= "support(" // text(number) // ")") return
-      call add_support(frame, number, forces)
+      call add_matrices(stiffness_matrix(frame%supports(number:number), frame%dofs()), &
+        & damping_matrix(frame%supports(number:number), frame%dofs()), forces)
+      call add_turned(frame, number, forces)
     end select
     quantity%unit = merge("Nm", "N ", is_rotation(columns(1)))
     quantity%weights = forces%weights(:, columns)
@@ -191,17 +193,6 @@ contains
       forces%weights(rows(k), turns(k)) = 1
     end do
   end subroutine add_mounting
-
-  !> Adds support `number`.
-  pure subroutine add_support(frame, number, forces)
-    class(frame_type), intent(in) :: frame
-    integer, intent(in) :: number
-    type(ground_forces_type), intent(inout) :: forces
-
-    call add_matrices(stiffness_matrix(frame%supports(number:number), frame%dofs()), &
-      & damping_matrix(frame%supports(number:number), frame%dofs()), forces)
-    call add_turned(frame, number, forces)
-  end subroutine add_support
 
   !> Adds the forces of a mounting with stiffness `c` and damping `b` on the ground, and their moments about the rest position of
   !> the frame's centre of mass. Adds bounds on their rounding errors.

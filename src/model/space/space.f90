@@ -19,6 +19,7 @@
 module gestell_model_space
   use gestell_base_kinds, only: dp, pi
   use gestell_math_rotation, only: cross_matrix
+  use gestell_model_mechanism_held, only: sum_or_zero
   use gestell_model_mechanism_mean_moment, only: average_masses
   use gestell_model_mounting, only: in_frame, in_space, is_rotation
   use gestell_model_mounting_mounted, only: mounted_system
@@ -240,14 +241,6 @@ contains
       loads(k, 4:) = sum_or_zero(loads(k, 4:), torque * driven%turn%b)
     end do
   end subroutine shake
-
-  !> The sum a + b, or zero if the sum is only a rounding error.
-  elemental real(dp) function sum_or_zero(a, b)
-    real(dp), intent(in) :: a, b
-
-    sum_or_zero = a + b
-    if (abs(sum_or_zero) <= 8 * epsilon(1.0_dp) * (abs(a) + abs(b))) sum_or_zero = 0
-  end function sum_or_zero
 
   !> Sums of the absolute values of the terms of the mechanisms' forces (kg m) and moments (kg m^2) at unit speed. They bound the
   !> rounding errors where the terms cancel.
