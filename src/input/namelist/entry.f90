@@ -1,9 +1,9 @@
 !> Parses one key of a namelist group and the values of this key.
 module gestell_input_namelist_entry
-  use gestell_base_error, only: error_type, fatal_error, invalid_input
+  use gestell_base_error, only: error_type
   use gestell_base_text, only: text
   use gestell_input_namelist_document, only: group_type, entry_type, value_type
-  use gestell_input_namelist_message, only: label, location
+  use gestell_input_namelist_message, only: refuse_line
   use gestell_input_namelist_number, only: is_digits, read_integer
   use gestell_input_namelist_scanner, only: scanner_type, token_type, next_token, skip_blanks, next_character, &
     bare, mark, quoted, unclosed_quote
@@ -31,9 +31,9 @@ contains
     allocate(entry%subscript(0))
     if (.not. is_name(entry%key)) then
       if (entry%key(1:1) == "$") then
-        call refuse(group, token%line, "close the group with / instead of " // shown(token%text), error)
+        call refuse_line(group, token%line, "close the group with / instead of " // shown(token%text), error)
       else
-        call refuse(group, token%line, "a key is expected, not '" // shown(token%text) // "'", error)
+        call refuse_line(group, token%line, "a key is expected, not '" // shown(token%text) // "'", error)
       end if
       return
     end if
@@ -44,7 +44,7 @@ contains
       call next_token(scanner, token)
     end if
     if (token%kind /= mark .or. token%text /= "=") then
-      call refuse(group, entry%line, "= is missing after '" // shown(entry%key) // "'", error)
+      call refuse_line(group, entry%line, "= is missing after '" // shown(entry%key) // "'", error)
       return
     end if
     call parse_values(scanner, group, token, entry, error)
@@ -70,7 +70,7 @@ contains
       if (token%text == ")") return
       if (token%text /= ",") exit
     end do
-    call refuse(group, entry%line, "'" // shown(entry%key) // "(': one or two whole numbers and a ) must follow", error)
+    call refuse_line(group, entry%line, "'" // shown(entry%key) // "(': one or two whole numbers and a ) must follow", error)
   end subroutine parse_subscript
 
   !> Parses values until the next key, the end of the group or the end of the text.
@@ -97,7 +97,7 @@ contains
       case (mark)
         if (token%text /= ",") exit
         if (separated .or. n == 0) then
-          call refuse(group, token%line, "a value is missing before a comma of '" // shown(entry%key) // "'", error)
+          call refuse_line(group, token%line, "a value is missing before a comma of '" // shown(entry%key) // "'", error)
           return
         end if
         separated = .true.
@@ -109,7 +109,7 @@ contains
         call skip_blanks(scanner)
         if (token%kind == bare .and. scan(next_character(scanner), "=(") > 0) exit
         if (position == behind) then
-          call refuse(group, token%line, "a blank or comma is missing before '" // shown(token%text) &
+          call refuse_line(group, token%line, "a blank or comma is missing before '" // shown(token%text) &
             // "' (a quote within a text is written twice)", error)
           return
         end if
@@ -127,7 +127,7 @@ contains
       behind = after
     end do
     entry%values = entry%values(:n)
-    if (n == 0) call refuse(group, entry%line, "'" // shown(entry%key) // "' has no value", error)
+    if (n == 0) call refuse_line(group, entry%line, "'" // shown(entry%key) // "' has no value", error)
   end subroutine parse_values
 
   !> Parses one value, and its repeat count if it has one, from a token.
@@ -147,7 +147,7 @@ contains
         if (is_digits(token%text(:star-1))) then
           call read_integer(token%text(:star-1), value%count, reason)
           if (reason /= "" .or. value%count == 0) then
-            call refuse(group, token%line, "'" // shown(token%text) // "': the repeat count must be from 1 to " &
+            call refuse_line(group, token%line, "'" // shown(token%text) // "': the repeat count must be from 1 to " &
               & // text(huge(1)), error)
             return
           end if
@@ -156,29 +156,19 @@ contains
           else if (scan(next_character(scanner), "'""") > 0) then
             call next_token(scanner, token)
           else
-            call refuse(group, token%line, "a value is missing after '" // shown(token%text) // "'", error)
+            call refuse_line(group, token%line, "a value is missing after '" // shown(token%text) // "'", error)
             return
           end if
         end if
       end if
     end if
     if (token%kind == unclosed_quote) then
-      call refuse(group, token%line, "the text '" // shown(token%text) // " has no closing quote on its line", error)
+      call refuse_line(group, token%line, "the text '" // shown(token%text) // " has no closing quote on its line", error)
     end if
     value%text = token%text
     value%quoted = token%kind /= bare
     value%line = entry%line
   end subroutine parse_value
-
-  !> Returns an error that names the group and the line with number `line`. `message` says what is wrong.
-  pure subroutine refuse(group, line, message, error)
-    type(group_type), intent(in) :: group
-    integer, intent(in) :: line
-    character(len=*), intent(in) :: message
-    type(error_type), allocatable, intent(out) :: error
-
-    call fatal_error(error, location(group%file, line) // label(group) // ": " // message, invalid_input)
-  end subroutine refuse
 
   !> True if a text is a permitted name of a group or key: a letter, followed by letters, digits and underscores.
   pure logical function is_name(text)

@@ -8,7 +8,7 @@ module gestell_input_namelist_message
   implicit none (type, external)
   private
 
-  public :: locate_in_group, input_error, refuse_entry, location, label, typed
+  public :: locate_in_group, input_error, refuse_entry, refuse_line, location, label, typed
 
 contains
 
@@ -27,9 +27,9 @@ contains
     if (i > 0) then
       call refuse_entry(group, group%entries(i), message, error, element)
     else if (key == "") then
-      call fatal_error(error, location(group%file, group%line) // label(group) // ": " // message, invalid_input)
+      call refuse_line(group, group%line, message, error)
     else
-      call fatal_error(error, location(group%file, group%line) // label(group) // ": " // key // ": " // message, invalid_input)
+      call refuse_line(group, group%line, key // ": " // message, error)
     end if
   end subroutine input_error
 
@@ -61,11 +61,20 @@ contains
       if (allocated(value%origin)) then
         call fatal_error(error, value%origin // ": " // message, invalid_input)
       else
-        call fatal_error(error, location(group%file, value%line) // label(group) // ": " // typed(entry, element) &
-          // ": " // message, invalid_input)
+        call refuse_line(group, value%line, typed(entry, element) // ": " // message, error)
       end if
     end associate
   end subroutine refuse_entry
+
+  !> Returns an error that names the group and the line with number `line`. `message` says what is wrong.
+  pure subroutine refuse_line(group, line, message, error)
+    type(group_type), intent(in) :: group
+    integer, intent(in) :: line
+    character(len=*), intent(in) :: message
+    type(error_type), allocatable, intent(out) :: error
+
+    call fatal_error(error, location(group%file, line) // label(group) // ": " // message, invalid_input)
+  end subroutine refuse_line
 
   !> Index of the value whose line the message quotes: `element` if present, otherwise the first value that the input gives.
   pure integer function value_with_line(entry, element) result(i)

@@ -6,7 +6,7 @@ module gestell_input_namelist
   use gestell_base_text, only: text
   use gestell_input_namelist_document, only: document_type, group_type, entry_type
   use gestell_input_namelist_entry, only: parse_entry, is_name
-  use gestell_input_namelist_message, only: label, location
+  use gestell_input_namelist_message, only: label, location, refuse_line
   use gestell_input_namelist_scanner, only: scanner_type, token_type, next_token, skip_blanks, bare, mark, end_of_text
   use gestell_input_wording, only: shown, lower
   use, intrinsic :: iso_c_binding, only: c_int
@@ -209,7 +209,7 @@ contains
       message = "a key or the closing / is expected, not '" // shown(token%text) // "'"
       line = token%line
     end if
-    call fatal_error(error, location(group%file, line) // label(group) // ": " // message, invalid_input)
+    call refuse_line(group, line, message, error)
   end subroutine refuse_end
 
   !> Fails if the content is empty or contains control characters other than tabs and line ends.

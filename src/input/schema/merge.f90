@@ -1,9 +1,9 @@
 !> Merges the entries of a group, so that each key has one entry with one value for each element.
 module gestell_input_schema_merge
-  use gestell_base_error, only: error_type, fatal_error, invalid_input
+  use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
   use gestell_input_namelist_document, only: group_type, entry_type, value_type
-  use gestell_input_namelist_message, only: refuse_entry, label, location
+  use gestell_input_namelist_message, only: refuse_entry, refuse_line
   use gestell_input_schema_rule, only: check_values, element_of, values_words, subscript_words, extent_words, typing_hint, &
     unknown_key
   use gestell_base_key, only: key_type
@@ -31,8 +31,7 @@ contains
       associate (entry => group%entries(i))
         rule = find_key_rule(schema, group%name, entry%key)
         if (rule == 0) then
-          call fatal_error(error, location(group%file, entry%line) // label(group) // ": " &
-            & // unknown_key(entry%key, schema, group%name), invalid_input)
+          call refuse_line(group, entry%line, unknown_key(entry%key, schema, group%name), error)
           return
         end if
         if (index_of(rule) == 0) then

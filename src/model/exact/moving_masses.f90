@@ -35,8 +35,7 @@ contains
     real(dp), contiguous, intent(in) :: angles(:)
     type(masses_type), intent(out) :: at
     complex(dp), parameter :: i = (0.0_dp, 1.0_dp)
-    real(dp) :: effective(size(angles), table_columns), load(size(angles), 3), slope(size(angles))
-    real(dp) :: part
+    real(dp) :: effective(size(angles), table_columns), load(size(angles), 3), slope(size(angles)), part
 
     call tabulate_effective(frame%mechanism, frame%origin, frame%uniform_in_space(), angles, effective, load, slope)
     associate (omega => frame%speed, xi0 => frame%origin(1), eta0 => frame%origin(2), m_g => frame%mechanism%mass)

@@ -3,6 +3,7 @@ module gestell_model_frame_in_space
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp, pi
   use gestell_math_lapack, only: symmetric_pencil
+  use gestell_math_rotation, only: identity
   use gestell_model_frame_data, only: check_free
   use gestell_model_frame, only: frame_type
   use gestell_model_linkage, only: linkage_type
@@ -116,12 +117,10 @@ contains
   logical function not_a_rigid_body(inertia)
     real(dp), intent(in) :: inertia(3, 3)
     real(dp), parameter :: rounding = 1.0e-9_dp
-    real(dp) :: unit(3, 3)
     real(dp), allocatable :: principal(:)
     type(error_type), allocatable :: error
 
-    unit = reshape([1, 0, 0, 0, 1, 0, 0, 0, 1], [3, 3])
-    call symmetric_pencil(inertia, unit, principal, error)
+    call symmetric_pencil(inertia, identity(), principal, error)
     not_a_rigid_body = allocated(error)
     if (.not. not_a_rigid_body) not_a_rigid_body = principal(1) < -rounding * principal(3) &
       & .or. principal(3) > (1 + rounding) * (principal(1) + principal(2))

@@ -300,8 +300,6 @@ contains
       grashof_class = "crank-rocker (shortest link: crank)"
     case (4)
       grashof_class = "double crank (shortest link: frame)"
-    case default
-      grashof_class = ""
     end select
   end function grashof_class
 

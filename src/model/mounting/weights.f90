@@ -54,7 +54,7 @@ module gestell_model_mounting_weights
     procedure, private :: moment_in_plane, moment_in_space, stiffness_in_plane, stiffness_in_space
     generic :: moment => moment_in_plane, moment_in_space
     generic :: moment_stiffness => stiffness_in_plane, stiffness_in_space
-    procedure :: add_stiffness, add_load, static_force, potential, torque, gravity_in_plane, rest_in_plane
+    procedure :: add_stiffness, add_load, potential, torque, gravity_in_plane, rest_in_plane
   end type weights_type
 
 contains
@@ -99,8 +99,8 @@ contains
     weights%rest = outer(mean, gravity)
     weights%carried = load(4:)
     do j = 1, size(supports)
-      associate (p => supports(j)%position, static => supports(j)%static)
-        static = weights%static_force(support_matrix(supports(j), supports(j)%stiffness))
+      associate (p => supports(j)%position, static => supports(j)%static, c => support_matrix(supports(j), supports(j)%stiffness))
+        static = matmul(c(:3, :), weights%sag)
         weights%carried = weights%carried - cross(p, static)
         sizes(4) = sizes(4) + norm2(p) * norm2(static)
         if (.not. supports(j)%turning) weights%rest = weights%rest - outer(p, static)
@@ -233,16 +233,6 @@ contains
         & - (s(:, last) - self%mean(last)) * self%gravity(next)
     end do
   end subroutine add_load
-
-  !> Static force on the ground (N) of one component of the mounting. `c`: stiffness matrix of this component for (u, theta), shape
-  !> (6, 6).
-  pure function static_force(self, c) result(force)
-    class(weights_type), intent(in) :: self
-    real(dp), intent(in) :: c(6, 6)
-    real(dp) :: force(3)
-
-    force = matmul(c(:3, :), self%sag)
-  end function static_force
 
   !> Matrix tr N 1 - N^T.
   pure function turn_stiffness(n) result(c)

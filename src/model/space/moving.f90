@@ -9,7 +9,7 @@ module gestell_model_space_moving
   use gestell_model_joints_joint, only: point_type
   use gestell_model_joints_path, only: carried, direction
   use gestell_model_space_masses, only: plane_type
-  use gestell_math_rotation, only: cross, outer
+  use gestell_math_rotation, only: cross, identity, outer
   implicit none (type, external)
   private
 
@@ -74,10 +74,11 @@ contains
       associate (m => link%mass, inertia => link%inertia)
         moving%s = moving%s + m * r(:, 1:)
         moving%j(:, :, 1) = moving%j(:, :, 1) + 2 * (link%along * symmetric(u(:, 0), u(:, 1)) &
-          & + link%across * symmetric(v(:, 0), v(:, 1)) + m * (unit(dot_product(r(:, 0), r(:, 1))) - symmetric(r(:, 0), r(:, 1))))
+          & + link%across * symmetric(v(:, 0), v(:, 1)) &
+          & + m * (dot_product(r(:, 0), r(:, 1)) * identity() - symmetric(r(:, 0), r(:, 1))))
         moving%j(:, :, 2) = moving%j(:, :, 2) + 2 * (link%along * (symmetric(u(:, 0), u(:, 2)) + outer(u(:, 1), u(:, 1))) &
           & + link%across * (symmetric(v(:, 0), v(:, 2)) + outer(v(:, 1), v(:, 1))) &
-          & + m * (unit(dot_product(r(:, 0), r(:, 2)) + dot_product(r(:, 1), r(:, 1))) - symmetric(r(:, 0), r(:, 2)) &
+          & + m * ((dot_product(r(:, 0), r(:, 2)) + dot_product(r(:, 1), r(:, 1))) * identity() - symmetric(r(:, 0), r(:, 2)) &
           & - outer(r(:, 1), r(:, 1))))
         moving%a(:, 0) = moving%a(:, 0) + m * cross(r(:, 0), r(:, 1)) + inertia * spin(0) * q(:, 3)
         moving%a(:, 1) = moving%a(:, 1) + m * cross(r(:, 0), r(:, 2)) + inertia * spin(1) * q(:, 3)
@@ -106,12 +107,5 @@ contains
 
     symmetric = (outer(a, b) + outer(b, a)) / 2
   end function symmetric
-
-  pure function unit(x)
-    real(dp), intent(in) :: x
-    real(dp) :: unit(3, 3)
-
-    unit = reshape([x, 0.0_dp, 0.0_dp, 0.0_dp, x, 0.0_dp, 0.0_dp, 0.0_dp, x], [3, 3])
-  end function unit
 
 end module gestell_model_space_moving

@@ -191,9 +191,7 @@ contains
     m = 0
     b = 0
     c = 0
-    do i = 1, 3
-      m(i, i) = masses%mass
-    end do
+    m(:3, :3) = masses%mass * identity()
     ! derivatives with respect to dalpha'', dalpha', dalpha
     m(:3, 4:) = -matmul(rotation, s)
     m(4:, :3) = matmul(s, back)
