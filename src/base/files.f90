@@ -7,7 +7,8 @@ module gestell_base_files
   private
 
   public :: close_file, copy_text, create_file, file_size, file_exists, system_message, link_file, lock_file, make_directory, &
-    & open_to_read, open_to_write, read_at, read_chunk, remove_file, remove_folder, rename_file, try_lock, unlock_file, write_bytes
+    & open_to_read, open_to_write, read_at, read_chunk, read_file, remove_file, remove_folder, rename_file, try_lock, unlock_file, &
+    & write_bytes
 
   !> Flags of the POSIX functions flock and open. For flock: `together` is LOCK_SH, `exclusive` is LOCK_EX, `without_waiting` is
   !> LOCK_NB. For open: `only_to_write` is O_WRONLY.
@@ -277,6 +278,21 @@ contains
     end do
     done = .true.
   end subroutine read_at
+
+  !> Reads a whole file. `bytes` is empty if the file cannot be read.
+  subroutine read_file(name, bytes)
+    character(len=*), intent(in) :: name
+    character(len=:), allocatable, intent(out) :: bytes
+    integer(c_int) :: handle
+    logical :: done
+
+    allocate(character(len=max(0_int64, file_size(name))) :: bytes)
+    call open_to_read(name, handle)
+    done = handle >= 0
+    if (done) call read_at(handle, 1_int64, bytes, done)
+    if (.not. done) bytes = ""
+    if (handle >= 0) call close_file(handle, done)
+  end subroutine read_file
 
   !> Closes a file. `done` is false if closing fails, as on systems that report a full disk only when a file is closed.
   subroutine close_file(handle, done)

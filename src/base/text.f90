@@ -8,7 +8,7 @@ module gestell_base_text
   implicit none (type, external)
   private
 
-  public :: concise, either, exact, fixed, text, whole_number
+  public :: concise, either, exact, fixed, integer_text, text, whole_number
 
   character, parameter, public :: newline = new_line("a")
 
@@ -82,7 +82,7 @@ contains
     else
       line = buffer
       call drop_zeros(line)
-      line(len_trim(line) + 1:) = "e" // integer_line(exponent)
+      line(len_trim(line) + 1:) = "e" // integer_line(int(exponent, int64))
       if (value < 0) line = "-" // line(:longest - 1)
     end if
   end function concise_line
@@ -109,10 +109,10 @@ contains
     if (verify(trim(line), "-0.") == 0 .and. line(1:1) == "-") line = line(2:)
   end function fixed_line
 
-  pure character(len=12) function integer_line(value) result(line)
-    integer, intent(in) :: value
+  pure character(len=20) function integer_line(value) result(line)
+    integer(int64), intent(in) :: value
 
-    line = decimal_digits(abs(int(value, int64)), 0, len(line))
+    line = decimal_digits(abs(value), 0, len(line))
     if (value < 0) line = "-" // line(:len(line) - 1)
   end function integer_line
 
@@ -190,9 +190,17 @@ contains
   !> Text of an integer: its decimal digits and, if it is negative, the sign.
   pure function text(value) result(string)
     integer, intent(in) :: value
+    character(len=len_trim(integer_line(int(value, int64)))) :: string
+
+    string = integer_line(int(value, int64))
+  end function text
+
+  !> Text of a 64-bit integer: its decimal digits and, if it is negative, the sign.
+  pure function integer_text(value) result(string)
+    integer(int64), intent(in) :: value
     character(len=len_trim(integer_line(value))) :: string
 
     string = integer_line(value)
-  end function text
+  end function integer_text
 
 end module gestell_base_text

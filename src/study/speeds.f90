@@ -19,6 +19,8 @@ module gestell_study_speeds
     integer, allocatable :: harmonics(:)
   contains
     procedure :: requested_harmonics
+    !> Name of `requested_harmonics` for users of the library, in options for resonance curves
+    procedure :: reported_harmonics => requested_harmonics
   end type harmonic_options
 
   !> Largest number of orders of the crank that can be requested.

@@ -66,8 +66,7 @@ module gestell_task_campbell
     real(dp), allocatable :: speeds(:)
     type(campbell_point_type), allocatable :: points(:)
   contains
-    procedure :: compute
-    procedure :: exchange
+    procedure :: compute, exchange
   end type speeds_type
 
   !> Maximum number of times that an interval between two speeds is halved to match the modes at its ends

@@ -64,8 +64,7 @@ module gestell_task_campbell_crossings
     type(campbell_type) :: campbell
     type(search_type), allocatable :: searches(:)
   contains
-    procedure :: compute
-    procedure :: exchange
+    procedure :: compute, exchange
   end type searches_type
 
   !> Relative accuracy to which the speed of a crossing is computed, unless the errors of the frequencies are larger

@@ -24,8 +24,7 @@ module gestell_task_campbell_task
 
   type, extends(task_type), public :: campbell_task
   contains
-    procedure :: describe
-    procedure :: run
+    procedure :: describe, run
   end type campbell_task
 
   !> The Campbell diagram and its crossings. Several tasks use them.
@@ -77,8 +76,7 @@ contains
         & // "speed of the crossing", (crossings%ends(1)))
       call table%add("to", rpm, "end of the interval of speeds in which the mode is locked to the order; without locking, " &
         & // "speed of the crossing", (crossings%ends(2)))
-      call table%add("frequency", hertz, "frequency of the mode at the crossing", &
-        & crossings%at%frequency() / (2 * pi))
+      call table%add("frequency", hertz, "frequency of the mode at the crossing", crossings%at%frequency() / (2 * pi))
       call table%add("growth", per_second, "growth rate of the mode at the crossing", (crossings%at%growth))
       call table%add("damping_ratio", plain, "damping ratio (Lehr) of the mode at the crossing", crossings%at%damping_ratio())
       call table%add("locked", "1: the mode is locked to the order over an interval of speeds; 0: the mode only crosses the " &

@@ -48,11 +48,7 @@ module gestell_task_common_configuration
     !> `read_machine` fails with this error.
     type(error_type), allocatable :: impossible
   contains
-    procedure :: model
-    procedure :: speeds
-    procedure :: harmonics
-    procedure :: turns
-    procedure :: request_forces
+    procedure :: model, speeds, harmonics, turns, request_forces
   end type configuration_type
 
 contains

@@ -36,8 +36,7 @@ module gestell_task_common_context
     !> A result that one task stores here so that a later task can use it.
     class(*), allocatable :: stored_result
   contains
-    procedure :: members
-    procedure :: fill_header
+    procedure :: members, fill_header
   end type context_type
 
 contains

@@ -38,14 +38,8 @@ module gestell_task_common_executor
     !> Number of calls of `distribute` so far. Together with the number of a piece it identifies a result in the journal.
     integer, private :: rounds = 0
   contains
-    procedure :: distribute
-    procedure :: show
-    procedure, nopass :: is_leader
-    procedure, nopass :: share_of
-    procedure, nopass :: share_error
-    procedure, nopass :: share_marks
-    procedure, nopass :: compare
-    procedure, nopass :: workers_line
+    procedure :: distribute, show
+    procedure, nopass :: is_leader, share_of, share_error, share_marks, compare, workers_line
   end type executor_type
 
   abstract interface

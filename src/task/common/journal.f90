@@ -32,8 +32,7 @@ module gestell_task_common_journal
     !> True if writing to the file has failed. Nothing more is stored then.
     logical, private :: failed = .false.
   contains
-    procedure :: find
-    procedure :: store
+    procedure :: find, store
   end type journal_type
 
 contains
@@ -95,25 +94,20 @@ contains
 
     if (self%failed .or. size(words) == 0) return
     done = .true.
-    if (self%handle < 0) call begin(self, done)
+    if (self%handle < 0) then
+      ! Create the file, and copy the records of an earlier run into it.
+      call create_file(self%name // temporary_ending, self%handle)
+      done = self%handle >= 0
+      if (done .and. size(self%ends) > 0) call append(self, self%words(:self%ends(size(self%ends)) + 1), done)
+      if (done) call rename_file(self%name // temporary_ending, self%name, done)
+      if (.not. done) call remove_file(self%name // temporary_ending)
+    end if
     if (done) call append(self, sealed(self%fingerprint, [int([round, piece], int64), words]), done)
     self%failed = .not. done
     if (done .or. self%handle < 0) return
     call close_file(self%handle, done)
     self%handle = -1
   end subroutine store
-
-  !> Creates the file, and copies the records of an earlier run into it. `done` is false if this failed.
-  subroutine begin(journal, done)
-    class(journal_type), intent(inout) :: journal
-    logical, intent(out) :: done
-
-    call create_file(journal%name // temporary_ending, journal%handle)
-    done = journal%handle >= 0
-    if (done .and. size(journal%ends) > 0) call append(journal, journal%words(:journal%ends(size(journal%ends)) + 1), done)
-    if (done) call rename_file(journal%name // temporary_ending, journal%name, done)
-    if (.not. done) call remove_file(journal%name // temporary_ending)
-  end subroutine begin
 
   subroutine append(journal, words, done)
     class(journal_type), intent(in) :: journal

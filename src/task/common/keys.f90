@@ -28,16 +28,13 @@ module gestell_task_common_keys
     &   range=range_type(1.0e-15_dp, 0.1_dp, above_zero=.true.)), &
     & key_type("accuracy", "method", text_key, "method that computes Phi(T)", word="auto"), &
     & key_type("accuracy", "steps", integer_key, "number of integration steps per period; with `0` the program takes as many " // &
-    &   "as the tolerance requires", &
-    &   default=0.0_dp, range=range_type(0.0_dp, 1048576.0_dp))]
+    &   "as the tolerance requires", default=0.0_dp, range=range_type(0.0_dp, 1048576.0_dp))]
 
   type(key_type), parameter, public :: response_keys(*) = [ &
     & key_type("response", "points", integer_key, "number of equal intervals of the time history over one period", &
-    & default=360.0_dp, &
-    &   range=range_type(1.0_dp, 1.0e6_dp)), &
+    &   default=360.0_dp, range=range_type(1.0_dp, 1.0e6_dp)), &
     & key_type("response", "harmonics", integer_key, "highest order of the crank speed in the tables of harmonics", &
-    & default=20.0_dp, &
-    &   range=range_type(0.0_dp, 8000.0_dp)), &
+    &   default=20.0_dp, range=range_type(0.0_dp, 8000.0_dp)), &
     & key_type("response", "quantities", text_key, "quantities to report and to write to `quantities.csv` and to the line of " // &
     &   "`--one-line`; names as in `&resonance`", 1, 1, 20, otherwise="none"), &
     & key_type("response", "measures", text_key, "which values of the `quantities` to report: peak, rms, or the rms velocity " // &

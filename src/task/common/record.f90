@@ -17,9 +17,7 @@ module gestell_task_common_record
     !> True if more words were requested than the record contains.
     logical, private :: short = .false.
   contains
-    procedure :: begin
-    procedure :: is_complete
-    procedure :: pass_words
+    procedure :: begin, is_complete, pass_words
     procedure, private :: pass_integer, pass_logical, pass_real, pass_reals, pass_table, pass_complex, pass_verdict
     generic :: pass => pass_integer, pass_logical, pass_real, pass_reals, pass_table, pass_complex, pass_verdict
   end type record_type

@@ -17,16 +17,13 @@ module gestell_task_common_task
   !> its vibration.
   integer, parameter, public :: own_machine = 1, all_machines = 2, all_speeds = 3, unsolved_machine = 4
 
-  !> Maximum length of the sentence that explains what a task computes.
-  integer, parameter, public :: longest_meaning = 112
-
   !> A task: computes and reports one kind of result.
   type, abstract, public :: task_type
     !> Name of the task in the input, for example 'sweep'.
     character(len=11) :: name = ""
     !> Sentence that explains what the task computes, for --help and the manual. Blank if an earlier task in the registry has the
     !> same name
-    character(len=longest_meaning) :: meaning = ""
+    character(len=112) :: meaning = ""
     !> Names of all tables that the task may write. Only files of these tables are moved to the final folder of results.
     character(len=longest_table), allocatable :: tables(:)
     !> Machines that the task examines: `own_machine`, `all_machines`, `all_speeds` or `unsolved_machine`

@@ -22,16 +22,10 @@ contains
   pure function shared_words() result(words)
     type(variant_type), allocatable :: words(:)
     character(len=16), allocatable :: methods(:)
-    integer :: i, n
+    integer :: i
 
     methods = solution_methods()
-    n = size(model_words)
-    allocate(words(n + size(methods)))
-    words(:n) = model_words
-    do i = 1, size(methods)
-      words(n + i) = variant_type("accuracy", "method", methods(i), "")
-      call describe_method(trim(methods(i)), words(n + i)%meaning)
-    end do
+    words = [model_words, (variant_type("accuracy", "method", methods(i), meaning_of(trim(methods(i)))), i = 1, size(methods))]
   end function shared_words
 
   !> Explains the values of the key `case.tasks`, which are the tasks that an input can request.
@@ -41,15 +35,12 @@ contains
     type(variant_type) :: words(size(tasks))
     integer :: i
 
-    do i = 1, size(tasks)
-      words(i) = variant_type("case", "tasks", tasks(i), meanings(i))
-    end do
+    words = [(variant_type("case", "tasks", tasks(i), meanings(i)), i = 1, size(tasks))]
   end function task_words
 
-  !> Returns a sentence that explains a value of `accuracy.method`; blank if the method is unknown.
-  pure subroutine describe_method(method, meaning)
+  !> Sentence that explains a value of `accuracy.method`; blank if the method is unknown.
+  pure character(len=320) function meaning_of(method) result(meaning)
     character(len=*), intent(in) :: method
-    character(len=320), intent(out) :: meaning
     integer :: stages, status
 
     select case (method)
@@ -70,6 +61,6 @@ contains
       read(method(6:), *, iostat=status) stages
       if (status == 0) meaning = "Gauss collocation with " // text(stages) // " stages, order " // text(2 * stages)
     end select
-  end subroutine describe_method
+  end function meaning_of
 
 end module gestell_task_common_words

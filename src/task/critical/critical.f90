@@ -77,8 +77,7 @@ module gestell_task_critical
     type(crossing_type), allocatable :: crossings(:)
     type(critical_type), allocatable :: critical(:)
   contains
-    procedure :: compute
-    procedure :: exchange
+    procedure :: compute, exchange
   end type searches_type
 
   !> The search extends to both sides of a crossing by `reach` half widths of the resonance, but at most by `most_reach` times the

@@ -23,8 +23,7 @@ module gestell_task_critical_task
 
   type, extends(task_type), public :: critical_task
   contains
-    procedure :: describe
-    procedure :: run
+    procedure :: describe, run
   end type critical_task
 
 contains

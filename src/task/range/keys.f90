@@ -13,21 +13,18 @@ module gestell_task_range_keys
     & key_type("sweep", "count", integer_key, "number of values in the range, including both ends", &
     & range=range_type(least=1.0_dp)), &
     & key_type("sweep", "spacing", text_key, "`'linear'` gives equal differences between successive values, `'log'` equal " // &
-    &   "ratios; for `'log'` both ends must have the same sign", word="linear", &
-    &   words="linear, log"), &
+    &   "ratios; for `'log'` both ends must have the same sign", word="linear", words="linear, log"), &
     & key_type("sweep", "engine", text_key, "`'direct'` solves every point; `'expansion'` interpolates Phi(T) and checks it " // &
     &   "at random points; `'auto'` uses the faster of these methods; give this key in only one of the groups `&sweep`", &
     &   word="auto", words="auto, expansion, direct"), &
     & key_type("sweep", "columns", text_key, "columns: `'rho_max'`, `'log_rho_max'`, `'rho_error'`, `'verdict'`, " // &
     &   "`'xi_peak_m'`, `'eta_peak_m'`, `'psi_peak_rad'`, in space `'zeta_peak_m'`, `'rot_xi_peak_rad'`, " // &
-    &   "`'rot_eta_peak_rad'`, and quantities as in `&resonance`; give this key in only one of the groups `&sweep`", 1, 1, &
-    &   30, &
+    &   "`'rot_eta_peak_rad'`, and quantities as in `&resonance`; give this key in only one of the groups `&sweep`", 1, 1, 30, &
     &   otherwise="all except quantities"), &
     & key_type("sweep", "measures", text_key, "which values of the quantities in `columns` to write: peak, rms, or the " // &
     &   "rms velocity within the frequency band of the probe; give this key in only one of the groups `&sweep`", 1, 1, 3, &
     &   word="peak", words="peak, rms, band"), &
     & key_type("sweep", "format", text_key, "`'npy'` writes a NumPy array `sweep.npy` instead of `sweep.csv`; give this key " // &
-    &   "in only one of the groups `&sweep`", &
-    &   word="csv", words="csv, npy")]
+    &   "in only one of the groups `&sweep`", word="csv", words="csv, npy")]
 
 end module gestell_task_range_keys

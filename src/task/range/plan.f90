@@ -5,7 +5,7 @@ module gestell_task_range_plan
   use gestell_input_namelist_document, only: document_type, group_type, groups_named, has, group_named
   use gestell_input_machine_family, only: document_family_type, new_document_family
   use gestell_base_key, only: integer_key, text_key
-  use gestell_base_text, only: text
+  use gestell_base_text, only: integer_text, text
   use gestell_input_schema_read, only: read
   use gestell_input_schema_locate, only: find_target, target_type
   use gestell_input_namelist_message, only: locate_in_group, input_error, label
@@ -137,13 +137,9 @@ contains
     type(group_type), intent(in) :: groups(:)
     integer(int64), intent(in) :: most
     type(error_type), allocatable, intent(out) :: error
-    character(len=20) :: points, allowed
 
-    if (grid%points() <= most) return
-    write (points, "(i0)") grid%points()
-    write (allowed, "(i0)") most
-    call input_error(groups(size(groups)), "count", "gives " // trim(points) // " points in total; at most " // trim(allowed) &
-      & // " can be computed", error)
+    if (grid%points() > most) call input_error(groups(size(groups)), "count", "gives " // integer_text(grid%points()) &
+      & // " points in total; at most " // integer_text(most) // " can be computed", error)
   end subroutine limit_points
 
   !> Checks whether the sweep of `plan` is suitable for tasks that vary the speed. Fails if the sweep varies another parameter, if
@@ -229,9 +225,8 @@ contains
       else if (rule%kind == integer_key) then
         call input_error(group, key, "has a whole number as its value; only real numbers can be varied", error)
       else if (rule%least > 1 .and. target%element == 0 .and. .not. rule%alike) then
-        call input_error(group, key, "has " // text(rule%least) // " values; give the path of one of them, for example " // &
-          & shown(path) // &
-          & trim(merge("(1,1)", "(1)  ", rule%rank == 2)), error)
+        call input_error(group, key, "has " // text(rule%least) // " values; give the path of one of them, for example " &
+          & // shown(path) // trim(merge("(1,1)", "(1)  ", rule%rank == 2)), error)
       end if
     end associate
   end subroutine find_number

@@ -2,7 +2,7 @@
 module gestell_task_registry_page
   use gestell_base_base64, only: base64
   use gestell_base_error, only: error_type
-  use gestell_base_text, only: concise, text
+  use gestell_base_text, only: concise, newline, text
   use gestell_base_version, only: version
   use gestell_base_words, only: on_one_line
   use gestell_task_common_configuration, only: configuration_type
@@ -13,20 +13,17 @@ module gestell_task_registry_page
   use gestell_output_result, only: result_type
   use gestell_output_table, only: table_type
   use gestell_input_namelist_document, only: group_type, name_of
-  use gestell_base_files, only: file_size
+  use gestell_base_files, only: read_file
   use gestell_output_page_html, only: cell, escaped, head, row, tail
   use gestell_output_page_table, only: html_table
   use gestell_input_schema, only: find_key_rule, schema_type
   use gestell_input_schema_units, only: unit_symbol
   use gestell_input_namelist_message, only: typed
   use gestell_output_file_output, only: open_output, output_type
-  use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
   private
 
   public :: write_page
-
-  character, parameter :: newline = new_line("a")
 
 contains
 
@@ -121,41 +118,20 @@ contains
   function section(folder, table) result(words)
     character(len=*), intent(in) :: folder
     type(table_type), intent(in) :: table
-    character(len=:), allocatable :: words
-    character(len=:), allocatable :: picture, encoded, rows
+    character(len=:), allocatable :: words, picture, encoded, rows
 
     words = "<h2>" // escaped(table%heading) // "</h2>" // newline
-    picture = file_content(folder // "/" // table%name // ".svg")
+    call read_file(folder // "/" // table%name // ".svg", picture)
     if (len(picture) > 0) then
       call base64(picture, encoded)
       words = words // "<figure><img alt=""" // escaped(table%heading) // """ src=""data:image/svg+xml;base64," // encoded &
-        & // """>" &
-        & // "<figcaption>" // escaped(table%caption) // "</figcaption></figure>" // newline
+        & // """><figcaption>" // escaped(table%caption) // "</figcaption></figure>" // newline
     end if
     if (.not. table%shown) return
     rows = html_table(table)
     words = words // rows
     if (len(rows) == 0) words = words // "<p>None.</p>" // newline
   end function section
-
-  !> Content of a file; empty if the file cannot be read.
-  function file_content(name) result(bytes)
-    character(len=*), intent(in) :: name
-    character(len=:), allocatable :: bytes
-    integer(int64) :: size_of
-    integer :: unit, status
-
-    size_of = file_size(name)
-    if (size_of < 1) then
-      bytes = ""
-      return
-    end if
-    allocate(character(len=size_of) :: bytes)
-    open (newunit=unit, file=name, access="stream", form="unformatted", action="read", status="old", iostat=status)
-    if (status == 0) read (unit, iostat=status) bytes
-    if (status == 0) close (unit, iostat=status)
-    if (status /= 0) bytes = ""
-  end function file_content
 
   !> HTML table of the input as the user typed it, with units. The settings from the command line come first.
   function input_table(configuration, settings) result(words)
@@ -184,8 +160,7 @@ contains
   function group_rows(configuration, group) result(words)
     type(configuration_type), intent(in) :: configuration
     type(group_type), intent(in) :: group
-    character(len=:), allocatable :: words
-    character(len=:), allocatable :: heading, line
+    character(len=:), allocatable :: words, heading, line
     type(schema_type) :: schema
     integer :: i, equals
 

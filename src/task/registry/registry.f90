@@ -7,8 +7,7 @@ module gestell_task_registry
   use gestell_input_schema, only: schema_type
   use gestell_input_schema_fingerprint, only: content_hash
   use gestell_input_schema_read, only: read
-  use gestell_task_common_task, only: all_machines, all_speeds, any_task_type, longest_meaning, longest_table, &
-    & task_type
+  use gestell_task_common_task, only: all_machines, all_speeds, any_task_type, longest_table, task_type
   use gestell_task_common_configuration, only: configuration_type, read_machine, read_plan
   use gestell_task_registry_keys, only: schema_of
   use gestell_task_common_keys, only: case_keys_of
@@ -51,12 +50,11 @@ contains
     do i = 1, size(tasks)
       tasks(i)%task%requested = any(names == tasks(i)%task%name)
     end do
-    call read_machine(configuration, size(names) == 0 .or. any([(tasks(i)%task%requested &
-      & .and. tasks(i)%task%scope /= all_machines, &
-      & i = 1, size(tasks))]), error)
+    call read_machine(configuration, size(names) == 0 &
+      & .or. any([(tasks(i)%task%requested .and. tasks(i)%task%scope /= all_machines, i = 1, size(tasks))]), error)
     if (allocated(error)) return
-    if (requests_any(tasks, all_machines) .or. requests_any(tasks, all_speeds)) call read_plan(configuration, requests_any(tasks, &
-      & all_speeds), error)
+    if (requests_any(tasks, all_machines) .or. requests_any(tasks, all_speeds)) &
+      & call read_plan(configuration, requests_any(tasks, all_speeds), error)
     if (allocated(error)) return
     do i = 1, size(tasks)
       if (allocated(configuration%impossible) .and. .not. tasks(i)%task%requested) cycle
@@ -86,7 +84,9 @@ contains
     integer :: i
 
     call all_tasks(tasks)
-    schema = schema_of(names_of(tasks), meanings_of(tasks))
+    ! Tasks with a name that occurs before have no meaning, so that the names and meanings agree.
+    schema = schema_of(names_of(tasks), pack([(tasks(i)%task%meaning, i = 1, size(tasks))], &
+      & [(tasks(i)%task%meaning /= "", i = 1, size(tasks))]))
     do i = 1, size(tasks)
       call tasks(i)%task%extend(schema)
     end do
@@ -120,17 +120,5 @@ contains
     names = [(tasks(i)%task%name, i = 1, size(tasks))]
     names = pack(names, [(all(names(:i - 1) /= names(i)), i = 1, size(names))])
   end function names_of
-
-  !> Sentences that explain what the tasks compute, in the order of `names_of`.
-  pure function meanings_of(tasks) result(meanings)
-    type(any_task_type), intent(in) :: tasks(:)
-    character(len=longest_meaning), allocatable :: meanings(:)
-    character(len=11), allocatable :: names(:)
-    integer :: i
-
-    names = [(tasks(i)%task%name, i = 1, size(tasks))]
-    meanings = [(tasks(i)%task%meaning, i = 1, size(tasks))]
-    meanings = pack(meanings, [(all(names(:i - 1) /= names(i)), i = 1, size(names))])
-  end function meanings_of
 
 end module gestell_task_registry

@@ -42,9 +42,7 @@ module gestell_task_resonance_curve
     !> Maxima that stand out, sorted by quantity and speed. `finish` sets this list
     type(maximum_type), allocatable :: maxima(:)
   contains
-    procedure :: choose_speeds
-    procedure :: add
-    procedure :: finish
+    procedure :: choose_speeds, add, finish
   end type resonance_curve_type
 
   !> Parallel work: each piece solves the machine at one speed of a round.
@@ -54,8 +52,7 @@ module gestell_task_resonance_curve
     real(dp), allocatable :: speeds(:)
     type(speed_point_type), allocatable :: points(:)
   contains
-    procedure :: compute
-    procedure :: exchange
+    procedure :: compute, exchange
   end type round_type
 
   !> `most_refined`: maximum number of speeds added to the grid. `max_rounds`: maximum number of rounds

@@ -24,11 +24,7 @@ module gestell_task_resonance_points
     !> True if the speed decreases from each point to the next
     logical :: descends = .false.
   contains
-    procedure :: insert
-    procedure :: select_new
-    procedure :: levels
-    procedure :: has_values
-    procedure :: jumps
+    procedure :: insert, select_new, levels, has_values, jumps
   end type curve_points_type
 
   !> Two speeds count as equal if their relative difference is smaller than this. Intervals whose relative width is smaller than

@@ -10,12 +10,12 @@
 !> removed last. Files with these names in a folder without `lock` do not belong to a sweep and are not changed.
 module gestell_task_sweep_checkpoint
   use gestell_base_error, only: error_type, failed_computation, fatal_error, wrong_usage
-  use gestell_base_files, only: close_file, file_size, system_message, link_file, lock_file, open_to_read, open_to_write, read_at, &
-    & remove_file, remove_folder, rename_file, unlock_file, write_bytes
+  use gestell_base_files, only: close_file, file_size, system_message, link_file, lock_file, open_to_read, open_to_write, &
+    & read_file, remove_file, remove_folder, rename_file, unlock_file, write_bytes
   use gestell_base_hash, only: mix_text
   use gestell_base_kinds, only: dp
   use gestell_base_version, only: version
-  use gestell_base_text, only: text
+  use gestell_base_text, only: newline, text
   use gestell_output_file_folder, only: is_foreign, make_folder
   use gestell_output_file_output, only: write_file
   use gestell_study_grid, only: tile_type
@@ -48,15 +48,9 @@ module gestell_task_sweep_checkpoint
     !> True if `finish` has completed the table.
     logical, private :: finished = .false.
   contains
-    procedure :: begin
-    procedure :: has_begun
-    procedure :: look
-    procedure :: store
-    procedure :: finish
-    procedure :: clear
+    procedure :: begin, has_begun, look, store, finish, clear
   end type campaign_type
 
-  character, parameter :: newline = new_line("a")
   !> Maximum number of missing tiles that an error message lists.
   integer, parameter :: most_named = 10
 
@@ -149,7 +143,7 @@ contains
       return
     end if
     if (.not. campaign%has_begun()) return
-    call read_note(campaign, note)
+    call read_file(file_of(campaign, "origin"), note)
     if (index(note, first_lines(campaign)) == 1) then
       campaign%head = len(note) - len(first_lines(campaign))
       return
@@ -173,21 +167,6 @@ contains
     call fatal_error(error, campaign%blocks // ": no longer exists: another run has finished this sweep, or the folder was " &
       & // "removed", failed_computation)
   end subroutine check_folder_exists
-
-  !> Reads the file `origin` into `note`; `note` is empty if the file cannot be read.
-  subroutine read_note(campaign, note)
-    type(campaign_type), intent(in) :: campaign
-    character(len=:), allocatable, intent(out) :: note
-    integer(c_int) :: handle
-    logical :: done
-
-    note = repeat(" ", max(0, int(file_size(file_of(campaign, "origin")))))
-    call open_to_read(file_of(campaign, "origin"), handle)
-    done = handle >= 0
-    if (done) call read_at(handle, 1_int64, note, done)
-    if (.not. done) note = ""
-    if (handle >= 0) call close_file(handle, done)
-  end subroutine read_note
 
   !> Creates the folder and its files before the first tile is stored. `preamble`: complete comment lines for the top of the table.
   !> The process that begins the sweep supplies them. Fails if the files cannot be written.
@@ -322,7 +301,7 @@ contains
     integer(c_int) :: handle
     logical :: done
 
-    call read_note(campaign, note)
+    call read_file(file_of(campaign, "origin"), note)
     call open_to_write(file_of(campaign, "rows"), handle)
     done = handle >= 0
     if (done) call write_bytes(handle, note(len(first_lines(campaign)) + 1:), done, 1_int64)

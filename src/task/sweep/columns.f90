@@ -47,13 +47,22 @@ contains
       associate (column => columns(axes + k), record => column_records(ordered(k)))
         column%name = record%name
         column%unit%words = record%unit
-        column%meaning = meaning_of(ordered(k))
         if (any(column_records(ordered)%name == record%error)) column%error = record%error
         if (.not. record%signed) column%width = unsigned_width
-        column%is_verdict = ordered(k) == verdict
-        if (.not. column%is_verdict) cycle
-        column%meaning = "stable, undamped, undecided, unstable, impossible or failed"
-        column%width = verdict_length
+        select case (ordered(k))
+        case (rho_max)
+          column%meaning = "largest abs(rho)"
+        case (log_rho_max)
+          column%meaning = "natural logarithm of the largest abs(rho)"
+        case (rho_error)
+          column%meaning = "bound on the relative error of rho_max"
+        case (verdict)
+          column%meaning = "stable, undamped, undecided, unstable, impossible or failed"
+          column%is_verdict = .true.
+          column%width = verdict_length
+        case default
+          column%meaning = "peak of the vibration"
+        end select
       end associate
     end do
     n = axes + size(ordered)
@@ -69,23 +78,6 @@ contains
       end associate
     end do
   end function columns_of
-
-  !> Meaning, in words, of the column with this `number` in `column_records`.
-  pure function meaning_of(number) result(words)
-    integer, intent(in) :: number
-    character(len=:), allocatable :: words
-
-    select case (number)
-    case (rho_max)
-      words = "largest abs(rho)"
-    case (log_rho_max)
-      words = "natural logarithm of the largest abs(rho)"
-    case (rho_error)
-      words = "bound on the relative error of rho_max"
-    case default
-      words = "peak of the vibration"
-    end select
-  end function meaning_of
 
   !> Creates the table of the points in the order of the grid, in which the first parameter varies slowest. `values` has the shape
   !> (results per point, points of the second axis, points of the first axis).

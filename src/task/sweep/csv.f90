@@ -3,6 +3,7 @@
 !> because programs that read CSV keep the blanks in words.
 module gestell_task_sweep_csv
   use gestell_base_kinds, only: dp
+  use gestell_base_text, only: newline
   use gestell_base_verdict, only: verdict_length, verdict_named, verdict_type
   use gestell_output_table, only: table_type
   use gestell_output_table_csv, only: field
@@ -14,8 +15,6 @@ module gestell_task_sweep_csv
   private
 
   public :: csv_rows, csv_values, header
-
-  character, parameter :: newline = new_line("a")
 
   !> Text of a field and its length. The text is a verdict, or the value of a parameter, which is formatted once for many rows.
   type :: field_type

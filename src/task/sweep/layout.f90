@@ -25,10 +25,7 @@ module gestell_task_sweep_layout
     type(grid_type) :: grid
     type(column_type), allocatable, private :: columns(:)
   contains
-    procedure :: place
-    procedure :: pieces
-    procedure :: rows
-    procedure :: values
+    procedure :: place, pieces, rows, values
   end type layout_type
 
   !> A piece of the file: rows that are contiguous. They belong to the points with the indices `first` to `last` on both axes.

@@ -2,7 +2,7 @@
 module gestell_task_sweep_plot
   use gestell_base_kinds, only: dp
   use gestell_base_verdict, only: failed, impossible, operator(==), undamped, undecided, unstable, unstable_number, verdict_type
-  use gestell_base_text, only: concise, text
+  use gestell_base_text, only: concise, either, newline, text
   use gestell_base_words, only: word_length
   use gestell_output_report_orders, only: turns_in_words
   use gestell_output_picture_script, only: figure_type, new_figure, quoted
@@ -17,7 +17,6 @@ module gestell_task_sweep_plot
 
   public :: plot_sweep
 
-  character, parameter :: newline = new_line("a")
   !> A finite coordinate outside every plot.
   character(len=*), parameter :: nowhere = "1e290"
   !> Maximum number of measures that are drawn in one panel.
@@ -82,8 +81,8 @@ contains
     axis_lines = parameter_axis("x", plan%grid%axes(k), with_unit(plan%paths(k), plan%units(k)), 0.0_dp)
     marks = input_marks(plan%grid%axes(k), pack(plan%base, [(i == k, i = 1, size(plan%base))]), plan%units(k))
     unstable_rows = ""
-    if (column(verdict) > 0 .and. summary%verdicts(unstable_number) > 0) unstable_rows = "strcol(" // text(column(verdict)) &
-      & // ") eq 'unstable'"
+    if (column(verdict) > 0 .and. summary%verdicts(unstable_number) > 0) &
+      & unstable_rows = "strcol(" // text(column(verdict)) // ") eq 'unstable'"
     if (column(verdict) == 0 .and. growth .and. summary%most > 1) unstable_rows = growth_of(column) // " > 0"
     associate (axis => plan%grid%axes(k))
       ends = coordinate(axis, [axis%from, axis%to])
@@ -167,18 +166,9 @@ contains
         mark = marked(i)
         if (summary%verdicts(mark%number()) == 0) cycle
         lines = lines // ", 'sweep.csv' using " // x // ":(strcol(" // text(column(verdict)) // ") eq '" &
-          & // trim(mark%word()) // "' ? "
-        if (mark == impossible .or. mark == failed) then
-          lines = lines // "low + 0.04 * (high - low)"
-        else
-          lines = lines // marks
-        end if
-        lines = lines // " : " // nowhere // ") with points " // trim(points(i))
-        if (mark == unstable) then
-          lines = lines // " notitle"
-        else
-          lines = lines // " title '" // trim(mark%word()) // "'"
-        end if
+          & // trim(mark%word()) // "' ? " // either("low + 0.04 * (high - low)", marks, mark == impossible .or. mark == failed) &
+          & // " : " // nowhere // ") with points " // trim(points(i)) &
+          & // either(" notitle", " title '" // trim(mark%word()) // "'", mark == unstable)
       end do
     end if
     lines = lines // newline // "unset object 1; unset arrow 1; set ytics" // newline

@@ -1,20 +1,17 @@
 !> Writes the report of the task `sweep`.
 module gestell_task_sweep_report
   use gestell_base_kinds, only: dp
-  use gestell_base_text, only: concise
+  use gestell_base_text, only: concise, integer_text, newline, text
   use gestell_task_range_plan, only: sweep_plan_type
-  use gestell_task_sweep_summary, only: integer_text, summary_type, verdict_count_type
+  use gestell_task_sweep_summary, only: summary_type, verdict_count_type
   use gestell_input_wording, only: counted
   use gestell_model_frame, only: dof_names
   use gestell_output_report_text_table, only: tab, tabulated
   use gestell_output_report_warnings, only: small_motion_limits
-  use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
   private
 
   public :: evidence_line, report_grid, report_sweep
-
-  character, parameter :: newline = new_line("a")
 
 contains
 
@@ -29,8 +26,8 @@ contains
     do k = 1, size(plan%grid%axes)
       associate (axis => plan%grid%axes(k))
         report = report // "  " // trim(plan%paths(k)) // "  " // concise(axis%from, 9)
-        if (axis%count > 1) report = report // " to " // concise(axis%to, 9) // ", " // integer_text(int(axis%count, int64)) &
-          & // " values, " // trim(merge("logarithmic", "linear     ", axis%logarithmic))
+        if (axis%count > 1) report = report // " to " // concise(axis%to, 9) // ", " // text(axis%count) // " values, " &
+          & // trim(merge("logarithmic", "linear     ", axis%logarithmic))
         report = report // newline
       end associate
     end do
@@ -53,16 +50,14 @@ contains
     end do
     report = newline // tabulated("lrr", "", rows)
     if (summary%least <= summary%most) then
-      report = report // "  rho_max from " // modulus_text(summary%least) // " to " // modulus_text(summary%most) &
-        & // ", maximum at"
+      report = report // "  rho_max from " // modulus_text(summary%least) // " to " // modulus_text(summary%most) // ", maximum at"
       do k = 1, size(plan%paths)
         report = report // trim(merge(",", " ", k > 1)) // " " // trim(plan%paths(k)) // " = " &
           & // concise(plan%grid%axes(k)%value(int(summary%where(k))), 9)
       end do
       report = report // newline
-      if (plan%period_varies()) report = report // "  |rho| refers to one period; the ratio changes the period from point to " // &
-        &   "point" &
-        & // newline
+      if (plan%period_varies()) report = report &
+        & // "  |rho| refers to one period; the ratio changes the period from point to point" // newline
     end if
     if (summary%turned > 0 .and. plan%options%model /= "exact") then
       dof = trim(dof_names(summary%furthest))
@@ -78,9 +73,8 @@ contains
     character(len=:), allocatable :: line
 
     line = "  the sweep was computed from " // integer_text(summary%solutions) // " solutions"
-    if (summary%checks > 0) line = line // "; " // integer_text(summary%checks) &
-      & // " points were checked against separate solutions, " &
-      & // "largest deviation of Phi(T) " // concise(summary%deviation, 2)
+    if (summary%checks > 0) line = line // "; " // integer_text(summary%checks) // " points were checked against separate " &
+      & // "solutions, largest deviation of Phi(T) " // concise(summary%deviation, 2)
     line = line // newline
   end function evidence_line
 

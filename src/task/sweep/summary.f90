@@ -1,6 +1,7 @@
 !> Counts the verdicts of a sweep and records its extreme values, tile by tile.
 module gestell_task_sweep_summary
   use gestell_base_kinds, only: dp
+  use gestell_base_text, only: integer_text
   use gestell_base_verdict, only: last_number, verdict_numbered, verdict_type
   use gestell_study_vibration_small_motion, only: small_turn
   use gestell_model_space, only: is_rotation
@@ -10,8 +11,6 @@ module gestell_task_sweep_summary
   use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
   private
-
-  public :: integer_text
 
   !> A verdict and the number of points with this verdict.
   type, public :: verdict_count_type
@@ -41,11 +40,7 @@ module gestell_task_sweep_summary
     !> Largest deviation found in the comparisons with separate solutions, relative to the separate solution.
     real(dp) :: deviation = 0
   contains
-    procedure :: add_tile
-    procedure :: add_points
-    procedure :: add
-    procedure :: verdict_counts
-    procedure :: tally
+    procedure :: add_tile, add_points, add, verdict_counts, tally
   end type summary_type
 
   type(summary_type), parameter :: nothing = summary_type()
@@ -154,15 +149,5 @@ contains
       words = words // integer_text(counts(i)%points) // " " // trim(counts(i)%verdict%word())
     end do
   end function tally
-
-  !> Text of a 64-bit integer.
-  pure function integer_text(number) result(text)
-    integer(int64), intent(in) :: number
-    character(len=:), allocatable :: text
-    character(len=20) :: digits
-
-    write (digits, "(i0)") number
-    text = trim(digits)
-  end function integer_text
 
 end module gestell_task_sweep_summary

@@ -137,10 +137,9 @@ contains
     type(sampler_type), intent(inout) :: sampler
     real(dp), intent(out) :: deviation
     logical, intent(out) :: fits
-    integer :: points(2, checked_points), k
+    integer :: points(2, checked_points), ends(2), k, part
     real(dp) :: parameters(size(problem%grid%axes)), own(sampler%parts%numbers_of_period()), expanded(size(own)), bound, difference
     real(dp), allocatable :: numbers(:)
-    integer :: ends(2), part
 
     deviation = 0
     ! Compares Phi(T) alone, and then together with x_p(T).

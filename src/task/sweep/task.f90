@@ -4,7 +4,7 @@ module gestell_task_sweep_task
   use gestell_base_error, only: error_type, failed_computation, fatal_error, wrong_usage
   use gestell_base_kinds, only: dp
   use gestell_base_verdict, only: has_vibration, not_judged, operator(/=), operator(==), operator(>), stable
-  use gestell_base_text, only: text
+  use gestell_base_text, only: integer_text, newline, text
   use gestell_input_wording, only: counted
   use gestell_output_report_verdict, only: judgement_type
   use gestell_output_result, only: result_type
@@ -19,10 +19,11 @@ module gestell_task_sweep_task
   use gestell_task_sweep, only: solve_tile
   use gestell_task_sweep_checkpoint, only: campaign_type, open_campaign
   use gestell_task_sweep_columns, only: column_table, table_of
+  use gestell_task_sweep_expansion_cell, only: cell_points
   use gestell_task_range_plan, only: sweep_plan_type
   use gestell_task_sweep_plot, only: plot_sweep
   use gestell_task_sweep_report, only: evidence_line, report_grid, report_sweep
-  use gestell_task_sweep_summary, only: integer_text, summary_type, verdict_count_type
+  use gestell_task_sweep_summary, only: summary_type, verdict_count_type
   use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
   private
@@ -32,11 +33,8 @@ module gestell_task_sweep_task
     private
     type(campaign_type) :: campaign
   contains
-    procedure :: describe
+    procedure :: describe, preview, run, conclude
     procedure, nopass :: prepare
-    procedure :: preview
-    procedure :: run
-    procedure :: conclude
   end type sweep_task
 
   !> Parallel work: each piece computes one tile (a rectangle of grid points). Its results are stored in files or, if `values` is
@@ -50,8 +48,6 @@ module gestell_task_sweep_task
   contains
     procedure :: compute
   end type tiles_type
-
-  character, parameter :: newline = new_line("a")
 
 contains
 
@@ -143,8 +139,7 @@ contains
       if (.not. (has_vibration(counts(i)%verdict) .and. counts(i)%verdict > judgement%verdict)) cycle
       judgement%verdict = counts(i)%verdict
       judgement%words = trim(judgement%verdict%alarm()) // " at " // integer_text(counts(i)%points) // " of " &
-        & // integer_text(summary%points) &
-        & // " points of the sweep"
+        & // integer_text(summary%points) // " points of the sweep"
     end do
     if (judgement%verdict == stable) judgement%words = "stable"
     judgement%of_sweep = .true.
@@ -217,9 +212,8 @@ contains
     shape = 1
     shape(:size(plan%grid%axes)) = plan%grid%axes%count
     allocate(values(plan%options%numbers(), shape(2), shape(1)), stat=status)
-    if (status /= 0) call fatal_error(error, "there is not enough memory to hold all points of the sweep at once; omit " // &
-      & option, &
-      & failed_computation)
+    if (status /= 0) call fatal_error(error, &
+      & "there is not enough memory to hold all points of the sweep at once; omit " // option, failed_computation)
   end subroutine allocate_values
 
   !> Adds the table with its picture and the text of the report to `result`.
@@ -262,9 +256,8 @@ contains
     integer :: k
 
     pending = pack([(k, k = 1, size(own_tiles))], own_tiles .and. .not. campaign%done)
-    call prepare_work(context, work)
     work%campaign = campaign
-    call context%executor%distribute(work, pending, error, points_of(work%plan, pending))
+    call distribute_tiles(context, work, pending, error)
     campaign = work%campaign
     ! All pending tiles are finished: this process has computed some of them, other processes the rest.
     if (.not. allocated(error)) campaign%done(pending) = .true.
@@ -279,25 +272,33 @@ contains
     type(tiles_type) :: work
     integer :: k
 
-    call prepare_work(context, work)
-    call allocate_values(work%plan, "--one-line", work%values, error)
-    if (allocated(error)) return
-    associate (tiles => [(k, k = 1, work%plan%grid%tiles())])
-      call context%executor%distribute(work, tiles, error, points_of(work%plan, tiles))
+    associate (plan => context%configuration%plan)
+      call allocate_values(plan, "--one-line", work%values, error)
+      if (allocated(error)) return
+      call distribute_tiles(context, work, [(k, k = 1, plan%grid%tiles())], error)
+      if (allocated(error)) return
+      call summary%add_points(plan%options, [1, 1], work%values)
+      ! Use the original plan: gfortran 12 loses the length of the paths in the copy in `work`.
+      table = table_of(plan, work%values)
     end associate
-    if (allocated(error)) return
-    call summary%add_points(work%plan%options, [1, 1], work%values)
-    ! Use the original plan: gfortran 12 loses the length of the paths in the copy in `work`.
-    table = table_of(context%configuration%plan, work%values)
   end subroutine compute_all
 
-  subroutine prepare_work(context, work)
-    type(context_type), intent(in) :: context
-    type(tiles_type), intent(out) :: work
+  !> Computes the given tiles. In the progress display, the weight of a tile is its number of points.
+  subroutine distribute_tiles(context, work, tiles, error)
+    type(context_type), intent(inout) :: context
+    type(tiles_type), intent(inout) :: work
+    integer, intent(in) :: tiles(:)
+    type(error_type), allocatable, intent(out) :: error
+    integer(int64) :: points(size(tiles))
+    integer :: i
 
     work%plan = context%configuration%plan
     call context%members(work%plan%family, work%family)
-  end subroutine prepare_work
+    do i = 1, size(tiles)
+      points(i) = cell_points(work%plan%grid%tile(tiles(i)))
+    end do
+    call context%executor%distribute(work, tiles, error, points)
+  end subroutine distribute_tiles
 
   recursive subroutine compute(self, k, error)
     class(tiles_type), intent(inout) :: self
@@ -315,19 +316,5 @@ contains
       call self%campaign%store(k, results, error)
     end if
   end subroutine compute
-
-  !> Number of points in each of the given tiles.
-  pure function points_of(plan, tiles) result(points)
-    type(sweep_plan_type), intent(in) :: plan
-    integer, intent(in) :: tiles(:)
-    integer(int64) :: points(size(tiles))
-    type(tile_type) :: tile
-    integer :: i
-
-    do i = 1, size(tiles)
-      tile = plan%grid%tile(tiles(i))
-      points(i) = product(int(tile%last - tile%first + 1, int64))
-    end do
-  end function points_of
 
 end module gestell_task_sweep_task

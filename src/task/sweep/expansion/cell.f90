@@ -8,7 +8,7 @@ module gestell_task_sweep_expansion_cell
   use gestell_task_sweep_expansion_sampler, only: new_sampler, sampler_type
   use gestell_study_point, only: solve_point, sweep_options
   use gestell_study_tile_results, only: last_peak, sweep_columns, tile_results_type, xi_peak
-  use gestell_task_sweep_expansion_variable, only: inverse, itself, logarithm, variable_type
+  use gestell_task_sweep_expansion_variable, only: itself, logarithm, variable_type
   implicit none (type, external)
   private
 
@@ -160,9 +160,8 @@ contains
   !> Finds the variable in which the expansion along a line needs the fewest points.
   subroutine best_variable(sampler, axis, line, tolerance, most, variable, points, fits)
     type(sampler_type), intent(inout) :: sampler
-    integer, intent(in) :: axis
+    integer, intent(in) :: axis, most
     real(dp), intent(in) :: line(:), tolerance
-    integer, intent(in) :: most
     type(variable_type), intent(inout) :: variable
     integer, intent(out) :: points
     logical, intent(out) :: fits

@@ -26,10 +26,7 @@ module gestell_task_sweep_expansion
     !> among these points.
     real(dp) :: rest = 0, maximum(2) = 0, least = 0
   contains
-    procedure :: factors
-    procedure :: blocks
-    procedure :: lines
-    procedure :: point
+    procedure :: factors, blocks, lines, point
   end type expansion_type
 
 contains
@@ -167,8 +164,7 @@ contains
   pure function point(self, parameters) result(values)
     class(expansion_type), intent(in) :: self
     real(dp), intent(in) :: parameters(:)
-    real(dp) :: values(self%numbers)
-    real(dp) :: at(self%points(2), size(self%values, 2))
+    real(dp) :: values(self%numbers), at(self%points(2), size(self%values, 2))
     real(dp), allocatable :: first(:, :, :), second(:, :, :)
     integer :: i
 

@@ -29,17 +29,7 @@ module gestell_task_sweep_expansion_parts
     !> rows for positions at times within the part.
     real(dp), allocatable :: of_map(:), of_times(:)
   contains
-    procedure :: columns
-    procedure :: numbers
-    procedure :: numbers_of_period
-    procedure :: map_at
-    procedure :: times_at
-    procedure :: set_weights
-    procedure :: weighted
-    procedure :: period
-    procedure :: phi
-    procedure :: reach
-    procedure :: compose
+    procedure :: columns, numbers, numbers_of_period, map_at, times_at, set_weights, weighted, period, phi, reach, compose
   end type parts_type
 
 contains
@@ -117,8 +107,7 @@ contains
   pure function period(self, values)
     class(parts_type), intent(in) :: self
     real(dp), intent(in) :: values(:)
-    real(dp) :: period(self%numbers_of_period())
-    real(dp) :: motion(self%states, self%columns())
+    real(dp) :: period(self%numbers_of_period()), motion(self%states, self%columns())
     integer :: k
 
     motion = unit_motion(self)
@@ -163,8 +152,7 @@ contains
     class(parts_type), intent(in) :: self
     real(dp), intent(in) :: values(:)
     real(dp), intent(out) :: of_map(:), of_times(:)
-    real(dp) :: maps(self%states, self%columns(), self%parts), before(self%states, self%columns()), &
-      & after(self%states, self%states)
+    real(dp) :: maps(self%states, self%columns(), self%parts), before(self%states, self%columns()), after(self%states, self%states)
     integer :: k
 
     do k = 1, self%parts

@@ -31,9 +31,8 @@ contains
     real(dp), intent(out) :: peaks(:, :)
     !> True for machines whose initial state x0 has a relative error below `limit`
     logical, intent(out) :: known(lanes)
-    real(dp) :: q(lanes, sampler%times, sampler%parts%states / 2)
-    real(dp) :: harmonics(lanes, size(sampler%transform, 2))
-    real(dp) :: x0(lanes, sampler%parts%states)
+    real(dp) :: q(lanes, sampler%times, sampler%parts%states / 2), harmonics(lanes, size(sampler%transform, 2)), &
+      & x0(lanes, sampler%parts%states)
     integer :: i
 
     call start(sampler, motion, filled, perturbation, limit, x0, known)

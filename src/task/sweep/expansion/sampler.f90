@@ -59,8 +59,7 @@ module gestell_task_sweep_expansion_sampler
     !> the family have the same mechanism.
     type(frame_type), allocatable :: remembered
   contains
-    procedure :: sample
-    procedure :: check
+    procedure :: sample, check
   end type sampler_type
 
   !> Maximum phase advance (rad) of the vibrations over the period. Above it expansions need too many points, and order reduction is
@@ -360,8 +359,7 @@ contains
   pure function numbers_of(self, maps) result(values)
     class(sampler_type), intent(in) :: self
     real(dp), contiguous, intent(in) :: maps(:, :, :)
-    real(dp) :: values(self%parts%numbers())
-    real(dp) :: unit(size(maps, 1), size(maps, 2))
+    real(dp) :: values(self%parts%numbers()), unit(size(maps, 1), size(maps, 2))
     integer :: n, k, i, at, time
 
     n = size(maps, 1)

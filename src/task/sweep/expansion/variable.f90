@@ -12,9 +12,7 @@ module gestell_task_sweep_expansion_variable
     real(dp) :: from = 0, to = 0
     integer :: kind = itself
   contains
-    procedure :: is_applicable
-    procedure :: x_of
-    procedure :: parameter_of
+    procedure :: is_applicable, x_of, parameter_of
   end type variable_type
 
 contains
