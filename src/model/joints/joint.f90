@@ -11,7 +11,7 @@ module gestell_model_joints_joint
   implicit none (type, external)
   private
 
-  public :: largest_change, point_type, reach_body, slack
+  public :: largest_change, point_type, slack
 
   !> An interval of the crank angle is accepted only if the sine of the transmission angle does not fall below this fraction of
   !> its value in the middle of the interval. The minimum over all middles is then nearly the minimum over the turn.
@@ -144,29 +144,6 @@ contains
 
     change = slack * half_width * min(speed, abs(speed_in_middle) + second_derivative * half_width / 2)
   end function largest_change
-
-  !> Bounds on the motion of a point of a body that carries two joints, `ends`. The point is at the distance `arm` (m) from end
-  !> number `base`. The body's angular velocity omega is at most the sum of the ends' speeds divided by their distance d, which must
-  !> not vanish. With the ends' accelerations a1, a2 and the unit vector e from end 1 to end 2, omega' = e_perp . (a2 - a1) / d - 2
-  !> omega d' / d.
-  pure function reach_body(ends, speeds, accelerations, half_width, base, arm) result(reach)
-    type(point_type), intent(in) :: ends(2)
-    !> `speeds`, `accelerations`: bounds for the two ends. `half_width`: half the width of the interval (rad). `arm`: distance of
-    !> the point from end number `base` (m)
-    real(dp), intent(in) :: speeds(2), accelerations(2), half_width, arm
-    integer, intent(in) :: base
-    type(reach_type) :: reach
-    real(dp) :: apart, turning, change
-
-    apart = hypot(ends(2)%x%v - ends(1)%x%v, ends(2)%y%v - ends(1)%y%v)
-    reach%assembled = apart > slack * sum(speeds) * half_width
-    if (.not. reach%assembled) return
-    turning = sum(speeds) / (apart - slack * sum(speeds) * half_width)
-    change = (sum(accelerations) + 2 * turning * sum(speeds)) / (apart - slack * sum(speeds) * half_width)
-    reach%speed = speeds(base) + arm * turning
-    reach%acceleration = accelerations(base) + arm * (change + turning**2)
-    if (sum(speeds) > 0) reach%angle_scale = apart / sum(speeds)
-  end function reach_body
 
   !> Set that contains the deviation of the joint's acceleration within an interval from the acceleration in the middle. `here`:
   !> position of the joint in the middle. By default the set is a disc that follows from `acceleration`, the bound on the joint's

@@ -4,7 +4,7 @@ module gestell_model_joints_types_rigid
   use gestell_base_kinds, only: dp
   use gestell_model_joints_data, only: check_coordinates, joint_data_type
   use gestell_model_joints_deviation, only: deviation_type, of_body
-  use gestell_model_joints_joint, only: form_type, itself, joint_type, point_type, reach_body, reach_type, two_ends
+  use gestell_model_joints_joint, only: form_type, itself, joint_type, point_type, reach_type, slack, two_ends
   use gestell_model_joints_path, only: batch, carried, carry, direction, find_direction, path_type
   implicit none (type, external)
   private
@@ -73,13 +73,26 @@ contains
     call carry(points(self%ends(1)), u, self%offset(1), self%offset(2), here)
   end subroutine trace
 
+  !> Bounds on the joint's motion. The body's angular velocity omega is at most the sum of the ends' speeds divided by their
+  !> distance d, which must not vanish. With the ends' accelerations a1, a2 and the unit vector e from `ends(1)` to `ends(2)`,
+  !> omega' = e_perp . (a2 - a1) / d - 2 omega d' / d.
   pure function reach(self, points, speeds, accelerations, half_width)
     class(rigid_joint), intent(in) :: self
     type(point_type), intent(in) :: points(:)
     real(dp), intent(in) :: speeds(:), accelerations(:), half_width
     type(reach_type) :: reach
+    real(dp) :: apart, turning, change
 
-    reach = reach_body(points(self%ends), speeds(self%ends), accelerations(self%ends), half_width, 1, norm2(self%offset))
+    associate (one => points(self%ends(1)), two => points(self%ends(2)), v => sum(speeds(self%ends)))
+      apart = hypot(two%x%v - one%x%v, two%y%v - one%y%v)
+      reach%assembled = apart > slack * v * half_width
+      if (.not. reach%assembled) return
+      turning = v / (apart - slack * v * half_width)
+      change = (sum(accelerations(self%ends)) + 2 * turning * v) / (apart - slack * v * half_width)
+      reach%speed = speeds(self%ends(1)) + norm2(self%offset) * turning
+      reach%acceleration = accelerations(self%ends(1)) + norm2(self%offset) * (change + turning**2)
+      if (v > 0) reach%angle_scale = apart / v
+    end associate
   end function reach
 
   pure function deviation(self, points, here, deviations, acceleration, half_width)
