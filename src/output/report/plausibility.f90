@@ -200,20 +200,18 @@ contains
         & // concise(size_of_machine, 3) // " m wide: check center" // newline
       if (link%to == 0) return
       if (extremes%longest(i) - extremes%shortest(i) <= largest_stretch * extremes%longest(i)) return
-      if (.not. slides(mechanism, link%from, link%to)) then
-        lines = lines // subject // " connects '" // mechanism%joints(link%from)%name // "' and '" &
-          & // mechanism%joints(link%to)%name // "', but their distance varies from " &
-          & // concise(extremes%shortest(i), 3) // " to " // concise(extremes%longest(i), 3) // " m" // newline
-      end if
+      if (.not. slides(mechanism, link%from, link%to)) lines = lines // subject // " connects '" &
+        & // mechanism%joints(link%from)%name // "' and '" // mechanism%joints(link%to)%name &
+        & // "', but their distance varies from " // concise(extremes%shortest(i), 3) // " to " &
+        & // concise(extremes%longest(i), 3) // " m" // newline
     end associate
   end function link_warnings
 
   !> True if the distance between the joints `one` and `other` may change, because one of these joints slides along a moving body or
   !> in the slot of a yoke.
-  function slides(mechanism, one, other)
+  logical function slides(mechanism, one, other)
     class(linkage_type), intent(in) :: mechanism
     integer, intent(in) :: one, other
-    logical :: slides
     type(form_type) :: form
     integer :: i, k
 

@@ -20,9 +20,8 @@ contains
 
   !> The picture balance.gp: rms force and moment of every variant, as percentages of the original machine. Each variant has two
   !> bars, one for rigid ground and one for the mounts.
-  function plot_balance(variants) result(figure)
+  type(figure_type) function plot_balance(variants) result(figure)
     type(variant_type), intent(in) :: variants(:)
-    type(figure_type) :: figure
     character(len=:), allocatable :: lines
     character(len=4 * word_length) :: labels(size(variants))
     integer :: i, longest, height

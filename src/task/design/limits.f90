@@ -28,16 +28,16 @@ contains
     type(goal_type), intent(inout) :: goal
     type(error_type), allocatable, intent(out) :: error
     character(len=:), allocatable :: key
-    integer :: given, sense
+    logical :: given(3)
+    integer :: sense
 
-    given = count([(has(group, trim(limit_keys(sense))), sense = -1, 1)])
-    if (given == 0) call input_error(group, "", "needs one of the keys at_most, at_least and equals", error)
-    if (given > 1) call input_error(group, "", "has more than one of the keys at_most, at_least and equals: write a " &
+    given = [(has(group, trim(limit_keys(sense))), sense = -1, 1)]
+    if (.not. any(given)) call input_error(group, "", "needs one of the keys at_most, at_least and equals", error)
+    if (count(given) > 1) call input_error(group, "", "has more than one of the keys at_most, at_least and equals: write a " &
       & // "&constraint for each limit", error)
-    if (given /= 1) return
-    do sense = -1, 1
-      if (has(group, trim(limit_keys(sense)))) goal%sense = sense
-    end do
+    if (count(given) /= 1) return
+    ! limit_keys begins with index -1
+    goal%sense = findloc(given, .true., dim=1) - 2
     key = trim(limit_keys(goal%sense))
     call read(group, constraint_keys, key, goal%limit, error)
     if (allocated(error) .or. goal%sense < 0) return

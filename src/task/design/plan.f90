@@ -190,9 +190,8 @@ contains
         options%link(i) = 0
         ! If there are several mechanisms, a group may describe several links with different directions of their axes. The link is
         ! then not identified.
-        if (options%part(i) /= other_part .and. size(target%groups) > 0 .and. count_groups(doc, "mechanism") == 0) then
-          options%link(i) = count([(doc%groups(k)%name == "link", k = 1, target%groups(1))])
-        end if
+        if (options%part(i) /= other_part .and. size(target%groups) > 0 .and. count_groups(doc, "mechanism") == 0) &
+          & options%link(i) = count([(doc%groups(k)%name == "link", k = 1, target%groups(1))])
         options%unit(i) = configuration%units%to_si(rules(target%rule), target%element, 1.0_dp)
         plan%units(i) = unit_symbol(rules(target%rule), target%element, configuration%units)
       end associate
@@ -299,9 +298,8 @@ contains
       call new_goal(configuration%frame, configuration%probes, quantity, kind, goals(i), reason)
       if (allocated(reason)) call input_error(groups(i), "quantity", reason%message, error)
       if (allocated(error)) return
-      if (goals(i)%about == machine_goal .and. goals(i)%measure%quantity == "added_mass") then
-        goals(i)%offset = configuration%frame%mass + configuration%frame%mechanism%mass
-      end if
+      if (goals(i)%about == machine_goal .and. goals(i)%measure%quantity == "added_mass") &
+        & goals(i)%offset = configuration%frame%mass + configuration%frame%mechanism%mass
       if (name == "objective") then
         call read(groups(i), keys, "weight", goals(i)%weight, error)
         if (.not. allocated(error) .and. goals(i)%measure%quantity == "separation") call input_error(groups(i), "quantity", &
@@ -328,11 +326,10 @@ contains
     call read(designs(first_with_key(designs, "starts")), design_keys, "starts", plan%starts, error)
     if (.not. allocated(error)) call read(objectives(first_with_key(objectives, "combine")), objective_keys, "combine", combine, &
       & error)
-    if (.not. allocated(error)) call read(objectives(first_with_key(objectives, "trade_off")), objective_keys, "trade_off", &
-      & plan%curve, error)
+    i = first_with_key(objectives, "trade_off")
+    if (.not. allocated(error)) call read(objectives(i), objective_keys, "trade_off", plan%curve, error)
     if (allocated(error)) return
     plan%options%largest = combine == "largest"
-    i = first_with_key(objectives, "trade_off")
     if (plan%curve > 0 .and. size(objectives) /= 2) then
       call input_error(objectives(i), "trade_off", "needs exactly two groups &objective", error)
     else if (plan%curve > 0 .and. plan%curve < min_curve_points) then

@@ -15,9 +15,8 @@ module gestell_task_design_plot
 contains
 
   !> The plot design.gp: position of each parameter in its range, before and after the design.
-  function plot_parameters(plan) result(figure)
+  type(figure_type) function plot_parameters(plan) result(figure)
     type(design_plan_type), intent(in) :: plan
-    type(figure_type) :: figure
     character(len=:), allocatable :: lines
     integer :: n, i
 
@@ -35,9 +34,8 @@ contains
   end function plot_parameters
 
   !> The plot design_starts.gp: objective at the local optimum that was reached from each start.
-  function plot_starts(objectives) result(figure)
+  type(figure_type) function plot_starts(objectives) result(figure)
     real(dp), intent(in) :: objectives(:)
-    type(figure_type) :: figure
 
     figure = new_figure("design_starts", "Objective at the local optimum from each start", "set title heading noenhanced" &
       & // newline // "set xlabel 'start'; set ylabel 'weighted objective'; set yrange [0:" &
@@ -49,9 +47,8 @@ contains
   end function plot_starts
 
   !> The plot design_goals.gp: value of each goal after the design, in per cent of its value before, together with the limits.
-  function plot_goals(design) result(figure)
+  type(figure_type) function plot_goals(design) result(figure)
     type(design_type), intent(in) :: design
-    type(figure_type) :: figure
     character(len=:), allocatable :: block, lines, marks
     real(dp) :: before(3), after(3), top
     integer :: g
@@ -86,9 +83,8 @@ contains
   end function plot_goals
 
   !> The plot design_range.gp: first objective against the speed, before and after the design.
-  function plot_range(plan) result(figure)
+  type(figure_type) function plot_range(plan) result(figure)
     type(design_plan_type), intent(in) :: plan
-    type(figure_type) :: figure
     character(len=:), allocatable :: lines, style
 
     ! With tolerances the values do not form a curve, so they are plotted as points. Maxima between the given speeds are at the end
@@ -104,9 +100,8 @@ contains
 
   !> The plot design_trade_off.gp: trade-off curve between two objectives. The machine of the input and the design are marked as
   !> points.
-  function plot_curve(design) result(figure)
+  type(figure_type) function plot_curve(design) result(figure)
     type(design_type), intent(in) :: design
-    type(figure_type) :: figure
     character(len=:), allocatable :: lines
     real(dp) :: numbers(3, 2, 2)
     integer :: g

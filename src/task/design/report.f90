@@ -49,10 +49,9 @@ contains
   end function worst_of
 
   !> Text that states whether a limit is met, violated or undecided.
-  pure function limit_state(goal, value, error) result(state)
+  pure character(len=9) function limit_state(goal, value, error) result(state)
     type(goal_type), intent(in) :: goal
     real(dp), intent(in) :: value, error
-    character(len=9) :: state
 
     real(dp) :: allowed, unknown
 

@@ -32,7 +32,7 @@ module gestell_task_drawing_plot
 contains
 
   !> Draws the mechanism from the table mechanism.csv.
-  function plot_mechanism(table, frame, linkage, diagram, probes) result(figure)
+  type(figure_type) function plot_mechanism(table, frame, linkage, diagram, probes) result(figure)
     type(table_type), intent(in) :: table
     class(frame_type), intent(in) :: frame
     class(linkage_type), intent(in) :: linkage
@@ -40,7 +40,6 @@ contains
     type(diagram_type), intent(in) :: diagram
     !> Probes to be marked in the picture
     type(probe_type), intent(in) :: probes(:)
-    type(figure_type) :: figure
     type(columns_type) :: columns
     type(drawing_type) :: mounts, stiff
     character(len=:), allocatable :: lines, across, upward
@@ -60,9 +59,8 @@ contains
     ! reference length for the size of symbols; it is smaller for a long slender machine
     extent = min(maxval(high - low), max(2 * minval(high - low), 0.3_dp * maxval(high - low)))
     if (.not. extent > 0) extent = 1
-    do i = 1, size(at_origin)
-      at_origin(i) = diagram%grounded(i) .and. norm2(diagram%joints(:, i, 1) - frame%origin) < 1.0e-6_dp * extent
-    end do
+    at_origin = diagram%grounded .and. [(norm2(diagram%joints(:, i, 1) - frame%origin) < 1.0e-6_dp * extent, &
+      & i = 1, size(at_origin))]
     hull = outline(points_of_frame(frame, diagram, probes), 0.025_dp * extent)
     allocate(mounts%points(2, 0), mounts%ends(0), stiff%points(2, 0), stiff%ends(0))
     do i = 1, size(frame%supports)

@@ -37,7 +37,7 @@ module gestell_task_drawing_views
 contains
 
   !> Draws the three views of the machine from the table mechanism.csv.
-  function plot_views(table, frame, linkage, diagram, placed, probes) result(figure)
+  type(figure_type) function plot_views(table, frame, linkage, diagram, placed, probes) result(figure)
     type(table_type), intent(in) :: table
     class(frame_type), intent(in) :: frame
     class(linkage_type), intent(in) :: linkage
@@ -46,7 +46,6 @@ contains
     !> Positions of joints, centres of mass and guides in the frame's axes (m)
     type(placed_type), intent(in) :: placed
     type(probe_type), intent(in) :: probes(:)
-    type(figure_type) :: figure
     type(columns_type) :: columns
     character(len=:), allocatable :: lines
     real(dp) :: low(3), high(3), extent, scale, height, left, bottom

@@ -33,10 +33,9 @@ contains
   end function titles_of
 
   !> The picture of the table supports.csv: peak and rms of every reaction as bars.
-  function plot_summary(table, reactions) result(figure)
+  type(figure_type) function plot_summary(table, reactions) result(figure)
     type(table_type), intent(in) :: table
     type(reaction_type), intent(in) :: reactions(:)
-    type(figure_type) :: figure
     character(len=*), parameter :: columns(5) = [character(len=7) :: "fx_peak", "fy_peak", "f_peak", "f_rms", "fz_peak"]
     character(len=*), parameter :: titles(5) = [character(len=12) :: "peak along x", "peak along y", "peak", "rms", "peak along z"]
     character(len=:), allocatable :: lines
@@ -65,11 +64,10 @@ contains
 
   !> The picture of the table supports_history.csv. Each component has a panel, with a curve for each reaction that has this
   !> component.
-  function plot_histories(table, reactions, frame) result(figure)
+  type(figure_type) function plot_histories(table, reactions, frame) result(figure)
     type(table_type), intent(in) :: table
     type(reaction_type), intent(in) :: reactions(:)
     class(frame_type), intent(in) :: frame
-    type(figure_type) :: figure
     character(len=:), allocatable :: lines
     character(len=longest) :: titles(size(reactions))
     character(len=longest_column) :: columns(size(reactions))
@@ -82,9 +80,7 @@ contains
     lines = layout_line(size(parts), 1)
     do k = 1, size(parts)
       own = pack([(i, i = 1, size(reactions))], [(has_component(reactions(i), parts(k)), i = 1, size(reactions))])
-      do i = 1, size(reactions)
-        columns(i) = trim(component_names(parts(k))) // "_" // reactions(i)%name
-      end do
+      columns = trim(component_names(parts(k))) // "_" // reactions%name
       lines = lines // turn_axis(frame, k == size(parts)) // key_line(k == 1) // history_panel(table, label_of(parts(k)), "1", &
         & columns(own), titles(own), own)
     end do
@@ -109,12 +105,11 @@ contains
   end function plot_histories
 
   !> The picture of the table supports_harmonics.csv: amplitudes of the forces along the axes for each order.
-  function plot_orders(table, reactions, harmonics, turns) result(figure)
+  type(figure_type) function plot_orders(table, reactions, harmonics, turns) result(figure)
     type(table_type), intent(in) :: table
     type(reaction_type), intent(in) :: reactions(:)
     !> `harmonics`: highest harmonic of the period in the picture. `turns`: number of turns that the crank makes in the period
     integer, intent(in) :: harmonics, turns
-    type(figure_type) :: figure
     integer, parameter :: axes(3) = [along_x, along_y, along_z]
     character(len=:), allocatable :: lines
     character(len=longest_column) :: columns(size(reactions))

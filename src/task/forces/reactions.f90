@@ -71,12 +71,10 @@ contains
   pure function support_positions(frame) result(positions)
     class(frame_type), intent(in) :: frame
     real(dp), allocatable :: positions(:, :)
-    integer :: i
+    integer :: i, n
 
-    allocate(positions(merge(3, 2, allocated(frame%space)), size(frame%supports)))
-    do i = 1, size(positions, 2)
-      positions(:, i) = frame%supports(i)%position(:size(positions, 1))
-    end do
+    n = merge(3, 2, allocated(frame%space))
+    positions = reshape([(frame%supports(i)%position(:n), i = 1, size(frame%supports))], [n, size(frame%supports)])
   end function support_positions
 
   !> Computes all reactions: those of the supports in the frame's order, then those of the foundation and the guides if there are

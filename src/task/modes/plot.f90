@@ -18,10 +18,9 @@ contains
 
   !> The picture modes.gp: amplitudes of the displacements in each eigenvector as bars, with one group for each conjugate pair.
   !> Rotations are multiplied by the frame's radius of gyration.
-  function plot_modes(frame, multipliers) result(figure)
+  type(figure_type) function plot_modes(frame, multipliers) result(figure)
     class(frame_type), intent(in) :: frame
     type(multipliers_type), intent(in) :: multipliers
-    type(figure_type) :: figure
     character(len=:), allocatable :: lines, positions, labels, most, bars, size_of, title
     type(name_type) :: names(3 * frame%dofs())
     real(dp) :: radius

@@ -21,11 +21,10 @@ module gestell_task_probes_plot
 contains
 
   !> The picture of the table probes.csv: rms velocity within the band along two or three `axes`, and the limit.
-  function plot_limits(table, names, axes) result(figure)
+  type(figure_type) function plot_limits(table, names, axes) result(figure)
     type(table_type), intent(in) :: table
     character(len=*), intent(in) :: names(:)
     integer, intent(in) :: axes
-    type(figure_type) :: figure
     character(len=:), allocatable :: lines
     integer :: i
 
@@ -62,25 +61,22 @@ contains
   end function plot_limits
 
   !> The picture of the table probes_history.csv: displacement, velocity and acceleration along all axes.
-  function plot_histories(table, names, axes, frame) result(figure)
+  type(figure_type) function plot_histories(table, names, axes, frame) result(figure)
     type(table_type), intent(in) :: table
     !> Names of the probes, which are parts of the names of the table's columns
     character(len=*), intent(in) :: names(:)
     !> Number of coordinate axes of a displacement (2 or 3)
     integer, intent(in) :: axes
     class(frame_type), intent(in) :: frame
-    type(figure_type) :: figure
     character(len=*), parameter :: kinds(3) = [" ", "v", "a"], units(3) = [character(len=11) :: " (mm)", "' (mm/s)", "'' (m/s²)"]
     character(len=:), allocatable :: lines
     character(len=word_length + 3) :: columns(size(names))
-    integer :: i, kind, axis
+    integer :: kind, axis
 
     lines = layout_line(3 * axes, axes)
     do kind = 1, 3
       do axis = 1, axes
-        do i = 1, size(names)
-          columns(i) = trim(kinds(kind)) // along(axis) // "_" // names(i)
-        end do
+        columns = trim(kinds(kind)) // along(axis) // "_" // names
         lines = lines // turn_axis(frame, kind == 3) // key_line(kind == 1 .and. axis == axes) // history_panel(table, &
           & along(axis) // trim(units(kind)), merge("1e3", "1  ", kind < 3), columns, names)
       end do
@@ -90,14 +86,13 @@ contains
   end function plot_histories
 
   !> The picture of the table probes_harmonics.csv: amplitudes of the velocity for each order.
-  function plot_orders(table, names, axes, harmonics, turns) result(figure)
+  type(figure_type) function plot_orders(table, names, axes, harmonics, turns) result(figure)
     type(table_type), intent(in) :: table
     !> Names of the probes, which are parts of the names of the table's columns
     character(len=*), intent(in) :: names(:)
     !> `axes`: number of axes (2 or 3). `harmonics`: highest harmonic of the period in the picture. `turns`: number of turns that
     !> the crank makes in the period
     integer, intent(in) :: axes, harmonics, turns
-    type(figure_type) :: figure
     character(len=:), allocatable :: lines
     character(len=word_length + 20) :: columns(size(names))
     integer :: i, k

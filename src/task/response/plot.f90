@@ -18,11 +18,10 @@ module gestell_task_response_plot
 contains
 
   !> The picture of the table response.csv: motion of the frame and forces on the ground against the crank angle.
-  function plot_response(table, frame, vibration) result(figure)
+  type(figure_type) function plot_response(table, frame, vibration) result(figure)
     type(table_type), intent(in) :: table
     class(frame_type), intent(in) :: frame
     type(vibration_type), intent(in) :: vibration
-    type(figure_type) :: figure
     character(len=:), allocatable :: lines
     type(axis_unit_type) :: unit
     real(dp) :: scale, noise
@@ -57,13 +56,12 @@ contains
   end function plot_response
 
   !> The picture of the table harmonics.csv: amplitudes of the quantities for each order.
-  function plot_harmonics(table, frame, harmonics, vibration) result(figure)
+  type(figure_type) function plot_harmonics(table, frame, harmonics, vibration) result(figure)
     type(table_type), intent(in) :: table
     class(frame_type), intent(in) :: frame
     !> Highest harmonic that is drawn
     integer, intent(in) :: harmonics
     type(vibration_type), intent(in) :: vibration
-    type(figure_type) :: figure
     character(len=:), allocatable :: lines
     real(dp) :: step
     integer :: i, n

@@ -20,7 +20,7 @@ module gestell_task_sensitivity_plot
 contains
 
   !> The plot of the table sensitivity.csv. It has one row for each parameter of `paths`, with a point for each quantity.
-  function plot_sensitivity(table, quantities, paths, derivatives) result(figure)
+  type(figure_type) function plot_sensitivity(table, quantities, paths, derivatives) result(figure)
     !> The table sensitivity.csv
     type(table_type), intent(in) :: table
     !> Paths of the parameters, for example "frame.mass"
@@ -29,7 +29,6 @@ contains
     type(quantity_type), intent(in) :: quantities(:)
     !> Derivatives with respect to each parameter, shape (parameters)
     type(sensitivity_type), intent(in) :: derivatives(:)
-    type(figure_type) :: figure
     character(len=:), allocatable :: lines, assignments
     real(dp) :: aside, changes(size(quantities), size(paths)), effects(size(paths))
     integer :: order(size(paths)), rows(size(paths)), i, n, longest

@@ -20,14 +20,13 @@ contains
 
   !> The picture separation.gp: frequencies of the modes against the speed, and the lines of the orders. Within the range of
   !> operation, the region in which a frequency is too near to an order is shaded.
-  function plot_separation(separations, campbell, harmonics, turns, margin) result(figure)
+  type(figure_type) function plot_separation(separations, campbell, harmonics, turns, margin) result(figure)
     type(separation_type), intent(in) :: separations(:)
     type(campbell_type), intent(in) :: campbell
     !> `harmonics`: numbers of the harmonics of the period. `turns`: number of turns that the crank makes in the period
     integer, intent(in) :: harmonics(:), turns
     !> Required distance of a mode from an order (%)
     real(dp), intent(in) :: margin
-    type(figure_type) :: figure
     character(len=:), allocatable :: lines, curves
     real(dp) :: range(2), orders(size(harmonics)), top, at
     integer :: i, k

@@ -17,10 +17,9 @@ contains
 
   !> The picture multipliers.gp. Left panel: the multipliers in the complex plane, with the unit circle. Right panel: ln |rho|
   !> against the argument of the multiplier.
-  function plot_multipliers(frame, multipliers) result(figure)
+  type(figure_type) function plot_multipliers(frame, multipliers) result(figure)
     class(frame_type), intent(in) :: frame
     type(multipliers_type), intent(in) :: multipliers
-    type(figure_type) :: figure
     character(len=:), allocatable :: lines, words, around_zero
     real(dp) :: half_width, modulus(size(multipliers%rho)), bounds(size(multipliers%rho))
     logical :: visible(size(multipliers%rho))

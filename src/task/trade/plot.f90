@@ -14,11 +14,10 @@ contains
 
   !> The picture trade.gp: error of the monodromy matrix Phi(T) against the number of evaluations, and against the computing time
   !> in seconds. Each method has a line.
-  function plot_trade(trade, with_averaged) result(figure)
+  type(figure_type) function plot_trade(trade, with_averaged) result(figure)
     type(trade_type), intent(in) :: trade
     !> True if the table has a row for the averaged model
     logical, intent(in) :: with_averaged
-    type(figure_type) :: figure
     character(len=:), allocatable :: lines, curves
     integer :: i, methods
 
