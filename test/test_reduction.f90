@@ -359,7 +359,7 @@ contains
     call expect(turning_type(states=6, period=2 * pi, rate=-0.1_dp, frequency=[1.0_dp, 2.0_dp, 3.0_dp]), "too slow")
     call expect(meissner_type(states=2, period=pi, breaks=[pi / 3], a=1.0e6_dp), "jump")
     call expect(turning_type(states=6, period=2 * pi, rate=-0.1_dp, frequency=[200.0_dp, 450.0_dp, 900.0_dp], &
-      & swing=2.0_dp), "does not apply")
+      & swing=2.0_dp), "cannot be used")
     call expect(turning_type(states=6, period=2 * pi, rate=-0.1_dp, frequency=[200.0_dp, 450.0_dp, 900.0_dp], &
       & least_steps=10000), "too suddenly")
 

@@ -56,8 +56,8 @@ contains
     logical :: exists
     integer :: i
 
-    is_foreign = is_link(folder) .or. is_link(folder // "/" // mark) &
-      & .or. any([(is_link(folder // "/" // trim(files(i))), i = 1, size(files))])
+    is_foreign = any([is_link(folder), is_link(folder // "/" // mark), &
+      & (is_link(folder // "/" // trim(files(i))), i = 1, size(files))])
     exists = any([(file_exists(folder // "/" // trim(files(i))), i = 1, size(files))])
     ! the mark is tested last, because another process may be about to begin
     if (exists .and. .not. is_foreign) is_foreign = .not. file_exists(folder // "/" // mark)
