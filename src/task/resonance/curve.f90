@@ -12,7 +12,8 @@
 !>     end do
 !>     call curve%finish()
 !>
-!> `solve_curve` executes these steps with an executor, or on one thread.
+!> `solve_rounds` executes all steps but the last, with an executor or on one thread. `solve_curve` executes all steps for a family
+!> of machines that depend on the speed.
 module gestell_task_resonance_curve
   use gestell_base_error, only: error_type
   use gestell_base_verdict, only: operator(/=), operator(==), undamped, undecided
@@ -28,7 +29,7 @@ module gestell_task_resonance_curve
   implicit none (type, external)
   private
 
-  public :: solve_curve, start_curve
+  public :: solve_curve, solve_rounds, start_curve
 
   !> A resonance curve with the state of its refinement.
   type, public, extends(curve_points_type) :: resonance_curve_type
@@ -45,15 +46,21 @@ module gestell_task_resonance_curve
     procedure :: choose_speeds, add, finish
   end type resonance_curve_type
 
-  !> Parallel work: each piece solves the machine at one speed of a round.
-  type, extends(work_type) :: round_type
-    class(family_type), pointer :: family => null()
-    type(speed_options) :: options
+  !> Parallel work: each piece solves the machine at one speed of a round. An extension knows the machine.
+  type, abstract, extends(work_type), public :: round_type
     real(dp), allocatable :: speeds(:)
     type(speed_point_type), allocatable :: points(:)
   contains
-    procedure :: compute, exchange
+    procedure :: exchange
   end type round_type
+
+  !> Round of a curve for a family of machines that depend on the speed.
+  type, extends(round_type) :: family_round_type
+    class(family_type), pointer :: family => null()
+    type(speed_options) :: options
+  contains
+    procedure :: compute
+  end type family_round_type
 
   !> `most_refined`: maximum number of speeds added to the grid. `max_rounds`: maximum number of rounds
   integer, parameter, public :: most_refined = 6000, max_rounds = 100
@@ -196,26 +203,40 @@ contains
     type(resonance_curve_type), intent(out) :: curve
     type(error_type), allocatable, intent(out) :: error
     class(executor_type), intent(inout), optional :: executor
-    type(round_type) :: round
+    type(family_round_type) :: round
 
-    call start_curve(curve, options, speeds, error)
-    if (allocated(error)) return
     round%family => family
     round%options = options
-    do
+    call solve_rounds(round, options, speeds, curve, error, executor)
+    if (.not. allocated(error)) call curve%finish()
+  end subroutine solve_curve
+
+  !> Computes the points of a curve round by round. Fails if `start_curve` fails, or if the machine rejects a speed.
+  subroutine solve_rounds(round, options, speeds, curve, error, executor)
+    !> Solves the machine at the speeds of a round
+    class(round_type), intent(inout) :: round
+    type(speed_options), intent(in) :: options
+    !> Speeds of the grid (1/min), all of one sign, ascending or descending
+    real(dp), intent(in) :: speeds(:)
+    !> The curve with all its points; its maxima are not determined yet
+    type(resonance_curve_type), intent(out) :: curve
+    type(error_type), allocatable, intent(out) :: error
+    !> Distributes the speeds of a round over threads or processes
+    class(executor_type), intent(inout), optional :: executor
+
+    call start_curve(curve, options, speeds, error)
+    do while (.not. allocated(error))
       call curve%choose_speeds(round%speeds)
-      if (size(round%speeds) == 0) exit
+      if (size(round%speeds) == 0) return
       if (allocated(round%points)) deallocate(round%points)
       allocate(round%points(size(round%speeds)))
       call distribute_over(round, size(round%speeds), error, executor)
-      if (allocated(error)) return
-      call curve%add(round%points)
+      if (.not. allocated(error)) call curve%add(round%points)
     end do
-    call curve%finish()
-  end subroutine solve_curve
+  end subroutine solve_rounds
 
   recursive subroutine compute(self, k, error)
-    class(round_type), intent(inout) :: self
+    class(family_round_type), intent(inout) :: self
     integer, intent(in) :: k
     type(error_type), allocatable, intent(out) :: error
 

@@ -13,8 +13,7 @@ module gestell_task_boundary_level_search
   use gestell_task_boundary_line_borders, only: border_type, open_border_type
   use gestell_task_common_executor, only: distribute_over, work_type
   use gestell_task_common_record, only: record_type
-  use gestell_task_resonance_points, only: exchange_point
-  use gestell_task_resonance_curve, only: resonance_curve_type, start_curve
+  use gestell_task_resonance_curve, only: resonance_curve_type, round_type, solve_rounds
   use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
   private
@@ -52,13 +51,11 @@ module gestell_task_boundary_level_search
     type(resonance_curve_type) :: curve
   end type level_results_type
 
-  !> Parallel work: each piece solves the machine at one point of the curve.
-  type, extends(work_type) :: points_type
+  !> Parallel work: each piece solves the machine at one point of the curve. Its `speeds` are values of the line's variable x.
+  type, extends(round_type) :: points_type
     type(level_line_type) :: line
-    real(dp), allocatable :: at(:)
-    type(speed_point_type), allocatable :: points(:)
   contains
-    procedure :: compute => compute_point, exchange => exchange_point_of
+    procedure :: compute => compute_point
   end type points_type
 
   !> Parallel work: each piece finds one crossing between two neighbouring points of the curve.
@@ -83,15 +80,7 @@ contains
     type(points_type) :: work
 
     work%line = line
-    call start_curve(results%curve, line%options, nodes, error)
-    do while (.not. allocated(error))
-      call results%curve%choose_speeds(work%at)
-      if (size(work%at) == 0) exit
-      if (allocated(work%points)) deallocate(work%points)
-      allocate(work%points(size(work%at)))
-      call distribute_over(work, size(work%at), error, line%executor)
-      if (.not. allocated(error)) call results%curve%add(work%points)
-    end do
+    call solve_rounds(work, line%options, nodes, results%curve, error, line%executor)
     if (.not. allocated(error)) call search_crossings(line, results, error)
     if (.not. allocated(error)) call list_open(line, results)
   end subroutine find_levels
@@ -101,16 +90,8 @@ contains
     integer, intent(in) :: k
     type(error_type), allocatable, intent(out) :: error
 
-    call self%line%solve(self%at(k), self%points(k), error)
+    call self%line%solve(self%speeds(k), self%points(k), error)
   end subroutine compute_point
-
-  subroutine exchange_point_of(self, k, record)
-    class(points_type), intent(inout) :: self
-    integer, intent(in) :: k
-    type(record_type), intent(inout) :: record
-
-    call exchange_point(self%points(k), record)
-  end subroutine exchange_point_of
 
   recursive subroutine compute_crossing(self, k, error)
     class(crossings_type), intent(inout) :: self
