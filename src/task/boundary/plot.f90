@@ -1,7 +1,7 @@
 !> Plots borders: critical values of one parameter, curves in the plane of two parameters, or crossings of a level.
 module gestell_task_boundary_plot
   use gestell_base_kinds, only: dp
-  use gestell_base_text, only: concise, text
+  use gestell_base_text, only: concise, newline, text
   use gestell_base_verdict, only: operator(==), unstable
   use gestell_output_picture_script, only: figure_type, new_figure, quoted
   use gestell_output_picture_axis, only: coordinate, decade_lines, extent_lines, parameter_axis, with_unit
@@ -17,7 +17,6 @@ module gestell_task_boundary_plot
 
   public :: plot_borders
 
-  character, parameter :: newline = new_line("a")
   character(len=*), parameter :: kinds(4) = [character(len=15) :: "divergence", "period_doubling", "flutter", turning_point]
   character(len=*), parameter :: meanings(4) = [character(len=30) :: "divergence (ρ = 1)", "period doubling (ρ = -1)", &
     & "flutter (pair of ρ)", "turning point (ρ = 1)"]

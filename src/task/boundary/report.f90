@@ -1,7 +1,7 @@
 !> Writes the report on stability borders and on crossings of a level.
 module gestell_task_boundary_report
   use gestell_base_kinds, only: dp
-  use gestell_base_text, only: concise, text
+  use gestell_base_text, only: concise, newline, text
   use gestell_base_verdict, only: stable, state_word
   use gestell_task_range_plan, only: sweep_plan_type
   use gestell_input_wording, only: counted
@@ -15,8 +15,6 @@ module gestell_task_boundary_report
   private
 
   public :: report_borders, report_search, summary, nearest_words
-
-  character, parameter :: newline = new_line("a")
 
 contains
 
@@ -184,15 +182,13 @@ contains
     type(nearest_type), intent(in) :: nearest
     character(len=:), allocatable :: sentence
 
-    if (nearest%found) then
-      sentence = path // " = " // concise(nearest%value, 12)
-      if (nearest%error > 0) sentence = sentence // " +- " // concise(nearest%error, 2)
-      sentence = sentence // " (" // concise(abs(nearest%distance), 6) &
-        & // trim(merge(" less", " more", nearest%distance < 0)) // "), " // trim(nearest%there)
-      if (nearest%open > 0) sentence = sentence // "; " // counted(nearest%open, "open place") // " in between"
-    else
-      sentence = path // ": none in the range"
-    end if
+    sentence = path // ": none in the range"
+    if (.not. nearest%found) return
+    sentence = path // " = " // concise(nearest%value, 12)
+    if (nearest%error > 0) sentence = sentence // " +- " // concise(nearest%error, 2)
+    sentence = sentence // " (" // concise(abs(nearest%distance), 6) // trim(merge(" less", " more", nearest%distance < 0)) &
+      & // "), " // trim(nearest%there)
+    if (nearest%open > 0) sentence = sentence // "; " // counted(nearest%open, "open place") // " in between"
   end function nearest_words
 
 end module gestell_task_boundary_report

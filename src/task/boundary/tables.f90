@@ -1,6 +1,6 @@
 !> Tables of the task `boundary`: boundary.csv for one or two parameters, and level.csv for one parameter.
 module gestell_task_boundary_tables
-  use gestell_base_text, only: concise, exact
+  use gestell_base_text, only: concise, either, exact, newline
   use gestell_base_verdict, only: state_word
   use gestell_output_table, only: new_table, table_type
   use gestell_output_table_unit, only: new_unit, radian, unit_type
@@ -13,7 +13,6 @@ module gestell_task_boundary_tables
 
   public :: border_table, curve_table
 
-  character, parameter :: newline = new_line("a")
   character(len=*), parameter :: level_kind = "kind of crossing. 'level': the quantity crosses the level continuously; 'jump': " &
     & // "it jumps across the level", level_state = "state of the machine: ok (stable), undamped, undecided or unstable"
 
@@ -55,33 +54,22 @@ contains
 
     path = trim(plan%paths(1))
     unit = unit_type(words=plan%units(1))
-    border = "boundary"
-    if (of_level) border = "crossing"
+    border = either("crossing", "boundary", of_level)
     associate (values => results%values)
-      if (of_level) then
-        call table%add("curve", "number of the crossing", [(i, i = 1, size(values))])
-        call table%add(path, unit, "value of the parameter at the crossing, in the units of the input", (values%value), &
-          & error=path // "_error")
-        call table%add("kind", level_kind, (values%kind))
-      else
-        call table%add("curve", "number of the critical value", [(i, i = 1, size(values))])
-        call table%add(path, unit, "critical value of the parameter, in the units of the input", (values%value), &
-          & error=path // "_error")
-        call table%add("arg", radian, "argument of the multiplier that crosses the unit circle", (values%arg_rad))
-        call table%add("kind", "divergence, period_doubling, flutter or turning_point", (values%kind))
-      end if
+      call table%add("curve", "number of the " // either("crossing", "critical value", of_level), [(i, i = 1, size(values))])
+      call table%add(path, unit, either("value of the parameter at the crossing", "critical value of the parameter", of_level) &
+        & // ", in the units of the input", (values%value), error=path // "_error")
+      if (.not. of_level) call table%add("arg", radian, "argument of the multiplier that crosses the unit circle", (values%arg_rad))
+      call table%add("kind", either(level_kind, "divergence, period_doubling, flutter or turning_point", of_level), (values%kind))
       call table%add(path // "_error", unit, "bound on the distance of the " // border // " from the value in this " &
         & // "row", (values%error))
-      if (of_level) then
-        call table%add("below", "side of the level on which the quantity lies for smaller values of the parameter: within (at " &
-          & // "most the level), above or undecided", (values%below))
-        call table%add("above", "side of the level on which the quantity lies for larger values of the parameter", (values%above))
-        call table%add("state", level_state, (values%state))
-      else
-        call table%add("below", "verdict below the critical value", (values%below))
-        call table%add("above", "verdict above the critical value", (values%above))
-        call table%add("vibration", "number of the periodic vibration to which this boundary belongs", (values%vibration))
-      end if
+      call table%add("below", either("side of the level on which the quantity lies for smaller values of the parameter: within " &
+        & // "(at most the level), above or undecided", "verdict below the critical value", of_level), (values%below))
+      call table%add("above", either("side of the level on which the quantity lies for larger values of the parameter", &
+        & "verdict above the critical value", of_level), (values%above))
+      if (of_level) call table%add("state", level_state, (values%state))
+      if (.not. of_level) call table%add("vibration", "number of the periodic vibration to which this boundary belongs", &
+        & (values%vibration))
     end associate
     do i = 1, size(results%rest%places)
       associate (place => results%rest%places(i))
@@ -106,12 +94,9 @@ contains
         call table%add(trim(paths(k)), unit_type(words=plan%units(k)), "value of the parameter at the vertex of the curve, in " &
           & // "the units of the input", [(vertices(i)%parameters(k), i = 1, size(vertices))], error=trim(paths(k)) // "_error")
       end do
-      if (of_level) then
-        call table%add("kind", level_kind, (vertices%kind))
-      else
-        call table%add("arg", radian, "argument of the multiplier that crosses the unit circle", (vertices%arg_rad))
-        call table%add("kind", "divergence, period_doubling or flutter", (vertices%kind))
-      end if
+      if (.not. of_level) call table%add("arg", radian, "argument of the multiplier that crosses the unit circle", &
+        & (vertices%arg_rad))
+      call table%add("kind", either(level_kind, "divergence, period_doubling or flutter", of_level), (vertices%kind))
       do k = 1, 2
         call table%add(trim(paths(k)) // "_error", unit_type(words=plan%units(k)), "bound on the error of the parameter, along " &
           & // "the search line", [(vertices(i)%error(k), i = 1, size(vertices))])

@@ -3,6 +3,7 @@
 module gestell_task_boundary_task
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
+  use gestell_base_text, only: either
   use gestell_input_machine_quantities, only: read_measure
   use gestell_input_namelist_document, only: group_type, groups_named, has, group_named
   use gestell_input_namelist_message, only: input_error
@@ -80,10 +81,9 @@ contains
     if (allocated(error)) return
     if (has(group, "quantity")) then
       call read_level(self, group, configuration, error)
-    else if (has(group, "measure")) then
-      call input_error(group, "measure", "requires the key 'quantity', which is missing", error)
-    else if (has(group, "level")) then
-      call input_error(group, "level", "requires the key 'quantity', which is missing", error)
+    else if (has(group, "measure") .or. has(group, "level")) then
+      call input_error(group, either("measure", "level", has(group, "measure")), "requires the key 'quantity', which is missing", &
+        & error)
     end if
   end subroutine read_boundary
 

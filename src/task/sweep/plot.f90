@@ -287,11 +287,8 @@ contains
     integer, intent(in) :: column(sweep_columns)
     character(len=:), allocatable :: expression
 
-    if (column(log_rho_max) > 0) then
-      expression = "column(" // text(column(log_rho_max)) // ")"
-    else
-      expression = "growth(column(" // text(column(rho_max)) // "))"
-    end if
+    expression = "growth(column(" // text(column(rho_max)) // "))"
+    if (column(log_rho_max) > 0) expression = "column(" // text(column(log_rho_max)) // ")"
   end function growth_of
 
 end module gestell_task_sweep_plot

@@ -1,7 +1,7 @@
 !> Plots border curves in the plane of two parameters.
 module gestell_task_boundary_map_plot
   use gestell_base_kinds, only: dp
-  use gestell_base_text, only: concise, text
+  use gestell_base_text, only: concise, newline, text
   use gestell_output_picture_axis, only: coordinate, parameter_axis, with_unit
   use gestell_output_picture_marks, only: input_point, shaded_entry, unstable_fill
   use gestell_output_picture_regions, only: left_side
@@ -13,8 +13,6 @@ module gestell_task_boundary_map_plot
   private
 
   public :: empty_label, count_words, over_chart, plot_curves
-
-  character, parameter :: newline = new_line("a")
 
 contains
 

@@ -2,7 +2,7 @@
 module gestell_task_boundary_map_report
   use gestell_base_verdict, only: stable, state_word
   use gestell_base_kinds, only: dp
-  use gestell_base_text, only: concise, text
+  use gestell_base_text, only: concise, newline, text
   use gestell_input_wording, only: counted
   use gestell_task_boundary_map, only: border_map_type, border_vertex_type
   use gestell_task_boundary_map_vertex, only: finest_lines
@@ -11,7 +11,6 @@ module gestell_task_boundary_map_report
 
   public :: curve_lines, unsearched_lines, words
 
-  character, parameter :: newline = new_line("a")
   !> Maximum number of curves, of values, and of open places (parts of the range in which a border cannot be excluded) that the
   !> report lists.
   integer, parameter, public :: max_listed = 40
