@@ -65,25 +65,15 @@ contains
     motion = series_through(spread(self%units, 1, size(q, 1)) * q)
   end function motion_at
 
-  !> True if `motion` lies on at least one of the branches at the scaled parameter lambda = `t`. Branch number `except` is not
-  !> compared.
-  logical function lies_on_any(branches, t, motion, except)
+  !> True if `motion` lies on at least one of the branches at the scaled parameter lambda = `t`.
+  logical function lies_on_any(branches, t, motion)
     type(branch_type), intent(in) :: branches(:)
     real(dp), intent(in) :: t
     !> The motion (m, m, rad) that is compared with the branches
     type(series_type), intent(in) :: motion
-    !> Number of the branch that is left out of the comparison
-    integer, intent(in), optional :: except
     integer :: i
 
-    lies_on_any = .false.
-    do i = 1, size(branches)
-      if (present(except)) then
-        if (i == except) cycle
-      end if
-      lies_on_any = lies_on(branches(i), t, motion)
-      if (lies_on_any) return
-    end do
+    lies_on_any = any([(lies_on(branches(i), t, motion), i = 1, size(branches))])
   end function lies_on_any
 
   !> True if `motion` lies on the branch at the scaled parameter lambda = `t`. The tolerance allows for the error of the cubic

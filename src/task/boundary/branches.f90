@@ -142,6 +142,7 @@ contains
     !> Gaps between branches that are not wider than this, relative to the range, are ignored: they result from the ends of paths
     !> and from the errors of turning points.
     real(dp), parameter :: narrow = 1.0e-5_dp
+    type(series_type) :: motion
     real(dp) :: ends(2, size(branches)), t, next
     logical :: lost(2, size(branches))
     integer :: i, side
@@ -166,7 +167,8 @@ contains
       do side = 1, 2
         if (.not. lost(side, i)) cycle
         ! Another branch passes through this end.
-        if (lies_on_any(branches, ends(side, i), branches(i)%motion_at(ends(side, i)), except=i)) cycle
+        motion = branches(i)%motion_at(ends(side, i))
+        if (lies_on_any(branches(:i - 1), ends(side, i), motion) .or. lies_on_any(branches(i + 1:), ends(side, i), motion)) cycle
         next = max(0.0_dp, maxval(ends(2, :), mask=lost(2, :) .and. ends(2, :) < ends(1, i)))
         if (side == 2) next = min(1.0_dp, minval(ends(1, :), mask=lost(1, :) .and. ends(1, :) > ends(2, i)))
         call add_open(axis, min(next, ends(side, i)), max(next, ends(side, i)), rest)

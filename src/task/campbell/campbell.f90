@@ -2,6 +2,7 @@
 module gestell_task_campbell
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp, pi
+  use gestell_math_sorting, only: ascending
   use gestell_model_frame, only: frame_type
   use gestell_model_frame_frame_of, only: frame_of
   use gestell_system_family, only: family_type
@@ -265,11 +266,7 @@ contains
       end associate
     end do
     if (.not. lowest%solved) return
-    associate (frequencies => lowest%modes(:f)%frequency())
-      do i = 1, f
-        order(1 + count(frequencies < frequencies(i)) + count(.not. abs(frequencies(:i - 1) - frequencies(i)) > 0)) = i
-      end do
-    end associate
+    order = ascending(lowest%modes(:f)%frequency())
     do i = 1, size(campbell%points)
       campbell%points(i)%modes(:f) = campbell%points(i)%modes(order)
     end do

@@ -97,7 +97,6 @@ contains
     !> Distributes the searches over threads or processes
     class(executor_type), intent(inout), optional :: executor
     type(searches_type) :: work
-    type(campbell_point_type), allocatable :: points(:)
     type(campbell_point_type) :: sides(2)
     integer, allocatable :: harmonics(:)
     logical :: new(2)
@@ -127,18 +126,16 @@ contains
       if (allocated(error)) return
       crossings = [crossing_type ::]
       do i = 1, size(work%searches)
-        associate (search => work%searches(i))
+        associate (search => work%searches(i), p => work%searches(i)%point)
           crossings = [crossings, search%crossings]
           campbell%solutions = campbell%solutions + search%solutions
           ! The points on both sides of the jump are inserted in the diagram, and the search starts again.
           if (search%jump) then
-            points = campbell%points
-            new = abs(search%sides%speed - points(search%point - 1)%speed) > 0 &
-              & .and. abs(search%sides%speed - points(search%point)%speed) > 0
             sides = search%sides
             sides%ordered = .false.
             sides%unambiguous = .false.
-            campbell%points = [points(:search%point - 1), pack(sides, new), points(search%point:)]
+            new = abs(sides%speed - campbell%points(p - 1)%speed) > 0 .and. abs(sides%speed - campbell%points(p)%speed) > 0
+            campbell%points = [campbell%points(:p - 1), pack(sides, new), campbell%points(p:)]
             exit
           end if
         end associate

@@ -150,8 +150,8 @@ contains
         if (mode%growth > mode%error) critical%outcome = self_excited
         if (max(abs(mode%growth), abs(mode%partner_growth)) <= mode%error) critical%outcome = unbounded
         if (critical%outcome == self_excited) critical%verdict = unstable
-        if (critical%outcome == unbounded) critical%verdict = merge(undamped, undecided, mode%neutral)
         if (critical%outcome == unbounded) then
+          critical%verdict = merge(undamped, undecided, mode%neutral)
           ! there is no peak if the order does not excite the mode close to an undamped crossing
           call solve_at_speed(self%family, options, crossing%speed * (1 + aside), crossing%harmonic, nearby, error)
           if (.not. allocated(error) .and. has_vibration(nearby%state)) then

@@ -110,7 +110,7 @@ contains
     class(curve_points_type), intent(in) :: curve
     real(dp), allocatable, intent(out) :: swings(:, :), damping(:, :)
     real(dp), allocatable :: frequency(:)
-    integer :: modes, n, i, first, last, step
+    integer :: modes, n, i, k
 
     n = size(curve%points)
     modes = 0
@@ -120,14 +120,8 @@ contains
     allocate(swings(modes, n), damping(modes, n))
     swings = -1
     damping = 0
-    first = n
-    last = 1
-    if (abs(curve%points(1)%speed) > abs(curve%points(n)%speed)) then
-      first = 1
-      last = n
-    end if
-    step = sign(1, last - first)
-    do i = first, last, step
+    do k = 1, n
+      i = merge(k, n + 1 - k, abs(curve%points(1)%speed) > abs(curve%points(n)%speed))
       associate (point => curve%points(i))
         if (.not. allocated(point%turns)) cycle
         if (.not. allocated(frequency)) allocate(frequency, source=point%averaged_turns * point%crank)

@@ -10,7 +10,7 @@
 !> removed last. Files with these names in a folder without `lock` do not belong to a sweep and are not changed.
 module gestell_task_sweep_checkpoint
   use gestell_base_error, only: error_type, failed_computation, fatal_error, wrong_usage
-  use gestell_base_files, only: close_file, file_size, system_message, link_file, lock_file, open_to_read, open_to_write, &
+  use gestell_base_files, only: close_file, file_size, link_file, lock_file, open_to_read, open_to_write, &
     & read_file, remove_file, remove_folder, rename_file, unlock_file, write_bytes
   use gestell_base_hash, only: mix_text
   use gestell_base_kinds, only: dp
@@ -221,7 +221,7 @@ contains
       call write_tile(self%layout, file_of(self, "rows"), self%head, tile, results%values, mark%checksum, error)
     end if
     if (.not. allocated(error)) then
-      call mark%summary%add_tile(results)
+      mark%summary = summary_type(solutions=results%solutions, checks=results%checks, deviation=results%deviation)
       call mark%summary%add_points(self%options, tile%first, results%values)
       call write_mark(file_of(self, "marks"), mark, error)
     end if
@@ -309,9 +309,8 @@ contains
     if (allocated(error)) return
     call link_file(file_of(campaign, "rows"), name, done)
     if (.not. done) call rename_file(file_of(campaign, "rows"), name, done)
-    if (done) return
-    call fatal_error(error, name // ": cannot be written: " // system_message(), failed_computation)
-    error%write_failed = .true.
+    ! The file is closed, so there is no handle.
+    call end_writing(-1_c_int, done, name, error)
   end subroutine publish_table
 
   !> Removes the folder after `finish`, when the table has its final name. If another run with another input has used the folder in

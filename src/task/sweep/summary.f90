@@ -6,7 +6,7 @@ module gestell_task_sweep_summary
   use gestell_study_vibration_small_motion, only: small_turn
   use gestell_model_space, only: is_rotation
   use gestell_study_point, only: sweep_options
-  use gestell_study_tile_results, only: last_peak, rho_max, tile_results_type, verdict, xi_peak
+  use gestell_study_tile_results, only: last_peak, rho_max, verdict, xi_peak
   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
   use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
@@ -40,7 +40,7 @@ module gestell_task_sweep_summary
     !> Largest deviation found in the comparisons with separate solutions, relative to the separate solution.
     real(dp) :: deviation = 0
   contains
-    procedure :: add_tile, add_points, add, verdict_counts, tally
+    procedure :: add_points, add, verdict_counts, tally
   end type summary_type
 
   type(summary_type), parameter :: nothing = summary_type()
@@ -48,16 +48,6 @@ module gestell_task_sweep_summary
   integer, parameter, public :: summary_words = storage_size(nothing) / storage_size(0_int64)
 
 contains
-
-  !> Adds the numbers of solutions and checks of one tile, and updates the largest deviation.
-  pure subroutine add_tile(self, results)
-    class(summary_type), intent(inout) :: self
-    type(tile_results_type), intent(in) :: results
-
-    self%solutions = self%solutions + results%solutions
-    self%checks = self%checks + results%checks
-    self%deviation = max(self%deviation, results%deviation)
-  end subroutine add_tile
 
   !> Adds a block of points that begins at the indices `first` on the axes. `values` has the shape (requested columns, points of the
   !> second axis, points of the first axis).

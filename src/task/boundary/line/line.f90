@@ -183,11 +183,8 @@ contains
     type(axis_type), intent(in) :: axis
     real(dp), intent(in) :: u
 
-    if (axis%logarithmic) then
-      sensitivity = parameter_at(axis, u) * log(axis%to / axis%from)
-    else
-      sensitivity = axis%to - axis%from
-    end if
+    sensitivity = axis%to - axis%from
+    if (axis%logarithmic) sensitivity = parameter_at(axis, u) * log(axis%to / axis%from)
   end function sensitivity
 
   !> Coordinate u that belongs to a value of the parameter. It is 0 on an axis with a single value. It is -huge if the axis is

@@ -67,14 +67,11 @@ contains
     type is (averaged_system)
       factors = .false.
     end select
-    if (factors) then
-      call survey_system(system, survey, error)
-      if (.not. allocated(error)) factors = .not. survey%phase_advance > many_turns
-      if (factors .and. .not. allocated(error)) call solve_factored(system, accuracy, .false., factored, error, survey)
-      if (factors .and. .not. allocated(error)) then
-        call factored%multipliers(.false., multipliers, error)
-        if (.not. allocated(error)) return
-      end if
+    if (factors) call survey_system(system, survey, error)
+    if (factors .and. .not. (allocated(error) .or. survey%phase_advance > many_turns)) then
+      call solve_factored(system, accuracy, .false., factored, error, survey)
+      if (.not. allocated(error)) call factored%multipliers(.false., multipliers, error)
+      if (.not. allocated(error)) return
     end if
     call solve_floquet(system, accuracy, .false., floquet, error)
     if (.not. allocated(error)) call solve_multipliers(floquet, .false., multipliers, error)

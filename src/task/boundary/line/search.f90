@@ -160,16 +160,9 @@ contains
       path = pair_path_type(self%line, self%chain%list(place%stretch), place%name)
       call search_meeting(path, path%stretch%ends(1)%t + place%x * path%stretch%length(), place%rate, meeting, error)
       if (allocated(error)) return
-      select case (meeting%outcome)
-      case (tongue)
-        call add_tongue(path, meeting, search, error)
-      case (thin)
-        search%thin = 1
-      case (open_question)
-        search%open_parts = [open_part_type(meeting%t, meeting%width)]
-      case default
-        ! the remaining outcome is `no_tongue`
-      end select
+      if (meeting%outcome == tongue) call add_tongue(path, meeting, search, error)
+      if (meeting%outcome == thin) search%thin = 1
+      if (meeting%outcome == open_question) search%open_parts = [open_part_type(meeting%t, meeting%width)]
     end associate
   end subroutine search_place
 

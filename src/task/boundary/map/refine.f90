@@ -159,14 +159,8 @@ contains
   !> Distance from the point `u` to the edge of the ranges in the direction `direction`.
   pure real(dp) function distance_to_edge(u, direction) result(distance)
     real(dp), intent(in) :: u(2), direction(2)
-    integer :: k
 
-    distance = huge(distance)
-    do k = 1, 2
-      if (direction(k) > 0) distance = min(distance, (1 - u(k)) / max(direction(k), tiny(1.0_dp)))
-      if (direction(k) < 0) distance = min(distance, u(k) / max(-direction(k), tiny(1.0_dp)))
-    end do
-    distance = max(distance, 0.0_dp)
+    distance = max(0.0_dp, minval(merge(1 - u, u, direction > 0) / max(abs(direction), tiny(1.0_dp)), mask=abs(direction) > 0))
   end function distance_to_edge
 
 end module gestell_task_boundary_map_refine

@@ -76,18 +76,14 @@ contains
 
     n = size(values, 2)
     size_of_term = norm2(matmul(values, transpose(chebyshev_coefficients(n))), dim=1)
-    needed = 0
     rest = 0
     do k = n, 1, -1
       rest = rest + size_of_term(k)
       if (.not. rest <= limit) exit
     end do
     ! Two terms, one even and one odd, must be small before the following terms are assumed to be small, too.
-    if (k <= n - 3) then
-      needed = k + 1
-    else
-      needed = extrapolated_count(size_of_term, limit)
-    end if
+    needed = k + 1
+    if (k > n - 3) needed = extrapolated_count(size_of_term, limit)
   end function needed_points
 
   !> Number of terms that a series needs, extrapolated from terms that are not yet small enough. For cos(h x) the terms are Bessel

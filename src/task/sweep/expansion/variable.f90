@@ -45,14 +45,9 @@ contains
     real(dp) :: u
 
     u = (mapped(self, self%from) * (1 - x) + mapped(self, self%to) * (1 + x)) / 2
-    select case (self%kind)
-    case (inverse)
-      parameter = 1 / u
-    case (logarithm)
-      parameter = sign(exp(u), self%from)
-    case default
-      parameter = u
-    end select
+    parameter = u
+    if (self%kind == inverse) parameter = 1 / u
+    if (self%kind == logarithm) parameter = sign(exp(u), self%from)
     ! Rounding must not move the parameter out of its range.
     parameter = max(min(self%from, self%to), min(max(self%from, self%to), parameter))
   end function parameter_of
@@ -61,14 +56,9 @@ contains
     class(variable_type), intent(in) :: self
     real(dp), intent(in) :: parameter
 
-    select case (self%kind)
-    case (inverse)
-      u = 1 / parameter
-    case (logarithm)
-      u = log(abs(parameter))
-    case default
-      u = parameter
-    end select
+    u = parameter
+    if (self%kind == inverse) u = 1 / parameter
+    if (self%kind == logarithm) u = log(abs(parameter))
   end function mapped
 
 end module gestell_task_sweep_expansion_variable
