@@ -177,13 +177,18 @@ contains
     type(frame_data_type), intent(out) :: data
     type(error_type), allocatable, intent(out) :: error
     type(group_type) :: group
+    character(len=word_length), allocatable :: names(:)
     logical :: in_space
+    integer :: i
 
     call read_drive(group_named(doc, "drive"), units, data, error)
     if (allocated(error)) return
     group = group_named(doc, "frame")
     call read(group, frame_keys, "mass", data%mass, error, units)
-    call read_dof(group, data%free, error)
+    call read(group, frame_keys, "dof", names, error)
+    if (allocated(error)) return
+    data%free = pack([(i, i = 1, size(dof_names))], [(any(names == dof_names(i)), i = 1, size(dof_names))])
+    if (size(data%free) /= size(names)) call input_error(group, "dof", "names a degree of freedom twice", error)
     if (allocated(error)) return
     in_space = any(data%free > 3)
     call read_foundation(group_named(doc, "foundation"), units, in_space, data%stiffness, data%damping, error)
@@ -328,20 +333,5 @@ contains
       end associate
     end do
   end subroutine read_supports
-
-  !> Reads the key `dof` and returns the indices of the free degrees of freedom in ascending order. Does nothing if `error` is
-  !> already allocated.
-  subroutine read_dof(group, free, error)
-    type(group_type), intent(in) :: group
-    integer, allocatable, intent(out) :: free(:)
-    type(error_type), allocatable, intent(inout) :: error
-    character(len=word_length), allocatable :: names(:)
-    integer :: i
-
-    call read(group, frame_keys, "dof", names, error)
-    if (allocated(error)) return
-    free = pack([(i, i = 1, size(dof_names))], [(any(names == dof_names(i)), i = 1, size(dof_names))])
-    if (size(free) /= size(names)) call input_error(group, "dof", "names a degree of freedom twice", error)
-  end subroutine read_dof
 
 end module gestell_input_machine_frame

@@ -141,30 +141,25 @@ contains
     character(len=:), allocatable :: reason
     integer :: star
 
-    if (token%kind == bare) then
-      star = index(token%text, "*")
-      if (star > 1) then
-        if (is_digits(token%text(:star-1))) then
-          call read_integer(token%text(:star-1), value%count, reason)
-          if (reason /= "" .or. value%count == 0) then
-            call refuse_line(group, token%line, "'" // shown(token%text) // "': the repeat count must be from 1 to " &
-              & // text(huge(1)), error)
-            return
-          end if
-          if (star < len(token%text)) then
-            token%text = token%text(star+1:)
-          else if (scan(next_character(scanner), "'""") > 0) then
-            call next_token(scanner, token)
-          else
-            call refuse_line(group, token%line, "a value is missing after '" // shown(token%text) // "'", error)
-            return
-          end if
-        end if
+    star = index(token%text, "*")
+    if (token%kind == bare .and. is_digits(token%text(:star-1))) then
+      call read_integer(token%text(:star-1), value%count, reason)
+      if (reason /= "" .or. value%count == 0) then
+        call refuse_line(group, token%line, "'" // shown(token%text) // "': the repeat count must be from 1 to " // text(huge(1)), &
+          & error)
+        return
+      end if
+      if (star < len(token%text)) then
+        token%text = token%text(star+1:)
+      else if (scan(next_character(scanner), "'""") > 0) then
+        call next_token(scanner, token)
+      else
+        call refuse_line(group, token%line, "a value is missing after '" // shown(token%text) // "'", error)
+        return
       end if
     end if
-    if (token%kind == unclosed_quote) then
-      call refuse_line(group, token%line, "the text '" // shown(token%text) // " has no closing quote on its line", error)
-    end if
+    if (token%kind == unclosed_quote) call refuse_line(group, token%line, "the text '" // shown(token%text) &
+      & // " has no closing quote on its line", error)
     value%text = token%text
     value%quoted = token%kind /= bare
     value%line = entry%line

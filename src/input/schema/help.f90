@@ -275,12 +275,8 @@ contains
     character(len=*), intent(in) :: before, required
     character(len=:), allocatable :: words
 
-    words = default_of(key)
-    if (words == "") then
-      words = required
-    else
-      words = before // words
-    end if
+    words = before // default_of(key)
+    if (default_of(key) == "") words = required
   end function default_words
 
   !> Default of a key in Markdown; empty if the key has no default.

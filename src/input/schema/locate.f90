@@ -2,9 +2,8 @@
 module gestell_input_schema_locate
   use gestell_base_error, only: error_type, fatal_error, invalid_input, wrong_usage
   use gestell_input_schema_check, only: unknown_group
-  use gestell_base_words, only: word_length
   use gestell_base_text, only: text
-  use gestell_input_namelist_document, only: document_type, name_of, has
+  use gestell_input_namelist_document, only: document_type, group_names, groups_named, has, indices_named, name_of
   use gestell_input_namelist_number, only: is_digits, read_integer
   use gestell_input_schema_rule, only: element_of, subscript_words, extent_words, unknown_key
   use gestell_input_schema, only: schema_type, find_group_rule, find_key_rule
@@ -82,11 +81,10 @@ contains
     logical, intent(in) :: repeatable
     integer, allocatable, intent(out) :: chosen(:)
     character(len=:), allocatable, intent(out) :: reason
-    character(len=word_length), allocatable :: names(:)
     integer :: i, number
 
     reason = ""
-    chosen = pack([(i, i = 1, size(doc%groups))], [(doc%groups(i)%name == path%group, i = 1, size(doc%groups))])
+    chosen = indices_named(doc, path%group)
     if (.not. repeatable) then
       if (allocated(path%selector)) reason = "there is only one &" // path%group // ": write " // path%group // "." // path%key
       return
@@ -112,11 +110,8 @@ contains
       end if
     end if
     if (has(doc%groups(chosen(1)), "name") .and. .not. is_digits(path%selector)) then
-      allocate(names(size(chosen)))
-      do i = 1, size(chosen)
-        names(i) = name_of(doc%groups(chosen(i)))
-      end do
-      reason = "unknown " // path%group // " '" // shown(path%selector) // "'" // suggestion(path%selector, names)
+      reason = "unknown " // path%group // " '" // shown(path%selector) // "'" &
+        // suggestion(path%selector, group_names(groups_named(doc, path%group)))
     else
       reason = "there is no &" // path%group // " " // shown(path%selector) // ": the groups are numbered from 1 to " &
         // text(size(chosen))

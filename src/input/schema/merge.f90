@@ -100,7 +100,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(value_type) :: value
     real(dp) :: total
-    integer :: i, k, n
+    integer :: i, k, n, place, rows
 
     ! in real numbers, because large repeat counts would overflow an integer
     total = sum(real(entry%values%count, dp))
@@ -114,29 +114,20 @@ contains
     end if
     if (allocated(error)) return
     call start(entry, rule, merge(rule%most, nint(total), rule%shorter > 0), merged)
+    rows = nint(sqrt(total))
     n = 0
     do i = 1, size(entry%values)
       value = entry%values(i)
       value%count = 1
       do k = 1, entry%values(i)%count
         n = n + 1
-        merged%values(stored_position(n, nint(total), rule)) = value
+        place = n
+        ! the entry gives a matrix in its short form
+        if (rule%rank == 2 .and. nint(total) == rule%shorter) place = 1 + mod(n - 1, rows) + rule%rows * ((n - 1) / rows)
+        merged%values(place) = value
       end do
     end do
   end subroutine expand
-
-  !> Position at which value `n` of an entry with `total` values is stored. It differs from `n` only if the entry gives a matrix
-  !> in its short form.
-  pure integer function stored_position(n, total, rule)
-    integer, intent(in) :: n, total
-    type(key_type), intent(in) :: rule
-    integer :: rows
-
-    stored_position = n
-    if (rule%rank < 2 .or. total /= rule%shorter) return
-    rows = nint(sqrt(real(total, dp)))
-    stored_position = 1 + mod(n - 1, rows) + rule%rows * ((n - 1) / rows)
-  end function stored_position
 
   !> Creates a merged entry that has no values yet.
   pure subroutine start(entry, rule, n, merged)

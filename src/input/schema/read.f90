@@ -5,7 +5,7 @@ module gestell_input_schema_read
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, text
   use gestell_base_words, only: word_length
-  use gestell_input_namelist_document, only: entry_type, find_entry, group_type
+  use gestell_input_namelist_document, only: find_entry, group_type
   use gestell_input_namelist_message, only: input_error
   use gestell_input_namelist_suggest, only: suggestion
   use gestell_input_schema_units, only: units_type, usual_units
@@ -69,7 +69,8 @@ contains
       if (present(default)) missing = default
       i = find_entry(group, name)
       n = 0
-      if (i > 0) n = last_present(group%entries(i))
+      if (i > 0) n = findloc([(allocated(group%entries(i)%values(k)%text), k = 1, size(group%entries(i)%values))], .true., dim=1, &
+        & back=.true.)
       if (n > size(value)) then
         call input_error(group, name, "takes " // text(size(value)) &
           // trim(merge(" value ", " values", size(value) == 1)) // ", has " // text(n), error)
@@ -133,15 +134,6 @@ contains
       value(:, k) = elements(1 + rows * (k - 1):size(value, 1) + rows * (k - 1))
     end do
   end subroutine read_matrix
-
-  !> Index of the last element for which the input gives a value; 0 if there is none.
-  pure integer function last_present(entry) result(n)
-    type(entry_type), intent(in) :: entry
-
-    do n = size(entry%values), 1, -1
-      if (allocated(entry%values(n)%text)) return
-    end do
-  end function last_present
 
   pure subroutine read_integer(group, keys, name, value, error)
     type(group_type), intent(in) :: group

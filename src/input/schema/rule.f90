@@ -8,7 +8,7 @@ module gestell_input_schema_rule
   use gestell_input_namelist_number, only: read_real, read_integer, is_digits
   use gestell_base_key, only: integer_key, key_type, real_key, text_key
   use gestell_base_text, only: text
-  use gestell_input_schema, only: schema_type, names_of_keys
+  use gestell_input_schema, only: schema_type
   use gestell_input_namelist_suggest, only: advice, listed
   use gestell_input_wording, only: shown
   implicit none (type, external)
@@ -165,7 +165,7 @@ contains
     character(len=:), allocatable :: message
     character(len=16), allocatable :: names(:)
 
-    names = names_of_keys(schema, group)
+    names = pack((schema%keys%name), schema%keys%group == group)
     message = "unknown key '" // shown(key) // "': " // advice(key, names, "'", "'", "allowed are " // listed(names, "", ""))
   end function unknown_key
 

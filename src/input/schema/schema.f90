@@ -4,7 +4,7 @@ module gestell_input_schema
   implicit none (type, external)
   private
 
-  public :: find_group_rule, find_key_rule, names_of_keys
+  public :: find_group_rule, find_key_rule
 
   !> Part of the input that a group describes: options of the tasks (`option_group`), frame, drive and mounts (`frame_group`), or
   !> the mechanism (`mechanism_group`). Sweeps can vary only numbers of a `frame_group` or a `mechanism_group`.
@@ -67,14 +67,5 @@ contains
 
     i = findloc(schema%keys%group == group .and. schema%keys%name == name, .true., dim=1)
   end function find_key_rule
-
-  !> Names of the keys of a group.
-  pure function names_of_keys(schema, group) result(names)
-    type(schema_type), intent(in) :: schema
-    character(len=*), intent(in) :: group
-    character(len=16), allocatable :: names(:)
-
-    names = pack((schema%keys%name), schema%keys%group == group)
-  end function names_of_keys
 
 end module gestell_input_schema

@@ -15,8 +15,6 @@ module gestell_input_schema_units
     integer :: quantity = 0
     character(len=12) :: name = ""
     real(dp) :: factor = 1, divisor = 1
-  contains
-    procedure :: si
   end type unit_type
 
   !> For each quantity: the unit in which the input gives it
@@ -96,14 +94,6 @@ module gestell_input_schema_units
 
 contains
 
-  !> Converts a value to SI.
-  elemental real(dp) function si(self, value)
-    class(unit_type), intent(in) :: self
-    real(dp), intent(in) :: value
-
-    si = value * self%factor / self%divisor
-  end function si
-
   !> Converts the number `typed`, which is element `element` of a key's values, to SI units.
   pure real(dp) function to_si(self, key, element, typed)
     class(units_type), intent(in) :: self
@@ -114,7 +104,7 @@ contains
 
     quantity = quantity_of(key, element)
     to_si = typed
-    if (quantity > 0) to_si = self%of(quantity)%si(typed)
+    if (quantity > 0) to_si = typed * self%of(quantity)%factor / self%of(quantity)%divisor
   end function to_si
 
   !> Code of the quantity of an element of a key's values; 0 if &units sets no unit for it.
