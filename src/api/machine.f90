@@ -108,7 +108,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(document_type) :: more
     type(group_type), allocatable :: longer(:)
-    integer :: i, n
+    integer :: n
 
     call parse_document(groups, text_name, more, error)
     if (allocated(error)) return
@@ -123,14 +123,10 @@ contains
     if (.not. allocated(self%added)) allocate(self%added(n))
     if (n > size(self%added)) then
       allocate(longer(2 * n))
-      do i = 1, self%waiting
-        longer(i) = self%added(i)
-      end do
+      longer(:self%waiting) = self%added(:self%waiting)
       call move_alloc(longer, self%added)
     end if
-    do i = 1, size(more%groups)
-      self%added(self%waiting + i) = more%groups(i)
-    end do
+    self%added(self%waiting + 1:n) = more%groups
     self%waiting = n
     call count_names(self, more%groups)
     if (.not. allocated(self%settings)) allocate(self%settings(0))
@@ -154,7 +150,7 @@ contains
     class(machine_type), intent(in) :: self
     type(document_type), intent(out) :: document
     type(error_type), allocatable, intent(out) :: error
-    integer :: i, n
+    integer :: n
 
     n = 0
     if (allocated(self%document%groups)) n = size(self%document%groups)
@@ -170,10 +166,8 @@ contains
     if (n > 0) document%file = self%document%file
     if (n > 0 .and. allocated(self%document%path)) document%path = self%document%path
     allocate(document%groups(n + self%waiting))
-    do i = 1, size(document%groups)
-      if (i <= n) document%groups(i) = self%document%groups(i)
-      if (i > n) document%groups(i) = self%added(i - n)
-    end do
+    if (n > 0) document%groups(:n) = self%document%groups
+    document%groups(n + 1:) = self%added(:self%waiting)
     call normalise(document, self%schema, error)
   end subroutine merge_groups
 

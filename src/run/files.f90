@@ -44,14 +44,10 @@ contains
       return
     end if
     call result%write(context%staging, context%head, write_failed)
-    if (allocated(write_failed)) then
-      call move_alloc(write_failed, error)
-      return
-    else if (allocated(error)) then
-      if (options%has("--json")) call write_json(options, context, result, error%message, write_failed)
-      if (allocated(write_failed)) call move_alloc(write_failed, error)
-      return
-    end if
+    if (allocated(error) .and. options%has("--json") .and. .not. allocated(write_failed)) call write_json(options, context, &
+      & result, error%message, write_failed)
+    if (allocated(write_failed)) call move_alloc(write_failed, error)
+    if (allocated(error)) return
     if (.not. options%has("--check")) closing = newline // "files in " // on_one_line(context%folder) // "/" // newline
     if (options%has("--plot") .or. options%has("--report")) then
       call draw_pictures(context%staging, context%folder, result%figures, drawn, undrawn)

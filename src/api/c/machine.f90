@@ -232,11 +232,8 @@ contains
 
     call find_machine(handle, machine, error)
     if (allocated(error)) return
-    if (c_associated(pointer)) then
-      call copy_text(pointer, text)
-    else
-      call report_null_pointer(what, error)
-    end if
+    if (c_associated(pointer)) call copy_text(pointer, text)
+    if (.not. c_associated(pointer)) call report_null_pointer(what, error)
   end subroutine find_machine_and_text
 
   !> Returns the machine to which `handle` points. Fails if `handle` is null.
@@ -246,11 +243,8 @@ contains
     type(error_type), allocatable, intent(out) :: error
 
     nullify(machine)
-    if (c_associated(handle)) then
-      call c_f_pointer(handle, machine)
-    else
-      call report_null_pointer("the machine", error)
-    end if
+    if (c_associated(handle)) call c_f_pointer(handle, machine)
+    if (.not. c_associated(handle)) call report_null_pointer("the machine", error)
   end subroutine find_machine
 
 end module gestell_api_c_machine

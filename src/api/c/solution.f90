@@ -208,11 +208,8 @@ contains
 
     call find_solution(handle, solution, error)
     if (allocated(error)) return
-    if (c_associated(pointer)) then
-      call copy_text(pointer, name)
-    else
-      call report_null_pointer(what, error)
-    end if
+    if (c_associated(pointer)) call copy_text(pointer, name)
+    if (.not. c_associated(pointer)) call report_null_pointer(what, error)
   end subroutine find_solution_and_name
 
   !> Returns the solution to which `handle` points. Fails if `handle` is null.
@@ -222,11 +219,8 @@ contains
     type(error_type), allocatable, intent(out) :: error
 
     nullify(solution)
-    if (c_associated(handle)) then
-      call c_f_pointer(handle, solution)
-    else
-      call report_null_pointer("the solution", error)
-    end if
+    if (c_associated(handle)) call c_f_pointer(handle, solution)
+    if (.not. c_associated(handle)) call report_null_pointer("the solution", error)
   end subroutine find_solution
 
 end module gestell_api_c_solution
