@@ -93,9 +93,9 @@ contains
     if (allocated(options%names)) n = size(options%names)
     if (n == 0) then
       call fatal_error(error, "a resonance curve requires one or more quantities", invalid_input)
-      return
+    else
+      call check_harmonic_options(options, error)
     end if
-    call check_harmonic_options(options, error)
   end subroutine check_speed_options
 
   !> Solves the member of `family` with any parameters; the caller sets `point%speed`. Fails in the same cases as

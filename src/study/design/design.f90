@@ -249,9 +249,8 @@ contains
 
     limits = options
     limits%largest = .true.
-    deallocate(limits%objectives, limits%constraints)
-    allocate(limits%objectives(size(options%constraints)), limits%constraints(0))
     limits%objectives = options%constraints
+    limits%constraints = options%constraints(:0)
     limits%objectives%weight = 1 / options%constraints%scale()
   end subroutine feasibility_options
 

@@ -141,12 +141,9 @@ contains
     call add_drag(other, family%units, family%drag)
     call family%member(0.0_dp, start, error)
     if (.not. allocated(error)) call iterate(other, with_min_tolerance(accuracy, rough), .false., start, steps, error)
-    if (allocated(error)) then
-      error%message = no_vibration_found
-      return
-    end if
-    call follow_path(family, frame, values_of(start%motion, first_samples) / spread(family%units, 1, first_samples), 1, &
-      & varied, steps, error)
+    if (.not. allocated(error)) call follow_path(family, frame, values_of(start%motion, first_samples) &
+      & / spread(family%units, 1, first_samples), 1, varied, steps, error)
+    if (allocated(error)) error%message = no_vibration_found
   end subroutine follow_damping
 
   !> Adds dampers between the frame's centre of mass and the ground. Their coefficients are `rate` (1/s) times masses and moments of

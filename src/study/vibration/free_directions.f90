@@ -1,6 +1,7 @@
 !> Finds directions in which the mounting does not hold the frame.
 module gestell_study_vibration_free_directions
   use gestell_base_error, only: error_type
+  use gestell_base_key, only: joined
   use gestell_base_kinds, only: dp, pi
   use gestell_base_text, only: concise, text
   use gestell_math_lapack, only: symmetric_pencil
@@ -45,7 +46,7 @@ contains
     unit = [(sqrt(model%m(i, i)), i = 1, size(squares))]
     along = [(all(abs(model%c(:, i)) <= nothing * unit * unit(i)), i = 1, size(squares))]
     if (count(along) == directions) then
-      sentence = "the frame is not held in " // trim(names_of(pack(frame%free, along))) // ": add a &support"
+      sentence = "the frame is not held in " // trim(joined(dof_names(pack(frame%free, along)))) // ": add a &support"
     else if (directions == 1) then
       i = minloc(abs(squares), dim=1)
       sentence = "the frame " // trim(describe_direction(frame, unit * vectors(:, i), vectors(:, i))) // ": add another &support"
@@ -66,23 +67,12 @@ contains
     q = 0
     q(frame%free) = merge(motion, 0.0_dp, abs(parts) > small_part * maxval(abs(parts)))
     if (allocated(frame%space)) then
-      words = "is not held in a combined motion of " // trim(names_of(pack(frame%free, abs(q(frame%free)) > 0)))
+      words = "is not held in a combined motion of " // trim(joined(dof_names(pack(frame%free, abs(q(frame%free)) > 0))))
     else if (abs(q(3)) > 0) then
       words = "can turn freely about the point (" // concise(-q(2) / q(3), 4) // ", " // concise(q(1) / q(3), 4) // ") m from F"
     else
       words = "is not held along " // concise(modulo(atan2(q(2), q(1)) * 180 / pi, 180.0_dp), 4) // " deg"
     end if
   end function describe_direction
-
-  pure function names_of(dofs) result(words)
-    integer, intent(in) :: dofs(:)
-    character(len=sentence_length) :: words
-    integer :: i
-
-    words = trim(dof_names(dofs(1)))
-    do i = 2, size(dofs)
-      words = trim(words) // ", " // trim(dof_names(dofs(i)))
-    end do
-  end function names_of
 
 end module gestell_study_vibration_free_directions

@@ -101,8 +101,9 @@ contains
     numbers = 3 * frame%dofs()
     allocate(vibration%series(numbers))
 
-    ! The bounds remain valid if the motion is sampled at more phases.
-    every = stride(samples, checkpoints(floquet))
+    ! The bounds remain valid if the motion is sampled at more phases. `every`: the largest stride that divides the number of
+    ! samples and selects at least as many of them as there are checkpoints.
+    every = maxval([(merge(k, 1, modulo(samples, k) == 0), k = 1, max(1, samples / checkpoints(floquet)))])
     phases = [(real(k, dp) / samples, k = 0, samples, every)]
     call follow(frame, floquet, vibration%start, phases, x, error)
     if (.not. allocated(error)) call bound_motion_errors(frame, floquet, phases, x, errors, error)
@@ -185,17 +186,6 @@ contains
     if (.not. held) call fatal_error(error, "the vibration was computed without data that this quantity requires: request " // &
       &   "more rows of the motion in solve_vibration", invalid_input)
   end subroutine check_rows
-
-  !> The largest stride that divides the number of samples and selects at least `kept_samples` of them.
-  pure integer function stride(samples, kept_samples)
-    integer, intent(in) :: samples, kept_samples
-    integer :: k
-
-    stride = 1
-    do k = 2, samples / kept_samples
-      if (modulo(samples, k) == 0) stride = k
-    end do
-  end function stride
 
   !> Error bounds of all quantities. They result from the errors `states` of the states x, shape (states, phases), and from
   !> rounding of the mounting's matrices.
