@@ -3,7 +3,7 @@ module gestell_run_files
   use gestell_base_error, only: error_type
   use gestell_input_schema_path, only: position_of_equals
   use gestell_base_words, only: on_one_line
-  use gestell_output_file_output, only: open_output, open_standard_output, output_type
+  use gestell_output_file_output, only: open_output, output_type
   use gestell_output_json, only: append_json
   use gestell_output_picture_gnuplot, only: draw_pictures
   use gestell_output_result, only: result_type
@@ -74,7 +74,7 @@ contains
     type(output_type) :: output
 
     if (options%has("--quiet")) then
-      call open_standard_output(output)
+      call open_output(output)
     else
       call open_output(output, context%staging // "/results.json")
     end if
@@ -102,7 +102,7 @@ contains
       end associate
     end do
     call table%join(result%brief)
-    call open_standard_output(output)
+    call open_output(output)
     call append_rows(table, output)
     call output%complete(error)
   end subroutine print_brief

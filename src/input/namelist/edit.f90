@@ -8,7 +8,7 @@ module gestell_input_namelist_edit
   implicit none (type, external)
   private
 
-  public :: set_entry, entry_text
+  public :: set_entry, entry_text, with_doubled_quotes
 
   character, parameter :: newline = new_line("a")
 

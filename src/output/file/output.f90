@@ -8,7 +8,7 @@ module gestell_output_file_output
   implicit none (type, external)
   private
 
-  public :: open_output, open_standard_output, write_file
+  public :: open_output, write_file
 
   !> Ending appended to the name of a file while the file is being written
   character(len=*), parameter, public :: temporary_ending = ".new"
@@ -46,29 +46,22 @@ contains
     call output%complete(error)
   end subroutine write_file
 
-  !> Opens a file that will be called `name`, under its temporary name. If opening it or writing to it fails, `complete` returns
-  !> the error.
+  !> Opens a file that will be called `name`, under its temporary name. Without a name, `output` writes to standard output. If
+  !> opening the file or writing to it fails, `complete` returns the error.
   subroutine open_output(output, name)
     type(output_type), intent(out) :: output
-    character(len=*), intent(in) :: name
-
-    output%name = name
-    output%reason = ""
-    allocate(character(len=piece) :: output%pending)
-    call create_file(name // temporary_ending, output%handle)
-    if (output%handle < 0) output%reason = system_message()
-  end subroutine open_output
-
-  !> Prepares `output` for writing to standard output instead of a file.
-  subroutine open_standard_output(output)
-    type(output_type), intent(out) :: output
+    character(len=*), intent(in), optional :: name
     integer(c_int), parameter :: standard_output = 1
 
     output%name = ""
     output%reason = ""
     allocate(character(len=piece) :: output%pending)
     output%handle = standard_output
-  end subroutine open_standard_output
+    if (.not. present(name)) return
+    output%name = name
+    call create_file(name // temporary_ending, output%handle)
+    if (output%handle < 0) output%reason = system_message()
+  end subroutine open_output
 
   !> Appends bytes to the file; they are collected and written in larger pieces.
   subroutine append(self, bytes)

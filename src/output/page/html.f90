@@ -6,8 +6,10 @@ module gestell_output_page_html
   implicit none (type, external)
   private
 
-  public :: cell, escaped, head, row, tail
+  public :: cell, escaped, head, row
 
+  !> End of a page
+  character(len=*), parameter, public :: tail = "</body>" // newline // "</html>" // newline
   character(len=*), parameter :: style = &
     & "body{font:16px/1.5 system-ui,sans-serif;color:#222;max-width:62rem;margin:2rem auto;padding:0 1rem}" // newline // &
     & "h1{line-height:1.2;margin-bottom:.2rem}h2{margin-top:2.5rem;border-bottom:1px solid #ccc}" // newline // &
@@ -43,13 +45,6 @@ contains
       & newline // "<title>" // escaped(title) // "</title>" // newline // "<style>" // newline // style // "</style>" // &
       & newline // "</head>" // newline // "<body>" // newline
   end function head
-
-  !> End of a page.
-  pure function tail() result(page)
-    character(len=:), allocatable :: page
-
-    page = "</body>" // newline // "</html>" // newline
-  end function tail
 
   !> Copy of a user's text with escapes for the special characters of HTML. ASCII control characters, which HTML does not permit,
   !> become blanks. Bytes that are not UTF-8 are replaced.
@@ -92,17 +87,13 @@ contains
   !> Cell of an HTML table. `kind` is "th" (heading of a column), "row" (heading of a row), "n" (number) or "td" (text).
   pure function cell(kind, text) result(words)
     character(len=*), intent(in) :: kind, text
-    character(len=:), allocatable :: words
+    character(len=:), allocatable :: words, tag
 
-    if (kind == "n") then
-      words = "<td class=""n"">" // escaped(text) // "</td>"
-    else if (kind == "th") then
-      words = "<th scope=""col"">" // escaped(text) // "</th>"
-    else if (kind == "row") then
-      words = "<th scope=""row"">" // escaped(text) // "</th>"
-    else
-      words = "<td>" // escaped(text) // "</td>"
-    end if
+    tag = "td"
+    if (kind == "n") tag = "td class=""n"""
+    if (kind == "th") tag = "th scope=""col"""
+    if (kind == "row") tag = "th scope=""row"""
+    words = "<" // tag // ">" // escaped(text) // "</" // tag(:2) // ">"
   end function cell
 
 end module gestell_output_page_html

@@ -37,14 +37,12 @@ contains
     do i = 1, size(figures)
       name = figures(i)%name
       ! -d: ignore the user's gnuplot settings
-      if (shell_does("cd " // quoted(staging) // " && gnuplot -d " // name // ".gp", code)) then
-        complete = has_end(staging // "/" // name // ".svg", svg_end)
-        if (complete) complete = has_end(staging // "/" // name // ".png", png_end)
-        if (complete) then
-          if (drawn /= "") drawn = drawn // ", "
-          drawn = drawn // name
-          cycle
-        end if
+      complete = shell_does("cd " // quoted(staging) // " && gnuplot -d " // name // ".gp", code)
+      if (complete) complete = has_end(staging // "/" // name // ".svg", svg_end)
+      if (complete) complete = has_end(staging // "/" // name // ".png", png_end)
+      if (complete) then
+        drawn = drawn // either(", ", "", drawn /= "") // name
+        cycle
       end if
       call remove_file(staging // "/" // name // ".svg")
       call remove_file(staging // "/" // name // ".png")

@@ -2,13 +2,13 @@
 module gestell_output_report_text_table
   use gestell_base_growing_text, only: growing_text_type
   use gestell_base_kinds, only: dp
-  use gestell_base_text, only: concise, newline
+  use gestell_base_text, only: concise, either, newline
   use gestell_base_words, only: character_count
   use gestell_output_report_wrapping, only: widest
   implicit none (type, external)
   private
 
-  public :: number_cells, tabulated
+  public :: listed, number_cells, tabulated
 
   !> Character that separates the cells of a row before the table is formatted
   character, parameter, public :: tab = achar(9)
@@ -90,19 +90,30 @@ contains
 
   end function tabulated
 
-  !> Cells with numbers for the end of a row: a tab precedes each number.
+  !> Cells with one or more numbers for the end of a row: a tab precedes each number.
   pure function number_cells(values, digits) result(cells)
     real(dp), intent(in) :: values(:)
     !> Number of significant digits
     integer, intent(in) :: digits
     character(len=:), allocatable :: cells
+
+    cells = tab // listed(values, digits, tab)
+  end function number_cells
+
+  !> Numbers as text, with the text `between` after each number except the last.
+  pure function listed(values, digits, between) result(words)
+    real(dp), intent(in) :: values(:)
+    !> Number of significant digits
+    integer, intent(in) :: digits
+    character(len=*), intent(in) :: between
+    character(len=:), allocatable :: words
     integer :: i
 
-    cells = ""
+    words = ""
     do i = 1, size(values)
-      cells = cells // tab // concise(values(i), digits)
+      words = words // either(between, "", i > 1) // concise(values(i), digits)
     end do
-  end function number_cells
+  end function listed
 
   !> Splits lines of text at the tabs into `cells`, shape (columns, lines). The last cell contains the rest of its line. Missing
   !> cells are blank.

@@ -4,6 +4,7 @@ module gestell_task_balance_report
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, either, newline
   use gestell_base_words, only: character_count
+  use gestell_input_namelist_edit, only: with_doubled_quotes
   use gestell_input_schema_units, only: unit_type, units_type
   use gestell_model_linkage, only: linkage_type
   use gestell_output_report_orders, only: order_of
@@ -242,8 +243,9 @@ contains
               place = one%weights(k)%center(body)
               where (abs(place) <= rounding * norm2(place)) place = 0
               place = in_input_units(place, units%of(of_length))
-              joints = "from=" // quoted(linkage%joints(link%from)%name) // ", to=" // quoted(linkage%joints(link%to)%name) // ","
-              line = "  &link name=" // quoted(trim(one%names(k))) // ","
+              joints = "from='" // with_doubled_quotes(linkage%joints(link%from)%name) // "', to='" &
+                & // with_doubled_quotes(linkage%joints(link%to)%name) // "',"
+              line = "  &link name='" // with_doubled_quotes(trim(one%names(k))) // "',"
               lines = lines // line // either(" ", newline // "    ", character_count(line // joints) < widest) // joints &
                 & // newline // "    mass=" // concise(in_input_units(one%weights(k)%mass(body), units%of(of_mass)), digits) &
                 & // ", inertia=0, center=" // concise(place(1), digits) // "," // concise(place(2), digits)
@@ -271,12 +273,8 @@ contains
     line = ""
     do b = 1, size(rigid%bodies)
       tail = "." // linkage%links(rigid%bodies(b)%link)%name
-      copied = .false.
-      do k = 1, size(linkage%links)
-        associate (name => linkage%links(k)%name)
-          if (len(name) > len(tail)) copied = copied .or. name(len(name) - len(tail) + 1:) == tail
-        end associate
-      end do
+      ! a link is a copy if its name ends with `tail` and has characters before it
+      copied = any([(index(linkage%links(k)%name // newline, tail // newline) > 1, k = 1, size(linkage%links))])
       has_counterweight = any([(any(variants(i)%weights%body == b), i = 1, size(variants))])
       if (copied .and. has_counterweight) line = line // ", " // tail(2:)
     end do
@@ -291,19 +289,5 @@ contains
 
     in_input_units = value * unit%divisor / unit%factor
   end function in_input_units
-
-  !> A name in quotes, as in an input file; quotes within the name are doubled.
-  pure function quoted(name) result(words)
-    character(len=*), intent(in) :: name
-    character(len=:), allocatable :: words
-    integer :: i
-
-    words = "'"
-    do i = 1, len(name)
-      if (name(i:i) == "'") words = words // "'"
-      words = words // name(i:i)
-    end do
-    words = words // "'"
-  end function quoted
 
 end module gestell_task_balance_report

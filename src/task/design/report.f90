@@ -220,11 +220,8 @@ contains
         lines = lines // newline
       end associate
     end do
-    if (any(ieee_is_finite(design%reset_losses))) then
-      lines = tabulated("lrrllr", ",,,,,loss if" // newline // "parameter,before,after,range,,reset alone", lines)
-    else
-      lines = tabulated("lrrllr", "parameter,before,after,range,,", lines)
-    end if
+    lines = tabulated("lrrllr", either(",,,,,loss if" // newline // "parameter,before,after,range,,reset alone", &
+      & "parameter,before,after,range,,", any(ieee_is_finite(design%reset_losses))), lines)
   end function parameter_lines
 
   function start_lines(design) result(lines)

@@ -137,12 +137,9 @@ contains
     type(design_plan_type), intent(in) :: plan
     type(design_type), intent(inout) :: design
     real(dp) :: values(size(plan%options%objectives)), before
-    integer :: c, g
+    integer :: g
 
-    do g = 1, size(values)
-      c = max(1, design%before%worst(g, plan%options%objectives(g)))
-      values(g) = design%before%values(g, c)
-    end do
+    values = [(design%before%values(g, max(1, design%before%worst(g, plan%options%objectives(g)))), g = 1, size(values))]
     before = plan%options%combined(values)
     associate (best => design%found(design%best))
       if (.not. before > 0) before = best%objective
@@ -208,30 +205,27 @@ contains
     type(design_options) :: options
     type(optimum_type) :: ends(2), found
     type(goal_type) :: limit
-    real(dp), allocatable :: start(:)
     real(dp) :: low, high
     integer :: k
 
+    options = design%over_range
     do k = 1, 2
-      options = design%over_range
       options%objectives = design%over_range%objectives(k:k)
       call search_from(family, options, design%x, ends(k), error)
       if (allocated(error)) return
     end do
-    options = design%over_range
     options%objectives = design%over_range%objectives(1:1)
     limit = design%over_range%objectives(2)
     limit%sense = 1
     low = ends(2)%objective / design%over_range%objectives(2)%weight
     high = second(ends(1)%x)
+    found%x = design%x
     allocate(design%curve(plan%curve))
     do k = 1, plan%curve
       if (allocated(error)) return
       limit%limit = high + (low - high) * real(k - 1, dp) / (plan%curve - 1)
       options%constraints = [plan%options%constraints, limit]
-      start = design%x
-      if (k > 1) start = found%x
-      call search_from(family, options, start, found, error)
+      call search_from(family, options, (found%x), found, error)
       if (allocated(error)) return
       design%curve(k)%x = found%x
       design%curve(k)%converged = found%converged .and. found%feasible

@@ -8,7 +8,7 @@ module gestell_task_design_starts
   use gestell_study_design_evaluation, only: design_options
   use gestell_system_family, only: family_type
   use gestell_task_design_plan, only: design_plan_type
-  use gestell_task_design_range, only: range_of_lines_type, range_line_type, survey_range, range_survey_type
+  use gestell_task_design_range, only: range_of_lines_type, survey_range, range_survey_type
   use gestell_task_common_executor, only: executor_type, distribute_over, work_type
   use gestell_task_common_record, only: record_type
   implicit none (type, external)
@@ -34,7 +34,7 @@ module gestell_task_design_starts
 
   !> Number of optima that are improved over the whole range. They are the best ones that differ from each other.
   integer, parameter :: max_extended = 3
-  !> Maximum number of rounds in which `extend_to_range` improves an optimum.
+  !> Maximum number of rounds in which `cover` improves an optimum.
   integer, parameter :: max_rounds = 4
   !> A search has converged if the residual of the optimality conditions is below this value. Near a sharp resonance, derivatives
   !> are only as accurate as the position of the maximum, so the usual tolerance of a search cannot be reached.
@@ -114,59 +114,6 @@ contains
 
   end subroutine search_starts
 
-  !> Improves an optimum for the given conditions so that it holds along all lines. Its objective and its violation of limits then
-  !> refer to the whole range. Each search considers only those lines on which a goal had its worst value. If other lines become
-  !> worst at the new optimum, they are added and the search is repeated (exchange method). If limits are violated, the largest
-  !> excess is minimised first until all limits are met. Fails if `survey_range` fails.
-  subroutine extend_to_range(family, options, lines, optimum, error)
-    class(family_type), intent(in) :: family
-    type(design_options), intent(in) :: options
-    type(range_line_type), intent(in) :: lines(:)
-    type(optimum_type), intent(inout) :: optimum
-    type(error_type), allocatable, intent(out) :: error
-    type(design_options) :: own, limits
-    type(optimum_type) :: next
-    type(range_survey_type) :: survey
-    logical :: used(size(lines))
-    integer :: round, evaluations
-    logical :: agrees, feasible
-
-    own = options
-    used = .false.
-    evaluations = optimum%evaluations
-    call survey_range(family, options, lines, optimum%x, .false., survey, error)
-    if (allocated(error)) return
-    call set_range_values(options, survey, optimum)
-    next = optimum
-    do round = 1, max_rounds
-      used(survey%line) = .true.
-      own%range = range_of_lines_type(lines=pack(lines, used))
-      feasible = next%feasible
-      if (.not. feasible) then
-        call feasibility_options(own, limits)
-        call search_from(family, limits, (next%x), next, error, converged_stationarity)
-        if (.not. allocated(error)) feasible = next%objective <= 0
-        evaluations = evaluations + next%evaluations
-        next%price = spread(0.0_dp, 1, size(options%constraints))
-      end if
-      if (feasible .and. .not. allocated(error)) call search_from(family, own, (next%x), next, error, converged_stationarity)
-      if (allocated(error)) then
-        ! There is no vibration under some of the conditions. The best optimum so far is kept.
-        deallocate(error)
-        exit
-      end if
-      if (feasible) evaluations = evaluations + next%evaluations
-      call survey_range(family, options, lines, next%x, .false., survey, error)
-      if (allocated(error)) return
-      agrees = survey%known .and. all(used(survey%line))
-      call set_range_values(options, survey, next)
-      next%converged = agrees .and. next%converged
-      if (.not. better(optimum, next)) optimum = next
-      if (agrees .or. .not. survey%known) exit
-    end do
-    optimum%evaluations = evaluations
-  end subroutine extend_to_range
-
   !> Replaces the objective, the violation of limits and the feasibility of an optimum by the values over the whole range.
   pure subroutine set_range_values(options, survey, optimum)
     type(design_options), intent(in) :: options
@@ -214,13 +161,57 @@ contains
     end if
   end subroutine compute
 
-  !> Improves optimum number `k` over the whole range.
+  !> Improves optimum number `k` so that it holds not only for the given conditions but along all lines. Its objective and its
+  !> violation of limits then refer to the whole range. Each search considers only those lines on which a goal had its worst value.
+  !> If other lines become worst at the new optimum, they are added and the search is repeated (exchange method). If limits are
+  !> violated, the largest excess is minimised first until all limits are met. Fails if `survey_range` fails.
   recursive subroutine cover(self, k, error)
     class(extension_work_type), intent(inout) :: self
     integer, intent(in) :: k
     type(error_type), allocatable, intent(out) :: error
+    type(design_options) :: own, limits
+    type(optimum_type) :: next
+    type(range_survey_type) :: survey
+    logical :: used(size(self%plan%lines))
+    integer :: round, evaluations
+    logical :: agrees, feasible
 
-    call extend_to_range(self%family, self%plan%options, self%plan%lines, self%found(k), error)
+    associate (options => self%plan%options, lines => self%plan%lines, optimum => self%found(k))
+      own = options
+      used = .false.
+      evaluations = optimum%evaluations
+      call survey_range(self%family, options, lines, optimum%x, .false., survey, error)
+      if (allocated(error)) return
+      call set_range_values(options, survey, optimum)
+      next = optimum
+      do round = 1, max_rounds
+        used(survey%line) = .true.
+        own%range = range_of_lines_type(lines=pack(lines, used))
+        feasible = next%feasible
+        if (.not. feasible) then
+          call feasibility_options(own, limits)
+          call search_from(self%family, limits, (next%x), next, error, converged_stationarity)
+          if (.not. allocated(error)) feasible = next%objective <= 0
+          evaluations = evaluations + next%evaluations
+          next%price = spread(0.0_dp, 1, size(options%constraints))
+        end if
+        if (feasible .and. .not. allocated(error)) call search_from(self%family, own, (next%x), next, error, converged_stationarity)
+        if (allocated(error)) then
+          ! There is no vibration under some of the conditions. The best optimum so far is kept.
+          deallocate(error)
+          exit
+        end if
+        if (feasible) evaluations = evaluations + next%evaluations
+        call survey_range(self%family, options, lines, next%x, .false., survey, error)
+        if (allocated(error)) return
+        agrees = survey%known .and. all(used(survey%line))
+        call set_range_values(options, survey, next)
+        next%converged = agrees .and. next%converged
+        if (.not. better(optimum, next)) optimum = next
+        if (agrees .or. .not. survey%known) exit
+      end do
+      optimum%evaluations = evaluations
+    end associate
   end subroutine cover
 
   subroutine exchange(self, k, record)

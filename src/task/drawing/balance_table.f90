@@ -1,11 +1,11 @@
 !> Writes the balance table: shaking forces and couples of all mechanisms of a frame in space, for each order of the crank.
 module gestell_task_drawing_balance_table
   use gestell_base_kinds, only: dp
-  use gestell_base_text, only: concise, newline
+  use gestell_base_text, only: newline
   use gestell_model_frame, only: frame_type
   use gestell_model_frame_shaking, only: shaking_in_space, space_shaking_type
   use gestell_output_report_orders, only: order_of
-  use gestell_output_report_text_table, only: number_cells, tabulated
+  use gestell_output_report_text_table, only: listed, number_cells, tabulated
   use gestell_output_report_wrapping, only: wrapped
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none (type, external)
@@ -50,8 +50,7 @@ contains
       & // ",N,N,N,N m,N m,N m", rows) // "  couples are about the origin O; orders are multiples of the crank speed" // newline
     ! the axis of the shaft is mentioned only if it is not the zeta axis
     shaft = ""
-    if (forces%shaft(3) < 1) shaft = " (" // concise(forces%shaft(1), 3) // ", " // concise(forces%shaft(2), 3) // ", " &
-      & // concise(forces%shaft(3), 3) // ")"
+    if (forces%shaft(3) < 1) shaft = " (" // listed(forces%shaft, 3, ", ") // ")"
     if (turning /= "") lines = lines // wrapped("  components normal to the first shaft" // shaft // ", rotating with and " &
       & // "against the crank:" // newline) // tabulated("rrrrr", "order,force with,against,couple with,against" // newline &
       & // ",N,N,N m,N m", turning)

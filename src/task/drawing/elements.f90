@@ -7,9 +7,11 @@ module gestell_task_drawing_elements
   implicit none (type, external)
   private
 
-  public :: column_pair, element, new_columns, outline_lines, pair, point_columns
+  public :: column_pair, element, link_colour, new_columns, outline_lines, pair, point_columns
 
   character, parameter, public :: axes(3) = ["x", "y", "z"]
+  character(len=6), parameter :: colours(0:6) = [character(len=6) :: "555555", "D55E00", "0072B2", "009E73", "CC79A7", "E69F00", &
+    & "56B4E9"]
 
   !> Indices of the table columns that contain positions: of joints, shape (axes, joints), and of the centres of mass of links,
   !> shape (axes, links)
@@ -28,15 +30,10 @@ contains
     integer, intent(in) :: dimensions
     integer :: i, k
 
-    allocate(columns%joints(dimensions, size(linkage%joints)), columns%links(dimensions, size(linkage%links)))
-    do k = 1, dimensions
-      do i = 1, size(linkage%joints)
-        columns%joints(k, i) = table%number_of("joint(" // linkage%joints(i)%name // ")." // axes(k))
-      end do
-      do i = 1, size(linkage%links)
-        columns%links(k, i) = table%number_of("link(" // linkage%links(i)%name // ")." // axes(k))
-      end do
-    end do
+    columns%joints = reshape([((table%number_of("joint(" // linkage%joints(i)%name // ")." // axes(k)), k = 1, dimensions), &
+      & i = 1, size(linkage%joints))], [dimensions, size(linkage%joints)])
+    columns%links = reshape([((table%number_of("link(" // linkage%links(i)%name // ")." // axes(k)), k = 1, dimensions), &
+      & i = 1, size(linkage%links))], [dimensions, size(linkage%links)])
   end function new_columns
 
   !> Two gnuplot columns, for example "4:5".
@@ -98,5 +95,12 @@ contains
     end do
     lines = lines // " behind fillcolor rgb '#E9EDF0' fillstyle solid 1 border lc rgb '#8C9BAB'" // newline
   end function outline_lines
+
+  !> Colour of link number `link`; grey for a bar that does not belong to a link (0).
+  pure character(len=6) function link_colour(link)
+    integer, intent(in) :: link
+
+    link_colour = colours(merge(0, 1 + mod(link - 1, 6), link == 0))
+  end function link_colour
 
 end module gestell_task_drawing_elements

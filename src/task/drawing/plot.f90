@@ -5,7 +5,8 @@ module gestell_task_drawing_plot
   use gestell_output_report_orders, only: turns_in_words
   use gestell_output_picture_script, only: figure_type, new_figure, plotted, quoted, span
   use gestell_output_table, only: table_type
-  use gestell_task_drawing_elements, only: column_pair, columns_type, element, new_columns, outline_lines, pair, point_columns
+  use gestell_task_drawing_elements, only: colour => link_colour, column_pair, columns_type, element, new_columns, &
+    & outline_lines, pair, point_columns
   use gestell_task_drawing_guides, only: body_functions, guides, sliders
   use gestell_task_drawing_mounts, only: append, draw_mount, drawing_type, outline
   use gestell_model_frame, only: frame_type
@@ -17,8 +18,6 @@ module gestell_task_drawing_plot
 
   public :: plot_mechanism
 
-  character(len=6), parameter :: colours(0:6) = [character(len=6) :: "555555", "D55E00", "0072B2", "009E73", "CC79A7", "E69F00", &
-    & "56B4E9"]
   !> Rows of mechanism.csv. `bold`: row whose position is drawn bold. Other positions are drawn faint. `usual_step`: number of rows
   !> from one faint position to the next. `wide_step`: number that is used instead if there are many bars
   integer, parameter :: bold = 60, usual_step = 30, wide_step = 60
@@ -112,22 +111,13 @@ contains
     type(drawing_type) :: all
     integer :: i, k
 
-    call append(all, reshape([0.0_dp, 0.0_dp], [2, 1]))
-    do i = 1, size(frame%supports)
-      call append(all, reshape(frame%supports(i)%position(:2), [2, 1]))
-    end do
-    do i = 1, size(probes)
-      call append(all, reshape(probes(i)%position, [2, 1]))
-    end do
-    do i = 1, size(diagram%grounded)
-      if (diagram%grounded(i)) call append(all, diagram%joints(:, i, 1:1))
-    end do
+    call append(all, reshape([0.0_dp, 0.0_dp, (frame%supports(i)%position(:2), i = 1, size(frame%supports)), &
+      & (probes(i)%position, i = 1, size(probes))], [2, 1 + size(frame%supports) + size(probes)]))
+    call append(all, diagram%joints(:, pack([(i, i = 1, size(diagram%grounded))], diagram%grounded), 1))
     do i = 1, size(diagram%sliders)
       associate (guide => diagram%sliders(i)%guide, travel => diagram%sliders(i)%travel)
-        if (any(guide%carriers > 0)) cycle
-        do k = 1, 2
-          call append(all, reshape(frame%origin + guide%point + travel(k) * [cos(guide%angle), sin(guide%angle)], [2, 1]))
-        end do
+        if (.not. any(guide%carriers > 0)) call append(all, reshape([(frame%origin + guide%point + travel(k) &
+          & * [cos(guide%angle), sin(guide%angle)], k = 1, 2)], [2, 2]))
       end associate
     end do
     points = all%points
@@ -184,7 +174,7 @@ contains
     type(diagram_type), intent(in) :: diagram
     type(columns_type), intent(in) :: columns
     logical, intent(in) :: in_full
-    character(len=:), allocatable :: words, style, at
+    character(len=:), allocatable :: words, at
     integer :: i
 
     words = ""
@@ -198,16 +188,14 @@ contains
     end do
     do i = 1, size(diagram%bars)
       associate (bar => diagram%bars(i))
-        style = "vectors nohead lt 1 lc rgb "
+        at = columns%between(bar%joints, plane)
         if (in_full) then
-          style = style // "'#" // colour(bar%link) // "' " // merge("dt (6,4) lw 1.5", "dt 1 lw 4.5    ", bar%slides) // " notitle"
-          at = "::row::row"
-        else
-          if (bar%slides) cycle
-          style = style // "'#A0" // colour(bar%link) // "' dt 1 lw 1 notitle"
-          at = "step::0::last"
+          words = words // element("::row::row", at, "vectors nohead lt 1 lc rgb '#" // colour(bar%link) // "' " &
+            & // merge("dt (6,4) lw 1.5", "dt 1 lw 4.5    ", bar%slides) // " notitle")
+        else if (.not. bar%slides) then
+          words = words // element("step::0::last", at, "vectors nohead lt 1 lc rgb '#A0" // colour(bar%link) &
+            & // "' dt 1 lw 1 notitle")
         end if
-        words = words // element(at, columns%between(bar%joints, plane), style)
       end associate
     end do
   end function bars
@@ -286,12 +274,5 @@ contains
         & // "' noenhanced notitle")
     end do
   end function marks_and_pins
-
-  !> Colour of a link; grey for a bar that does not belong to a link.
-  pure character(len=6) function colour(link)
-    integer, intent(in) :: link
-
-    colour = colours(merge(0, 1 + mod(link - 1, 6), link == 0))
-  end function colour
 
 end module gestell_task_drawing_plot

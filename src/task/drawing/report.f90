@@ -7,7 +7,7 @@ module gestell_task_drawing_report
   use gestell_model_linkage_diagnosis, only: diagnose, diagnose_joints, diagnosis_type
   use gestell_model_mechanism_shaking, only: shaking, shaking_type
   use gestell_output_report_orders, only: order_of
-  use gestell_output_report_text_table, only: number_cells, tab, tabulated
+  use gestell_output_report_text_table, only: listed, number_cells, tab, tabulated
   use gestell_model_frame, only: frame_type
   use gestell_model_linkage, only: linkage_type
   use gestell_study_balance, only: examine, rigid_ground_type
@@ -84,18 +84,14 @@ contains
     class(frame_type), intent(in) :: frame
     character(len=:), allocatable :: lines, rows
     real(dp), allocatable :: places(:, :), force(:)
-    integer :: i, k
+    integer :: i
 
     rows = ""
     places = support_positions(frame)
     do i = 1, size(places, 2)
-      rows = rows // text(i) // " at (" // concise(places(1, i), 4)
-      do k = 2, size(places, 1)
-        rows = rows // ", " // concise(places(k, i), 4)
-      end do
       force = static_force(frame, text(i))
       force = merge(0.0_dp, force, abs(force) <= 1.0e-12_dp * norm2(frame%weights%weight))
-      rows = rows // ")" // number_cells(force, 5) // newline
+      rows = rows // text(i) // " at (" // listed(places(:, i), 4, ", ") // ")" // number_cells(force, 5) // newline
     end do
     force = static_force(frame, "total")
     rows = rows // "total" // number_cells(force, 5) // newline

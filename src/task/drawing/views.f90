@@ -11,7 +11,8 @@ module gestell_task_drawing_views
   use gestell_output_report_orders, only: turns_in_words
   use gestell_output_picture_script, only: figure_type, new_figure, plotted, quoted
   use gestell_output_table, only: table_type
-  use gestell_task_drawing_elements, only: column_pair, columns_type, element, new_columns, outline_lines, pair, point_columns
+  use gestell_task_drawing_elements, only: column_pair, columns_type, element, link_colour, new_columns, outline_lines, pair, &
+    & point_columns
   use gestell_task_drawing_mounts, only: append, drawing_type, outline
   use gestell_task_drawing_placed, only: placed_type
   implicit none (type, external)
@@ -19,8 +20,6 @@ module gestell_task_drawing_views
 
   public :: plot_views
 
-  character(len=6), parameter :: colours(6) = [character(len=6) :: "D55E00", "0072B2", "009E73", "CC79A7", "E69F00", "56B4E9"]
-  character(len=*), parameter :: unlinked_colour = "555555"
   !> Rows of mechanism.csv. `bold`: row whose position is drawn bold. Other positions are drawn faint. `step`: number of rows from
   !> one faint position to the next. `last_row`: last row that may be drawn faint
   integer, parameter :: bold = 60, step = 60, last_row = 359
@@ -48,22 +47,20 @@ contains
     type(probe_type), intent(in) :: probes(:)
     type(columns_type) :: columns
     character(len=:), allocatable :: lines
+    real(dp) :: fixed_points(3, 1 + size(frame%supports) + size(probes))
     real(dp) :: low(3), high(3), extent, scale, height, left, bottom
     integer :: view, i
 
     columns = new_columns(table, linkage, 3)
-    ! bounding box of F, supports, probes and all moving points
+    ! F, supports and probes
+    fixed_points = reshape([0.0_dp, 0.0_dp, 0.0_dp, (frame%supports(i)%position, i = 1, size(frame%supports)), &
+      & (probes(i)%position, probes(i)%z, i = 1, size(probes))], shape(fixed_points))
+    ! bounding box of these points and all moving points
     do i = 1, 3
-      low(i) = min(0.0_dp, minval(placed%joints(i, :, :)), minval(placed%centers(i, :, :)), minval(placed%guides(i, :, :)))
-      high(i) = max(0.0_dp, maxval(placed%joints(i, :, :)), maxval(placed%centers(i, :, :)), maxval(placed%guides(i, :, :)))
-    end do
-    do i = 1, size(frame%supports)
-      low = min(low, frame%supports(i)%position)
-      high = max(high, frame%supports(i)%position)
-    end do
-    do i = 1, size(probes)
-      low = min(low, place_of(probes(i)))
-      high = max(high, place_of(probes(i)))
+      low(i) = min(minval(fixed_points(i, :)), minval(placed%joints(i, :, :)), minval(placed%centers(i, :, :)), &
+        & minval(placed%guides(i, :, :)))
+      high(i) = max(maxval(fixed_points(i, :)), maxval(placed%joints(i, :, :)), maxval(placed%centers(i, :, :)), &
+        & maxval(placed%guides(i, :, :)))
     end do
     extent = maxval(high - low)
     if (.not. extent > 0) extent = 1
@@ -104,25 +101,17 @@ contains
       real(dp) :: length
       type(drawing_type) :: body, springs
       real(dp), allocatable :: hull(:, :)
-      integer :: view_axes(2), i
+      integer :: view_axes(2), i, k
       logical :: on_the_right
 
       view_axes = [right(view), upward(view)]
-      call append(body, reshape([0.0_dp, 0.0_dp], [2, 1]))
-      do i = 1, size(frame%supports)
-        call append(body, reshape(frame%supports(i)%position(view_axes), [2, 1]))
-        call draw_springs(springs, frame%supports(i), view_axes, 0.10_dp * extent)
-      end do
-      do i = 1, size(diagram%grounded)
-        if (diagram%grounded(i)) call append(body, placed%joints(view_axes, i, 1:1))
-      end do
+      call append(body, fixed_points(view_axes, :))
+      call append(body, placed%joints(view_axes, pack([(i, i = 1, size(diagram%grounded))], diagram%grounded), 1))
       do i = 1, size(diagram%sliders)
         call append(body, placed%guides(view_axes, :, i))
       end do
-      do i = 1, size(probes)
-        associate (place => place_of(probes(i)))
-          call append(body, reshape(place(view_axes), [2, 1]))
-        end associate
+      do i = 1, size(frame%supports)
+        call draw_springs(springs, frame%supports(i), view_axes, 0.10_dp * extent)
       end do
       hull = outline(body%points, 0.025_dp * extent)
       lines = "unset label; unset arrow; unset object" // newline // "set label 1 '" // trim(headings(view)) &
@@ -168,10 +157,9 @@ contains
           & // element("::row::row", at, "points lt 1 pt 6 ps 0.5 lw 1 lc rgb '#000000' notitle")
       end do
       do i = 1, size(probes)
-        associate (place => place_of(probes(i)))
-          at = point_columns(place(view_axes))
-          on_the_right = place(view_axes(1)) > sum(hull(1, :)) / size(hull, 2)
-        end associate
+        k = 1 + size(frame%supports) + i
+        at = point_columns(fixed_points(view_axes, k))
+        on_the_right = fixed_points(view_axes(1), k) > sum(hull(1, :)) / size(hull, 2)
         words = words // element("::0::0", at, "points lt 1 pt 12 ps 1.4 lw 2 lc rgb '#CC0000' notitle") &
           & // element("::0::0", at // ":(" // plotted(trim(probes(i)%name)) // ")", "labels " &
           & // merge("right offset -0.8", "left offset 0.8  ", on_the_right) // ",0.8 font ',11' textcolor rgb '#CC0000' " &
@@ -201,14 +189,6 @@ contains
 
     words = concise(merge(high, low, reversed), 6) // ":" // concise(merge(low, high, reversed), 6)
   end function range_of
-
-  !> Position of a probe in the frame's axes (m).
-  pure function place_of(probe) result(place)
-    type(probe_type), intent(in) :: probe
-    real(dp) :: place(3)
-
-    place = [probe%position(1), probe%position(2), probe%z]
-  end function place_of
 
   !> Draws the springs of a support as they appear in the view with the axes `view_axes`. `length`: length (m) of a spring that is
   !> parallel to the view.
@@ -257,12 +237,11 @@ contains
     words = ""
     do i = 1, size(diagram%bars)
       associate (bar => diagram%bars(i))
-        if (bar%slides .and. .not. in_full) cycle
         at = columns%between(bar%joints, view_axes)
         if (in_full) then
           words = words // element("::row::row", at, "vectors nohead lt 1 " // merge("dt (6,4) lw 1.2", "dt 1 lw 3.5    ", &
             & bar%slides) // " lc rgb '#" // colour(linkage, bar%link) // "' notitle")
-        else
+        else if (.not. bar%slides) then
           words = words // element("step::0::last", at, "vectors nohead lt 1 dt 1 lw 0.8 lc rgb '#B0" &
             & // colour(linkage, bar%link) // "' notitle")
         end if
@@ -275,8 +254,8 @@ contains
     class(linkage_type), intent(in) :: linkage
     integer, intent(in) :: link
 
-    colour = unlinked_colour
-    if (link > 0) colour = colours(1 + mod(original(linkage, link) - 1, size(colours)))
+    colour = link_colour(link)
+    if (link > 0) colour = link_colour(original(linkage, link))
   end function colour
 
   !> Number of the link from which this link was copied, or its own number if it is not a copy. The name of a copy ends with a dot

@@ -4,7 +4,7 @@ module gestell_task_forces_report
   use gestell_base_text, only: concise, either, fixed, newline, text
   use gestell_model_frame, only: frame_type
   use gestell_output_report_significance, only: zero_if_noise, order_words
-  use gestell_output_report_text_table, only: number_cells, tab, tabulated
+  use gestell_output_report_text_table, only: listed, number_cells, tab, tabulated
   use gestell_task_forces_reactions, only: along_x, along_y, along_z, moment, moment_x, moment_y, reaction_type, force_magnitude
   implicit none (type, external)
   private
@@ -20,34 +20,29 @@ contains
     character(len=:), allocatable :: lines
     !> Largest distance from F at which a reaction acts (m). It is set to 1 if all reactions act at F
     real(dp) :: arm
+    real(dp) :: peaks(size(reactions))
     integer :: i, most
 
     lines = ""
-    ! number of the support with the largest force; 0 if there is no support
-    most = 0
     do i = 1, size(reactions)
       lines = lines // reaction_line(reactions(i), frame%mechanism%turns) // newline
-      if (reactions(i)%turns) cycle
-      if (most == 0) most = i
-      if (reactions(i)%statistics(force_magnitude)%peak > reactions(most)%statistics(force_magnitude)%peak) most = i
     end do
+    peaks = [(reactions(i)%statistics(force_magnitude)%peak, i = 1, size(reactions))]
     arm = maxval([(norm2(reactions(i)%position), i = 1, size(reactions))])
     if (.not. arm > 0) arm = 1
     associate (axes => size(reactions(1)%position))
       lines = tabulated("l" // repeat("r", axes + 3) // "l", ",fx peak,fy peak" // either(",fz peak", "", axes == 3) &
         & // ",f peak,error,f rms,strongest" // newline // repeat(",N", axes + 3) // ",order", lines)
     end associate
-    if (most > 0) then
-      if (reactions(most)%statistics(force_magnitude)%peak > 0) lines = lines // "  support " // trim(reactions(most)%name) &
-        & // " has the largest peak: " // concise(reactions(most)%statistics(force_magnitude)%peak, 5) // " N" // newline
-    end if
-    associate (total => reactions(size(reactions)))
-      if (most > 0) then
-        if (total%statistics(force_magnitude)%peak < reactions(most)%statistics(force_magnitude)%peak) lines = lines // &
-          & "  the forces of the supports partly cancel: the peak of their sum is lower than the peak of one support" // newline
-      end if
-      if (total%statistics(force_magnitude)%peak > 0) lines = lines // "  peak of the total force: " &
-        & // concise(total%statistics(force_magnitude)%peak, 5) // " N" // crank_angle(total, force_magnitude) // newline
+    ! number of the support with the largest force; 0 if no support exerts a force
+    most = maxloc(peaks, dim=1, mask=.not. reactions%turns .and. peaks > 0)
+    if (most > 0) lines = lines // "  support " // trim(reactions(most)%name) // " has the largest peak: " &
+      & // concise(peaks(most), 5) // " N" // newline
+    associate (total => reactions(size(reactions)), total_peak => peaks(size(peaks)))
+      if (any(.not. reactions%turns .and. peaks > total_peak)) lines = lines // &
+        & "  the forces of the supports partly cancel: the peak of their sum is lower than the peak of one support" // newline
+      if (total_peak > 0) lines = lines // "  peak of the total force: " // concise(total_peak, 5) // " N" &
+        & // crank_angle(total, force_magnitude) // newline
       if (size(total%position) == 3) lines = lines // moment_line(moment_x, "xi through ") &
         & // moment_line(moment_y, "eta through ") // moment_line(moment, "zeta through ")
       if (size(total%position) == 2) lines = lines // moment_line(moment, "")
@@ -147,7 +142,7 @@ contains
     line = trim(reaction%name)
     if (.not. reaction%turns) line = "support " // line
     if (reaction%turns .or. size(reaction%position) == 3) return
-    line = line // " (" // concise(reaction%position(1), 4) // "," // concise(reaction%position(2), 4) // ")"
+    line = line // " (" // listed(reaction%position, 4, ",") // ")"
   end function reaction_label
 
 end module gestell_task_forces_report

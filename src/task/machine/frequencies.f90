@@ -5,7 +5,7 @@ module gestell_task_machine_frequencies
   use gestell_base_text, only: concise, either, newline, text
   use gestell_model_frame, only: frame_type
   use gestell_output_report_orders, only: order_of
-  use gestell_output_report_text_table, only: tab, tabulated
+  use gestell_output_report_text_table, only: listed, tab, tabulated
   use gestell_study_vibration_resonance, only: describe_resonance, is_near, resonance_type
   implicit none (type, external)
   private
@@ -84,15 +84,11 @@ contains
     character(len=:), allocatable :: list
     real(dp), allocatable :: frequencies(:)
     type(error_type), allocatable :: error
-    integer :: k
 
     list = ""
     call frame%natural_frequencies(frequencies, error)
     if (allocated(error)) return
-    do k = 1, size(frequencies)
-      list = list // either(",", "", k > 1) // " " // concise(max(frequencies(k), 0.0_dp) / (2 * pi), 4)
-    end do
-    list = list // " Hz"
+    list = " " // listed(max(frequencies, 0.0_dp) / (2 * pi), 4, ", ") // " Hz"
   end function frequency_list
 
   !> Table of the natural frequencies, each with the nearest order, a multiple of the crank speed. If the crank makes several

@@ -13,6 +13,7 @@ module gestell_task_machine_report
   use gestell_input_wording, only: counted
   use gestell_output_report_orders, only: turns_in_words
   use gestell_output_report_plausibility, only: implausible_values
+  use gestell_output_report_text_table, only: listed
   use gestell_output_report_wrapping, only: wrapped
   use gestell_task_stability_report, only: modulus_of, out_of_range
   use gestell_model_frame, only: frame_type, dof_names
@@ -62,7 +63,7 @@ contains
       end select
       report = report // "  frame      " // concise(frame%mass) // " kg, "
       if (allocated(frame%space)) then
-        report = report // "(" // listed([(frame%space%inertia(i, i), i = 1, 3)]) // ") kg m^2 about (xi,eta,zeta)"
+        report = report // "(" // listed([(frame%space%inertia(i, i), i = 1, 3)], 4, ",") // ") kg m^2 about (xi,eta,zeta)"
       else
         report = report // concise(frame%inertia) // " kg m^2"
       end if
@@ -123,24 +124,16 @@ contains
     associate (g => frame%weights%gravity)
       line = "  gravity    " // concise(norm2(g)) // " m/s^2 "
       if (abs(g(3)) > 0) then
-        line = line // "along (" // listed(g / norm2(g)) // ")"
+        line = line // "along (" // listed(g / norm2(g), 4, ",") // ")"
       else
         line = line // "at " // concise(atan2(g(2), g(1)) * 180 / pi, 4) // " deg"
       end if
     end associate
     line = line // "; total weight " // concise(norm2(frame%weights%weight), 5) // " N"
-    if (allocated(frame%space)) line = line // newline // "  static deflection of F: (" // listed(1000 * frame%weights%sag(:3)) &
-      & // ") mm"
+    if (allocated(frame%space)) line = line // newline // "  static deflection of F: (" &
+      & // listed(1000 * frame%weights%sag(:3), 4, ",") // ") mm"
     line = line // newline
   end function gravity_line
-
-  !> Three values as text, separated by commas.
-  pure function listed(values) result(words)
-    real(dp), intent(in) :: values(3)
-    character(len=:), allocatable :: words
-
-    words = concise(values(1), 4) // "," // concise(values(2), 4) // "," // concise(values(3), 4)
-  end function listed
 
   !> Sentence with the verdict, and with the rate at which disturbances grow or decay.
   pure function verdict_sentence(multipliers, period, period_turns, other_vibrations) result(words)

@@ -34,8 +34,6 @@ module gestell_task_power_drive
     !> `drive_mean`: mean power of the drive (W). `dampers_mean`: mean power that the dampers absorb (W). `maximum`: magnitude of
     !> the peak torque times the drive speed (W)
     real(dp) :: drive_mean = 0, dampers_mean = 0, maximum = 0
-    !> True if the torque includes the effect of gravity on links and frame
-    logical :: includes_weights = .false.
     !> Fluctuation of the drive speed. Allocated only if the input gives the moment of inertia of a flywheel
     type(fluctuation_type), allocatable :: fluctuation
   contains
@@ -58,7 +56,6 @@ contains
     integer :: k
 
     known = .false.
-    drive%includes_weights = frame%weights%act
     call frame%check(error)
     if (.not. allocated(error)) call check_rows(vibration, accelerations, error)
     if (allocated(error)) return

@@ -99,7 +99,7 @@ contains
         & drive%fluctuation%history)
       call result%add(table, plot_power(table, frame))
       call result%write_section("DRIVE, torque on the crank, " // either("with gravity, without process forces", &
-        & "without gravity and process forces", drive%includes_weights), drive_lines(drive, frame))
+        & "without gravity and process forces", frame%weights%act), drive_lines(drive, frame))
       call result%detail("  power balance: the mean powers of drive and dampers differ by " // concise(drive%defect(), 1) &
         & // " of the drive's maximum power" // newline)
     end associate

@@ -63,7 +63,7 @@ contains
     call page%append("<h2>Report</h2>" // newline // folded("as printed on standard output", report(:i - 1) // input &
       & // report(i - 1 + index(report(i:), newline):) // newline // result%summary_line()))
     if (result%details /= "") call page%append(folded("accuracy of the numerical solution", result%details))
-    call page%append(tail())
+    call page%append(tail)
     call page%complete(error)
   end subroutine write_page
 

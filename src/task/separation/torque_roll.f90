@@ -1,10 +1,11 @@
 !> Compares the modes with the rotation of the machine about its torque-roll axis.
 module gestell_task_separation_torque_roll
   use gestell_base_kinds, only: dp, pi
-  use gestell_base_text, only: concise, either, fixed, newline, text
+  use gestell_base_text, only: either, fixed, newline, text
   use gestell_model_frame, only: frame_type
   use gestell_model_space, only: in_frame, in_space
   use gestell_model_space_torque_roll, only: find_torque_roll, torque_roll_type
+  use gestell_output_report_text_table, only: listed
   use gestell_output_report_wrapping, only: wrapped
   use gestell_output_table, only: new_table, table_type
   use gestell_output_table_unit, only: degree, metre, plain
@@ -69,9 +70,9 @@ contains
     call find_axis(frame, roll)
     line = ""
     if (.not. roll%known) return
-    line = newline // wrapped("TORQUE-ROLL AXIS of the unsupported machine: direction (" // listed(roll%axis) // "), " &
-      & // fixed(roll%angle * 180 / pi, 2) // " deg from the shaft, through the centre of mass at (" // listed(roll%center) &
-      & // ") m" // newline)
+    line = newline // wrapped("TORQUE-ROLL AXIS of the unsupported machine: direction (" // listed(clean(roll%axis), 4, ", ") &
+      & // "), " // fixed(roll%angle * 180 / pi, 2) // " deg from the shaft, through the centre of mass at (" &
+      & // listed(clean(roll%center), 4, ", ") // ") m" // newline)
   end function axis_line
 
   !> The table torque_roll.csv, which has one row for the axis. It has no row if the axis is unknown.
@@ -105,14 +106,6 @@ contains
     call frame%mean_matrices([(i, i = 1, 6)], mass, gyroscopic, stiffness)
     call find_torque_roll(mass(in_frame, in_frame), frame%space%planes(1)%axes(:, 3), roll)
   end subroutine find_axis
-
-  !> Three values as text, separated by commas.
-  pure function listed(values) result(words)
-    real(dp), intent(in) :: values(3)
-    character(len=:), allocatable :: words
-
-    words = concise(clean(values(1)), 4) // ", " // concise(clean(values(2)), 4) // ", " // concise(clean(values(3)), 4)
-  end function listed
 
   !> The value, or 0 if the value is smaller than 1e-12, because it is then rounding error (the values are about 1).
   elemental real(dp) function clean(value)
