@@ -149,17 +149,12 @@ contains
     end do
   end subroutine add_curves
 
-  !> Appends lines to the report. Long lines are broken, unless `whole` is present.
-  pure subroutine write_lines(self, lines, whole)
+  !> Appends lines to the report. Long lines are broken.
+  pure subroutine write_lines(self, lines)
     class(result_type), intent(inout) :: self
     character(len=*), intent(in) :: lines
-    logical, intent(in), optional :: whole
 
-    if (present(whole)) then
-      self%report = self%report // lines
-    else
-      self%report = self%report // wrapped(lines)
-    end if
+    self%report = self%report // wrapped(lines)
   end subroutine write_lines
 
   !> Appends to the report a section on the vibration of the input's machine. If this vibration is unstable, undamped or undecided,

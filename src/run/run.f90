@@ -107,7 +107,7 @@ contains
     end if
     console%omits_notes = .not. is_leader
     console%silent = options%has("--quiet") .or. options%has("--one-line") .or. console%omits_notes
-    call result%write_lines(report_machine(context%configuration, options%input), whole=.true.)
+    result%report = result%report // report_machine(context%configuration, options%input)
     call console%receive(result)
     if (options%has("--check")) then
       call check_only(options, tasks, context, result, error)

@@ -116,7 +116,7 @@ contains
         call result%write_section("BALANCING by counterweights: rms values on rigid ground and on the mounts", &
           & report_balance(variants, rigid, linkage, self%options, state, length))
         if (allocated(frame%space)) call result%write_lines(turning_lines(variants, frame%space%planes(1)%axes, linkage%turns))
-        call result%write_lines(link_lines(variants, rigid, linkage, configuration%units), whole=.true.)
+        result%report = result%report // link_lines(variants, rigid, linkage, configuration%units)
       end select
     end associate
   end subroutine run

@@ -4,7 +4,7 @@ module gestell_task_drawing_guides
   use gestell_base_text, only: concise, newline, text
   use gestell_model_joints_guide, only: guide_type
   use gestell_model_linkage_diagram, only: diagram_type
-  use gestell_task_drawing_elements, only: columns_type, element, point_columns
+  use gestell_task_drawing_elements, only: axes, columns_type, element, point_columns
   implicit none (type, external)
   private
 
@@ -49,17 +49,17 @@ contains
     type(diagram_type), intent(in) :: diagram
     type(columns_type), intent(in) :: columns
     real(dp), intent(in) :: extent
-    character(len=:), allocatable :: words, half
-    integer :: i, colon
+    character(len=:), allocatable :: words
+    real(dp) :: half(2)
+    integer :: i
 
     words = ""
     do i = 1, size(diagram%sliders)
       associate (slider => diagram%sliders(i))
-        half = step_along(slider%guide, columns, 0.025_dp * extent)
-        colon = index(half, ":")
-        words = words // element("::row::row", "($" // text(columns%joints(1, slider%joint)) // " - " // half(2:colon - 1) &
-          & // ":($" // text(columns%joints(2, slider%joint)) // " - " // half(colon + 2:) // ":" &
-          & // step_along(slider%guide, columns, 0.05_dp * extent), &
+        half = 0.025_dp * extent * [cos(slider%guide%angle), sin(slider%guide%angle)]
+        words = words // element("::row::row", "($" // text(columns%joints(1, slider%joint)) // " - " &
+          & // component(slider%guide, columns, half, 1) // "):($" // text(columns%joints(2, slider%joint)) // " - " &
+          & // component(slider%guide, columns, half, 2) // "):" // step_along(slider%guide, columns, 0.05_dp * extent), &
           & "vectors nohead lt 1 dt 1 lw 11 lc rgb '#444444' notitle")
       end associate
     end do
@@ -77,8 +77,8 @@ contains
     if (all(guide%carriers == 0)) then
       words = point_columns(origin + point)
     else
-      words = "($" // text(columns%joints(1, guide%carriers(1))) // " + " // on_body("x", columns, guide%carriers, point) &
-        & // "):($" // text(columns%joints(2, guide%carriers(1))) // " + " // on_body("y", columns, guide%carriers, point) // ")"
+      words = "($" // text(columns%joints(1, guide%carriers(1))) // " + " // component(guide, columns, point, 1) &
+        & // "):($" // text(columns%joints(2, guide%carriers(1))) // " + " // component(guide, columns, point, 2) // ")"
     end if
   end function place_on
 
@@ -91,23 +91,21 @@ contains
     real(dp) :: along(2)
 
     along = way * [cos(guide%angle), sin(guide%angle)]
-    if (all(guide%carriers == 0)) then
-      words = point_columns(along)
-    else
-      words = "(" // on_body("x", columns, guide%carriers, along) // "):(" // on_body("y", columns, guide%carriers, along) // ")"
-    end if
+    words = "(" // component(guide, columns, along, 1) // "):(" // component(guide, columns, along, 2) // ")"
   end function step_along
 
-  !> Gnuplot expression for the x or y component of a `vector` given in the axes of the body that carries the guide.
-  pure function on_body(component, columns, carriers, vector) result(words)
-    character, intent(in) :: component
+  !> Gnuplot expression for component number `k` of a `vector` given in the axes of the guide's body: the frame, or the body whose
+  !> joints carry the guide.
+  pure function component(guide, columns, vector, k) result(words)
+    type(guide_type), intent(in) :: guide
     type(columns_type), intent(in) :: columns
-    integer, intent(in) :: carriers(2)
     real(dp), intent(in) :: vector(2)
+    integer, intent(in) :: k
     character(len=:), allocatable :: words
 
-    words = "body" // component // "(" // text(columns%joints(1, carriers(1))) // ", " // text(columns%joints(1, carriers(2))) &
-      & // ", " // concise(vector(1), 7) // ", " // concise(vector(2), 7) // ")"
-  end function on_body
+    words = concise(vector(k), 7)
+    if (any(guide%carriers /= 0)) words = "body" // axes(k) // "(" // text(columns%joints(1, guide%carriers(1))) // ", " &
+      & // text(columns%joints(1, guide%carriers(2))) // ", " // concise(vector(1), 7) // ", " // concise(vector(2), 7) // ")"
+  end function component
 
 end module gestell_task_drawing_guides

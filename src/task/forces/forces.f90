@@ -120,7 +120,8 @@ contains
   pure type(table_type) function summary(reactions, frame) result(table)
     type(reaction_type), intent(in) :: reactions(:)
     class(frame_type), intent(in) :: frame
-    real(dp), dimension(size(reactions)) :: peak, error, rms, crest, angle
+    !> Columns: peak, its error bound, rms, crest factor, and crank angle of the peak
+    real(dp) :: values(size(reactions), 5)
     character, parameter :: axes(3) = ["x", "y", "z"]
     character(len=:), allocatable :: part
     integer :: orders(size(reactions)), i, k, n
@@ -137,26 +138,18 @@ contains
     parts = components_of(reactions(size(reactions)))
     do n = 1, size(parts)
       k = parts(n)
-      peak = 0
-      error = 0
-      rms = 0
-      crest = 0
-      angle = 0
+      values = 0
       do i = 1, size(reactions)
         if (.not. has_component(reactions(i), k)) cycle
         associate (found => reactions(i)%statistics(k))
-          peak(i) = found%peak
-          error(i) = found%peak_error
-          rms(i) = found%rms
-          crest(i) = found%crest()
-          angle(i) = frame%degrees_per_period() * found%peak_phase
+          values(i, :) = [found%peak, found%peak_error, found%rms, found%crest(), frame%degrees_per_period() * found%peak_phase]
         end associate
       end do
       part = trim(component_names(k))
-      call table%add(part // "_peak", units(k), "largest absolute value over the period", peak, bounds=error)
-      call table%add(part // "_rms", units(k), "root mean square over the period", rms)
-      call table%add(part // "_crest", plain, "crest factor, peak / rms; 0 if the rms is 0", crest)
-      call table%add(part // "_peak_crank", degree, "crank angle at which the peak occurs", angle)
+      call table%add(part // "_peak", units(k), "largest absolute value over the period", values(:, 1), bounds=values(:, 2))
+      call table%add(part // "_rms", units(k), "root mean square over the period", values(:, 3))
+      call table%add(part // "_crest", plain, "crest factor, peak / rms; 0 if the rms is 0", values(:, 4))
+      call table%add(part // "_peak_crank", degree, "crank angle at which the peak occurs", values(:, 5))
     end do
     do n = 1, size(parts)
       orders = 0
