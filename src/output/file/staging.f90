@@ -173,7 +173,7 @@ contains
       return
     end if
     ! a dangling link is replaced too
-    replaces = [(file_exists(self%folder // "/" // trim(names(i))) .or. is_link(self%folder // "/" // trim(names(i))), &
+    replaces = [(any([file_exists(self%folder // "/" // trim(names(i))), is_link(self%folder // "/" // trim(names(i)))]), &
       & i = 1, size(names))]
     do i = 1, size(names)
       if (replaces(i)) call link_file(self%folder // "/" // trim(names(i)), self%path // "/" // trim(names(i)) // old, done)
