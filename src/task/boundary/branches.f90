@@ -168,7 +168,7 @@ contains
         if (.not. lost(side, i)) cycle
         ! Another branch passes through this end.
         motion = branches(i)%motion_at(ends(side, i))
-        if (lies_on_any(branches(:i - 1), ends(side, i), motion) .or. lies_on_any(branches(i + 1:), ends(side, i), motion)) cycle
+        if (any([lies_on_any(branches(:i - 1), ends(side, i), motion), lies_on_any(branches(i + 1:), ends(side, i), motion)])) cycle
         next = max(0.0_dp, maxval(ends(2, :), mask=lost(2, :) .and. ends(2, :) < ends(1, i)))
         if (side == 2) next = min(1.0_dp, minval(ends(1, :), mask=lost(1, :) .and. ends(1, :) > ends(2, i)))
         call add_open(axis, min(next, ends(side, i)), max(next, ends(side, i)), rest)
