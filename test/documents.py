@@ -269,7 +269,7 @@ def suites():
     """Checks that an unknown suite makes `fpm test` list the suites and test nothing."""
     names = re.findall(r"new_testsuite\(\"([\w-]+)\"", text("test/main.f90"))
     check("test/main.f90: suites", len(names) > 50, names)
-    done = program("fpm", "test", "--", "no-such-suite")
+    done = program("./bootstrap", "fpm", "test", "--", "no-such-suite")
     check("fpm test -- no-such-suite: code", done.returncode != 0, done.stdout[-2000:])
     output = done.stdout + done.stderr
     check("fpm test -- no-such-suite: message", "there is no suite 'no-such-suite'; besides 'all' and 'slow' there are" in output, output[-2000:])
