@@ -72,7 +72,7 @@ contains
     real(dp), allocatable :: level(:)
     !> True for points at which the quantity has a value
     logical, allocatable :: known(:)
-    logical :: jump(0:size(found)), listed(size(found))
+    logical :: jump(0:size(curve%points)), listed(size(curve%points))
     integer :: i, n, last
 
     call curve%levels(q, level, known)
