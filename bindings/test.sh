@@ -34,12 +34,15 @@ check() {
   passed=$((passed + good)) failed=$((failed + bad))
 }
 
-# install_as KIND: static or shared, of the same objects; debug: the static library alone, not optimised.
+# The flags of `fpm test`, which bootstrap defines
+test_flags=$(sed -n "s/^test_flags='\(.*\)'$/\1/p" bootstrap)
+
+# install_as KIND: static or shared, of the same objects; debug: the static library alone, of the objects of the unit tests.
 install_as() {
   local folder=$build options=(-DBUILD_SHARED_LIBS=OFF)
   case $1 in
     shared) options=(-DBUILD_SHARED_LIBS=ON) ;;
-    debug) folder=$build-debug options+=(-DCMAKE_BUILD_TYPE=Debug -DGESTELL_PROGRAM=OFF) && local GESTELL_OBJECTS='' ;;
+    debug) folder=$build-debug options+=(-DCMAKE_BUILD_TYPE=Debug -DGESTELL_PROGRAM=OFF "-DCMAKE_Fortran_FLAGS=$test_flags") ;;
   esac
   cmake -S "$home" -B "$folder" "${options[@]}" -DCMAKE_INSTALL_PREFIX="$prefix-$1" &&
     cmake --build "$folder" --parallel 2 && cmake --install "$folder"
@@ -221,7 +224,7 @@ fetched() {
 refused() { "$temporary/fetched/build/refusals" "$home/data/khang_four_bar.nml"; }
 
 # No bytes are lost, and none is read that was not written, in 100,000 calls. Optimised loops read, and do not use, more of a vector than
-# was written: the library is a debug build.
+# was written: the library is built like the unit tests, without vectors.
 leaks() {
   install_as debug && compile debug bindings/leaks.c leaks &&
     valgrind -q --leak-check=full --errors-for-leak-kinds=definite,indirect,possible --error-exitcode=9 \

@@ -174,7 +174,7 @@ contains
         size = 180
       case default
         size = dice%pick_of([1.0_dp, scale%speed, m, l, scale%stiffness])
-        if (key%default > unset .and. key%default /= 0 .and. dice%chance(0.5_dp)) size = key%default
+        if (key%default > unset .and. abs(key%default) > 0 .and. dice%chance(0.5_dp)) size = key%default
       end select
       value = size * dice%decades(-1.0_dp, 1.0_dp)
       if (key%range%least < 0 .and. dice%chance(0.3_dp)) value = -value

@@ -53,15 +53,13 @@ contains
     joined = .false.
     do i = 1, size(speeds)
       x = last
-      if (i > 2) then
-        if (joined(i - 1)) x = 2 * last - before
-      end if
+      if (joined(max(i - 1, 1))) x = 2 * last - before
       call settle(engine, table, speeds(i) * pi / 30, x, growth(i), known(i))
       if (.not. known(i)) then
         x = 0
         call settle(engine, table, speeds(i) * pi / 30, x, growth(i), known(i))
       else if (i > 1) then
-        joined(i) = known(i - 1) .and. norm2(x - last) < far * norm2(x)
+        joined(i) = known(max(i - 1, 1)) .and. norm2(x - last) < far * norm2(x)
       end if
       before = last
       last = merge(x, 0.0_dp, known(i))
