@@ -241,7 +241,7 @@ contains
   subroutine bell_in_preamble(folder)
     character(len=*), intent(in) :: folder
 
-    call add_first(folder // "/case/out/supports.csv", "# title: a" // achar(194) // achar(133) // newline)
+    call add_first(folder // "/case/out/supports.csv", "# title: a" // char(194) // char(133) // newline)
   end subroutine bell_in_preamble
 
   subroutine nan_in_preamble(folder)
