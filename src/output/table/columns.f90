@@ -1,148 +1,148 @@
 !> Adds columns to a table and finds them. These procedures form a submodule, so that only this file is compiled again if one of
 !> them changes.
 submodule (gestell_output_table) gestell_output_table_columns
-  implicit none (type, external)
+implicit none (type, external)
 
 contains
 
-  module procedure new_table
-    table%name = name
-    table%heading = heading
-    table%caption = caption
-    if (present(verdict)) table%verdict = trim(verdict)
-    if (present(shown)) table%shown = shown
-    table%model = ""
-    table%remarks = ""
-    allocate(table%columns(0))
-  end procedure new_table
+module procedure new_table
+  table%name = name
+  table%heading = heading
+  table%caption = caption
+  if (present(verdict)) table%verdict = trim(verdict)
+  if (present(shown)) table%shown = shown
+  table%model = ""
+  table%remarks = ""
+  allocate(table%columns(0))
+end procedure new_table
 
-  module procedure add_numbers
-    type(column_type) :: column
+module procedure add_numbers
+  type(column_type) :: column
 
-    column%numbers = values
-    column%error = ""
-    if (present(error)) column%error = trim(new_key(error, unit))
-    if (present(bounds)) column%error = trim(new_key(trim(name) // "_error", unit))
-    call append(self, column, name, unit, meaning, size(values))
-    if (present(bounds)) call self%add(trim(name) // "_error", unit, "bound on its error", bounds)
-  end procedure add_numbers
+  column%numbers = values
+  column%error = ""
+  if (present(error)) column%error = trim(new_key(error, unit))
+  if (present(bounds)) column%error = trim(new_key(trim(name) // "_error", unit))
+  call append(self, column, name, unit, meaning, size(values))
+  if (present(bounds)) call self%add(trim(name) // "_error", unit, "bound on its error", bounds)
+end procedure add_numbers
 
-  module procedure word
-    word = trim(self%words((i - 1) * self%width + 1:i * self%width))
-  end procedure word
+module procedure word
+  word = trim(self%words((i - 1) * self%width + 1:i * self%width))
+end procedure word
 
-  module procedure add_integers
-    type(column_type) :: column
+module procedure add_integers
+  type(column_type) :: column
 
-    column%integers = values
-    call append(self, column, name, unit_type(), meaning, size(values))
-  end procedure add_integers
+  column%integers = values
+  call append(self, column, name, unit_type(), meaning, size(values))
+end procedure add_integers
 
-  module procedure add_words
-    type(column_type) :: column
-    integer :: i
+module procedure add_words
+  type(column_type) :: column
+  integer :: i
 
-    allocate(character(len=len(values) * size(values)) :: column%words)
-    column%width = len(values)
-    do i = 1, size(values)
-      column%words((i - 1) * len(values) + 1:i * len(values)) = values(i)
-    end do
-    call append(self, column, name, unit_type(), meaning, size(values))
-  end procedure add_words
+  allocate(character(len=len(values) * size(values)) :: column%words)
+  column%width = len(values)
+  do i = 1, size(values)
+    column%words((i - 1) * len(values) + 1:i * len(values)) = values(i)
+  end do
+  call append(self, column, name, unit_type(), meaning, size(values))
+end procedure add_words
 
-  module procedure add_flags
-    integer :: flags(size(values))
+module procedure add_flags
+  integer :: flags(size(values))
 
-    flags = merge(1, 0, values)
-    if (present(known)) flags = merge(flags, nothing, known)
-    call self%add(name, meaning, flags)
-  end procedure add_flags
+  flags = merge(1, 0, values)
+  if (present(known)) flags = merge(flags, nothing, known)
+  call self%add(name, meaning, flags)
+end procedure add_flags
 
-  !> Sets key, unit and meaning of a column and moves it to the end of the table.
-  pure subroutine append(table, column, name, unit, meaning, rows)
-    type(table_type), intent(inout) :: table
-    type(column_type), intent(inout) :: column
-    character(len=*), intent(in) :: name, meaning
-    type(unit_type), intent(in) :: unit
-    integer, intent(in) :: rows
-    integer :: k
+!> Sets key, unit and meaning of a column and moves it to the end of the table.
+pure subroutine append(table, column, name, unit, meaning, rows)
+  type(table_type), intent(inout) :: table
+  type(column_type), intent(inout) :: column
+  character(len=*), intent(in) :: name, meaning
+  type(unit_type), intent(in) :: unit
+  integer, intent(in) :: rows
+  integer :: k
 
-    column%key = trim(new_key(name, unit))
-    column%label = trim(name)
-    do k = 1, len(column%label)
-      if (column%label(k:k) == "_") column%label(k:k) = " "
-    end do
-    column%meaning = meaning
-    column%unit = unit
-    if (.not. allocated(column%error)) column%error = ""
-    if (.not. allocated(table%reserved)) call table%expect(1)
-    table%filled = table%filled + 1
-    call move_column(column, table%reserved(table%filled))
-    if (table%filled == size(table%reserved)) call move_alloc(table%reserved, table%columns)
-    table%rows = rows
-  end subroutine append
+  column%key = trim(new_key(name, unit))
+  column%label = trim(name)
+  do k = 1, len(column%label)
+    if (column%label(k:k) == "_") column%label(k:k) = " "
+  end do
+  column%meaning = meaning
+  column%unit = unit
+  if (.not. allocated(column%error)) column%error = ""
+  if (.not. allocated(table%reserved)) call table%expect(1)
+  table%filled = table%filled + 1
+  call move_column(column, table%reserved(table%filled))
+  if (table%filled == size(table%reserved)) call move_alloc(table%reserved, table%columns)
+  table%rows = rows
+end subroutine append
 
-  module procedure number_of
-    do number = size(self%columns), 1, -1
-      associate (column => self%columns(number))
-        if (column%key == name .or. column%key == new_key(name, column%unit)) return
-      end associate
-    end do
-  end procedure number_of
+module procedure number_of
+  do number = size(self%columns), 1, -1
+    associate (column => self%columns(number))
+      if (column%key == name .or. column%key == new_key(name, column%unit)) return
+    end associate
+  end do
+end procedure number_of
 
-  module procedure key_of_column
-    key = self%columns(self%number_of(name))%key
-  end procedure key_of_column
+module procedure key_of_column
+  key = self%columns(self%number_of(name))%key
+end procedure key_of_column
 
-  module procedure expect
-    integer :: k
+module procedure expect
+  integer :: k
 
-    if (more < 1) return
-    self%filled = size(self%columns)
-    allocate(self%reserved(self%filled + more))
-    do k = 1, self%filled
-      call move_column(self%columns(k), self%reserved(k))
-    end do
-  end procedure expect
+  if (more < 1) return
+  self%filled = size(self%columns)
+  allocate(self%reserved(self%filled + more))
+  do k = 1, self%filled
+    call move_column(self%columns(k), self%reserved(k))
+  end do
+end procedure expect
 
-  module procedure join
-    type(column_type), allocatable :: longer(:)
-    integer :: k, n
+module procedure join
+  type(column_type), allocatable :: longer(:)
+  integer :: k, n
 
-    n = size(self%columns)
-    allocate(longer(n + size(other%columns)))
-    do k = 1, size(longer)
-      if (k <= n) call move_column(self%columns(k), longer(k))
-      if (k > n) call move_column(other%columns(k - n), longer(k))
-    end do
-    call move_alloc(longer, self%columns)
-    self%rows = other%rows
-  end procedure join
+  n = size(self%columns)
+  allocate(longer(n + size(other%columns)))
+  do k = 1, size(longer)
+    if (k <= n) call move_column(self%columns(k), longer(k))
+    if (k > n) call move_column(other%columns(k - n), longer(k))
+  end do
+  call move_alloc(longer, self%columns)
+  self%rows = other%rows
+end procedure join
 
-  !> Moves a column from one variable to another without copying its values.
-  pure subroutine move_column(from, to)
-    type(column_type), intent(inout) :: from
-    type(column_type), intent(out) :: to
+!> Moves a column from one variable to another without copying its values.
+pure subroutine move_column(from, to)
+  type(column_type), intent(inout) :: from
+  type(column_type), intent(out) :: to
 
-    call move_alloc(from%key, to%key)
-    call move_alloc(from%label, to%label)
-    call move_alloc(from%meaning, to%meaning)
-    call move_alloc(from%error, to%error)
-    to%unit = from%unit
-    to%width = from%width
-    if (allocated(from%numbers)) call move_alloc(from%numbers, to%numbers)
-    if (allocated(from%integers)) call move_alloc(from%integers, to%integers)
-    if (allocated(from%words)) call move_alloc(from%words, to%words)
-  end subroutine move_column
+  call move_alloc(from%key, to%key)
+  call move_alloc(from%label, to%label)
+  call move_alloc(from%meaning, to%meaning)
+  call move_alloc(from%error, to%error)
+  to%unit = from%unit
+  to%width = from%width
+  if (allocated(from%numbers)) call move_alloc(from%numbers, to%numbers)
+  if (allocated(from%integers)) call move_alloc(from%integers, to%integers)
+  if (allocated(from%words)) call move_alloc(from%words, to%words)
+end subroutine move_column
 
-  !> Key of a column: its name, followed by the suffix of its unit if it has a unit.
-  pure function new_key(name, unit) result(key)
-    character(len=*), intent(in) :: name
-    type(unit_type), intent(in) :: unit
-    character(len=len_trim(name) + len(unit%suffix) + 1) :: key
+!> Key of a column: its name, followed by the suffix of its unit if it has a unit.
+pure function new_key(name, unit) result(key)
+  character(len=*), intent(in) :: name
+  type(unit_type), intent(in) :: unit
+  character(len=len_trim(name) + len(unit%suffix) + 1) :: key
 
-    key = name
-    if (unit%suffix /= "") key = trim(name) // "_" // unit%suffix
-  end function new_key
+  key = name
+  if (unit%suffix /= "") key = trim(name) // "_" // unit%suffix
+end function new_key
 
 end submodule gestell_output_table_columns
