@@ -300,6 +300,7 @@ contains
       grashof_class = "crank-rocker (shortest link: crank)"
     case (4)
       grashof_class = "double crank (shortest link: frame)"
+    case default ! the class has no name
     end select
   end function grashof_class
 

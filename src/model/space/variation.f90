@@ -188,7 +188,6 @@ contains
     r(4:) = matmul(inertia(:, :, 0), w_d) + matmul(inertia(:, :, 1), w) + cross(w, momentum) + momenta(:, 1) + cross(sums(:, 0), a)
     s = cross_matrix(sums(:, 0))
     spin = cross_matrix(w)
-    m = 0
     b = 0
     c = 0
     m(:3, :3) = masses%mass * identity()

@@ -252,6 +252,7 @@ contains
       else if (maximum >= 1.0e4_dp) then
         unit = axis_unit_type("1e-3", 1.0e-3_dp, "k" // si)
       end if
+    case default ! no prefix
     end select
   end function pick_unit
 

@@ -64,6 +64,7 @@ module gestell_output_table
   interface
     !> A table without columns.
     pure module type(table_type) function new_table(name, heading, caption, verdict, shown) result(table)
+      implicit none (type, external)
       !> `name`: name of the table and its files. `heading`: heading in reports and pages. `caption`: caption of the picture
       character(len=*), intent(in) :: name, heading, caption
       !> Verdict on the machines that the table describes
@@ -75,6 +76,7 @@ module gestell_output_table
     !> Adds a column of real numbers. Error bounds are given in one of two ways: `error` names the column that contains them, or
     !> `bounds` contains them and is added as the column NAME_error.
     pure module subroutine add_numbers(self, name, unit, meaning, values, error, bounds)
+      implicit none (type, external)
       class(table_type), intent(inout) :: self
       !> `name`: name of the column, without the unit. `meaning`: explanation of the column
       character(len=*), intent(in) :: name, meaning
@@ -89,6 +91,7 @@ module gestell_output_table
 
     !> Word of this column in row `i`.
     pure module function word(self, i)
+      implicit none (type, external)
       class(column_type), intent(in) :: self
       integer, intent(in) :: i
       character(len=:), allocatable :: word
@@ -96,6 +99,7 @@ module gestell_output_table
 
     !> Adds a column of integers.
     pure module subroutine add_integers(self, name, meaning, values)
+      implicit none (type, external)
       class(table_type), intent(inout) :: self
       character(len=*), intent(in) :: name, meaning
       integer, intent(in) :: values(:)
@@ -103,12 +107,14 @@ module gestell_output_table
 
     !> Adds a column of words.
     pure module subroutine add_words(self, name, meaning, values)
+      implicit none (type, external)
       class(table_type), intent(inout) :: self
       character(len=*), intent(in) :: name, meaning, values(:)
     end subroutine add_words
 
     !> Adds a column of integers that are 1 for true and 0 for false. Where `known` is false, the value is marked as missing.
     pure module subroutine add_flags(self, name, meaning, values, known)
+      implicit none (type, external)
       class(table_type), intent(inout) :: self
       character(len=*), intent(in) :: name, meaning
       logical, intent(in) :: values(:)
@@ -117,12 +123,14 @@ module gestell_output_table
 
     !> Index of the column with this name, which may be given with or without the unit; 0 if there is no such column.
     pure module integer function number_of(self, name) result(number)
+      implicit none (type, external)
       class(table_type), intent(in) :: self
       character(len=*), intent(in) :: name
     end function number_of
 
     !> Key of the column called `name`, which must exist.
     pure module function key_of_column(self, name) result(key)
+      implicit none (type, external)
       class(table_type), intent(in) :: self
       character(len=*), intent(in) :: name
       character(len=:), allocatable :: key
@@ -131,12 +139,14 @@ module gestell_output_table
     !> Announces that `more` columns will be added. They become visible when the last of them is added. Without this call, all
     !> earlier columns are moved in memory whenever a column is added.
     pure module subroutine expect(self, more)
+      implicit none (type, external)
       class(table_type), intent(inout) :: self
       integer, intent(in) :: more
     end subroutine expect
 
     !> Moves all columns of the table `other`, which must have the same number of rows, to the end of this table.
     pure module subroutine join(self, other)
+      implicit none (type, external)
       class(table_type), intent(inout) :: self
       type(table_type), intent(inout) :: other
     end subroutine join

@@ -260,6 +260,7 @@ contains
           return
         end if
         samples(:, 1, i) = power(torque, :) / frame%mechanism%turns
+      case default ! other goals have no samples
       end select
     end do
   end subroutine sample_goals

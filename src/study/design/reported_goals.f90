@@ -112,6 +112,7 @@ contains
         call measure_branches(goals(g)%measure%kind, goals(g)%measure%band, run%period, samples(:, :, 1), slopes, computed, unused)
         values(g) = maxval(computed)
         errors(g) = shaking_error(run, goals(g)%measure%quantity)
+      case default ! other goals need the vibration
       end select
     end do
   end subroutine report_without_motion

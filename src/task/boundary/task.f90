@@ -111,8 +111,9 @@ contains
       end if
       do k = 1, size(configuration%probes)
         associate (probe => configuration%probes(k))
-          if (measure%kind == band_measure .and. index(measure%quantity, "probe(" // trim(probe%name) // ").") == 1) &
-            & self%level%value = 1000 * probe%limit
+          if (measure%kind == band_measure .and. index(measure%quantity, "probe(" // trim(probe%name) // ").") == 1) then
+            self%level%value = 1000 * probe%limit
+          end if
         end associate
       end do
     end associate

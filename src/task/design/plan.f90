@@ -184,14 +184,16 @@ contains
         ! a path such as "link(rod).mass" refers to a property of a link
         closing = index(path, ").")
         options%part(i) = other_part
-        if (index(lower(path), "link(") == 1 .and. closing > 0 .and. .not. has(group, "with")) &
-          & options%part(i) = findloc(part_names == lower(path(closing + 2:)), .true., dim=1)
+        if (index(lower(path), "link(") == 1 .and. closing > 0 .and. .not. has(group, "with")) then
+          options%part(i) = findloc(part_names == lower(path(closing + 2:)), .true., dim=1)
+        end if
         options%body(i) = findloc([(plan%paths(k)(:index(plan%paths(k), ").")) == path(:closing), k = 1, i)], .true., dim=1)
         options%link(i) = 0
         ! If there are several mechanisms, a group may describe several links with different directions of their axes. The link is
         ! then not identified.
-        if (options%part(i) /= other_part .and. size(target%groups) > 0 .and. count_groups(doc, "mechanism") == 0) &
-          & options%link(i) = count([(doc%groups(k)%name == "link", k = 1, target%groups(1))])
+        if (options%part(i) /= other_part .and. size(target%groups) > 0 .and. count_groups(doc, "mechanism") == 0) then
+          options%link(i) = count([(doc%groups(k)%name == "link", k = 1, target%groups(1))])
+        end if
         options%unit(i) = configuration%units%to_si(rules(target%rule), target%element, 1.0_dp)
         plan%units(i) = unit_symbol(rules(target%rule), target%element, configuration%units)
       end associate
@@ -298,8 +300,9 @@ contains
       call new_goal(configuration%frame, configuration%probes, quantity, kind, goals(i), reason)
       if (allocated(reason)) call input_error(groups(i), "quantity", reason%message, error)
       if (allocated(error)) return
-      if (goals(i)%about == machine_goal .and. goals(i)%measure%quantity == "added_mass") &
-        & goals(i)%offset = configuration%frame%mass + configuration%frame%mechanism%mass
+      if (goals(i)%about == machine_goal .and. goals(i)%measure%quantity == "added_mass") then
+        goals(i)%offset = configuration%frame%mass + configuration%frame%mechanism%mass
+      end if
       if (name == "objective") then
         call read(groups(i), keys, "weight", goals(i)%weight, error)
         if (.not. allocated(error) .and. goals(i)%measure%quantity == "separation") call input_error(groups(i), "quantity", &

@@ -20,6 +20,7 @@ module gestell_task_registry
   interface
     !> Creates the list of all tasks, with their names, tables and other constant components (src/task/registry/list.f90).
     module subroutine all_tasks(tasks)
+      implicit none (type, external)
       type(any_task_type), allocatable, intent(out) :: tasks(:)
     end subroutine all_tasks
   end interface
@@ -53,8 +54,9 @@ contains
     call read_machine(configuration, size(names) == 0 &
       & .or. any([(tasks(i)%task%requested .and. tasks(i)%task%scope /= all_machines, i = 1, size(tasks))]), error)
     if (allocated(error)) return
-    if (requests_any(tasks, all_machines) .or. requests_any(tasks, all_speeds)) &
-      & call read_plan(configuration, requests_any(tasks, all_speeds), error)
+    if (requests_any(tasks, all_machines) .or. requests_any(tasks, all_speeds)) then
+      call read_plan(configuration, requests_any(tasks, all_speeds), error)
+    end if
     if (allocated(error)) return
     do i = 1, size(tasks)
       if (allocated(configuration%impossible) .and. .not. tasks(i)%task%requested) cycle

@@ -81,8 +81,9 @@ contains
     axis_lines = parameter_axis("x", plan%grid%axes(k), with_unit(plan%paths(k), plan%units(k)), 0.0_dp)
     marks = input_marks(plan%grid%axes(k), pack(plan%base, [(i == k, i = 1, size(plan%base))]), plan%units(k))
     unstable_rows = ""
-    if (column(verdict) > 0 .and. summary%verdicts(unstable_number) > 0) &
-      & unstable_rows = "strcol(" // text(column(verdict)) // ") eq 'unstable'"
+    if (column(verdict) > 0 .and. summary%verdicts(unstable_number) > 0) then
+      unstable_rows = "strcol(" // text(column(verdict)) // ") eq 'unstable'"
+    end if
     if (column(verdict) == 0 .and. growth .and. summary%most > 1) unstable_rows = growth_of(column) // " > 0"
     associate (axis => plan%grid%axes(k))
       ends = coordinate(axis, [axis%from, axis%to])
