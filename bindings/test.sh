@@ -17,7 +17,8 @@ export FC=$home/.ci/gfortran GESTELL_OBJECTS=${GESTELL_OBJECTS:-$temporary/objec
 sanitizers=
 [ "${1:-}" != --sanitize ] || sanitizers='-fsanitize=address,undefined -fno-sanitize-recover=all -g1'
 
-# check NAME COMMAND...: runs the command; prints how long it took; where it fails, shows what it said. A last line "N passed, M failed" counts.
+# check NAME COMMAND...: runs the command and prints how long it took; where it fails, shows what it said. A last line
+# "N passed, M failed" counts.
 check() {
   local name=$1 good=1 bad=0 begin=$SECONDS
   shift

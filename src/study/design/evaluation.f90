@@ -55,7 +55,7 @@ module gestell_study_design_evaluation
     !> Both have shape (parameters)
     integer, allocatable :: body(:), part(:)
     !> Index of the link that each parameter changes, shape (parameters); 0 if the parameter does not belong to one link. If
-    !> unallocated, a machine with a changed parameter is always built anew
+    !> unallocated, a machine with a changed parameter is always built from the input again
     integer, allocatable :: link(:)
     !> Unit of each parameter, as a multiple of the SI unit; shape (parameters)
     real(dp), allocatable :: unit(:)

@@ -278,7 +278,7 @@ contains
   end subroutine difference_at
 
   !> Adds the turning points at the ends of the current branch of `family` to `borders`. At a turning point no verdict can be
-  !> decided, because a multiplier equals 1 within its error. The verdict beside it is therefore that of the nearest system on the
+  !> decided, because a multiplier equals 1 within its error. The border therefore gets the verdict of the nearest system on the
   !> branch whose verdict is decided.
   pure subroutine add_turning_points(family, tolerance, number, search, borders)
     type(branch_family_type), intent(in) :: family
