@@ -42,6 +42,7 @@ program main
   use test_follower, only: collect_follower
   use test_forces, only: collect_forces
   use test_forces_limits, only: collect_forces_limits
+  use test_joint_forces, only: collect_joint_forces
   use test_ground, only: collect_ground
   use test_safeguards, only: collect_safeguards
   use test_held_speed, only: collect_held_speed
@@ -177,6 +178,7 @@ program main
     & new_testsuite("vibration", collect_vibration), &
     & new_testsuite("forces", collect_forces), &
     & new_testsuite("forces-limits", collect_forces_limits), &
+    & new_testsuite("joint-forces", collect_joint_forces), &
     & new_testsuite("probes", collect_probes), &
     & new_testsuite("digits", collect_digits), &
     & new_testsuite("dofs", collect_dofs), &

@@ -12,7 +12,7 @@ module gestell_api_solution
   use gestell_output_picture_gnuplot, only: draw_pictures
   use gestell_output_result, only: result_type
   use gestell_output_table, only: table_type
-  use gestell_study_vibration, only: solve_vibration
+  use gestell_study_vibration, only: check_rows, solve_vibration
   use gestell_study_vibration_statistics, only: history_of, statistics_type, compute_statistics
   use gestell_system_averaged, only: averaged_system
   use gestell_system_periodic, only: periodic_system
@@ -222,9 +222,9 @@ contains
     class(periodic_system), pointer :: system
 
     associate (analysis => solution%context%analysis, tasks => solution%context%configuration%analysis)
-      if (allocated(analysis%vibration%motion)) then
-        if (size(analysis%vibration%motion, 1) >= rows) return
-      end if
+      call check_rows(analysis%vibration, rows, error)
+      if (.not. allocated(error)) return
+      deallocate(error)
       system => solution%context%analysis%frame
       if (tasks%averaged) then
         call analysis%frame%averaged(model)

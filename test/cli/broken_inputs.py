@@ -57,7 +57,7 @@ INPUTS = [
     ("unknown group, nothing near", added("&engine power=1 /"), 2,
      "input.nml:16: unknown group &engine: allowed are &case, &drive, &units, &mechanism, &repeat, &joint, &link, "
      "&mass_functions, &frame, &support, &foundation, &gravity, &probe, &model, &accuracy, &response, &sweep, &boundary, "
-     "&resonance, &balance, &sensitivity, &separation, &design, &objective, &constraint, &robust"),
+     "&resonance, &joints, &balance, &sensitivity, &separation, &design, &objective, &constraint, &robust"),
     ("group given twice", added("&drive speed_rpm=1 /"), 2,
      "input.nml:16: &drive: may occur only once (first in line 2)"),
     ("no drive", without(2), 2,
@@ -436,6 +436,6 @@ OPTIONS = [
      "its ends are 0.33 m apart; lengths of 0.1 m and 0.16 m allow 0.06 m to 0.26 m; it cannot be assembled at any crank angle; the four-bar linkage is not a Grashof "
      "linkage: the shortest and the longest bar, together 0.47 m, are longer than the other two, together 0.26 m"),
     ("--fail-if-unstable without a verdict", ["input.nml", "--fail-if-unstable", "-s", "case.tasks='drawing'"], 1,
-     "--fail-if-unstable needs a task with a verdict: 'stability', 'modes', 'response', 'forces', 'power', 'balance', "
+     "--fail-if-unstable needs a task with a verdict: 'stability', 'modes', 'response', 'forces', 'joints', 'power', 'balance', "
      "'sensitivity', 'separation', 'design', 'sweep', 'campbell', 'critical' or 'resonance'"),
 ]

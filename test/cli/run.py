@@ -43,6 +43,7 @@ from headlines import HEADLINE_TESTS  # noqa: E402
 from held_speed import HELD_SPEED_TESTS  # noqa: E402
 from html_report import HTML_REPORT_TESTS  # noqa: E402
 from interruption import INTERRUPTION_TESTS  # noqa: E402
+from joints import JOINT_TESTS  # noqa: E402
 from json_output import JSON_TESTS  # noqa: E402
 from level_borders import LEVEL_BORDER_TESTS  # noqa: E402
 from mechanisms import MECHANISM_TESTS  # noqa: E402
@@ -647,7 +648,7 @@ def main():
              *RESONANCE_TESTS, *BALANCE_TESTS, *DESIGN_TESTS, *SENSITIVITY_TESTS, *SEPARATION_TESTS, *SEVERAL_MECHANISM_TESTS,
              *SPACE_TESTS, *ENGINE_BALANCE_TESTS, *SPACE_STUDIES_TESTS, *SPACE_BALANCE_TESTS, *RATIO_TESTS,
              *REPORT_CONSISTENCY_TESTS, *HEADLINE_TESTS, *VERDICT_TESTS, *FAULT_TESTS, *FILE_PROTECTION_TESTS, *WEIGHT_TESTS,
-             *HELD_SPEED_TESTS, *JSON_TESTS, *REPORT_LAYOUT_TESTS, *RECORD_TESTS, *SCALING_TESTS)
+             *HELD_SPEED_TESTS, *JOINT_TESTS, *JSON_TESTS, *REPORT_LAYOUT_TESTS, *RECORD_TESTS, *SCALING_TESTS)
     titles = {test: title_of(test) for test in tests}
     files_of = {test: Path(inspect.getfile(test)).stem for test in tests}
     unknown = set(names) - set(files_of.values())

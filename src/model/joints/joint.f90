@@ -6,6 +6,7 @@ module gestell_model_joints_joint
   use gestell_model_joints_data, only: joint_data_type
   use gestell_model_joints_deviation, only: deviation_type, disc
   use gestell_model_joints_guide, only: guide_type
+  use gestell_model_joints_pairs, only: pair_type, pin, slide
   use gestell_model_joints_path, only: batch, path_type, point_type, slack
   use gestell_model_joints_placement, only: placement_type
   implicit none (type, external)
@@ -82,7 +83,7 @@ module gestell_model_joints_joint
     procedure(describe_joint), deferred :: describe
     procedure(locate_joint), deferred :: locate
     procedure(reach_joint), deferred :: reach
-    procedure :: deviation, trace, transmission, explain, define, check, carriers, move
+    procedure :: deviation, trace, transmission, explain, define, check, carriers, move, pairs
   end type joint_type
 
   !> A joint on a guide. If the guide is fixed to the frame, the joint moves with it.
@@ -249,6 +250,29 @@ contains
 
     call self%guide%move(placement)
   end subroutine move_guide
+
+  !> Returns the pairs by which the joint holds its new bodies. `number`: index of this joint. By default, each bar and each slider
+  !> is a new body: a bar has pins at both ends, a slider has a pin at the joint and its guide. A joint without links adds no body.
+  pure subroutine pairs(self, number, list)
+    class(joint_type), intent(in) :: self
+    integer, intent(in) :: number
+    type(pair_type), allocatable, intent(out) :: list(:)
+    type(form_type) :: form
+    integer :: bars, i
+
+    call self%describe(form)
+    allocate(list(0))
+    if (form%links == 0) return
+    bars = 0
+    if (allocated(form%bars)) bars = size(form%bars) / 2
+    do i = 1, bars
+      list = [list, pair_type(pin, i, form%bars(2 * i - 1)), pair_type(pin, i, number)]
+    end do
+    if (.not. allocated(form%guides)) return
+    do i = 1, size(form%guides)
+      list = [list, pair_type(pin, bars + i, number), pair_type(slide, bars + i, number, form%guides(i))]
+    end do
+  end subroutine pairs
 
   !> Returns the indices of the earlier joints from which this joint is built, according to its bars and guides.
   pure subroutine carriers(self, joints)

@@ -10,7 +10,7 @@ module gestell_model_linkage_bodies
   implicit none (type, external)
   private
 
-  public :: move_link, sum_drive, sum_masses, tabulate_masses
+  public :: body_motion, move_link, sum_drive, sum_masses, tabulate_masses
 
   !> A sum smaller than this fraction of the sum of the absolute values of its terms is set to zero, so that a balanced mechanism
   !> causes no shaking forces at all.

@@ -15,7 +15,7 @@ module gestell_model_linkage_diagnosis
   implicit none (type, external)
   private
 
-  public :: diagnose, diagnose_joints
+  public :: diagnose, diagnose_joints, shaft_of
 
   !> Range and quality of the motion of one joint over a turn.
   type, public :: joint_report_type
@@ -212,7 +212,7 @@ contains
     diagnosis%links = 1
     shafts = 0
     do i = 1, size(linkage%joints)
-      if (on_shaft(linkage, at, i)) cycle
+      if (shaft_of(linkage, at, i) > 0) cycle
       select type (pin => linkage%joints(i)%joint)
       class is (crank_joint)
         shafts = shafts + 1
@@ -227,27 +227,27 @@ contains
     diagnosis%mobility = 3 * (diagnosis%links - 1) - 2 * diagnosis%pairs - diagnosis%higher_pairs
   end subroutine count_links
 
-  !> True if joint `i` is a crank pin on the shaft of an earlier crank pin: both have the same pivot position and the same ratio.
-  pure logical function on_shaft(linkage, at, i)
+  !> Index of the earliest crank pin on the shaft of joint `i`, if joint `i` is a later crank pin on it: both have the same position
+  !> of the pivot and the same ratio. Otherwise 0.
+  pure integer function shaft_of(linkage, at, i) result(first)
     class(linkage_type), intent(in) :: linkage
     !> Points of all joints at one crank angle
     type(point_type), intent(in) :: at(:)
     integer, intent(in) :: i
-    integer :: k
 
-    on_shaft = .false.
     select type (pin => linkage%joints(i)%joint)
     class is (crank_joint)
-      do k = 1, i - 1
-        select type (other => linkage%joints(k)%joint)
+      do first = 1, i - 1
+        select type (other => linkage%joints(first)%joint)
         class is (crank_joint)
           associate (one => at(pin%pivot), two => at(other%pivot))
-            on_shaft = on_shaft .or. (.not. abs(one%x%v - two%x%v) + abs(one%y%v - two%y%v) > 0 .and. other%ratio == pin%ratio)
+            if (.not. abs(one%x%v - two%x%v) + abs(one%y%v - two%y%v) > 0 .and. other%ratio == pin%ratio) return
           end associate
         end select
       end do
     end select
-  end function on_shaft
+    first = 0
+  end function shaft_of
 
   !> Grashof's class of a four-bar linkage, in which an RRR dyad connects the crank pin to a ground joint. Because the crank can
   !> turn, the sum of the shortest and the longest link is less than the sum of the other two (Grashof's rule); the shortest link

@@ -20,9 +20,9 @@ module gestell_model_mechanism_tabulated
   !> A mechanism with the same results as the mechanism from which it was created. If exactly the angles of a table are requested,
   !> the values come from the table.
   type, extends(mechanism_type), public :: tabulated_type
-    private
+    !> The mechanism from which this one was created
     class(mechanism_type), allocatable :: source
-    type(table_type), allocatable :: tables(:)
+    type(table_type), allocatable, private :: tables(:)
   contains
     procedure :: remember, set_drive_functions, mass_functions, tabulate, tabulate_drive, prepare, link_offset
   end type tabulated_type

@@ -8,6 +8,7 @@ module gestell_model_quantity
   use gestell_model_frame, only: dof_names, frame_type
   use gestell_math_rotation, only: cross
   use gestell_model_mounting, only: damping_matrix, is_rotation, load_rounding, matrix_rounding, stiffness_matrix, turned_loads
+  use gestell_model_quantity_joint_quantities, only: find_joint_force
   use gestell_model_quantity_rows, only: accelerations, exact_rows, excess_of_point, excess_row, force_names, ground_forces_type, &
     & is_of_probe, moment_rows, new_ground_forces, probe_type, quantity_type, rotations_of, rows_of, shifts_of, support_rows
   implicit none (type, external)
@@ -28,6 +29,7 @@ contains
   !> Finds the quantity with the given name, one of:
   !>   xi, eta, psi, in space also zeta, rot_xi, rot_eta; each also with _dot, _ddot for its rate and acceleration;
   !>   PART.fx, PART.fy, PART.f for forces on the ground and PART.m for their moment, in space also .fz, .mx, .my;
+  !>   joint(NAME).fx, .fy, .f for forces in pairs, and .m, .n, .axial, .transverse (gestell_model_quantity_joint_quantities);
   !>   probe(NAME).x, .y, .d, .vx, .vy, .v, .ax, .ay, .a, in space also .z, .vz, .az.
   !> PART is foundation, guide, total, or a support such as support(2), which has no moments. Without "PART." the name means
   !> supports and foundation together; only f means total.f. Fails if there is no quantity with this name, or if the frame's `check`
@@ -67,12 +69,14 @@ contains
         if (.not. is_of_probe(name(:dot - 1), probes(k))) cycle
         call point_quantity(frame, probes(k), name(dot + 1:), quantity)
       end do
+    else if (index(name, "joint(") == 1 .and. dot > len("joint()")) then
+      call find_joint_force(frame, name(7:dot - 2), name(dot + 1:), quantity, error)
     else if (dot > 1) then
       call find_force(frame, name(:dot - 1), name(dot + 1:), quantity)
     end if
     quantity%name = name
     quantity%dofs = frame%dofs()
-    if (.not. allocated(quantity%weights)) call explain(frame, probes, name, error)
+    if (.not. (allocated(quantity%weights) .or. allocated(error))) call explain(frame, probes, name, error)
   end subroutine look_up_quantity
 
   pure subroutine explain(frame, probes, name, error)

@@ -31,6 +31,10 @@ module gestell_model_quantity_rows
   !> q'', and forces of the guides.
   integer, parameter, public :: displacements = 3, velocities = 6, accelerations = 9, guide_forces = 12
 
+  !> Denotes a further group of rows: the forces in the pairs of the mechanisms (gestell_model_pairs_rows). They are behind all
+  !> other rows, from row `exact_rows` + 1 on.
+  integer, parameter, public :: joint_forces = 15
+
   !> A probe: a measuring point on the frame, at `position` and `z` in the frame's axes (m). `limit`: maximum permitted vibration
   !> velocity in any direction, as an rms value within the frequencies `band` (m/s, Hz); 0 means no limit.
   type, public :: probe_type
@@ -42,6 +46,8 @@ module gestell_model_quantity_rows
   type, public :: quantity_type
     !> Number of the frame's degrees of freedom, whether free or locked.
     integer :: dofs = 3
+    !> True for forces in pairs: `weights` then has a weight for each row, including the joint forces.
+    logical :: of_joints = .false.
     !> Name of the quantity as the user gave it.
     character(len=word_length) :: name = ""
     character(len=8) :: unit = ""
@@ -165,13 +171,14 @@ contains
     rows_of = last / 3 * dofs
   end function rows_of
 
-  !> Last group of rows that is needed to compute the quantity: `velocities`, `accelerations` or `guide_forces`. The result is
-  !> `velocities` also if only displacements are needed. For the exact frame the motion has all rows, whatever the result.
+  !> Last group of rows that is needed to compute the quantity: `velocities`, `accelerations`, `guide_forces` or `joint_forces`. The
+  !> result is `velocities` also if only displacements are needed. For the exact frame the motion has all rows, whatever the result.
   pure integer function rows(self)
     class(quantity_type), intent(in) :: self
     integer :: k
 
-    rows = velocities
+    rows = merge(joint_forces, velocities, self%of_joints)
+    if (self%of_joints) return
     do k = rows_of(self%dofs, velocities) + 1, rows_of(self%dofs, guide_forces)
       if (any(abs(self%weights(k, :)) > 0)) rows = merge(accelerations, guide_forces, k <= rows_of(self%dofs, accelerations))
     end do

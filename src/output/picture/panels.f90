@@ -13,6 +13,8 @@ module gestell_output_picture_panels
 
   public :: bars, height_of, history_panel, key_line, layout_line, order_axis, order_panel, turn_axis, range_with_margin
 
+  !> Maximum length of a gnuplot expression for the values of a column, without the factor; names of joints and links may be long
+  integer, parameter :: longest_column = 640
   !> Maximum number of series of amplitudes that are drawn as bars. If there are more, all are drawn as points
   integer, parameter :: most_bars = 4
 
@@ -105,7 +107,7 @@ contains
     integer, intent(in), optional :: styles(:)
     character(len=:), allocatable :: lines
     type(growing_text_type) :: curves
-    character(len=len(factor) + 30) :: values(size(columns))
+    character(len=len(factor) + longest_column) :: values(size(columns))
     integer :: i, number
 
     values = values_of(table, factor, columns)
@@ -130,7 +132,7 @@ contains
     integer, intent(in) :: turns
     character(len=:), allocatable :: lines
     type(growing_text_type) :: curves
-    character(len=len(factor) + 30) :: values(size(columns))
+    character(len=len(factor) + longest_column) :: values(size(columns))
     real(dp) :: width
     integer :: i
 
@@ -157,7 +159,7 @@ contains
   pure function values_of(table, factor, columns) result(expressions)
     type(table_type), intent(in) :: table
     character(len=*), intent(in) :: factor, columns(:)
-    character(len=len(factor) + 30) :: expressions(size(columns))
+    character(len=len(factor) + longest_column) :: expressions(size(columns))
     integer :: i
 
     do i = 1, size(columns)

@@ -6,7 +6,7 @@ module gestell_study_design_goal
   use gestell_base_kinds, only: dp, pi
   use gestell_model_frame, only: frame_type
   use gestell_model_quantity, only: look_up_quantity
-  use gestell_model_quantity_rows, only: accelerations, force_names, guide_forces, probe_type, quantity_type, rows_of
+  use gestell_model_quantity_rows, only: accelerations, force_names, guide_forces, joint_forces, probe_type, quantity_type, rows_of
   use gestell_model_frame_shaking, only: shaking_loads, shaking_terms
   use gestell_model_space, only: is_rotation
   use gestell_model_quantity_driving, only: drive_power, power_rows, torque
@@ -228,11 +228,15 @@ contains
     type(quantity_type) :: quantity
     logical :: known
     integer, allocatable :: parts(:)
-    integer :: dofs, i, k, rows
+    integer :: dofs, i, k, n, rows
 
     samples = 0
     dofs = frame%dofs()
-    rows = motion_rows(frame, merge(guide_forces, accelerations, size(frame%free) < dofs))
+    rows = merge(guide_forces, accelerations, size(frame%free) < dofs)
+    do i = 1, size(goals)
+      if (goals(i)%about == motion_goal .and. index(goals(i)%measure%quantity, "joint(") == 1) rows = joint_forces
+    end do
+    rows = motion_rows(frame, rows)
     allocate(motion(rows, size(phases)), power(power_rows, size(phases)), source=0.0_dp)
     if (any(goals%needs_motion())) then
       do k = 0, 2
@@ -247,7 +251,8 @@ contains
         call look_up_quantity(frame, probes, trim(goals(i)%measure%quantity), quantity, error)
         if (allocated(error)) return
         do k = 1, size(quantity%weights, 2)
-          samples(:, k, i) = matmul(quantity%weights(:rows, k), motion)
+          n = min(rows, size(quantity%weights, 1))
+          samples(:, k, i) = matmul(quantity%weights(:n, k), motion(:n, :))
         end do
       case (shaking_goal)
         parts = pack([(k, k = 1, dofs)], is_component(frame, goals(i)%measure%quantity))

@@ -1,6 +1,7 @@
 !> Computes the complete motion of a frame from its states: accelerations, forces of the guides that lock degrees of freedom, and
 !> rows that exist only for the exact frame (gestell_model_quantity_rows).
 module gestell_study_vibration_motion
+  use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
   use gestell_math_rotation, only: cross, turn_beyond_first_order, turning_matrices
   use gestell_math_turn, only: less_one
@@ -9,17 +10,19 @@ module gestell_study_vibration_motion
   use gestell_model_frame, only: frame_type
   use gestell_model_frame_shaking, only: shaking_terms
   use gestell_model_mounting, only: damping_matrix, stiffness_matrix, turned_loads
-  use gestell_model_quantity_rows, only: accelerations, displacements, exact_rows, excess_row, guide_forces, moment_rows, &
-    & rotations_of, rows_of, shifts_of, support_rows, velocities
+  use gestell_model_pairs_rows, only: all_sources, compute_joint_forces, find_machine_pairs, joint_rows, plane_pairs_type
+  use gestell_model_quantity_rows, only: accelerations, displacements, exact_rows, excess_row, guide_forces, joint_forces, &
+    & moment_rows, rotations_of, rows_of, shifts_of, support_rows, velocities
   use gestell_model_space, only: in_frame
   use gestell_model_space_variation, only: force_excess
   use gestell_system_averaged, only: averaged_system
   use gestell_system_periodic, only: periodic_system
   use gestell_system_second_order, only: second_order_system
+  use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   implicit none (type, external)
   private
 
-  public :: complete_motion, motion_errors, motion_rows, whole_motion
+  public :: add_joints, bound_joint_forces, complete_motion, motion_errors, motion_rows, whole_motion
 
   !> Number of phases that are sampled together.
   integer, parameter :: block_length = 1024
@@ -28,9 +31,9 @@ module gestell_study_vibration_motion
 
 contains
 
-  !> Number of rows of the motion of `frame` up to and including the group `last`: `velocities`, `accelerations` or `guide_forces`.
-  !> The motion of the exact frame always has all its rows.
-  pure integer function motion_rows(frame, last)
+  !> Number of rows of the motion of `frame` up to and including the group `last`: `velocities`, `accelerations`, `guide_forces` or
+  !> `joint_forces`. The motion of the exact frame always has all its rows except the joint forces.
+  integer function motion_rows(frame, last)
     class(frame_type), intent(in) :: frame
     integer, intent(in) :: last
 
@@ -39,6 +42,7 @@ contains
     class is (varied_frame_type)
       motion_rows = exact_rows(frame)
     end select
+    if (last == joint_forces) motion_rows = exact_rows(frame) + joint_rows(frame)
   end function motion_rows
 
   !> Computes the complete motion at `phases` from the states x, which belong to the free degrees of freedom.
@@ -84,12 +88,48 @@ contains
     do first = 1, size(phases), block_length
       last = min(first + block_length - 1, size(phases))
       if (size(frame%free) < dofs) call add_guides(frame, whole, phases(first:last), motion(:, first:last))
-      if (size(motion, 1) == rows_of(dofs, guide_forces)) cycle
+      if (frame%about_rest) cycle
       if (size(frame%free) < dofs) call move_moments(frame, motion(:, first:last))
       x = motion([frame%free, dofs + frame%free], first:last)
       call add_turned(frame, x, motion(:, first:last))
     end do
+    if (size(motion, 1) > exact_rows(frame)) call add_joints(frame, phases, motion)
   end subroutine complete_motion
+
+  !> Computes the joint forces, which are the rows behind all others.
+  subroutine add_joints(frame, phases, motion)
+    class(frame_type), intent(in) :: frame
+    real(dp), contiguous, intent(in) :: phases(:)
+    real(dp), intent(inout) :: motion(:, :)
+    type(plane_pairs_type), allocatable :: pairs(:)
+    type(error_type), allocatable :: error
+
+    associate (forces => motion(exact_rows(frame) + 1:, :))
+      call find_machine_pairs(frame, pairs, error)
+      if (.not. allocated(error)) call compute_joint_forces(frame, pairs, phases, (motion(:3 * frame%dofs(), :)), all_sources, &
+        & forces, error)
+      ! not reached: `find_quantity` has found the pairs, and a mechanism that turns has no dead point
+      if (allocated(error)) forces = ieee_value(1.0_dp, ieee_quiet_nan)
+    end associate
+  end subroutine add_joints
+
+  !> Bounds the errors of the joint forces that result from the errors of the motion and from `relative` errors of the links'
+  !> accelerations.
+  subroutine bound_joint_forces(frame, phases, motion, relative, errors)
+    class(frame_type), intent(in) :: frame
+    real(dp), contiguous, intent(in) :: phases(:)
+    real(dp), intent(in) :: motion(:, :), relative
+    real(dp), intent(inout) :: errors(:)
+    type(plane_pairs_type), allocatable :: pairs(:)
+    type(error_type), allocatable :: error
+    real(dp), allocatable :: forces(:, :)
+
+    call find_machine_pairs(frame, pairs, error)
+    if (allocated(error)) return
+    allocate(forces(size(errors) - exact_rows(frame), size(phases)))
+    call compute_joint_forces(frame, pairs, phases, motion(:, :size(phases)), all_sources, forces, error, &
+      & errors(:3 * frame%dofs()), relative, errors(exact_rows(frame) + 1:))
+  end subroutine bound_joint_forces
 
   !> Converts the moments of the guides to moments about the rest position of F, the centre of mass of the frame. In the exact
   !> frame the forces of the guides act at the moving point F. In space the guides exert generalised moments rho along the
@@ -258,7 +298,8 @@ contains
       errors(2 * n + frame%free) = max(errors(2 * n + frame%free), matmul(abs(p(f + 1:, :, k)), states) &
         & + parts(1) * abs(load(f + 1:, k)))
     end do
-    if (size(errors) > rows_of(n, guide_forces)) call add_turned_errors(frame, errors)
+    if (.not. frame%about_rest) call add_turned_errors(frame, errors)
+    if (size(errors) > exact_rows(frame)) call bound_joint_forces(frame, phases, motion, parts(2), errors)
     if (size(errors) < rows_of(n, guide_forces) .or. f == n) return
     call release_all_dofs(frame, system, whole)
     allocate(m(size(phases), n, n), b(size(phases), n, n), c(size(phases), n, n), h(size(phases), n))
@@ -275,7 +316,7 @@ contains
           & + max(parts(1) * abs(h(k, i)), parts(2) * terms(i)))
       end do
     end do
-    if (size(errors) > rows_of(n, guide_forces)) call add_moment_errors(frame, maxval(abs(motion(:4 * n, :)), dim=2), errors)
+    if (.not. frame%about_rest) call add_moment_errors(frame, maxval(abs(motion(:4 * n, :)), dim=2), errors)
   end subroutine motion_errors
 
   !> Adds the errors that `move_moments` causes in the guides' moments. `large`: maxima of the rows, shape (rows). Let u be the

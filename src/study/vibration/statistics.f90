@@ -44,19 +44,20 @@ contains
     type(error_type), allocatable, intent(out) :: error
     real(dp), allocatable :: samples(:, :)
     real(dp) :: between, error_along
-    integer :: i
+    integer :: i, n
 
     call check_quantity(vibration, quantity, error)
     if (allocated(error)) return
     call components(quantity, vibration%motion, samples)
     allocate(statistics%series(size(samples, 2)))
+    n = used_rows(quantity, vibration%motion)
     between = 0
     do i = 1, size(samples, 2)
       call combine(quantity%weights(:, i), vibration%motion_series, statistics%series(i))
       statistics%rms = hypot(statistics%rms, statistics%series(i)%rms())
-      error_along = vibration%motion_errors%along(quantity%weights(:size(vibration%motion_series), i))
+      error_along = vibration%motion_errors%along(quantity%weights(:n, i))
       if (allocated(quantity%rounding)) error_along = error_along &
-        & + sum(quantity%rounding(:size(vibration%motion, 1), i) * maxval(abs(vibration%motion), dim=2))
+        & + sum(quantity%rounding(:n, i) * maxval(abs(vibration%motion(:n, :)), dim=2))
       statistics%error = hypot(statistics%error, error_along)
       between = hypot(between, statistics%series(i)%beyond())
     end do
@@ -145,7 +146,7 @@ contains
     integer :: k
 
     c = 0
-    do k = 1, size(rows)
+    do k = 1, min(size(rows), size(weights))
       if (.not. abs(weights(k)) > 0) cycle
       series%mean = series%mean + weights(k) * rows(k)%mean
       c = c + weights(k) * rows(k)%amplitude * exp(cmplx(0.0_dp, rows(k)%phase, dp))
@@ -176,8 +177,19 @@ contains
     real(dp), intent(in) :: motion(:, :)
     real(dp), allocatable, intent(out) :: samples(:, :)
 
-    samples = matmul(transpose(motion), quantity%weights(:size(motion, 1), :))
+    integer :: n
+
+    n = used_rows(quantity, motion)
+    samples = matmul(transpose(motion(:n, :)), quantity%weights(:n, :))
   end subroutine components
+
+  !> Number of rows that the motion and the weights of a quantity have in common. Only joint forces have weights for the last rows.
+  pure integer function used_rows(quantity, motion)
+    type(quantity_type), intent(in) :: quantity
+    real(dp), intent(in) :: motion(:, :)
+
+    used_rows = min(size(motion, 1), size(quantity%weights, 1))
+  end function used_rows
 
   !> Computes the quantity, or its magnitude if it is a vector, at the times of the history, shape (points + 1). Fails if
   !> `compute_statistics` fails.

@@ -10,7 +10,7 @@ module gestell_study_vibration
   use gestell_model_frame, only: frame_type
   use gestell_model_frame_frame_of, only: frame_of
   use gestell_model_mounting, only: load_rounding, matrix_rounding
-  use gestell_model_quantity_rows, only: accelerations, guide_forces, rows_of, velocities
+  use gestell_model_quantity_rows, only: accelerations, guide_forces, joint_forces, rows_of, velocities
   use gestell_model_exact_varied_frame, only: varied_frame_type
   use gestell_study_vibration_motion, only: motion_errors, motion_rows, whole_motion
   use gestell_system_periodic, only: periodic_system
@@ -43,6 +43,8 @@ module gestell_study_vibration
     !> Rows of the motion (gestell_model_quantity), allocated if requested. `motion`: values at equidistant phases that resolve the
     !> motion, shape (rows, samples). `motion_history`: values at the times of the history, shape (rows, points + 1)
     real(dp), allocatable :: motion(:, :), motion_history(:, :)
+    !> Last group of rows that was requested; 0 if none was
+    integer :: last_rows = 0
     !> Bounds on the errors of the rows of the motion, if these were computed
     type(turn_errors_type) :: motion_errors
     !> Fourier series of the rows of the motion, shape (rows)
@@ -71,8 +73,8 @@ contains
     integer, intent(in) :: points, harmonics
     type(vibration_type), intent(out) :: vibration
     type(error_type), allocatable, intent(out) :: error
-    !> If present, `vibration` also contains the rows of the motion up to and including this group: `velocities`, `accelerations` or
-    !> `guide_forces`
+    !> If present, `vibration` also contains the rows of the motion up to and including this group: `velocities`, `accelerations`,
+    !> `guide_forces` or `joint_forces`
     integer, intent(in), optional :: rows
     class(frame_type), pointer :: frame
     real(dp), allocatable :: x(:, :), all(:, :), phases(:)
@@ -99,6 +101,7 @@ contains
     samples = max(64, 2 * harmonics + 2, min(4 * frame%least_steps, max_samples))
     if (points <= max_shared) samples = points * ceiling(samples / real(points, dp))
     numbers = 3 * frame%dofs()
+    if (present(rows)) vibration%last_rows = rows
     allocate(vibration%series(numbers))
 
     ! The bounds remain valid if the motion is sampled at more phases. `every`: the largest stride that divides the number of
@@ -169,8 +172,9 @@ contains
     else if (harmonics < 0 .or. harmonics > max_harmonics) then
       call fatal_error(error, "the number of harmonics must lie between 0 and 8000", invalid_input)
     else if (present(rows)) then
-      if (all(rows /= [velocities, accelerations, guide_forces])) call fatal_error(error, "the number of rows of the motion " // &
-        &   "must be 6 (positions and velocities), 9 (also accelerations) or 12 (also forces of guides)", invalid_input)
+      if (all(rows /= [velocities, accelerations, guide_forces, joint_forces])) call fatal_error(error, "the number of rows " // &
+        &   "of the motion must be 6 (positions and velocities), 9 (also accelerations), 12 (also forces of guides) or 15 " // &
+        &   "(also joint forces)", invalid_input)
     end if
   end subroutine check_times
 
@@ -182,7 +186,8 @@ contains
     logical :: held
 
     held = allocated(vibration%motion) .and. allocated(vibration%motion_history)
-    if (held) held = size(vibration%motion, 1) >= rows_of(size(vibration%history, 1) / 3, rows)
+    if (held .and. rows == joint_forces) held = vibration%last_rows == joint_forces
+    if (held .and. rows < joint_forces) held = size(vibration%motion, 1) >= rows_of(size(vibration%history, 1) / 3, rows)
     if (.not. held) call fatal_error(error, "the vibration was computed without data that this quantity requires: request " // &
       &   "more rows of the motion in solve_vibration", invalid_input)
   end subroutine check_rows

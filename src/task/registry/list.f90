@@ -7,6 +7,7 @@ use gestell_task_critical_task, only: critical_task
 use gestell_task_design_task, only: design_task
 use gestell_task_drawing, only: drawing_task
 use gestell_task_forces, only: forces_task
+use gestell_task_joints, only: joints_task
 use gestell_task_modes, only: modes_task
 use gestell_task_power, only: power_task
 use gestell_task_probes, only: probes_task
@@ -36,6 +37,7 @@ module subroutine all_tasks(tasks)
   call add(modes_task())
   call add(response_task())
   call add(forces_task())
+  call add(joints_task())
   call add(probes_task())
   call add(power_task())
   call add(quantities_task())

@@ -8,6 +8,7 @@ module gestell_model_joints_types_crank
   use gestell_model_joints_data, only: check_finite, check_lengths, joint_data_type
   use gestell_model_joints_deviation, only: deviation_type, disc
   use gestell_model_joints_joint, only: form_type, itself, joint_type, point_type, reach_type
+  use gestell_model_joints_pairs, only: pair_type, pin, shaft
   use gestell_model_joints_path, only: batch, path_type
   use gestell_model_joints_placement, only: placement_type
   implicit none (type, external)
@@ -31,7 +32,7 @@ module gestell_model_joints_types_crank
     real(dp) :: radius = 0, phase = 0
     integer :: ratio = 1, denominator = 1
   contains
-    procedure :: describe, define, check, move, locate, trace, reach, deviation
+    procedure :: describe, define, check, move, locate, trace, reach, deviation, pairs
   end type crank_joint
 
 contains
@@ -43,6 +44,15 @@ contains
     form = form_type("crank", "crank pin, at the distance `radius` from the joint `pivot`; the crank angle is `ratio` times " // &
       &   "the drive's angle, plus `phase`", links=1, pairs=1, keys=keys, bars=[self%pivot, itself])
   end subroutine describe
+
+  !> The crank is one body, on its pivot and driven by its shaft; the crank pin is a point of this body.
+  pure subroutine pairs(self, number, list)
+    class(crank_joint), intent(in) :: self
+    integer, intent(in) :: number
+    type(pair_type), allocatable, intent(out) :: list(:)
+
+    list = [pair_type(pin, 1, self%pivot), pair_type(shaft, 1, number)]
+  end subroutine pairs
 
   pure subroutine define(self, data)
     class(crank_joint), intent(inout) :: self

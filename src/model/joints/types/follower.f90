@@ -7,6 +7,7 @@ module gestell_model_joints_types_follower
   use gestell_model_joints_data, only: check_coordinates, check_finite, joint_data_type
   use gestell_model_joints_guide, only: guide_keys, guide_motion_type, guide_type
   use gestell_model_joints_joint, only: form_type, itself, guided_joint, point_type, reach_type, transmission_type
+  use gestell_model_joints_pairs, only: contact, pair_type, slide
   use gestell_model_joints_path, only: batch, cross, direction, dot, path_type
   implicit none (type, external)
   private
@@ -36,7 +37,7 @@ module gestell_model_joints_types_follower
     !> Number of harmonics that a table of lifts determines; 0 if the lift is given by its harmonics.
     integer :: table_orders = 0
   contains
-    procedure :: describe, carriers, define, check, locate, trace, reach, transmission
+    procedure :: describe, carriers, define, check, locate, trace, reach, transmission, pairs
   end type follower_joint
 
 contains
@@ -59,6 +60,15 @@ contains
     joints = self%cam%carriers
     if (any(self%guide%carriers /= 0)) joints = [joints, self%guide%carriers]
   end subroutine carriers
+
+  !> The follower is one body, on its guide. The cam pushes it at the joint, which is the centre of its roller.
+  pure subroutine pairs(self, number, list)
+    class(follower_joint), intent(in) :: self
+    integer, intent(in) :: number
+    type(pair_type), allocatable, intent(out) :: list(:)
+
+    list = [pair_type(slide, 1, number, self%guide), pair_type(contact, 1, number, self%cam)]
+  end subroutine pairs
 
   pure subroutine define(self, data)
     class(follower_joint), intent(inout) :: self

@@ -7,6 +7,7 @@ module gestell_model_joints_types_rpp
   use gestell_model_joints_data, only: check_finite, joint_data_type
   use gestell_model_joints_guide, only: crossing, guide_keys, guide_motion_type, guide_type, intersect_lines, parallel
   use gestell_model_joints_joint, only: form_type, itself, guided_joint, one_end, point_type, reach_type, transmission_type
+  use gestell_model_joints_pairs, only: pair_type, slide, slot
   use gestell_model_joints_path, only: batch, carried, dot, path_type, turn
   implicit none (type, external)
   private
@@ -20,7 +21,7 @@ module gestell_model_joints_types_rpp
     integer :: end = 0
     real(dp) :: slot_angle = 0
   contains
-    procedure :: describe, define, check, locate, trace, reach, transmission, explain
+    procedure :: describe, define, check, locate, trace, reach, transmission, explain, pairs
   end type rpp_joint
 
 contains
@@ -33,6 +34,16 @@ contains
       &   "`slot_angle` (90 deg for a Scotch yoke). The joint is the intersection of slot and guide", &
       & links=2, pairs=3, keys=[one_end, slot_key, guide_keys], bars=[self%end, itself], guides=[self%guide])
   end subroutine describe
+
+  !> The yoke is one body, on its guide. A massless block on the pin `end` slides in its slot.
+  pure subroutine pairs(self, number, list)
+    class(rpp_joint), intent(in) :: self
+    integer, intent(in) :: number
+    type(pair_type), allocatable, intent(out) :: list(:)
+
+    list = [pair_type(slide, 1, number, self%guide), &
+      & pair_type(slot, 1, self%end, guide_type(self%guide%carriers, self%guide%point, self%guide%angle + self%slot_angle))]
+  end subroutine pairs
 
   pure subroutine define(self, data)
     class(rpp_joint), intent(inout) :: self

@@ -3,7 +3,9 @@ module gestell_model_joints_types_rpr
   use gestell_base_kinds, only: dp
   use gestell_math_jet, only: jet, operator(*), operator(+), operator(-), sqrt
   use gestell_model_joints_data, only: check_lengths, joint_data_type
+  use gestell_model_joints_guide, only: guide_type
   use gestell_model_joints_joint, only: branch_key, form_type, itself, one_length, point_type, transmission_type, two_ends
+  use gestell_model_joints_pairs, only: pair_type, pin, slot
   use gestell_model_joints_types_rigid, only: rigid_joint
   implicit none (type, external)
   private
@@ -15,7 +17,7 @@ module gestell_model_joints_types_rpr
     real(dp) :: length = 0
     integer :: branch = 1
   contains
-    procedure :: describe, define, check, transmission
+    procedure :: describe, define, check, transmission, pairs
   end type rpr_joint
 
   interface rpr_joint
@@ -46,6 +48,17 @@ contains
       & keys=[two_ends, one_length, branch_key], bars=[self%ends(1), itself, self%ends(1), self%ends(2)], &
       & obstacle="the joint in the slot coincides with the lever's pivot")
   end subroutine describe
+
+  !> The lever is one body. A massless block on the pin `ends(2)` slides in its slot.
+  pure subroutine pairs(self, number, list)
+    class(rpr_joint), intent(in) :: self
+    integer, intent(in) :: number
+    type(pair_type), allocatable, intent(out) :: list(:)
+
+    associate (unused => number)
+    end associate
+    list = [pair_type(pin, 1, self%ends(1)), pair_type(slot, 1, self%ends(2), guide_type(carriers=self%ends))]
+  end subroutine pairs
 
   pure subroutine define(self, data)
     class(rpr_joint), intent(inout) :: self

@@ -1,0 +1,275 @@
+!> Joint forces of a frame's mechanisms as rows of its motion: the forces and moments in all pairs at phases of the period, on the
+!> frame as it moves. The inertia of the links follows the exact kinematics, whatever model describes the motion.
+module gestell_model_pairs_rows
+  use gestell_base_error, only: error_type, fatal_error, invalid_input
+  use gestell_base_kinds, only: dp
+  use gestell_math_rotation, only: cross
+  use gestell_model_exact_varied_frame, only: varied_frame_type
+  use gestell_model_frame, only: frame_type
+  use gestell_model_joints_joint, only: point_type
+  use gestell_model_joints_path, only: direction
+  use gestell_model_linkage, only: linkage_type
+  use gestell_model_linkage_bodies, only: body_motion, link_type
+  use gestell_model_mechanism, only: mechanism_type
+  use gestell_model_mechanism_held, only: part_of_turn
+  use gestell_model_mechanism_tabulated, only: tabulated_type
+  use gestell_model_pairs, only: find_structure, on_pin, structure_type
+  use gestell_model_pairs_forces, only: add_force, applied_type, components, new_applied, solve_pairs
+  use gestell_model_space, only: in_frame, is_rotation
+  use gestell_model_space_drive, only: follow_frame, moved_type, turn_type
+  use gestell_model_space_masses, only: plane_type
+  implicit none (type, external)
+  private
+
+  public :: compute_joint_forces, find_machine_pairs, joint_rows
+
+  !> What causes the forces. `all_sources`: everything. `inertia`: the links' inertia on a frame at rest. `weights`: the links'
+  !> weights. The motion of the frame causes the rest, apart from loads.
+  integer, parameter, public :: all_sources = 0, inertia = 1, weights = 2
+
+  !> A plane of the machine with the bodies and pairs of its linkage.
+  type, public :: plane_pairs_type
+    type(plane_type) :: plane
+    type(structure_type) :: structure
+  end type plane_pairs_type
+
+  !> Bounds on the errors of the motion: of the accelerations `a` of the frame's centre of mass (m/s^2), of the angular acceleration
+  !> `w_d` (rad/s^2), of the angular velocity `w` (rad/s), and of the rotation and of the drive's angle `turn` (rad); and on the
+  !> `relative` errors of the links' accelerations.
+  type :: uncertainty_type
+    real(dp) :: a = 0, w_d = 0, w = 0, turn = 0, relative = 0
+  end type uncertainty_type
+
+contains
+
+  !> Finds the bodies and pairs of all mechanisms of a frame. Fails if a mechanism is no linkage or its forces are not determined.
+  pure subroutine find_machine_pairs(frame, pairs, error)
+    class(frame_type), intent(in) :: frame
+    type(plane_pairs_type), allocatable, intent(out) :: pairs(:)
+    type(error_type), allocatable, intent(out) :: error
+    integer :: i
+
+    if (allocated(frame%space)) then
+      allocate(pairs(size(frame%space%planes)))
+      do i = 1, size(pairs)
+        pairs(i)%plane = frame%space%planes(i)
+      end do
+    else
+      allocate(pairs(1))
+      pairs(1)%plane%origin(:2) = frame%origin
+      call copy_linkage(frame%mechanism, pairs(1)%plane%linkage, error)
+    end if
+    do i = 1, size(pairs)
+      if (.not. allocated(error)) call find_structure(pairs(i)%plane%linkage, pairs(i)%structure, error)
+    end do
+  end subroutine find_machine_pairs
+
+  !> Number of rows that the joint forces of a frame need; 0 if they are not determined.
+  pure integer function joint_rows(frame)
+    class(frame_type), intent(in) :: frame
+    type(plane_pairs_type), allocatable :: pairs(:)
+    type(error_type), allocatable :: error
+    integer :: i
+
+    call find_machine_pairs(frame, pairs, error)
+    joint_rows = 0
+    if (.not. allocated(error)) joint_rows = components * sum([(size(pairs(i)%structure%places), i = 1, size(pairs))])
+  end function joint_rows
+
+  !> Copies the linkage that a mechanism is or from which it was tabulated. Fails if it has no linkage.
+  pure recursive subroutine copy_linkage(mechanism, linkage, error)
+    class(mechanism_type), intent(in) :: mechanism
+    type(linkage_type), intent(out) :: linkage
+    type(error_type), allocatable, intent(out) :: error
+
+    select type (mechanism)
+    class is (tabulated_type)
+      call copy_linkage(mechanism%source, linkage, error)
+    type is (linkage_type)
+      linkage = mechanism
+    class default
+      call fatal_error(error, "joint forces require joints and links: &mass_functions does not determine them", invalid_input)
+    end select
+  end subroutine copy_linkage
+
+  !> Computes the forces and moments in all pairs at phases of the period. Fails if a linkage is at a dead point.
+  subroutine compute_joint_forces(frame, pairs, phases, motion, source, forces, error, errors, relative, bounds)
+    class(frame_type), intent(in) :: frame
+    !> The pairs of the frame's mechanisms, by `find_machine_pairs`
+    type(plane_pairs_type), intent(in) :: pairs(:)
+    !> `phases`: phases of the period. `motion`: q, q', q'' at these phases, shape (3 dofs or more, phases)
+    real(dp), contiguous, intent(in) :: phases(:)
+    real(dp), intent(in) :: motion(:, :)
+    !> What causes the forces: `all_sources`, `inertia` or `weights`
+    integer, intent(in) :: source
+    !> Forces and moments, shape (components of all places, phases)
+    real(dp), intent(out) :: forces(:, :)
+    type(error_type), allocatable, intent(out) :: error
+    !> `errors`: bounds on the errors of q, q', q'', shape (3 dofs). `relative`: bound on the relative errors of the links'
+    !> accelerations. They cause errors of the forces, up to `bounds`, shape (components of all places)
+    real(dp), intent(in), optional :: errors(:), relative
+    real(dp), intent(out), optional :: bounds(:)
+    type(moved_type) :: moved
+    type(applied_type) :: applied
+    type(point_type), allocatable :: at(:)
+    type(uncertainty_type) :: uncertainty
+    real(dp), allocatable :: values(:, :), wrong_by(:, :)
+    real(dp) :: angles(size(phases)), lag(size(phases), 3), angle
+    integer :: i, k, link, first, last
+
+    angles = frame%crank_angles(phases)
+    lag = 0
+    select type (frame)
+    class is (varied_frame_type)
+      if (allocated(frame%space)) lag = frame%lag(phases)
+    end select
+    if (present(bounds)) then
+      bounds = 0
+      uncertainty = new_uncertainty(frame, errors, relative)
+    end if
+    last = 0
+    do i = 1, size(pairs)
+      associate (linkage => pairs(i)%plane%linkage, structure => pairs(i)%structure)
+        first = last + 1
+        last = last + components * size(structure%places)
+        allocate(at(size(linkage%joints)))
+        allocate(values(components, size(structure%places)), wrong_by(components, size(structure%places)))
+        do k = 1, size(phases)
+          call move_frame(frame, angles(k), motion(:, k), lag(k, :), source, moved, angle)
+          call linkage%points(angle, at)
+          call new_applied(structure, applied)
+          applied%relative = uncertainty%relative + uncertainty%turn
+          do link = 1, size(linkage%links)
+            call add_inertia(pairs(i)%plane, structure, link, at, moved, uncertainty, applied)
+          end do
+          call solve_pairs(structure, at, applied, values, wrong_by, error)
+          if (allocated(error)) return
+          forces(first:last, k) = reshape(values, [last - first + 1])
+          if (present(bounds)) bounds(first:last) = max(bounds(first:last), reshape(wrong_by, [last - first + 1]))
+        end do
+        deallocate(at, values, wrong_by)
+      end associate
+    end do
+  end subroutine compute_joint_forces
+
+  !> Bounds on the errors of the motion, from bounds on the errors of q, q', q''. An error of the drive's angle counts by the crank
+  !> angle over which the motion of the mechanism changes noticeably.
+  pure type(uncertainty_type) function new_uncertainty(frame, errors, relative) result(uncertainty)
+    class(frame_type), intent(in) :: frame
+    real(dp), intent(in) :: errors(:), relative
+    integer, allocatable :: turns(:), shifts(:)
+    integer :: i
+
+    turns = pack([(i, i = 1, frame%dofs())], is_rotation([(i, i = 1, frame%dofs())]))
+    shifts = pack([(i, i = 1, frame%dofs())], .not. is_rotation([(i, i = 1, frame%dofs())]))
+    associate (n => frame%dofs())
+      uncertainty = uncertainty_type(norm2(errors(2 * n + shifts)), norm2(errors(2 * n + turns)), norm2(errors(n + turns)), &
+        & norm2(errors(turns)) / min(1.0_dp, frame%mechanism%angle_scale), relative)
+    end associate
+  end function new_uncertainty
+
+  !> The motion of the frame and of its drive at one phase, and the angle of the mechanisms there. Of this motion only the part
+  !> remains that causes the forces of `source`.
+  pure subroutine move_frame(frame, crank_angle, motion, lag, source, moved, angle)
+    class(frame_type), intent(in) :: frame
+    real(dp), intent(in) :: crank_angle, motion(:), lag(:)
+    integer, intent(in) :: source
+    type(moved_type), intent(out) :: moved
+    real(dp), intent(out) :: angle
+    type(moved_type) :: whole
+    type(turn_type) :: turn
+    real(dp) :: part, c, s
+
+    if (allocated(frame%space)) then
+      associate (theta => reshape([motion(in_frame(4:)), motion(6 + in_frame(4:)), motion(12 + in_frame(4:))], [3, 3]))
+        if (any(abs(lag) > 0)) then
+          call follow_frame(frame%space%drive, frame%speed, motion(12 + in_frame(:3)) - frame%weights%gravity, theta, whole, turn, &
+            & lag)
+        else
+          call follow_frame(frame%space%drive, frame%speed, motion(12 + in_frame(:3)) - frame%weights%gravity, theta, whole, turn)
+        end if
+      end associate
+      angle = crank_angle - turn%chi(0)
+    else
+      part = part_of_turn(frame%mechanism, frame%uniform_in_space())
+      c = cos(motion(3))
+      s = sin(motion(3))
+      whole%rotation(:2, :2) = reshape([c, s, -s, c], [2, 2])
+      whole%a = matmul([motion(7:8), 0.0_dp] - frame%weights%gravity, whole%rotation)
+      whole%w(3) = motion(6)
+      whole%w_d(3) = motion(9)
+      whole%rate = frame%speed - part * motion(6)
+      whole%gain = -part * motion(9)
+      angle = crank_angle - part * motion(3)
+    end if
+    select case (source)
+    case (inertia)
+      moved%rate = frame%speed
+    case (weights)
+      moved%a = -matmul(frame%weights%gravity, whole%rotation)
+    case default ! all sources
+      moved = whole
+    end select
+  end subroutine move_frame
+
+  !> Adds inertia and weight of a link to the known forces. The acceleration of its centre of mass r, minus gravity, is
+  !>
+  !>     a + w' x r + w x (w x r) + 2 w x r' + r'',   r' = dr/dphi phi',   r'' = d2r/dphi2 phi'^2 + dr/dphi phi'',
+  !>
+  !> along the frame's axes. Euler's equation gives the moment about the plane's normal n: -(J n (w' + w_i') - (J_1 - J_2) w_1 w_2),
+  !> where w_1, w_2 are the components of w along the link and perpendicular to it in the plane.
+  pure subroutine add_inertia(plane, structure, number, at, moved, uncertainty, applied)
+    type(plane_type), intent(in) :: plane
+    type(structure_type), intent(in) :: structure
+    integer, intent(in) :: number
+    type(point_type), intent(in) :: at(:)
+    type(moved_type), intent(in) :: moved
+    type(uncertainty_type), intent(in) :: uncertainty
+    type(applied_type), intent(inout) :: applied
+    type(point_type) :: center
+    real(dp) :: r(3), r_d(3), acceleration(3), force(2), torque, rate, turn, u(3), v(3), terms, errors(3)
+
+    associate (link => plane%linkage%links(number), q => plane%axes, w => moved%w)
+      if (structure%links(number) == 0) return
+      call body_motion(link, at, center, rate, turn)
+      r = plane%origin + matmul(q, [center%x%v, center%y%v, link%z])
+      r_d = matmul(q(:, :2), [center%x%d, center%y%d]) * moved%rate
+      acceleration = moved%a + cross(moved%w_d, r) + cross(w, cross(w, r)) + 2 * cross(w, r_d) &
+        & + matmul(q(:, :2), [center%x%dd, center%y%dd] * moved%rate**2 + [center%x%d, center%y%d] * moved%gain)
+      terms = norm2(moved%a) + (norm2(moved%w_d) + norm2(w)**2) * norm2(r) + 2 * norm2(w) * norm2(r_d) &
+        & + hypot(center%x%dd, center%y%dd) * moved%rate**2 + hypot(center%x%d, center%y%d) * abs(moved%gain)
+      force = -link%mass * matmul(acceleration, q(:, :2))
+      u = matmul(q(:, :2), axis_of(link, at))
+      v = cross(q(:, 3), u)
+      torque = -link%inertia * (dot_product(moved%w_d, q(:, 3)) + turn * moved%rate**2 + rate * moved%gain) &
+        & + (link%along - link%across) * dot_product(w, u) * dot_product(w, v)
+      associate (e => uncertainty, fast => norm2(w) + abs(moved%rate))
+        errors(:2) = link%mass * ((e%relative + e%turn) * terms + e%a + e%w_d * (norm2(r) + norm2([center%x%d, center%y%d])) &
+          & + 2 * e%w * fast * (norm2(r) + norm2([center%x%d, center%y%d, center%x%dd, center%y%dd])))
+        errors(3) = link%inertia * ((e%relative + e%turn) * (norm2(moved%w_d) + abs(turn) * moved%rate**2 &
+          & + abs(rate * moved%gain)) + e%w_d * (1 + abs(rate)) + 2 * e%w * fast * abs(turn)) &
+          & + abs(link%along - link%across) * norm2(w) * (2 * e%w + (e%relative + e%turn) * norm2(w))
+      end associate
+      if (structure%links(number) == on_pin) then
+        applied%on_pins(:, link%from) = applied%on_pins(:, link%from) + force
+        applied%pin_errors(:, link%from) = applied%pin_errors(:, link%from) + errors(:2)
+      else
+        call add_force(structure, at, structure%links(number), [center%x%v, center%y%v], force, torque, applied, errors)
+      end if
+    end associate
+  end subroutine add_inertia
+
+  !> Direction of a link's axis in its plane.
+  pure function axis_of(link, at)
+    type(link_type), intent(in) :: link
+    type(point_type), intent(in) :: at(:)
+    real(dp) :: axis_of(2)
+    type(point_type) :: along
+
+    axis_of = link%axis
+    if (link%to == 0) return
+    along = direction(at(link%from), at(link%to))
+    axis_of = [along%x%v, along%y%v]
+  end function axis_of
+
+end module gestell_model_pairs_rows

@@ -1,0 +1,146 @@
+!> Plots the joint forces: polar load diagrams, forces over the crank angle, orders, and causes.
+module gestell_task_joints_plot
+  use gestell_base_kinds, only: dp
+  use gestell_base_text, only: concise, either, newline, text
+  use gestell_base_words, only: word_length
+  use gestell_model_frame, only: frame_type
+  use gestell_model_joints_pairs, only: pin
+  use gestell_model_pairs_forces, only: moment
+  use gestell_output_picture_panels, only: bar_style => bars, height_of, history_panel, key_line, layout_line, order_axis, &
+    & order_panel, turn_axis
+  use gestell_output_picture_script, only: figure_type, new_figure, quoted, tics
+  use gestell_output_report_orders, only: turns_in_words
+  use gestell_output_table, only: table_type
+  use gestell_output_table_turn, only: amplitude_of
+  use gestell_output_table_unit, only: newton
+  use gestell_task_joints_forces, only: component_names, joint_force_type, shown_forces, source_type
+  implicit none (type, external)
+  private
+
+  public :: plot_histories, plot_loads, plot_orders, plot_sources
+
+  !> Lengths of names of forces, and of columns
+  integer, parameter :: name_length = 2 * word_length + 1, column_length = name_length + 24
+
+contains
+
+  !> The picture of the table joints.csv: for each force a polar load diagram in the axes of the mechanism, and one in the axes of
+  !> the link, which shows the part of the link's bearing that is loaded. Points mark multiples of 30 degrees of the crank angle.
+  type(figure_type) function plot_loads(table, histories, forces, ground) result(figure)
+    type(table_type), intent(in) :: table, histories
+    type(joint_force_type), intent(in) :: forces(:)
+    character(len=*), intent(in) :: ground
+    !> Maximum number of forces in the picture
+    integer, parameter :: most = 8
+    character(len=:), allocatable :: lines
+    integer, allocatable :: shown(:)
+    integer :: i, rows
+
+    shown = pack([(i, i = 1, size(forces))], shown_forces(forces) .and. forces%place%kind == pin)
+    shown = shown(:min(most, size(shown)))
+    rows = max(1, size(shown))
+    lines = layout_line(rows, 2) // key_line(.false.) // "set size ratio -1; set zeroaxis" // newline &
+      & // "marked(angle) = abs(angle / 30 - floor(angle / 30 + 0.5)) < 1e-6" // newline
+    do i = 1, size(shown)
+      associate (place => forces(shown(i))%place)
+        lines = lines // polar("fx", "fy", "fx (N)", "fy (N)") // polar("axial", "transverse", "along " // trim(place%body) &
+          & // " (N)", "across (N)")
+      end associate
+    end do
+    figure = new_figure(table%name, "Load diagrams of the machine " // ground // " (crank angle in degrees)", &
+      & lines // "unset multiplot" // newline, width=880, height=400 * rows)
+
+  contains
+
+    !> Panel with one component of the force over the other.
+    function polar(across, up, x_label, y_label) result(lines)
+      character(len=*), intent(in) :: across, up, x_label, y_label
+      character(len=*), parameter :: marked = "marked(column(1)) ? "
+      character(len=:), allocatable :: lines, x, y
+
+      associate (place => forces(shown(i))%place)
+        x = "column('" // histories%key_of(across // "_" // trim(place%name)) // "')"
+        y = "column('" // histories%key_of(up // "_" // trim(place%name)) // "')"
+        lines = "set title " // quoted(trim(place%other) // " on " // trim(place%body) // " at " // trim(place%joint)) &
+          & // " noenhanced" // newline // "set xlabel " // quoted(x_label) // " noenhanced; set ylabel " // quoted(y_label) &
+          & // " noenhanced" // newline
+      end associate
+      lines = lines // "plot '" // histories%name // ".csv' using (" // x // "):(" // y // ") with lines lt 1 notitle, '' using (" &
+        & // marked // x // " : NaN):(" // y // ") with points lt 1 pt 7 ps 0.5 notitle, '' using (" // marked // x // " : NaN):(" &
+        & // y // "):(sprintf('%g', column(1))) with labels offset 0.8,0.5 notitle" // newline
+    end function polar
+
+  end function plot_loads
+
+  !> The picture of the table joints_history.csv: magnitudes of the forces, and moments if there are any.
+  type(figure_type) function plot_histories(table, forces, frame, ground) result(figure)
+    type(table_type), intent(in) :: table
+    type(joint_force_type), intent(in) :: forces(:)
+    class(frame_type), intent(in) :: frame
+    character(len=*), intent(in) :: ground
+    character(len=:), allocatable :: lines
+    character(len=name_length) :: names(size(forces))
+    integer, allocatable :: shown(:), turned(:)
+    integer :: i, panels
+
+    names = forces%place%name
+    shown = pack([(i, i = 1, size(forces))], shown_forces(forces))
+    turned = pack([(i, i = 1, size(forces))], shown_forces(forces) .and. forces%has_moment)
+    panels = merge(2, 1, size(turned) > 0)
+    lines = layout_line(panels, 1) // turn_axis(frame, panels == 1) // key_line(.true.) // history_panel(table, "force (N)", "1", &
+      & "f_" // names(shown), names(shown))
+    if (panels == 2) lines = lines // turn_axis(frame, .true.) // history_panel(table, "moment (N m)", "1", &
+      & "m_" // names(turned), names(turned))
+    figure = new_figure(table%name, "Joint forces of the machine " // ground // " over " &
+      & // turns_in_words(frame%mechanism%turns), lines // "unset multiplot" // newline, width=800, height=nint(height_of(panels)))
+  end function plot_histories
+
+  !> The picture of the table joints_harmonics.csv: amplitudes of the two components of the forces.
+  type(figure_type) function plot_orders(table, forces, axes, harmonics, turns) result(figure)
+    type(table_type), intent(in) :: table
+    type(joint_force_type), intent(in) :: forces(:)
+    !> `axes`: the two components. `harmonics`: highest harmonic. `turns`: number of turns of the crank in the period
+    integer, intent(in) :: axes(2), harmonics, turns
+    character(len=:), allocatable :: lines
+    character(len=column_length), allocatable :: columns(:)
+    character(len=name_length) :: names(size(forces))
+    integer, allocatable :: shown(:)
+    integer :: i, k
+
+    names = forces%place%name
+    shown = pack([(i, i = 1, size(forces))], shown_forces(forces))
+    allocate(columns(size(shown)))
+    lines = layout_line(2, 1)
+    do k = 1, 2
+      do i = 1, size(shown)
+        columns(i) = amplitude_of(trim(component_names(axes(k))) // "_" // trim(names(shown(i))), newton)
+      end do
+      lines = lines // order_axis(harmonics, k == 2, turns) // key_line(k == 1) // order_panel(table, &
+        & trim(component_names(axes(k))) // " (N)", "1", columns, names(shown), turns)
+    end do
+    figure = new_figure(table%name, "Joint forces by orders of the crank speed", lines // "unset multiplot" // newline, &
+      & width=800, height=nint(height_of(2)))
+  end function plot_orders
+
+  !> The picture of the table joints_sources.csv: the parts of each force at its peak, side by side.
+  type(figure_type) function plot_sources(table, forces, sources) result(figure)
+    type(table_type), intent(in) :: table
+    type(joint_force_type), intent(in) :: forces(:)
+    type(source_type), intent(in) :: sources(:)
+    character(len=:), allocatable :: lines
+    integer :: i
+
+    lines = "set title heading noenhanced" // newline // "set xrange [-0.6:" // text(size(forces) - 1) // ".6]; set boxwidth " &
+      & // concise(0.8_dp / size(sources), 3) // "; set xtics (" // tics((forces%place%name), 0) // ") rotate by -40 noenhanced" &
+      & // newline // "set ylabel 'part of the peak force (N)'" // newline // "set grid noxtics ytics; set xtics scale 0" &
+      & // newline // "set key top right" // newline // "plot "
+    do i = 1, size(sources)
+      lines = lines // either(", \" // newline // "  ", "", i > 1) // "'" // table%name // ".csv' every " // text(size(sources)) &
+        & // "::" // text(i) // " using ($0 + " // concise(0.8_dp / size(sources) * (i - (size(sources) + 1) / 2.0_dp), 3) &
+        & // "):(column('" // table%key_of("at_peak") // "')) with " // bar_style(i, 5) // " border lt -1 title '" &
+        & // trim(sources(i)%name) // "'"
+    end do
+    figure = new_figure(table%name, "Causes of the joint forces at their peaks", lines // newline, width=800, height=480)
+  end function plot_sources
+
+end module gestell_task_joints_plot

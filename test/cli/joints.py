@@ -1,0 +1,131 @@
+"""Forces at the joints, as a user runs them: oracles, tables, quantities in other tasks, refused input."""
+
+import csv
+from pathlib import Path
+
+from harness import Folder, Run, check, equal, near, series
+from plots import drawn
+
+DATA = Path(__file__).resolve().parents[2] / "data"
+COMPRESSOR = (DATA / "compressor.nml").read_text()
+RIGID = "joints.on='rigid'"
+
+
+def rows_of(path):
+    """Rows of a table as dictionaries; empty if there is no table."""
+    if not path.exists():
+        return []
+    return list(csv.DictReader(line for line in path.read_text().splitlines() if line[0] != "#"))
+
+
+def solve(folder, *settings, tasks="'joints'"):
+    """Solves the machine with the task `joints`; returns the rows of joints.csv by joint, body and pair."""
+    run = Run(folder, "-s", f"case.tasks={tasks}", *(word for one in settings for word in ("-s", one)), "-o", "new", "input.nml")
+    if not run.done("joints: run"):
+        return {}
+    return {(row["joint"], row["on"], row["pair"]): row for row in rows_of(folder / "new" / "joints.csv")}
+
+
+def test_rigid():
+    """The joint forces of the compressor on rigid ground agree with Newton and Euler's equations."""
+    # Newton and Euler, a code of its own; the torque agrees with `rigid_torque` of the task `power` in all digits.
+    with Folder(input=COMPRESSOR) as folder:
+        rows = solve(folder, RIGID)
+        if not rows:
+            return
+        crank, guide = rows["O", "crank", "pin"], rows["B", "piston", "guide"]
+        near("O: peak", float(crank["f_peak_N"]), 1929.5402164, 1e-7)
+        near("O: crank angle", float(crank["f_peak_crank_deg"]), 90, 0.01)
+        near("O: rms", float(crank["f_rms_N"]), 1383.69084084, 1e-8)
+        near("N: peak", float(guide["f_peak_N"]), 148.696793413, 1e-9)
+        near("N: crank angle", float(guide["f_peak_crank_deg"]), 46.6195383, 0.05)
+        near("T: peak", float(crank["m_peak_Nm"]), 26.810821582, 1e-9)
+        near("T: crank angle", float(crank["m_peak_crank_deg"]), 127.078264, 0.05)
+        history = rows_of(folder / "new" / "joints_history.csv")
+        near("T at 0 deg", float(history[0]["m_O:crank_Nm"]), 10.34361683076, 1e-10)
+        check("bounds", all(0 < float(row["f_peak_error_N"]) < 1e-8 for row in rows.values()), "small", rows)
+
+
+def test_mounts():
+    """The joint forces of the compressor on its mounts agree with Newton and Euler's equations, body by body."""
+    # The forces on the frame, which the oracle does not use, satisfy the frame's own law to 5e-13 N. The exact frame of the oracle
+    # is solved to 1e-10 of its motion.
+    with Folder(input=COMPRESSOR) as folder:
+        rows = solve(folder, "accuracy.tolerance=1e-12")
+        if not rows:
+            return
+        crank, guide = rows["O", "crank", "pin"], rows["B", "piston", "guide"]
+        near("O: peak", float(crank["f_peak_N"]), 1771.721129, 1e-6)
+        near("O: crank angle", float(crank["f_peak_crank_deg"]), 90.166434, 0.01)
+        near("O: rms", float(crank["f_rms_N"]), 1276.6119652, 1e-6)
+        near("N: peak", float(guide["f_peak_N"]), 130.2669608, 1e-6)
+        near("N: crank angle", float(guide["f_peak_crank_deg"]), 132.059694, 0.05)
+        history = rows_of(folder / "new" / "joints_history.csv")
+        at = next(row for row in history if abs(float(row["crank_deg"]) - 45) < 1e-9)
+        near("T at 45 deg", float(at["m_O:crank_Nm"]), -23.96250607, 1e-7)
+
+
+def test_tables():
+    """The tables of joint forces agree with each other, and the parts of a force add up to its peak."""
+    with Folder(input=COMPRESSOR) as folder:
+        rows = solve(folder, "joints.axes='link'", tasks="'joints','power'")
+        if not rows:
+            return
+        history = rows_of(folder / "new" / "joints_history.csv")
+        power = rows_of(folder / "new" / "power.csv")
+        numbers = {name: [float(row[name]) for row in history] for name in history[0]}
+        torque = [float(row["torque_Nm"]) for row in power]
+        # both bound to 1e-9 of the motion
+        series("torque", numbers["m_O:crank_Nm"], torque, 1e-7 * max(map(abs, torque)))
+        for (joint, body, pair), row in rows.items():
+            name = f"{joint}:{body if pair == 'pin' else pair}"
+            sides = [[x * x + y * y for x, y in zip(numbers[f"{one}_{name}_N"], numbers[f"{two}_{name}_N"])]
+                     for one, two in (("fx", "fy"), ("axial", "transverse"))]
+            series(f"{name}: axes", sides[0], sides[1], 1e-9 * max(sides[0]))
+            # 360 samples of a period, of orders up to about 20
+            near(f"{name}: peak", max(numbers[f"f_{name}_N"]), float(row["f_peak_N"]), 1e-2 * float(row["f_peak_N"]))
+        sources = rows_of(folder / "new" / "joints_sources.csv")
+        for joint, body, pair in rows:
+            parts = [float(row["at_peak_N"]) for row in sources if (row["joint"], row["on"], row["pair"]) == (joint, body, pair)]
+            # at the nearest of the samples
+            near(f"{joint}, {body}: parts", sum(parts), float(rows[joint, body, pair]["f_peak_N"]),
+                 1e-2 * float(rows[joint, body, pair]["f_peak_N"]))
+
+
+def test_quantities():
+    """A joint force has the same value as quantity, in a sweep, and as a level that a boundary search finds."""
+    text = COMPRESSOR + ("&response quantities='joint(O).f','joint(B:guide).n' /\n"
+                         "&sweep parameter='drive.speed_rpm', from=1000, to=1450, count=2, quantities='joint(O).f' /\n")
+    with Folder(input=text) as folder:
+        rows = solve(folder, tasks="'joints','response','sweep'")
+        if not rows:
+            return
+        found = {row["quantity"]: float(row["value"]) for row in rows_of(folder / "new" / "quantities.csv")}
+        near("response", found["joint(O).f"], float(rows["O", "crank", "pin"]["f_peak_N"]), 1e-6)
+        near("normal force", found["joint(B:guide).n"], float(rows["B", "piston", "guide"]["f_peak_N"]), 1e-6)
+        swept = rows_of(folder / "new" / "sweep.csv")
+        near("sweep", float(swept[-1]["joint(O).f_peak_N"]), found["joint(O).f"], 1e-5)
+
+
+def test_pictures():
+    """Every table of joint forces has a picture."""
+    with Folder(input=COMPRESSOR) as folder:
+        solve(folder)
+        texts = drawn("joints", folder / "new")
+        if texts:
+            check("load diagram", "frame on crank at O" in texts.get("joints", ""), "its title", texts.get("joints"))
+
+
+def test_refused():
+    """Unknown joints and forces that are not determined are refused in one line."""
+    with Folder(input=COMPRESSOR + "&joints names='C' /\n") as folder:
+        run = Run(folder, "-s", "case.tasks='joints'", "input.nml")
+        equal("unknown joint", (run.code, run.out), (2, ""))
+        check("unknown joint: message", "&joints names: there is no joint 'C' at which forces act" in run.err, "names it", run.err)
+    with Folder(input=COMPRESSOR.replace("from='A', to='B'", "from='O', to='B'")) as folder:
+        run = Run(folder, "-s", "case.tasks='joints'", "input.nml")
+        equal("no body", run.code, 2)
+        check("no body: message", "no body carries both joints 'O' and 'B' of link 'rod'" in run.err, "names them", run.err)
+
+
+JOINT_TESTS = [test_rigid, test_mounts, test_tables, test_quantities, test_pictures, test_refused]
