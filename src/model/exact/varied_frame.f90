@@ -98,7 +98,7 @@ contains
     if (self%held_by /= "flywheel") return
     ! The dissipated power is of second order in the motion; this number of points integrates it exactly up to terms of tenth order.
     points = 8 * (ubound(motion%cosine, 1) + 1)
-    if (allocated(self%space)) then
+    if (self%drive_lags()) then
       call spin_flywheel(self, points)
       return
     end if

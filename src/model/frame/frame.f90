@@ -41,6 +41,10 @@ module gestell_model_frame
     !> The mechanisms of a frame in space, which replace `mechanism` and `origin`. Not allocated for a frame in the plane. See
     !> gestell_model_frame_in_space.
     type(space_type), allocatable :: space
+    !> Axes of the first drive shaft as columns: the crank turns about the third axis, from the first towards the second.
+    real(dp) :: shaft_axes(3, 3) = reshape([1, 0, 0, 0, 1, 0, 0, 0, 1], [3, 3])
+    !> Largest distance of a mechanism's origin from F (m).
+    real(dp) :: mechanism_distance = 0
     !> True if the equations are linearised about rest, false if they are linearised about a motion.
     logical :: about_rest = .true.
   contains
@@ -48,7 +52,7 @@ module gestell_model_frame
     procedure :: weigh => add_gravity
     procedure :: coupled, check, averaged, mean_matrices, natural_frequencies, conserves, ground_forces, dofs
     procedure :: drive_speed, drive_rpm, degrees_per_period
-    procedure :: rotations, potential, dissipation
+    procedure :: rotations, potential, dissipation, moments_of_inertia, drive_lags
   end type frame_type
 
 contains
@@ -92,6 +96,7 @@ contains
     frame%mass = mass
     frame%inertia = inertia
     frame%origin = origin
+    frame%mechanism_distance = norm2(origin)
     frame%speed = speed
     frame%free = [1, 2, 3]
     if (present(free)) frame%free = free
@@ -239,22 +244,47 @@ contains
     angles = sign(2 * pi, self%speed) * phases
   end function crank_angles
 
+  !> True if the drive lags by an angle that depends on the whole motion of the frame (gestell_model_space_drive).
+  pure logical function drive_lags(self)
+    class(frame_type), intent(in) :: self
+
+    drive_lags = allocated(self%space) .and. self%held_by == "flywheel"
+  end function drive_lags
+
+  !> Moment of inertia of the frame about F; in space the moments of inertia about xi, eta and zeta (kg m^2).
+  pure function moments_of_inertia(self) result(moments)
+    class(frame_type), intent(in) :: self
+    real(dp), allocatable :: moments(:)
+    integer :: i
+
+    moments = [self%inertia]
+    if (allocated(self%space)) moments = [(self%space%inertia(i, i), i = 1, 3)]
+  end function moments_of_inertia
+
   !> Tabulates the mass functions of the mechanism at `phases`. Later evaluations at exactly these phases use the table. Before
   !> these evaluations the magnitude of the speed, masses, stiffness and damping may change, but not the sign of the speed.
-  subroutine remember(self, phases)
+  subroutine remember(self, phases, drive)
     class(frame_type), intent(inout) :: self
     real(dp), intent(in) :: phases(:)
+    !> True if the functions of the drive are tabulated, too. By default they are if the equations of motion contain them
+    logical, intent(in), optional :: drive
     type(tabulated_type) :: tabulated
     class(mechanism_type), allocatable :: plain
+    logical :: with_drive
 
-    if (allocated(self%space)) call self%space%remember(self%crank_angles(phases))
-    if (allocated(self%space) .or. .not. allocated(self%mechanism)) return
+    with_drive = self%uniform_in_space()
+    if (present(drive)) with_drive = drive
+    if (allocated(self%space)) then
+      call self%space%remember(self%crank_angles(phases))
+      return
+    end if
+    if (.not. allocated(self%mechanism)) return
     select type (mechanism => self%mechanism)
     type is (tabulated_type)
-      call mechanism%remember(self%crank_angles(phases), self%uniform_in_space())
+      call mechanism%remember(self%crank_angles(phases), with_drive)
     class default
       call new_tabulated(tabulated, mechanism)
-      call tabulated%remember(self%crank_angles(phases), self%uniform_in_space())
+      call tabulated%remember(self%crank_angles(phases), with_drive)
       allocate(plain, source=tabulated)
     end select
     if (allocated(plain)) call move_alloc(plain, self%mechanism)

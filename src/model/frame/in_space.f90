@@ -80,6 +80,8 @@ contains
     frame%held_by = frame%space%drive%held_by
     frame%flywheel_inertia = frame%space%drive%flywheel_inertia
     frame%inertia = inertia(3, 3)
+    if (size(planes) > 0) frame%shaft_axes = planes(1)%axes
+    frame%mechanism_distance = maxval([(norm2(planes(i)%origin), i = 1, size(planes))])
     frame%free = free
     frame%states = 2 * size(free)
     frame%load_rounding = min(1.0_dp, share * frame%rounding * frame%space%cancellation(frame%mass, free))

@@ -14,7 +14,7 @@ module gestell_model_frame_shaking
   implicit none (type, external)
   private
 
-  public :: shaking_in_space, shaking_loads, shaking_terms, turning_vectors
+  public :: moment_point, shaking_in_space, shaking_loads, shaking_terms, turning_vectors
 
   !> Shaking forces of a frame in space over the period. Each component is f = mean + sum of amplitude(k) cos(k theta + phase(k)),
   !> with theta from 0 to 2 pi.
@@ -74,6 +74,19 @@ contains
     terms = frame%speed**2 * terms
   end function shaking_terms
 
+  !> Reference point of moments (m), F or else O, in the coordinates of the mechanisms: relative to O in the plane, to F in space.
+  pure function moment_point(frame, about_frame) result(point)
+    class(frame_type), intent(in) :: frame
+    logical, intent(in) :: about_frame
+    real(dp), allocatable :: point(:)
+
+    if (allocated(frame%space)) then
+      point = merge(0.0_dp, frame%space%origin, about_frame)
+    else
+      point = merge(-frame%origin, 0.0_dp, about_frame)
+    end if
+  end function moment_point
+
   !> Computes harmonics, maxima and rotating vectors of the shaking forces of a frame in space. Moments are about O, the origin of
   !> the mechanisms.
   subroutine shaking_in_space(frame, computed)
@@ -106,8 +119,8 @@ contains
     computed%rms = [(computed%series(i)%rms(), i = 1, 6)]
     if (.not. all(ieee_is_finite(computed%rms))) return
     computed%peak = [(computed%series(i)%peak(h(:, i)), i = 1, 6)]
-    computed%shaft = frame%space%planes(1)%axes(:, 3)
-    associate (x => frame%space%planes(1)%axes(:, 1), y => frame%space%planes(1)%axes(:, 2))
+    computed%shaft = frame%shaft_axes(:, 3)
+    associate (x => frame%shaft_axes(:, 1), y => frame%shaft_axes(:, 2))
       computed%force = turning_vectors(computed%series(:3), size(computed%series(1)%amplitude), x, sign(1.0_dp, frame%speed) * y)
       computed%couple = turning_vectors(computed%series(4:), size(computed%series(1)%amplitude), x, sign(1.0_dp, frame%speed) * y)
     end associate

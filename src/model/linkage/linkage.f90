@@ -1,9 +1,11 @@
-!> Planar linkages: a list of joints, each of which is built from earlier joints, and the links that move with them.
+!> Planar linkages: a list of joints, each of which is built from earlier joints, the links that move with them, and the loads.
 module gestell_model_linkage
   use gestell_base_dictionary, only: dictionary_type
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp, pi
   use gestell_model_linkage_assembly, only: prove_assembly
+  use gestell_model_linkage_gas, only: set_gas_force
+  use gestell_model_linkage_load, only: action_type, add_load_sums, ground_body, load_action, load_type
   use gestell_model_linkage_bodies, only: link_type, move_link, sum_drive, sum_masses, tabulate_masses
   use gestell_model_joints_data, only: check_finite
   use gestell_model_joints_guide, only: guide_type
@@ -17,7 +19,7 @@ module gestell_model_linkage
   use gestell_model_joints_types_rpr, only: rpr_joint
   use gestell_model_joints_types_rrp, only: rrp_joint
   use gestell_model_joints_types_rrr, only: rrr_joint
-  use gestell_model_mechanism, only: drive_columns, mass_functions_type, mechanism_type
+  use gestell_model_mechanism, only: drive_columns, load_sums_type, mass_functions_type, mechanism_type
   implicit none (type, external)
   private
 
@@ -25,6 +27,8 @@ module gestell_model_linkage
   type, extends(mechanism_type), public :: linkage_type
     type(named_joint_type), allocatable :: joints(:)
     type(link_type), allocatable :: links(:)
+    !> Forces and moments between links, frame and ground; not allocated if there are none.
+    type(load_type), allocatable :: loads(:)
     !> True if `prepare` has proved that the linkage can be assembled over the whole turn.
     logical :: prepared = .false.
     !> Number of intervals of the crank angle in which `prepare` tried its proof.
@@ -42,7 +46,7 @@ module gestell_model_linkage
     procedure :: rpp => add_rpp
     procedure :: moving_guide, add_joint
     procedure :: link => add_link
-    procedure :: find, points, mass_functions, tabulate, tabulate_drive, prepare, check, link_offset
+    procedure :: find, points, mass_functions, tabulate, tabulate_drive, sum_loads, prepare, check, link_offset
   end type linkage_type
 
 contains
@@ -336,6 +340,13 @@ contains
       call sum_masses(self%links, at, a, terms)
       self%terms = max(self%terms, terms)
     end do
+    if (.not. allocated(self%loads)) return
+    do i = 1, size(self%loads)
+      if (allocated(self%loads(i)%gas)) call set_gas_force(self%loads(i), self%joints, error)
+      if (allocated(error)) return
+      self%load_order = max(self%load_order, self%loads(i)%highest_order())
+      self%has_ground_loads = self%has_ground_loads .or. self%loads(i)%against == ground_body
+    end do
   end subroutine prepare
 
   !> Fails if the linkage has no joints or no links.
@@ -397,6 +408,26 @@ contains
     end do
     known = .true.
   end subroutine tabulate_drive
+
+  !> Sums the loads at crank angles (rad), see `load_sums_type`. `origin`: origin of the linkage's axes relative to the frame's
+  !> centre of mass (m).
+  pure subroutine sum_loads(self, angles, origin, sums)
+    class(linkage_type), intent(in) :: self
+    real(dp), intent(in) :: angles(:), origin(2)
+    type(load_sums_type), intent(out) :: sums(:)
+    type(point_type) :: at(size(self%joints))
+    type(action_type) :: action
+    integer :: i, k
+
+    if (.not. allocated(self%loads)) return
+    do k = 1, size(angles)
+      call self%points(angles(k), at)
+      do i = 1, size(self%loads)
+        call load_action(self%loads(i), self%links, at, angles(k), action, origin)
+        call add_load_sums(self%loads(i), action, origin, sums(k))
+      end do
+    end do
+  end subroutine sum_loads
 
   !> Distance (m) of a link's centre of mass from the joint at which the link begins; negative if no link has this name.
   pure real(dp) function link_offset(self, name) result(offset)

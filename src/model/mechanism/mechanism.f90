@@ -28,6 +28,19 @@ module gestell_model_mechanism
   integer, parameter, public :: spin_v = 1, energy_v = 2, energy_d = 3, spin_dd = 4, energy_dd = 5, a1_ddd = 6, a2_ddd = 7, &
     & drive_columns = 7
 
+  !> Sums over the loads (forces and moments between links, frame and ground) at one crank angle phi. Vectors of the plane are
+  !> complex numbers along the frame's axes. Element 0: value; element 1: derivative with respect to phi. F on body 2, -F on body
+  !> 1. Loads against the ground act at r relative to the frame's centre of mass; E = exp(i psi) with the rotation psi of the frame.
+  type, public :: load_sums_type
+    !> `torque`: sum of F (r_2 - r_1)' + M (phi_2 - phi_1)', ' = d/dphi, of all loads but those whose direction is fixed in space (N
+    !> m). Only against the ground: `force`: sum of the forces F that turn with the frame (N); `moment`: sum of r x F + M (N m)
+    real(dp) :: torque(0:1) = 0, moment(0:1) = 0
+    complex(dp) :: force(0:1) = (0.0_dp, 0.0_dp)
+    !> Forces whose direction is fixed in space: sums of F (N), conjg(r) F and conjg(r') F (N m). With the rotation of the frame
+    !> their moment about F is Im(conjg(E) lever), and their torque on the crank Re(conjg(E) sweep)
+    complex(dp) :: fixed(0:1) = (0.0_dp, 0.0_dp), lever(0:1) = (0.0_dp, 0.0_dp), sweep(0:1) = (0.0_dp, 0.0_dp)
+  end type load_sums_type
+
   !> A mechanism driven by one crank. Extend this type for a mechanism that is not a linkage.
   type, abstract, public :: mechanism_type
     !> `mass`: total mass m_G (kg). `inertia`: sum of the moments of inertia J_i about the links' centres of mass (kg m^2).
@@ -43,10 +56,15 @@ module gestell_model_mechanism
     integer :: turns = 1
     !> Number of turns of each crank in the period, regardless of direction; not allocated if the period is one turn of the drive.
     integer, allocatable :: crank_turns(:)
+    !> Highest order of the loads, in cycles per period; -1 if there are no loads.
+    integer :: load_order = -1
+    !> True if a load acts between a link or the frame and the ground.
+    logical :: has_ground_loads = .false.
   contains
     procedure(mass_functions_at), deferred :: mass_functions
     procedure :: tabulate => tabulate_one_by_one
     procedure :: tabulate_drive => default_tabulate_drive
+    procedure :: sum_loads => default_sum_loads
     procedure :: prepare => default_prepare
     procedure :: check => default_check
     procedure :: link_offset => default_link_offset
@@ -98,6 +116,17 @@ contains
     table = 0
     known = .false.
   end subroutine default_tabulate_drive
+
+  !> Default of `sum_loads`: there are no loads. Overriding versions sum the loads at crank angles (rad). `origin`: position of the
+  !> mechanism's origin relative to the frame's centre of mass (m).
+  pure subroutine default_sum_loads(self, angles, origin, sums)
+    class(mechanism_type), intent(in) :: self
+    real(dp), intent(in) :: angles(:), origin(2)
+    type(load_sums_type), intent(out) :: sums(:)
+
+    associate (unused_mechanism => self, unused_angles => angles, unused_origin => origin, unused_sums => sums)
+    end associate
+  end subroutine default_sum_loads
 
   !> Default of `prepare`, which does nothing. A frame calls `prepare` once, for its own copy of the mechanism. Overriding versions
   !> fail if the mechanism cannot turn.

@@ -10,6 +10,7 @@ module gestell_model_pairs_rows
   use gestell_model_joints_path, only: direction
   use gestell_model_linkage, only: linkage_type
   use gestell_model_linkage_bodies, only: body_motion, link_type
+  use gestell_model_linkage_load, only: action_type, load_action
   use gestell_model_mechanism, only: mechanism_type
   use gestell_model_mechanism_held, only: part_of_turn
   use gestell_model_mechanism_tabulated, only: tabulated_type
@@ -21,11 +22,11 @@ module gestell_model_pairs_rows
   implicit none (type, external)
   private
 
-  public :: compute_joint_forces, find_machine_pairs, joint_rows
+  public :: compute_joint_forces, find_machine_pairs, joint_rows, load_count
 
   !> What causes the forces. `all_sources`: everything. `inertia`: the links' inertia on a frame at rest. `weights`: the links'
-  !> weights. The motion of the frame causes the rest, apart from loads.
-  integer, parameter, public :: all_sources = 0, inertia = 1, weights = 2
+  !> weights. `before_loads` + k: load number k, counted over all planes. The motion of the frame causes the rest.
+  integer, parameter, public :: all_sources = 0, inertia = 1, weights = 2, before_loads = 2
 
   !> A plane of the machine with the bodies and pairs of its linkage.
   type, public :: plane_pairs_type
@@ -100,7 +101,7 @@ contains
     !> `phases`: phases of the period. `motion`: q, q', q'' at these phases, shape (3 dofs or more, phases)
     real(dp), contiguous, intent(in) :: phases(:)
     real(dp), intent(in) :: motion(:, :)
-    !> What causes the forces: `all_sources`, `inertia` or `weights`
+    !> What causes the forces (see `all_sources`)
     integer, intent(in) :: source
     !> Forces and moments, shape (components of all places, phases)
     real(dp), intent(out) :: forces(:, :)
@@ -115,7 +116,8 @@ contains
     type(uncertainty_type) :: uncertainty
     real(dp), allocatable :: values(:, :), wrong_by(:, :)
     real(dp) :: angles(size(phases)), lag(size(phases), 3), angle
-    integer :: i, k, link, first, last
+    real(dp) :: rotation(3, 3)
+    integer :: i, k, n, first, last
 
     angles = frame%crank_angles(phases)
     lag = 0
@@ -135,12 +137,16 @@ contains
         allocate(at(size(linkage%joints)))
         allocate(values(components, size(structure%places)), wrong_by(components, size(structure%places)))
         do k = 1, size(phases)
-          call move_frame(frame, angles(k), motion(:, k), lag(k, :), source, moved, angle)
+          call move_frame(frame, angles(k), motion(:, k), lag(k, :), source, moved, angle, rotation)
           call linkage%points(angle, at)
           call new_applied(structure, applied)
           applied%relative = uncertainty%relative + uncertainty%turn
-          do link = 1, size(linkage%links)
-            call add_inertia(pairs(i)%plane, structure, link, at, moved, uncertainty, applied)
+          do n = 1, merge(size(linkage%links), 0, source <= before_loads)
+            call add_inertia(pairs(i)%plane, structure, n, at, moved, uncertainty, applied)
+          end do
+          do n = 1, load_count(pairs(i:i))
+            if (source == all_sources .or. source == before_loads + load_count(pairs(:i - 1)) + n) call add_load(pairs(i)%plane, &
+              & structure, n, at, angle, rotation, applied)
           end do
           call solve_pairs(structure, at, applied, values, wrong_by, error)
           if (allocated(error)) return
@@ -168,14 +174,14 @@ contains
     end associate
   end function new_uncertainty
 
-  !> The motion of the frame and of its drive at one phase, and the angle of the mechanisms there. Of this motion only the part
-  !> remains that causes the forces of `source`.
-  pure subroutine move_frame(frame, crank_angle, motion, lag, source, moved, angle)
+  !> The motion of the frame and of its drive at one phase, the angle of the mechanisms, and the rotation matrix of the frame there.
+  !> Of the motion only the part remains that causes the forces of `source`.
+  pure subroutine move_frame(frame, crank_angle, motion, lag, source, moved, angle, rotation)
     class(frame_type), intent(in) :: frame
     real(dp), intent(in) :: crank_angle, motion(:), lag(:)
     integer, intent(in) :: source
     type(moved_type), intent(out) :: moved
-    real(dp), intent(out) :: angle
+    real(dp), intent(out) :: angle, rotation(3, 3)
     type(moved_type) :: whole
     type(turn_type) :: turn
     real(dp) :: part, c, s
@@ -202,12 +208,13 @@ contains
       whole%gain = -part * motion(9)
       angle = crank_angle - part * motion(3)
     end if
+    rotation = whole%rotation
     select case (source)
     case (inertia)
       moved%rate = frame%speed
     case (weights)
       moved%a = -matmul(frame%weights%gravity, whole%rotation)
-    case default ! all sources
+    case default
       moved = whole
     end select
   end subroutine move_frame
@@ -258,6 +265,58 @@ contains
       end if
     end associate
   end subroutine add_inertia
+
+  !> Number of loads in these planes.
+  pure integer function load_count(pairs)
+    type(plane_pairs_type), intent(in) :: pairs(:)
+    integer :: i
+
+    load_count = 0
+    do i = 1, size(pairs)
+      if (allocated(pairs(i)%plane%linkage%loads)) load_count = load_count + size(pairs(i)%plane%linkage%loads)
+    end do
+  end function load_count
+
+  !> Adds load `number` of a plane to the known forces on its two bodies. A force whose direction is fixed in space turns against the
+  !> frame.
+  pure subroutine add_load(plane, structure, number, at, crank_angle, rotation, applied)
+    type(plane_type), intent(in) :: plane
+    type(structure_type), intent(in) :: structure
+    integer, intent(in) :: number
+    type(point_type), intent(in) :: at(:)
+    !> Angle of the mechanisms (rad), and rotation matrix of the frame
+    real(dp), intent(in) :: crank_angle, rotation(3, 3)
+    type(applied_type), intent(inout) :: applied
+    type(action_type) :: action
+    real(dp) :: force(2)
+
+    associate (load => plane%linkage%loads(number), q => plane%axes(:, :2))
+      call load_action(load, plane%linkage%links, at, crank_angle, action, plane%origin(:2))
+      force = [action%force%x%v, action%force%y%v]
+      if (load%axes == "ground") force = matmul(matmul(matmul(q, force), rotation), q)
+      call add_to_body(load%on, 1.0_dp)
+      call add_to_body(load%against, -1.0_dp)
+    end associate
+
+  contains
+
+    pure subroutine add_to_body(link, direction)
+      integer, intent(in) :: link
+      real(dp), intent(in) :: direction
+
+      if (link <= 0) return
+      associate (body => structure%links(link), joint => plane%linkage%links(link)%from)
+        if (body == on_pin) then
+          applied%on_pins(:, joint) = applied%on_pins(:, joint) + direction * force
+          applied%pin_errors(:, joint) = applied%pin_errors(:, joint) + applied%relative * norm2(force)
+        else
+          call add_force(structure, at, body, [action%point%x%v, action%point%y%v], direction * force, direction &
+            & * action%moment%v, applied, applied%relative * [norm2(force), norm2(force), abs(action%moment%v)])
+        end if
+      end associate
+    end subroutine add_to_body
+
+  end subroutine add_load
 
   !> Direction of a link's axis in its plane.
   pure function axis_of(link, at)

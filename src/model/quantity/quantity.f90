@@ -14,12 +14,14 @@ module gestell_model_quantity
   implicit none (type, external)
   private
 
-  public :: find_quantity, look_up_quantity, point_quantity
+  public :: find_quantity, look_up_quantity, parts_of_point, point_quantity
 
   !> Components of a probe's motion. Displacement: x, y, z and the magnitude d of the vector. Velocity and acceleration follow in
   !> the same arrangement.
   character(len=2), parameter, public :: point_parts(12) = [character(len=2) :: "x", "y", "z", "d", "vx", "vy", "vz", "v", &
     & "ax", "ay", "az", "a"]
+  !> Positions of the component along z, and of the magnitude, in each group of four components.
+  integer, parameter :: z = 3, whole = 4
   character(len=*), parameter :: point_units(0:2) = [character(len=5) :: "m", "m/s", "m/s^2"]
   character(len=*), parameter :: turn_units(0:2) = [character(len=7) :: "rad", "rad/s", "rad/s^2"]
   character(len=*), parameter :: rates(0:2) = [character(len=5) :: "", "_dot", "_ddot"]
@@ -87,7 +89,7 @@ contains
     character(len=:), allocatable :: words
     integer :: in_space
 
-    in_space = merge(1, 0, allocated(frame%space))
+    in_space = frame%dofs() / 6
     words = "unknown quantity '" // name // "': use xi, eta, psi" // of_space(", zeta, rot_xi, rot_eta") &
       & // " (also with _dot, _ddot), fx, fy" // of_space(", fz, mx, my") // ", m, f"
     if (size(frame%supports) > 0) words = words // ", support(1).fx (.fy, " // of_space(".fz, ") // ".f; up to " &
@@ -251,6 +253,15 @@ contains
     end do
   end subroutine add_turned
 
+  !> The components of `point_parts` that a frame has: those along z only in space.
+  pure function parts_of_point(frame) result(parts)
+    class(frame_type), intent(in) :: frame
+    character(len=2), allocatable :: parts(:)
+    integer :: k
+
+    parts = pack(point_parts, [(modulo(k, whole) /= z .or. size(shifts_of(frame)) == z, k = 1, size(point_parts))])
+  end function parts_of_point
+
   !> Finds the displacement, velocity or acceleration of a probe along x, y or, for a frame in space, z; or the magnitude of the
   !> vector. `part`: name of this component. If there is no such component, `quantity%weights` is not allocated.
   pure subroutine point_quantity(frame, probe, part, quantity)
@@ -259,14 +270,13 @@ contains
     !> One of `point_parts`
     character(len=*), intent(in) :: part
     type(quantity_type), intent(out) :: quantity
-    integer, parameter :: z = 3, whole = 4
     real(dp), allocatable :: along(:, :)
     integer :: axis, level
 
+    if (all(parts_of_point(frame) /= part)) return
     axis = findloc(point_parts, part, dim=1)
     level = (axis - 1) / whole
     axis = axis - whole * level
-    if (axis == 0 .or. axis == z .and. .not. allocated(frame%space)) return
     along = point_rows(frame, probe, level)
     if (axis == whole) then
       quantity%weights = along

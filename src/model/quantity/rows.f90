@@ -113,7 +113,7 @@ contains
     class(frame_type), intent(in) :: frame
     integer, intent(in) :: level
 
-    excess_row = rows_of(frame%dofs(), guide_forces) + level * merge(9, 2, allocated(frame%space))
+    excess_row = rows_of(frame%dofs(), guide_forces) + level * merge(9, 2, frame%dofs() == 6)
   end function excess_row
 
   !> Contribution of the rotation's nonlinear part to the displacement of the point p: the weights of the rows of this part, shape
@@ -125,7 +125,7 @@ contains
     real(dp), allocatable :: weights(:, :)
     integer :: i
 
-    if (.not. allocated(frame%space)) then
+    if (frame%dofs() == 3) then
       weights = reshape([-p(2), p(1), p(1), p(2)], [2, 2])
       return
     end if
@@ -151,7 +151,7 @@ contains
     integer, allocatable :: rows(:)
     integer :: axes, k
 
-    axes = merge(3, 2, allocated(frame%space))
+    axes = size(shifts_of(frame))
     rows = excess_row(frame, 3) + size(rotations_of(frame)) + axes * count(frame%supports(:number - 1)%turning) + [(k, k = 1, axes)]
   end function support_rows
 
@@ -159,8 +159,7 @@ contains
   pure integer function exact_rows(frame)
     class(frame_type), intent(in) :: frame
 
-    exact_rows = excess_row(frame, 3) + merge(3, 1, allocated(frame%space)) &
-      & + merge(3, 2, allocated(frame%space)) * count(frame%supports%turning)
+    exact_rows = excess_row(frame, 3) + size(rotations_of(frame)) + size(shifts_of(frame)) * count(frame%supports%turning)
   end function exact_rows
 
   !> Number of the last row of a group for a frame with `dofs` degrees of freedom. `last`: `displacements`, `velocities`,

@@ -119,7 +119,6 @@ contains
     real(dp), intent(in) :: moving_mass, size_of_machine
     character(len=:), allocatable :: line
     real(dp) :: radius
-    integer :: i
 
     line = ""
     if (frame%mass > no_mass * (frame%mass + moving_mass) .and. frame%mass < light * moving_mass) then
@@ -130,8 +129,7 @@ contains
     ! Without supports the size of the frame is unknown.
     if (size(frame%supports) == 0) return
     if (.not. (frame%inertia > 0 .and. frame%mass > no_mass * (frame%mass + moving_mass) .and. any(frame%free >= 3))) return
-    radius = sqrt(frame%inertia) / sqrt(frame%mass)
-    if (allocated(frame%space)) radius = sqrt(maxval([(frame%space%inertia(i, i), i = 1, 3)])) / sqrt(frame%mass)
+    radius = sqrt(maxval(frame%moments_of_inertia())) / sqrt(frame%mass)
     if (radius >= min_radius * size_of_machine .and. radius <= max_radius * size_of_machine) return
     line = "the frame's radius of gyration is " // concise(radius, 3) // " m, but the machine is " // concise(size_of_machine, 3) &
       & // " m wide" // check_masses // newline

@@ -6,7 +6,8 @@ module gestell_study_design_goal
   use gestell_base_kinds, only: dp, pi
   use gestell_model_frame, only: frame_type
   use gestell_model_quantity, only: look_up_quantity
-  use gestell_model_quantity_rows, only: accelerations, force_names, guide_forces, joint_forces, probe_type, quantity_type, rows_of
+  use gestell_model_quantity_rows, only: accelerations, force_names, guide_forces, joint_forces, probe_type, quantity_type, &
+    & rows_of, shifts_of
   use gestell_model_frame_shaking, only: shaking_loads, shaking_terms
   use gestell_model_space, only: is_rotation
   use gestell_model_quantity_driving, only: drive_power, power_rows, torque
@@ -97,7 +98,7 @@ contains
   pure integer function components(frame)
     class(frame_type), intent(in) :: frame
 
-    components = merge(3, 2, allocated(frame%space))
+    components = size(shifts_of(frame))
   end function components
 
   !> Sets `named` to true if `name` has the form link(NAME).offset, and computes this offset (m). A negative offset shows that no

@@ -175,14 +175,14 @@ contains
       do correction = 1, merge(max_corrections, 1, system%held_by == "flywheel")
         do k = 1, parameters
           call differentiate_equations(members, system, motion, k, lack)
-          if (correction > 1) lack = lower_part(lack, merge(phases / 4, 0, allocated(system%space)))
+          if (correction > 1) lack = lower_part(lack, merge(phases / 4, 0, system%drive_lags()))
           loads(:, :, k) = -lack(:, system%free)
           lacking(k) = maxval(norm2(lack, dim=1))
         end do
         most = max(most, lacking)
         if (correction > 1 .and. all(lacking <= 10 * of_slope * most)) exit
         ! only rounding errors of the differences remain to be corrected
-        if (correction > 2 .and. allocated(system%space) .and. all(lacking > before / 2)) exit
+        if (correction > 2 .and. system%drive_lags() .and. all(lacking > before / 2)) exit
         before = lacking
         if (fits) then
           call respond(system, coordinates, motion%phases, loads, changes)

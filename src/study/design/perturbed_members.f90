@@ -17,7 +17,7 @@ module gestell_study_design_perturbed_members
   use gestell_model_linkage, only: linkage_type
   use gestell_model_linkage_bodies, only: sum_drive
   use gestell_model_mechanism, only: drive_columns
-  use gestell_model_mechanism_tabulated, only: new_tabulated, tabulated_type
+  use gestell_model_mechanism_tabulated, only: tabulated_type
   use gestell_model_quantity_rows, only: probe_type
   use gestell_system_family, only: family_type, create_member
   use gestell_system_periodic, only: periodic_system
@@ -110,7 +110,7 @@ contains
       members%steps%link = 0
     end select
     ! in space each link belongs to a plane: the neighbours are built as members of the family
-    if (allocated(members%frame%space)) members%steps%link = 0
+    if (members%frame%dofs() > 3) members%steps%link = 0
     associate (n => size(parameters))
       allocate(members%perturbed(2, n), members%distance(2, n), members%weight(0:2, n))
     end associate
@@ -205,20 +205,21 @@ contains
     integer :: i, k
 
     angles = members%frame%crank_angles(phases)
-    if (drive .and. allocated(members%perturbed) .and. .not. allocated(members%frame%space)) then
+    if (.not. allocated(members%perturbed)) then
+      call members%frame%remember(phases, drive)
+      return
+    end if
+    if (drive .and. any(members%steps%link > 0)) then
       select type (mechanism => members%frame%mechanism)
       type is (linkage_type)
         allocate(linkage, source=mechanism)
       end select
-    end if
-    if (allocated(linkage)) then
       allocate(at(size(linkage%joints), size(phases)))
       do i = 1, size(phases)
         call linkage%points(angles(i), at(:, i))
       end do
     end if
-    call remember_one(members%frame)
-    if (.not. allocated(members%perturbed)) return
+    call members%frame%remember(phases, drive)
     if (allocated(linkage)) call members%frame%mechanism%tabulate_drive(angles, effective, known)
     do k = 1, size(members%perturbed, 2)
       do i = 1, size(members%perturbed, 1)
@@ -231,33 +232,28 @@ contains
     !> Tabulates one mechanism. `link`: index of the link whose properties were changed, 0 if no link was changed.
     subroutine remember_one(frame, link)
       type(frame_type), intent(inout) :: frame
-      integer, intent(in), optional :: link
-      type(tabulated_type), allocatable :: tabulated
+      integer, intent(in) :: link
       real(dp), dimension(drive_columns) :: before, after
-      real(dp), allocatable :: changed(:, :)
+      real(dp) :: changed(size(phases), drive_columns)
       integer :: k
 
-      if (allocated(frame%space)) then
-        call frame%remember(phases)
+      if (link == 0 .or. .not. allocated(linkage)) then
+        call frame%remember(phases, drive)
         return
-      else if (present(link) .and. allocated(linkage)) then
-        select type (mechanism => frame%mechanism)
-        type is (linkage_type)
-          if (link > 0) then
-            changed = effective
-            do k = 1, size(phases)
-              call sum_drive(linkage%links(link:link), at(:, k), before)
-              call sum_drive(mechanism%links(link:link), at(:, k), after)
-              changed(k, :) = changed(k, :) + (after - before)
-            end do
-          end if
-        end select
       end if
-      allocate(tabulated)
-      call new_tabulated(tabulated, frame%mechanism)
-      call tabulated%remember(angles, drive .and. .not. allocated(changed))
-      if (allocated(changed)) call tabulated%set_drive_functions(changed)
-      call move_alloc(tabulated, frame%mechanism)
+      select type (mechanism => frame%mechanism)
+      type is (linkage_type)
+        do k = 1, size(phases)
+          call sum_drive(linkage%links(link:link), at(:, k), before)
+          call sum_drive(mechanism%links(link:link), at(:, k), after)
+          changed(k, :) = effective(k, :) + (after - before)
+        end do
+      end select
+      call frame%remember(phases, drive=.false.)
+      select type (tabulated => frame%mechanism)
+      type is (tabulated_type)
+        call tabulated%set_drive_functions(changed)
+      end select
     end subroutine remember_one
 
   end subroutine remember

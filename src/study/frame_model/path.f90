@@ -104,9 +104,10 @@ contains
 
     units = 1
     mass = frame%mass + frame%mechanism%mass
-    inertia = frame%inertia + frame%mechanism%inertia
     ! for a tensor of inertia: the mean of its diagonal elements, which does not depend on the axes
-    if (allocated(frame%space)) inertia = sum([(frame%space%inertia(i, i), i = 1, 3)]) / 3 + frame%mechanism%inertia
+    associate (moments => frame%moments_of_inertia())
+      inertia = sum(moments) / size(moments) + frame%mechanism%inertia
+    end associate
     if (.not. (mass > 0 .and. inertia > 0)) return
     where (is_rotation([(i, i = 1, size(units))])) units = sqrt(mass / inertia)
   end function units_of

@@ -66,7 +66,7 @@ contains
 
     q = 0
     q(frame%free) = merge(motion, 0.0_dp, abs(parts) > small_part * maxval(abs(parts)))
-    if (allocated(frame%space)) then
+    if (frame%dofs() > 3) then
       words = "is not held in a combined motion of " // trim(joined(dof_names(pack(frame%free, abs(q(frame%free)) > 0))))
     else if (abs(q(3)) > 0) then
       words = "can turn freely about the point (" // concise(-q(2) / q(3), 4) // ", " // concise(q(1) / q(3), 4) // ") m from F"

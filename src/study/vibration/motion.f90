@@ -1,20 +1,14 @@
 !> Computes the complete motion of a frame from its states: accelerations, forces of the guides that lock degrees of freedom, and
-!> rows that exist only for the exact frame (gestell_model_quantity_rows).
+!> rows that exist only for the exact frame (gestell_model_quantity_excess).
 module gestell_study_vibration_motion
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
-  use gestell_math_rotation, only: cross, turn_beyond_first_order, turning_matrices
-  use gestell_math_turn, only: less_one
-  use gestell_model_exact_moved_mounting, only: ground_load
   use gestell_model_exact_varied_frame, only: varied_frame_type
   use gestell_model_frame, only: frame_type
   use gestell_model_frame_shaking, only: shaking_terms
-  use gestell_model_mounting, only: damping_matrix, stiffness_matrix, turned_loads
   use gestell_model_pairs_rows, only: all_sources, compute_joint_forces, find_machine_pairs, joint_rows, plane_pairs_type
-  use gestell_model_quantity_rows, only: accelerations, displacements, exact_rows, excess_row, guide_forces, joint_forces, &
-    & moment_rows, rotations_of, rows_of, shifts_of, support_rows, velocities
-  use gestell_model_space, only: in_frame
-  use gestell_model_space_variation, only: force_excess
+  use gestell_model_quantity_excess, only: add_moment_errors, add_turned, add_turned_errors, move_moments
+  use gestell_model_quantity_rows, only: exact_rows, guide_forces, joint_forces, rows_of, velocities
   use gestell_system_averaged, only: averaged_system
   use gestell_system_periodic, only: periodic_system
   use gestell_system_second_order, only: second_order_system
@@ -26,8 +20,6 @@ module gestell_study_vibration_motion
 
   !> Number of phases that are sampled together.
   integer, parameter :: block_length = 1024
-  !> Indices of the displacements and of the rotations in the motion of a frame in space.
-  integer, parameter :: places(3) = in_frame(:3), turns(3) = in_frame(4:)
 
 contains
 
@@ -91,7 +83,7 @@ contains
       if (frame%about_rest) cycle
       if (size(frame%free) < dofs) call move_moments(frame, motion(:, first:last))
       x = motion([frame%free, dofs + frame%free], first:last)
-      call add_turned(frame, x, motion(:, first:last))
+      call add_turned(frame, x, motion(:exact_rows(frame), first:last))
     end do
     if (size(motion, 1) > exact_rows(frame)) call add_joints(frame, phases, motion)
   end subroutine complete_motion
@@ -130,76 +122,6 @@ contains
     call compute_joint_forces(frame, pairs, phases, motion(:, :size(phases)), all_sources, forces, error, &
       & errors(:3 * frame%dofs()), relative, errors(exact_rows(frame) + 1:))
   end subroutine bound_joint_forces
-
-  !> Converts the moments of the guides to moments about the rest position of F, the centre of mass of the frame. In the exact
-  !> frame the forces of the guides act at the moving point F. In space the guides exert generalised moments rho along the
-  !> rotation coordinates theta. Their moments about axes fixed to the ground are M = T^-1 rho. The reason: with the angular
-  !> velocity w = T theta' in the frame's axes, rho = T^T R^T M and R = T^T T^-1, where R is the rotation matrix, and T and T^T
-  !> commute.
-  pure subroutine move_moments(frame, motion)
-    class(frame_type), intent(in) :: frame
-    real(dp), intent(inout) :: motion(:, :)
-    real(dp) :: turning(3, 3, 0:2), moment(3)
-    integer :: k, first
-
-    if (.not. allocated(frame%space)) then
-      motion(guide_forces, :) = motion(guide_forces, :) + motion(1, :) * motion(accelerations + 2, :) &
-        & - motion(2, :) * motion(accelerations + 1, :)
-      return
-    end if
-    first = rows_of(6, accelerations)
-    do k = 1, size(motion, 2)
-      moment = motion(first + turns, k)
-      turning = turning_matrices(reshape(motion([turns, turns, turns], k), [3, 3]))
-      associate (t => turning(:, :, 0))
-        moment = [dot_product(cross(t(:, 2), t(:, 3)), moment), dot_product(cross(t(:, 3), t(:, 1)), moment), &
-          & dot_product(cross(t(:, 1), t(:, 2)), moment)] / dot_product(cross(t(:, 1), t(:, 2)), t(:, 3))
-      end associate
-      motion(first + turns, k) = moment + cross(motion(places, k), motion(first + places, k))
-    end do
-  end subroutine move_moments
-
-  !> Computes the rows that exist only for the exact frame: the parts of rotations, moments and support forces beyond the linear
-  !> terms. cos psi - 1 is computed by `less_one`, because the direct difference loses digits if the rotation is small.
-  subroutine add_turned(frame, x, motion)
-    class(frame_type), intent(in) :: frame
-    real(dp), intent(in) :: x(:, :)
-    real(dp), intent(inout) :: motion(:, :)
-    real(dp), allocatable :: load(:, :)
-    real(dp) :: own(size(x, 2), 3)
-    integer :: k, n, first
-
-    n = frame%dofs()
-    first = excess_row(frame, 0)
-    associate (q => motion(:n, :), v => motion(n + 1:2 * n, :))
-      load = frame%ground_forces(x) - matmul(frame%ground_stiffness(), q) - matmul(frame%damping, v)
-      motion(moment_rows(frame), :) = load(rotations_of(frame), :)
-      if (allocated(frame%space)) then
-        do k = 1, size(motion, 2)
-          motion(first + 1:excess_row(frame, 3), k) = reshape(turn_beyond_first_order(reshape([motion(turns, k), &
-            & motion(6 + turns, k), motion(12 + turns, k)], [3, 3])), [27])
-          motion(excess_row(frame, 3) + 4:, k) = force_excess(frame, q(:, k), v(:, k))
-        end do
-        return
-      end if
-      do k = 1, size(frame%supports)
-        if (.not. frame%supports(k)%turning) cycle
-        own = ground_load(frame%supports(k:k), transpose(q), transpose(v))
-        load = transpose(own) - matmul(stiffness_matrix(frame%supports(k:k)) + turned_loads(frame%supports(k:k), n), q) &
-          & - matmul(damping_matrix(frame%supports(k:k)), v)
-        motion(support_rows(frame, k), :) = load(:2, :)
-      end do
-    end associate
-    associate (psi => motion(3, :), psi_d => motion(6, :), psi_dd => motion(9, :), s => motion(first + 1::2, :), &
-      & c => motion(first + 2::2, :))
-      s(1, :) = sin(psi) - psi
-      c(1, :) = real(less_one(cmplx(cos(psi), sin(psi), dp)))
-      s(2, :) = c(1, :) * psi_d
-      c(2, :) = -sin(psi) * psi_d
-      s(3, :) = c(1, :) * psi_dd - sin(psi) * psi_d**2
-      c(3, :) = -sin(psi) * psi_dd - cos(psi) * psi_d**2
-    end associate
-  end subroutine add_turned
 
   !> Computes the accelerations q'' from the states x and the equations x' = P x + f (doc/theory.md, equations 20 to 22).
   subroutine add_accelerations(frame, system, phases, x, motion)
@@ -318,51 +240,5 @@ contains
     end do
     if (.not. frame%about_rest) call add_moment_errors(frame, maxval(abs(motion(:4 * n, :)), dim=2), errors)
   end subroutine motion_errors
-
-  !> Adds the errors that `move_moments` causes in the guides' moments. `large`: maxima of the rows, shape (rows). Let u be the
-  !> displacement of F and r the force of the guides, with the errors du and dr. The moment u x r has the error du x r + u x dr.
-  !> In space T^-1 rho (T: see gestell_math_rotation; theta: rotation) also differs from the moment rho by about theta x rho/2.
-  pure subroutine add_moment_errors(frame, large, errors)
-    class(frame_type), intent(in) :: frame
-    real(dp), intent(in) :: large(:)
-    real(dp), intent(inout) :: errors(:)
-    integer :: first
-
-    if (.not. allocated(frame%space)) then
-      associate (u => large(:2), du => errors(:2), r => large(accelerations + 1:accelerations + 2), &
-        & dr => errors(accelerations + 1:accelerations + 2))
-        errors(guide_forces) = errors(guide_forces) + sum(du) * sum(r) + sum(u) * sum(dr)
-      end associate
-      return
-    end if
-    first = rows_of(6, accelerations)
-    errors(first + turns) = errors(first + turns) + sum(errors(places)) * sum(large(first + places)) &
-      & + sum(large(places)) * sum(errors(first + places)) + sum(errors(turns)) * sum(large(first + turns)) &
-      & + sum(large(turns)) * sum(errors(first + turns))
-  end subroutine add_moment_errors
-
-  !> Computes the errors of the rows that exist only for the exact frame. Let dpsi be the error of the rotation psi. The errors of
-  !> s = sin psi - psi and c = cos psi - 1 are at most |dpsi|, because |psi| is at most about 1. Errors of their derivatives are
-  !> bounded in the same way. In space the errors of all rotations are added. Errors of moments and support forces are bounded by
-  !> those of the linear terms.
-  subroutine add_turned_errors(frame, errors)
-    class(frame_type), intent(in) :: frame
-    real(dp), intent(inout) :: errors(:)
-    real(dp) :: load(frame%dofs())
-    integer :: k, n
-
-    n = frame%dofs()
-    do k = 0, 2
-      errors(excess_row(frame, k) + 1:excess_row(frame, k + 1)) = sum(errors(k * n + rotations_of(frame)))
-    end do
-    load = matmul(abs(frame%ground_stiffness()), errors(:n)) + matmul(abs(frame%damping), errors(n + 1:2 * n))
-    errors(moment_rows(frame)) = load(rotations_of(frame))
-    do k = 1, size(frame%supports)
-      if (.not. frame%supports(k)%turning) cycle
-      load = matmul(abs(stiffness_matrix(frame%supports(k:k), n) + turned_loads(frame%supports(k:k), n)), errors(:n)) &
-        & + matmul(abs(damping_matrix(frame%supports(k:k), n)), errors(n + 1:2 * n))
-      errors(support_rows(frame, k)) = load(shifts_of(frame))
-    end do
-  end subroutine add_turned_errors
 
 end module gestell_study_vibration_motion

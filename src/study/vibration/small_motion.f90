@@ -2,6 +2,7 @@
 module gestell_study_vibration_small_motion
   use gestell_base_kinds, only: dp
   use gestell_model_frame, only: dof_names, frame_type
+  use gestell_model_mounting, only: is_rotation
   implicit none (type, external)
   private
 
@@ -34,18 +35,14 @@ contains
   pure type(moved_type) function moved(frame, peaks)
     class(frame_type), intent(in) :: frame
     real(dp), intent(in) :: peaks(:)
+    logical :: turns(size(peaks))
     integer :: i
 
-    moved%displacement = maxval(peaks(:2))
-    moved%turn = peaks(3)
-    moved%size = norm2(frame%origin)
-    if (allocated(frame%space)) then
-      moved%displacement = max(moved%displacement, peaks(4))
-      i = maxloc([peaks(3), 0.0_dp, peaks(5:6)], dim=1)
-      moved%turn = maxval(peaks([3, 5, 6]))
-      moved%rotation = dof_names(i + 2)
-      moved%size = maxval([(norm2(frame%space%planes(i)%origin), i = 1, size(frame%space%planes))])
-    end if
+    turns = is_rotation([(i, i = 1, size(peaks))])
+    moved%displacement = maxval(peaks, mask=.not. turns)
+    moved%turn = maxval(peaks, mask=turns)
+    moved%rotation = dof_names(maxloc(peaks, dim=1, mask=turns))
+    moved%size = frame%mechanism_distance
     do i = 1, size(frame%supports)
       moved%size = max(moved%size, norm2(frame%supports(i)%position))
     end do

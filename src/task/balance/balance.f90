@@ -9,6 +9,7 @@ module gestell_task_balance
   use gestell_input_namelist_message, only: input_error
   use gestell_input_schema, only: group_rule, schema_type
   use gestell_model_frame, only: dof_names, frame_type
+  use gestell_model_frame_shaking, only: moment_point
   use gestell_model_quantity_rows, only: guide_forces, velocities
   use gestell_model_space, only: is_rotation
   use gestell_model_linkage, only: linkage_type
@@ -86,17 +87,14 @@ contains
     type(rigid_ground_type) :: rigid
     type(variant_type), allocatable :: variants(:)
     type(error_type), allocatable :: none
-    real(dp), allocatable :: about(:)
     real(dp) :: length
     integer :: state, i
 
     associate (configuration => context%configuration, frame => context%configuration%frame)
       select type (linkage => configuration%frame%mechanism)
       class is (linkage_type)
-        ! moments are about O in the plane, about F in space
-        about = merge(-frame%origin, 0.0_dp, self%options%about_frame)
-        if (allocated(frame%space)) about = merge(0.0_dp, frame%space%origin, self%options%about_frame)
-        call examine(linkage, frame%uniform_in_space(), about, rigid, error, self%options%links, self%options%radii, frame%space)
+        call examine(linkage, frame%uniform_in_space(), moment_point(frame, self%options%about_frame), rigid, error, &
+          & self%options%links, self%options%radii, frame%space)
         if (allocated(error)) return
         call plan_variants(rigid, linkage, frame%speed, self%options, variants, state, length)
         if (.not. all([(ieee_is_finite(variants(i)%residual%rms) .and. ieee_is_finite(variants(i)%residual%peak), i = 1, &
@@ -115,7 +113,7 @@ contains
         if (.not. context%reports) return
         call result%write_section("BALANCING by counterweights: rms values on rigid ground and on the mounts", &
           & report_balance(variants, rigid, linkage, self%options, state, length))
-        if (allocated(frame%space)) call result%write_lines(turning_lines(variants, frame%space%planes(1)%axes, linkage%turns))
+        if (frame%dofs() > 3) call result%write_lines(turning_lines(variants, frame%shaft_axes, linkage%turns))
         result%report = result%report // link_lines(variants, rigid, linkage, configuration%units)
       end select
     end associate
@@ -227,9 +225,9 @@ contains
     rotating = 0
     n = 0
     do i = 1, size(variants)
-      if (allocated(frame%space)) then
+      if (frame%dofs() > 3) then
         amplitudes(n + 1:n + orders, :) = variants(i)%residual%amplitudes(orders)
-        rotating(n + 1:n + orders, :) = variants(i)%residual%turning(frame%space%planes(1)%axes, orders)
+        rotating(n + 1:n + orders, :) = variants(i)%residual%turning(frame%shaft_axes, orders)
       end if
       do k = 1, orders
         n = n + 1
@@ -250,7 +248,7 @@ contains
     call table%add("rigid_m_rms", newton_metre, "rms of the moment on rigid ground, this order only", rms(:, 2))
     call table%add("f_rms", newton, "rms of the force on the mounts, this order only", rms(:, 3))
     call table%add("m_rms", newton_metre, "rms of the moment on the mounts, this order only", rms(:, 4))
-    if (.not. allocated(frame%space)) return
+    if (frame%dofs() == 3) return
     do i = 1, 6
       call table%add("rigid_" // parts(i), merge(newton, newton_metre, i <= 3), "amplitude on rigid ground", amplitudes(:, i))
     end do

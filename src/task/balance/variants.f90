@@ -7,7 +7,7 @@ module gestell_task_balance_variants
   use gestell_input_machine_frame, only: read_frame
   use gestell_model_frame, only: frame_type
   use gestell_model_quantity, only: find_quantity
-  use gestell_model_quantity_rows, only: probe_type, quantity_type
+  use gestell_model_quantity_rows, only: force_names, probe_type, quantity_type, rotations_of
   use gestell_model_linkage, only: linkage_type
   use gestell_study_balance, only: residual_shaking_type, measure_residual, rigid_ground_type
   use gestell_study_balance_bodies, only: counterweight_type, with_counterweights
@@ -241,24 +241,22 @@ contains
     end if
   end subroutine extract_mounted
 
-  !> If the frame moves in space, extends `quantity`, the moment about zeta, to the moments about all three axes. Fails if
+  !> Extends `quantity`, the moment about zeta, to the moments about all axes about which the frame rotates. Fails if
   !> `find_quantity` fails.
   subroutine whole_moment(frame, quantity, error)
     class(frame_type), intent(in) :: frame
     type(quantity_type), intent(inout) :: quantity
     type(error_type), allocatable, intent(out) :: error
-    character(len=*), parameter :: across(2) = ["total.mx", "total.my"]
     type(quantity_type) :: other
     type(probe_type) :: none(0)
     real(dp), allocatable :: weights(:, :), rounding(:, :)
+    integer, allocatable :: axes(:)
     integer :: i
 
-    if (.not. allocated(frame%space)) return
-    allocate(weights(size(quantity%weights, 1), 3), rounding(size(quantity%rounding, 1), 3))
-    weights(:, 3) = quantity%weights(:, 1)
-    rounding(:, 3) = quantity%rounding(:, 1)
-    do i = 1, 2
-      call find_quantity(frame, none, across(i), other, error)
+    axes = rotations_of(frame)
+    allocate(weights(size(quantity%weights, 1), size(axes)), rounding(size(quantity%rounding, 1), size(axes)))
+    do i = 1, size(axes)
+      call find_quantity(frame, none, "total." // trim(force_names(axes(i))), other, error)
       if (allocated(error)) return
       weights(:, i) = other%weights(:, 1)
       rounding(:, i) = other%rounding(:, 1)

@@ -70,7 +70,7 @@ contains
       select type (mechanism => frame%mechanism)
       class is (linkage_type)
         call trace_diagram(mechanism, [(sign(2 * pi, frame%speed) * k / rows, k = 0, rows)], diagram)
-        if (allocated(frame%space)) then
+        if (frame%dofs() > 3) then
           call place_in_space(frame, mechanism, diagram, placed)
           table = table_of(frame, mechanism, placed%joints, placed%centers)
           call result%add(table, plot_views(table, frame, mechanism, diagram, placed, context%configuration%probes))

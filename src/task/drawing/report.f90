@@ -71,7 +71,7 @@ contains
       lines = lines // tabulated("ll", "link,motion", rows) // transmission_line(mechanism, diagnosis) &
         & // slider_lines(mechanism, diagnosis, frame%speed)
     end select
-    if (allocated(frame%space)) then
+    if (frame%dofs() > 3) then
       lines = lines // balance_table(frame) // axis_line(frame)
     else
       lines = lines // shaking_lines(frame)

@@ -6,7 +6,7 @@ module gestell_task_forces_reactions
   use gestell_base_text, only: text, whole_number
   use gestell_model_frame, only: frame_type
   use gestell_model_quantity, only: find_quantity
-  use gestell_model_quantity_rows, only: guide_forces, probe_type, quantity_type, velocities
+  use gestell_model_quantity_rows, only: guide_forces, probe_type, quantity_type, shifts_of, velocities
   use gestell_model_space, only: in_frame, in_space
   use gestell_study_vibration_statistics, only: history_of, statistics_type, compute_minimum, compute_statistics
   use gestell_study_vibration, only: check_rows, vibration_type
@@ -73,7 +73,7 @@ contains
     real(dp), allocatable :: positions(:, :)
     integer :: i, n
 
-    n = merge(3, 2, allocated(frame%space))
+    n = size(shifts_of(frame))
     positions = reshape([(frame%supports(i)%position(:n), i = 1, size(frame%supports))], [n, size(frame%supports)])
   end function support_positions
 
@@ -172,7 +172,7 @@ contains
     integer, parameter :: shifts(3) = in_frame(:3)
     integer :: i, n
 
-    n = merge(3, 2, allocated(frame%space))
+    n = size(shifts_of(frame))
     allocate(force(n), source=0.0_dp)
     associate (weights => frame%weights, sag => frame%weights%sag(in_space(:frame%dofs())))
       select case (name)
@@ -201,7 +201,7 @@ contains
     type(error_type), allocatable :: error
     integer :: i
 
-    allocate(parts(merge(component_count, moment, allocated(frame%space))))
+    allocate(parts(frame%dofs() + 1))
     do i = 1, size(parts)
       call find_quantity(frame, none, reaction // trim(component_names(i)), parts(i), error)
     end do

@@ -2,10 +2,11 @@
 module gestell_task_joints_forces
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
-  use gestell_math_series_fourier, only: fourier_type
+  use gestell_base_words, only: word_length
   use gestell_model_frame, only: frame_type
   use gestell_model_pairs_forces, only: axial, components, fx, fy, moment, transverse
-  use gestell_model_pairs_rows, only: compute_joint_forces, find_machine_pairs, inertia, plane_pairs_type, weights
+  use gestell_model_pairs_rows, only: before_loads, compute_joint_forces, find_machine_pairs, inertia, load_count, &
+    & plane_pairs_type, weights
   use gestell_model_quantity_joint_quantities, only: joint_place_type, list_joint_places
   use gestell_model_quantity_rows, only: exact_rows, quantity_type
   use gestell_study_vibration, only: vibration_type
@@ -33,7 +34,7 @@ module gestell_task_joints_forces
 
   !> The part of a joint force that has one cause.
   type, public :: source_type
-    character(len=20) :: name = ""
+    character(len=word_length) :: name = ""
     !> For each joint force: maximum of the magnitude of this part (N), and its component along the joint force when the joint force
     !> has its peak (N)
     real(dp), allocatable :: peak(:), at_peak(:)
@@ -95,7 +96,8 @@ contains
     end do
   end subroutine find_joint_forces
 
-  !> Splits the joint forces by their causes: inertia of the links on a frame at rest, their weights, and motion of the frame.
+  !> Splits the joint forces by their causes: inertia of the links on a frame at rest, their weights, each load, and motion of the
+  !> frame.
   !> Fails if the joint forces are not determined.
   subroutine find_sources(frame, vibration, forces, sources, error)
     class(frame_type), intent(in) :: frame
@@ -106,24 +108,31 @@ contains
     type(plane_pairs_type), allocatable :: pairs(:)
     real(dp), allocatable :: parts(:, :, :), motion(:, :)
     real(dp) :: along(2)
-    integer :: i, k, n, peak, row
+    integer :: i, k, last, load, n, peak, row
 
     call find_machine_pairs(frame, pairs, error)
     if (allocated(error)) return
     n = size(vibration%motion, 2)
     row = exact_rows(frame)
     motion = vibration%motion(:3 * frame%dofs(), :)
-    allocate(sources(3), parts(size(vibration%motion, 1) - row, n, 3))
-    sources(1)%name = "inertia"
-    sources(2)%name = "weights"
-    sources(3)%name = "motion of the frame"
-    associate (phases => [(real(k, dp) / n, k = 0, n - 1)])
-      call compute_joint_forces(frame, pairs, phases, motion, inertia, parts(:, :, 1), error)
-      if (.not. allocated(error)) call compute_joint_forces(frame, pairs, phases, motion, weights, parts(:, :, 2), error)
-    end associate
-    if (allocated(error)) return
-    parts(:, :, 3) = vibration%motion(row + 1:, :) - parts(:, :, 1) - parts(:, :, 2)
-    do i = 1, 3
+    last = before_loads + load_count(pairs) + 1
+    allocate(sources(last), parts(size(vibration%motion, 1) - row, n, last))
+    sources(inertia)%name = "inertia"
+    sources(weights)%name = "weights"
+    k = before_loads
+    do i = 1, size(pairs)
+      do load = 1, load_count(pairs(i:i))
+        k = k + 1
+        sources(k)%name = pairs(i)%plane%linkage%loads(load)%name
+      end do
+    end do
+    sources(last)%name = "motion of the frame"
+    do i = 1, last - 1
+      call compute_joint_forces(frame, pairs, [(real(k, dp) / n, k = 0, n - 1)], motion, i, parts(:, :, i), error)
+      if (allocated(error)) return
+    end do
+    parts(:, :, last) = vibration%motion(row + 1:, :) - sum(parts(:, :, :last - 1), dim=3)
+    do i = 1, last
       allocate(sources(i)%peak(size(forces)), sources(i)%at_peak(size(forces)), source=0.0_dp)
       do k = 1, size(forces)
         associate (first => forces(k)%place%row + 1, second => forces(k)%place%row + 2)

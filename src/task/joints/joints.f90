@@ -220,11 +220,11 @@ contains
       end do
     end do
     table = new_table("joints_sources", "Causes of the joint forces", "Parts of the joint forces of the machine " // ground &
-      & // " that inertia, weights and the motion of the frame cause.")
+      & // " that inertia, weights, loads and the motion of the frame cause.")
     call table%add("joint", "joint at which the force acts", joints)
     call table%add("on", "body on which the force acts", bodies)
     call table%add("pair", "pin, guide, slot (of a lever or yoke) or cam", pairs)
-    call table%add("cause", "inertia: of the links on a frame at rest; weights; motion of the frame", names)
+    call table%add("cause", "inertia: of the links on a frame at rest; weights; name of a load; motion of the frame", names)
     call table%add("peak", newton, "maximum over the period of the magnitude of this part", peak)
     call table%add("at_peak", newton, "component of this part along the joint force when the joint force has its peak", at_peak)
   end function sources_table

@@ -62,8 +62,8 @@ contains
         report = "  mechanism  " // concise(mechanism%mass) // " kg in total, given by mass functions" // newline
       end select
       report = report // "  frame      " // concise(frame%mass) // " kg, "
-      if (allocated(frame%space)) then
-        report = report // "(" // listed([(frame%space%inertia(i, i), i = 1, 3)], 4, ",") // ") kg m^2 about (xi,eta,zeta)"
+      if (frame%dofs() > 3) then
+        report = report // "(" // listed(frame%moments_of_inertia(), 4, ",") // ") kg m^2 about (xi,eta,zeta)"
       else
         report = report // concise(frame%inertia) // " kg m^2"
       end if
@@ -130,7 +130,7 @@ contains
       end if
     end associate
     line = line // "; total weight " // concise(norm2(frame%weights%weight), 5) // " N"
-    if (allocated(frame%space)) line = line // newline // "  static deflection of F: (" &
+    if (frame%dofs() > 3) line = line // newline // "  static deflection of F: (" &
       & // listed(1000 * frame%weights%sag(:3), 4, ",") // ") mm"
     line = line // newline
   end function gravity_line

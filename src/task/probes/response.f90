@@ -4,7 +4,7 @@ module gestell_task_probes_response
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
   use gestell_model_frame, only: frame_type
-  use gestell_model_quantity, only: point_parts, point_quantity
+  use gestell_model_quantity, only: parts_of_point, point_quantity
   use gestell_model_quantity_rows, only: accelerations, probe_type, quantity_type
   use gestell_study_vibration_statistics, only: band_rms, history_of, statistics_type, compute_statistics
   use gestell_study_vibration, only: check_rows, vibration_type
@@ -70,8 +70,7 @@ contains
     do i = 1, size(probes)
       if (present(executor) .and. modulo(i, many) == 0) call executor%show("probes", (i - 1.0_dp) / size(probes))
       responses(i)%probe = probes(i)
-      responses(i)%parts = probe_part_names
-      if (allocated(frame%space)) responses(i)%parts = point_parts
+      responses(i)%parts = parts_of_point(frame)
       n = size(responses(i)%parts)
       allocate(responses(i)%statistics(n))
       allocate(responses(i)%history(size(vibration%motion_history, 2), n))

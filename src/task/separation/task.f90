@@ -138,7 +138,7 @@ contains
     judgement = campbell_verdict(campbell)
     call result%add(table_of(separations, turns, trim(family%model), judgement%words), plot_separation(separations, campbell, &
       & options%harmonics, turns, self%margin))
-    if (allocated(context%configuration%frame%space)) call result%add(axis_table(context%configuration%frame))
+    if (context%configuration%frame%dofs() > 3) call result%add(axis_table(context%configuration%frame))
     call result%judge(judgement)
     call separation_headline(separations, self%margin, state, words)
     call result%warn(state, words)

@@ -30,9 +30,9 @@ contains
     integer :: solved, i
 
     solved = findloc(campbell%points%solved, .true., dim=1)
-    if (.not. allocated(frame%space) .or. solved == 0 .or. size(campbell%free) < 6) return
+    if (solved == 0 .or. size(campbell%free) < 6) return
     associate (mass => campbell%points(solved)%mass)
-      call find_torque_roll(mass(in_frame, in_frame), frame%space%planes(1)%axes(:, 3), roll)
+      call find_torque_roll(mass(in_frame, in_frame), frame%shaft_axes(:, 3), roll)
       if (.not. roll%known) return
       do i = 1, size(separations)
         if (.not. separations(i)%at%identified) cycle
@@ -104,7 +104,7 @@ contains
     integer :: i
 
     call frame%mean_matrices([(i, i = 1, 6)], mass, gyroscopic, stiffness)
-    call find_torque_roll(mass(in_frame, in_frame), frame%space%planes(1)%axes(:, 3), roll)
+    call find_torque_roll(mass(in_frame, in_frame), frame%shaft_axes(:, 3), roll)
   end subroutine find_axis
 
   !> The value, or 0 if the value is smaller than 1e-12, because it is then rounding error (the values are about 1).

@@ -160,7 +160,7 @@ contains
 
     select type (system)
     type is (frame_type)
-      if (allocated(system%space)) return
+      if (system%dofs() > 3) return
       sampler%remembered = system
       call sampler%remembered%remember(survey_phases)
       do k = 1, size(sampler%steps)
