@@ -176,7 +176,7 @@ def test_refused():
         ("no such quantity", SPEEDS + "&resonance quantities='zeta' /\n",
          "input.nml:17: &resonance: quantities = 'zeta': unknown "
          "quantity 'zeta': use xi, eta, psi (also with _dot, _ddot), fx, fy, m, f, support(1).fx (.fy, .f; up to 4), "
-         "foundation.fx, guide.fx, total.fx (.fy, .f, .m)"),
+         "foundation.fx, guide.fx, total.fx (.fy, .f, .m), joint(NAME).f (.fx, .fy, .m)"),
         ("a quantity twice", SPEEDS + "&resonance quantities='xi','xi' /\n",
          "input.nml:17: &resonance: quantities = 'xi', 'xi': names "
          "'xi' twice"),

@@ -127,6 +127,10 @@ contains
         row = 3 * group%pairs(k)%body - 2
         first(k) = unknowns + 1
         a(row:row + 2, unknowns + 1:unknowns + n) = columns(:, :n)
+        if (group%pairs(k)%kind == slot) then
+          row = 3 * group%pairs(k)%against - 2
+          a(row:row + 2, unknowns + 1:unknowns + n) = -columns(:, :n)
+        end if
         ! the pin feels the opposite of the forces on the bodies
         if (group%pairs(k)%kind == pin .and. group%pairs(k)%joint == j) a(equations + 1:equations + 2, unknowns + 1:unknowns + 2) &
           & = reshape([-1, 0, 0, -1], [2, 2])
@@ -144,9 +148,12 @@ contains
             action = matmul(columns(:, :n), x(from:to))
             wrong_by = matmul(abs(columns(:, :n)), bound(from:to))
           end associate
-          if (pair%kind == pin .or. pair%kind == slot) then
-            action(3) = 0
-            wrong_by(3) = 0
+          ! moments of the actions about the joint at which they act
+          if (pair%kind == pin) action(3) = 0
+          if (pair%kind == pin) wrong_by(3) = 0
+          if (pair%kind == slot) then
+            action = [-action(:2), -x(first(k) + 1)]
+            wrong_by(3) = bound(first(k) + 1)
           end if
           if (pair%kind == shaft) then
             values(moment, group%places(1)) = action(3)
@@ -155,6 +162,7 @@ contains
           end if
           values(:moment, group%places(k)) = action
           bounds(:moment, group%places(k)) = wrong_by
+          if (pair%kind == slot) cycle
           if (pair%kind == slide .or. pair%kind == contact) then
             call add_force(structure, at, carrier_of(structure, pair%guide), place_of(at(j)), -action(:2), -action(3), applied, &
               & wrong_by)
@@ -194,7 +202,6 @@ contains
       call pair%guide%line(at, origin, along)
       normal = [-along%y%v, along%x%v]
       columns(:, 1) = [normal, arm(1) * normal(2) - arm(2) * normal(1)]
-      if (pair%kind == slot) return
       n = 2
       columns(3, 2) = 1
     end select

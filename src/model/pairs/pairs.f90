@@ -22,12 +22,14 @@ module gestell_model_pairs
 
   !> A rigid body of a linkage.
   type, public :: body_type
-    !> Name of the body's first link; names of two joints if the body has no link
+    !> Name of the body's first link. If the body has no link, `has_link` is false, and its name is "block", or consists of the names
+    !> of two joints
     character(len=:), allocatable :: name
+    logical :: has_link = .true.
     !> Joint that adds the body; moments on the body refer to this joint
     integer :: joint = 0
-    !> Joints that are points of the body
-    integer, allocatable :: joints(:)
+    !> `joints`: joints that are points of the body. `aligned`: joints toward which, from a point of the body, its direction is fixed
+    integer, allocatable :: joints(:), aligned(:)
     !> The body's axis leads from the first of these joints to the second: from `from` to `to` of its first link
     integer :: axis(2) = 0
     !> For a body that slides on a guide: this guide
@@ -85,9 +87,9 @@ contains
         if (shaft_of(linkage, at, i) > 0) structure%groups(i)%pairs = structure%groups(i)%pairs(:0)
         call add_bodies(structure, i)
         structure%hosts(i) = host_of(linkage, structure, at, i)
-        if (structure%hosts(i) == no_body) then
+        if (structure%hosts(i) == no_body .or. any(lacks_carrier(structure, structure%groups(i)%pairs))) then
           call fatal_error(error, "the forces at joint '" // joints(i)%name // "' are not determined: no body carries both " // &
-            & "joints from which it is built", invalid_input)
+            & "joints from which the joint, or its guide or cam, is built", invalid_input)
           return
         end if
         if (structure%hosts(i) <= frame_body) cycle
@@ -121,22 +123,36 @@ contains
       end do
       do k = 1, group%bodies
         longer(first + k)%joint = i
-        allocate(longer(first + k)%joints(0))
+        allocate(longer(first + k)%joints(0), longer(first + k)%aligned(0))
       end do
       do k = 1, size(group%pairs)
         associate (pair => group%pairs(k), body => longer(first + group%pairs(k)%body))
           if (pair%kind == pin .and. pair%joint /= i) call add_point(body, pair%joint)
           if (pair%kind == slide) body%guide = pair%guide
-          ! a lever points to the pin in its slot
-          if (pair%kind == slot .and. any(pair%guide%carriers == pair%joint)) call add_point(body, pair%joint)
         end associate
       end do
       do k = 1, group%bodies
-        call add_point(longer(first + k), i)
+        if (.not. any(group%pairs%kind == slot .and. group%pairs%body == k)) call add_point(longer(first + k), i)
+      end do
+      do k = 1, size(group%pairs)
+        if (group%pairs(k)%kind /= slot) cycle
+        associate (block => longer(first + group%pairs(k)%body), slotted => longer(first + group%pairs(k)%against))
+          block%aligned = slotted%joints
+          slotted%aligned = block%joints
+        end associate
       end do
     end associate
     call move_alloc(longer, structure%bodies)
   end subroutine add_bodies
+
+  !> True for a guide or cam that no body carries.
+  elemental logical function lacks_carrier(structure, pair)
+    type(structure_type), intent(in) :: structure
+    type(pair_type), intent(in) :: pair
+
+    lacks_carrier = (pair%kind == slide .or. pair%kind == contact) .and. pair%guide%carriers(1) > 0
+    if (lacks_carrier) lacks_carrier = body_with(structure, pair%guide%carriers(1), pair%guide%carriers(2)) == no_body
+  end function lacks_carrier
 
   pure subroutine add_point(body, joint)
     type(body_type), intent(inout) :: body
@@ -152,12 +168,12 @@ contains
     type(point_type), intent(in) :: at(:)
     integer, intent(in) :: i
     integer, allocatable :: carriers(:)
+    integer :: k
 
     associate (group => structure%groups(i))
-      if (group%bodies > 1) then
-        host = on_pin
-      else if (group%bodies == 1) then
+      if (group%bodies > 0) then
         host = group%first + 1
+        if (count([(any(structure%bodies(group%first + k)%joints == i), k = 1, group%bodies)]) > 1) host = on_pin
       else if (shaft_of(linkage, at, i) > 0) then
         host = structure%groups(shaft_of(linkage, at, i))%first + 1
       else
@@ -168,7 +184,7 @@ contains
     end associate
   end function host_of
 
-  !> The body that carries both joints; `no_body` if there is none.
+  !> The body with the point `one` whose direction is fixed toward the joint `two`; `no_body` if there is none.
   pure integer function body_with(structure, one, two) result(body)
     type(structure_type), intent(in) :: structure
     integer, intent(in) :: one, two
@@ -178,7 +194,9 @@ contains
       return
     end if
     do body = 1, size(structure%bodies)
-      if (any(structure%bodies(body)%joints == one) .and. any(structure%bodies(body)%joints == two)) return
+      associate (points => structure%bodies(body)%joints, aligned => structure%bodies(body)%aligned)
+        if (any(points == one) .and. (any(points == two) .or. any(aligned == two))) return
+      end associate
     end do
     body = no_body
   end function body_with
@@ -218,6 +236,10 @@ contains
     do k = 1, size(structure%bodies)
       associate (body => structure%bodies(k))
         if (allocated(body%name)) cycle
+        body%has_link = .false.
+        if (size(body%aligned) > 0 .and. .not. any(body%joints == body%joint)) body%axis = [body%joints(1), body%aligned(1)]
+        body%name = "block"
+        if (all(body%axis > 0)) cycle
         body%name = linkage%joints(body%joints(1))%name
         if (size(body%joints) == 1) cycle
         body%name = body%name // "-" // linkage%joints(body%joints(2))%name
@@ -237,8 +259,10 @@ contains
         allocate(group%places(size(group%pairs)), source=0)
         do k = 1, size(group%pairs)
           if (group%pairs(k)%kind == shaft) cycle
-          structure%places = [structure%places, &
-            & place_type(group%pairs(k)%kind, group%pairs(k)%joint, group%first + group%pairs(k)%body)]
+          associate (pair => group%pairs(k))
+            structure%places = [structure%places, place_type(pair%kind, pair%joint, group%first + merge(pair%against, pair%body, &
+              & pair%kind == slot))]
+          end associate
           group%places(k) = size(structure%places)
         end do
         if (any(group%pairs%kind == shaft)) structure%places(group%places(1))%driven = .true.
@@ -260,7 +284,7 @@ contains
     type(place_type), intent(in) :: place
     integer, intent(in) :: joint
 
-    acts_on_pin = place%joint == joint .and. any(place%kind == [pin, slot])
+    acts_on_pin = place%joint == joint .and. place%kind == pin
   end function acts_on_pin
 
   !> The body that exerts the force at a place; `on_pin` if several bodies are attached to the pin.
@@ -269,12 +293,14 @@ contains
     type(place_type), intent(in) :: place
     integer :: k
 
-    if (place%kind == slide .or. place%kind == contact) then
+    if (place%kind /= pin) then
       partner = frame_body
-      associate (group => structure%groups(place%joint))
+      associate (group => structure%groups(structure%bodies(place%body)%joint))
         do k = 1, size(group%pairs)
           associate (pair => group%pairs(k))
-            if (pair%kind == place%kind .and. group%first + pair%body == place%body) partner = carrier_of(structure, pair%guide)
+            if (pair%kind /= place%kind) cycle
+            if (pair%kind == slot) partner = group%first + pair%body
+            if (pair%kind /= slot .and. group%first + pair%body == place%body) partner = carrier_of(structure, pair%guide)
           end associate
         end do
       end associate
@@ -300,7 +326,7 @@ contains
     type(guide_type), intent(in) :: guide
 
     body = frame_body
-    if (guide%carriers(1) > 0) body = max(frame_body, body_with(structure, guide%carriers(1), guide%carriers(2)))
+    if (guide%carriers(1) > 0) body = body_with(structure, guide%carriers(1), guide%carriers(2))
   end function carrier_of
 
 end module gestell_model_pairs

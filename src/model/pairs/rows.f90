@@ -294,15 +294,16 @@ contains
       call load_action(load, plane%linkage%links, at, crank_angle, action, plane%origin(:2))
       force = [action%force%x%v, action%force%y%v]
       if (load%axes == "ground") force = matmul(matmul(matmul(q, force), rotation), q)
-      call add_to_body(load%on, 1.0_dp)
-      call add_to_body(load%against, -1.0_dp)
+      call add_to_body(load%on, 1.0_dp, applied)
+      call add_to_body(load%against, -1.0_dp, applied)
     end associate
 
   contains
 
-    pure subroutine add_to_body(link, direction)
+    pure subroutine add_to_body(link, direction, applied)
       integer, intent(in) :: link
       real(dp), intent(in) :: direction
+      type(applied_type), intent(inout) :: applied
 
       if (link <= 0) return
       associate (body => structure%links(link), joint => plane%linkage%links(link)%from)

@@ -30,7 +30,7 @@ module gestell_model_quantity_joint_quantities
     !> `kind`: kind of the pair (gestell_model_joints_pairs). `row`: number of the row that precedes the components of the force
     integer :: kind = pin, row = 0
     !> `driven`: true if the drive's torque acts on the body. `hosts`: true if the pin is fixed to the body. `repeats`: true if the
-    !> force is the opposite of the force at another place
+    !> force is that at another place or its opposite
     logical :: driven = .false., hosts = .false., repeats = .false.
   end type joint_place_type
 
@@ -62,7 +62,8 @@ contains
             to%row = exact_rows(frame) + components * (n - 1)
             to%driven = from%driven
             to%hosts = any(structure%host_places == k)
-            to%repeats = repeats_another(structure, k)
+            to%repeats = repeats_another(structure, k) .or. to%kind == pin .and. .not. structure%bodies(from%body)%has_link &
+              & .and. to%body == "block"
           end associate
         end do
       end associate

@@ -95,6 +95,7 @@ contains
     if (size(frame%supports) > 0) words = words // ", support(1).fx (.fy, " // of_space(".fz, ") // ".f; up to " &
       & // text(size(frame%supports)) // ")"
     words = words // ", foundation.fx, guide.fx, total.fx (.fy, " // of_space(".fz, ") // ".f, " // of_space(".mx, .my, ") // ".m)"
+    words = words // ", joint(NAME).f (.fx, .fy, .m)"
     if (size(probes) > 0) words = words // ", probe(" // trim(probes(1)%name) // ").x (.y, " // of_space(".z, ") &
       & // ".d, .vx, .vy, " // of_space(".vz, ") // ".v, .ax, .ay, " // of_space(".az, ") // ".a)"
     call fatal_error(error, words, invalid_input)

@@ -7,7 +7,7 @@ module gestell_model_joints_types_rpp
   use gestell_model_joints_data, only: check_finite, joint_data_type
   use gestell_model_joints_guide, only: crossing, guide_keys, guide_motion_type, guide_type, intersect_lines, parallel
   use gestell_model_joints_joint, only: form_type, itself, guided_joint, one_end, point_type, reach_type, transmission_type
-  use gestell_model_joints_pairs, only: pair_type, slide, slot
+  use gestell_model_joints_pairs, only: pair_type, pin, slide, slot
   use gestell_model_joints_path, only: batch, carried, dot, path_type, turn
   implicit none (type, external)
   private
@@ -35,14 +35,15 @@ contains
       & links=2, pairs=3, keys=[one_end, slot_key, guide_keys], bars=[self%end, itself], guides=[self%guide])
   end subroutine describe
 
-  !> The yoke is one body, on its guide. A massless block on the pin `end` slides in its slot.
+  !> The new bodies are the yoke on its guide, and the block on the pin `end` in its slot.
   pure subroutine pairs(self, number, list)
     class(rpp_joint), intent(in) :: self
     integer, intent(in) :: number
     type(pair_type), allocatable, intent(out) :: list(:)
 
-    list = [pair_type(slide, 1, number, self%guide), &
-      & pair_type(slot, 1, self%end, guide_type(self%guide%carriers, self%guide%point, self%guide%angle + self%slot_angle))]
+    list = [pair_type(slide, 1, number, self%guide), pair_type(pin, 2, self%end), &
+      & pair_type(slot, 2, self%end, guide_type(self%guide%carriers, self%guide%point, self%guide%angle + self%slot_angle), &
+      & against=1)]
   end subroutine pairs
 
   pure subroutine define(self, data)

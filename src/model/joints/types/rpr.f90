@@ -49,7 +49,7 @@ contains
       & obstacle="the joint in the slot coincides with the lever's pivot")
   end subroutine describe
 
-  !> The lever is one body. A massless block on the pin `ends(2)` slides in its slot.
+  !> The new bodies are the lever, and the block on the pin `ends(2)` in its slot.
   pure subroutine pairs(self, number, list)
     class(rpr_joint), intent(in) :: self
     integer, intent(in) :: number
@@ -57,7 +57,8 @@ contains
 
     associate (unused => number)
     end associate
-    list = [pair_type(pin, 1, self%ends(1)), pair_type(slot, 1, self%ends(2), guide_type(carriers=self%ends))]
+    list = [pair_type(pin, 1, self%ends(1)), pair_type(pin, 2, self%ends(2)), &
+      & pair_type(slot, 2, self%ends(2), guide_type(carriers=self%ends), against=1)]
   end subroutine pairs
 
   pure subroutine define(self, data)
