@@ -1,5 +1,5 @@
 !> Tests that take more than about a second of processor time: `fpm test` skips them, `fpm test -- all` and `fpm test -- SUITE`
-!> run them. All others together take half a minute.
+!> run them. All others together take a minute.
 module slow_tests
   use testdrive, only: new_unittest, test_interface, unittest_type
   implicit none (type, external)
