@@ -25,7 +25,8 @@ module gestell_input_schema
   !> Describes one of the words that a key accepts, such as the joint type RRR.
   type, public :: variant_type
     !> `name`: the word. `group`, `key`: group and key that accept this word
-    character(len=16) :: group, key, name
+    character(len=16) :: group, key
+    character(len=20) :: name
     character(len=320) :: meaning
     !> Keys of the group that apply to this word, as a list in the manual
     character(len=200) :: keys = ""
