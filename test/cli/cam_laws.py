@@ -132,4 +132,101 @@ def test_oscillator():
                         check(f"{law}, {tolerance}, error of {name}", error <= 1e-2 * value, "1 %", error / value)
 
 
-CAM_LAW_TESTS = (test_oscillator,)
+def test_tolerances():
+    """Vibrations of the exact frame with different tolerances differ by less than the sum of their bounds."""
+    for held, laws in (("motor", LAWS), ("outside", [law for law in LAWS if law != "harmonic"])):
+        for law in laws:
+            with Folder(input=MACHINE.format(cam(law), "'xi','eta','psi'").replace("guide_angle=90.0", "guide_angle=60.0")) as folder:
+                results = []
+                for tolerance in ("1e-4", "1e-11"):
+                    words = ["-s", f"accuracy.tolerance={tolerance}", "-s", f"drive.held_by={held}",
+                             "-s", "response.quantities='xi','eta','psi','psi_dot','eta_ddot'"]
+                    if Run(folder, "-q", "input.nml", *words).done(f"{law}, {held}, {tolerance}"):
+                        results.append(quantities(folder))
+                if len(results) < 2:
+                    continue
+                for name, (value, error) in results[0].items():
+                    finer, rest = results[1][name]
+                    check(f"{law}, {held}, {name}", abs(value - finer) <= error + rest, f"{finer} +- {rest}", f"{value} +- {error}")
+
+
+def test_report():
+    """--check lists the segments, the peaks of the slider and the jumps of the acceleration; a run warns of jumps."""
+    with Folder(input=MACHINE.format(cam("polynomial_345"), "'eta'")) as folder:
+        run = Run(folder, "--check", "input.nml")
+        run.done("3-4-5")
+        omega, width = 2 * math.pi * RPM / 60, math.radians(60)
+        # Closed form: 15/8 h/beta and 10/sqrt(3) h/beta^2.
+        row = f"T 0.02 {1.875 * LIFT / width * omega:.5g} {5.7735026918963 * LIFT / (width / omega) ** 2:.5g}"
+        check("3-4-5, slider", row in run.flat, row, run.out)
+        table = ("slider law angle lift jump deg m m T polynomial_345 60 0.02 0 T dwell 150 0.02 0 T polynomial_345 270 0 0 "
+                 "T dwell 360 0 0")
+        check("3-4-5, laws", table in run.flat, table, run.out)
+        check("3-4-5, no warning", "jumps" not in run.flat, "no warning", run.out)
+    with Folder(input=MACHINE.format(cam("harmonic"), "'eta'")) as folder:
+        run = Run(folder, "--check", "input.nml")
+        run.done("harmonic")
+        # pi^2/2 h/beta^2 at 0 and, with the opposite sign of both factors, at 60 deg; a quarter at 150 and 270 deg
+        jump = math.pi**2 / 2 * LIFT / math.radians(60) ** 2
+        table = (f"T harmonic 60 0.02 {jump:.5g} T dwell 150 0.02 {-jump / 4:.5g} T harmonic 270 0 {-jump / 4:.5g} "
+                 f"T dwell 360 0 {jump:.5g}")
+        check("harmonic, laws", table in run.flat, table, run.out)
+        check("harmonic, warning", "joint 'T': the acceleration of its law jumps" in run.flat, "a warning", run.out)
+        Run(folder, "input.nml", "-s", "drive.held_by=outside").refused("harmonic, outside", 2, re.compile(
+            r".*: &drive: held_by = 'outside' requires cam laws without jumps of the acceleration"))
+
+
+def test_harmonics():
+    """`harmonics` omits the high orders of a table of rounded lifts, and the warning names it."""
+    lifts = [round(10 - 10 * math.cos(math.radians(5 * k)), 2) for k in range(72)]
+    text = MACHINE.format("lift_table=" + ",".join(map(str, lifts)), "'eta'")
+    with Folder(input=text) as folder:
+        run = Run(folder, "input.nml")
+        run.done("rounded table")
+        words = "of its acceleration (rms) comes from the upper half of the orders that lift_table can represent, 19 to 36"
+        check("rounded table, warning", words in run.flat and "limit the orders with harmonics=18" in run.flat, words, run.out)
+        run = Run(folder, "input.nml", "-s", "joint(T).harmonics=1", "-s", "accuracy.tolerance=1e-12")
+        run.done("one order")
+        check("one order, no warning", "upper half" not in run.flat, "no warning", run.out)
+        limited = quantities(folder)
+    coefficient = sum(lift * math.cos(math.radians(5 * k)) for k, lift in enumerate(lifts)) / 36
+    other = sum(lift * math.sin(math.radians(5 * k)) for k, lift in enumerate(lifts)) / 36
+    with Folder(input=MACHINE.format(f"lift={sum(lifts) / 72!r},{coefficient!r},{other!r}", "'eta'")) as folder:
+        Run(folder, "-q", "input.nml", "-s", "accuracy.tolerance=1e-12").done("first order by lift")
+        for name, (value, _) in quantities(folder).items():
+            near(f"one order, {name}", limited[name][0], value, 1e-9 * value)
+
+
+def test_refused():
+    """Segments that define no cam are refused with the line and the key."""
+    start = "input.nml:6: &joint 'T': "
+    for what, words, message in (
+            ("two lifts", cam("harmonic") + ", lift=1.0", "give one of 'lift' (harmonics), 'lift_table' and 'law'"),
+            ("no lift", "law='harmonic','harmonic', law_angle=180,180", "'law', 'law_angle' and 'law_lift' belong together"),
+            ("no law", "lift=1.0, law_angle=180,180", "'law', 'law_angle' and 'law_lift' belong together"),
+            ("harmonics of a lift", "lift=1.0, harmonics=3", "'harmonics' limits the orders of 'lift_table' only"),
+            ("harmonics 0", "lift_table=1.0,2.0,3.0, harmonics=0", "harmonics = 0: must lie between 1 and 500"),
+            ("sum", cam("harmonic").replace("90.0,120.0", "90.0,121.0"),
+             "law_angle = 60.0, 90.0, 121.0, 90.0: must add up to 360 deg"),
+            ("widths", cam("harmonic").replace("60.0,90.0,", "150.0,"),
+             "law_angle = 150.0, 120.0, 90.0: must have one value for each segment of 'law'"),
+            ("lifts", cam("harmonic") + ",0.0",
+             "law_lift = 20.0, 0.0, 0.0: must have one value for each segment of 'law' that is not 'dwell'"),
+            ("negative width", cam("harmonic").replace("60.0", "-60.0"), "law_angle(1) = -60.0: must be positive"),
+            ("no return", "law='harmonic','dwell', law_angle=180,180, law_lift=20,20",
+             "law = 'harmonic', 'dwell': must have at least two segments that are not 'dwell': the follower must return"),
+            ("unknown", cam("harmonics"), "law(1) = 'harmonics': unknown; did you mean 'harmonic'?")):
+        with Folder(input=MACHINE.format(words, "'eta'")) as folder:
+            Run(folder, "input.nml").refused(f"law, {what}", 2, start + message)
+
+
+def test_names():
+    """A joint may have the name of a law, also in a copied mechanism."""
+    text = MACHINE.format(cam("harmonic"), "'eta'").replace("'A'", "'dwell'")
+    text = text.replace("&joint ", "&joint mechanism='one', ").replace("&link ", "&link mechanism='one', ")
+    text += "&mechanism name='one', origin=0.0,0.0 /\n&repeat of='one', name='two', phase=90.0 /\n"
+    with Folder(input=text) as folder:
+        Run(folder, "-q", "input.nml").done("a joint called dwell")
+
+
+CAM_LAW_TESTS = (test_oscillator, test_tolerances, test_report, test_harmonics, test_refused, test_names)

@@ -29,7 +29,7 @@ module gestell_input_schema
     character(len=20) :: name
     character(len=320) :: meaning
     !> Keys of the group that apply to this word, as a list in the manual
-    character(len=200) :: keys = ""
+    character(len=240) :: keys = ""
   end type variant_type
 
   !> All groups and keys of the input, and descriptions of the words that keys accept.

@@ -24,8 +24,8 @@ module gestell_model_joints_law
   type, public :: law_type
     !> For each segment: index of its law
     integer, allocatable :: laws(:)
-    !> For each segment, angle (rad) at its end and lift (m) at its end. Element 0 belongs to the start of the first segment, so that
-    !> `ends` runs from 0 to 2 pi. Shape (0:segments)
+    !> Angle (rad) and lift (m) at the end of each segment, shape (0:segments). Element 0 belongs to the start of the first
+    !> segment, so that `ends` runs from 0 to 2 pi
     real(dp), allocatable :: ends(:), lifts(:)
   contains
     procedure :: follow, bounds, order, kinks, jumps

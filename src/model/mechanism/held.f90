@@ -33,8 +33,8 @@ module gestell_model_mechanism_held
 
 contains
 
-  !> Checks what keeps the speed constant. Fails if `held_by` is unknown, if `check_jumps` fails, if the mechanism has no data on its
-  !> energy, or if its mass functions are physically impossible (no set of masses has these functions).
+  !> Checks what keeps the speed constant. Fails if `held_by` is unknown, if `check_jumps` fails, if the mechanism has no data on
+  !> its energy, or if its mass functions are physically impossible (no set of masses has these functions).
   subroutine check_held(held_by, mechanism, error)
     character(len=*), intent(in) :: held_by
     class(mechanism_type), intent(in) :: mechanism

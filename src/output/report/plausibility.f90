@@ -253,8 +253,8 @@ contains
     part = sqrt(sum(squares(orders / 2 + 1:)) / sum(squares))
     if (part > largest_share) line = "joint '" // name // "': " // concise(100 * part, 2) // " % of its acceleration (rms) " // &
       &   "comes from the upper half of the orders that lift_table can represent, " // concise(real(orders / 2 + 1, dp)) // " to " &
-      & // concise(real(orders, dp)) // ": check whether the values of lift_table have enough digits, or limit the orders with harmonics=" &
-      & // concise(real(orders / 2, dp)) // newline
+      & // concise(real(orders, dp)) // ": check whether the values of lift_table have enough digits, or limit the orders " // &
+      &   "with harmonics=" // concise(real(orders / 2, dp)) // newline
   end function lift_warning
 
   !> Finds the extreme values of a linkage at `samples` positions of the crank, which rotates with the angular velocity `omega`

@@ -264,8 +264,8 @@ contains
   !>
   !>     |L| <= |lift(1)| + sum of A_k,   |dL/dtheta| <= sum of k A_k,   |d2L/dtheta2| <= sum of k^2 A_k.
   !>
-  !> A law has bounds of its own. |theta'| is at most the sum of the angular velocities of cam and guide. The sums of the absolute values of the terms of r' and
-  !> r'' in `trace` bound speed and acceleration.
+  !> A law has bounds of its own. |theta'| is at most the sum of the angular velocities of cam and guide. The sums of the absolute
+  !> values of the terms of r' and r'' in `trace` bound speed and acceleration.
   pure function reach(self, points, speeds, accelerations, half_width)
     class(follower_joint), intent(in) :: self
     type(point_type), intent(in) :: points(:)
