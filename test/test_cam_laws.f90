@@ -175,6 +175,9 @@ contains
     if (.not. allocated(failure)) call linkage%prepare(failure)
     call check_success(error, failure)
     if (allocated(error)) return
+    passed = law%kinks()
+    call check_that(error, size(passed), "==", size(parts), "number of parts")
+    call check_that(error, [(minval(abs(passed - parts(k) * degree)), k = 1, size(parts))], "<", 1.0e-12_dp, "ends of parts")
     least = huge(least)
     maximum = -huge(maximum)
     do k = 0, 3600

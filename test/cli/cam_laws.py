@@ -111,7 +111,7 @@ def test_oscillator():
     for law in LAWS:
         exact = oscillator(law)
         with Folder(input=MACHINE.format(cam(law), "'eta'")) as folder:
-            for tolerance in ("1e-3", "1e-6", "1e-10"):
+            for tolerance in ("1e-3", "1e-9"):
                 run = Run(folder, "-q", "input.nml", "-s", f"accuracy.tolerance={tolerance}")
                 if not run.done(f"{law}, {tolerance}"):
                     continue
@@ -134,7 +134,7 @@ def test_oscillator():
 
 def test_tolerances():
     """Vibrations of the exact frame with different tolerances differ by less than the sum of their bounds."""
-    for held, laws in (("motor", LAWS), ("outside", [law for law in LAWS if law != "harmonic"])):
+    for held, laws in (("motor", ("harmonic", "modified_trapezoid")), ("outside", ("polynomial_345",))):
         for law in laws:
             with Folder(input=MACHINE.format(cam(law), "'xi','eta','psi'").replace("guide_angle=90.0", "guide_angle=60.0")) as folder:
                 results = []
@@ -205,7 +205,7 @@ def test_refused():
             ("no lift", "law='harmonic','harmonic', law_angle=180,180", "'law', 'law_angle' and 'law_lift' belong together"),
             ("no law", "lift=1.0, law_angle=180,180", "'law', 'law_angle' and 'law_lift' belong together"),
             ("harmonics of a lift", "lift=1.0, harmonics=3", "'harmonics' limits the orders of 'lift_table' only"),
-            ("harmonics 0", "lift_table=1.0,2.0,3.0, harmonics=0", "harmonics = 0: must lie between 1 and 500"),
+            ("harmonics 0", "lift_table=1.0,2.0,3.0, harmonics=0", "harmonics = 0: must be at least 1"),
             ("sum", cam("harmonic").replace("90.0,120.0", "90.0,121.0"),
              "law_angle = 60.0, 90.0, 121.0, 90.0: must add up to 360 deg"),
             ("widths", cam("harmonic").replace("60.0,90.0,", "150.0,"),

@@ -28,12 +28,12 @@ module gestell_input_machine_joints
     & key_type("joint", "type", text_key, "type of the joint", required=.true.), membership_key(1)]
 
   type(variant_type), parameter :: law_variants(*) = [ &
-    & variant_type("joint", "law", "dwell", "the follower rests"), &
-    & variant_type("joint", "law", "harmonic", "f = (1 - cos pi z)/2; the acceleration jumps next to a dwell"), &
-    & variant_type("joint", "law", "polynomial_345", "f = 10 z^3 - 15 z^4 + 6 z^5"), &
-    & variant_type("joint", "law", "polynomial_4567", "f = 35 z^4 - 84 z^5 + 70 z^6 - 20 z^7"), &
-    & variant_type("joint", "law", "modified_sine", "the acceleration is a sine whose first and last eighth are shortened"), &
-    & variant_type("joint", "law", "modified_trapezoid", "the acceleration is a trapezoid with edges of sine waves")]
+    & variant_type("joint", "law", "dwell", "rest"), &
+    & variant_type("joint", "law", "harmonic", "f=(1-cos pi z)/2; the acceleration jumps next to a dwell"), &
+    & variant_type("joint", "law", "polynomial_345", "f=10z^3-15z^4+6z^5"), &
+    & variant_type("joint", "law", "polynomial_4567", "f=35z^4-84z^5+70z^6-20z^7"), &
+    & variant_type("joint", "law", "modified_sine", "sine-shaped acceleration, steeper in the first and last eighth"), &
+    & variant_type("joint", "law", "modified_trapezoid", "trapezoidal acceleration with sinusoidal edges")]
 
 contains
 
