@@ -49,10 +49,9 @@ module gestell_model_frame
     logical :: about_rest = .true.
   contains
     procedure :: matrices, load, sample_second_order, sample_at_rest, crank_angles, uniform_in_space, remember
-    procedure :: run_at
     procedure :: weigh => add_gravity
     procedure :: coupled, check, averaged, mean_matrices, natural_frequencies, conserves, ground_forces, dofs
-    procedure :: drive_speed, drive_rpm, degrees_per_period
+    procedure :: run_at, drive_speed, drive_rpm, degrees_per_period
     procedure :: rotations, potential, dissipation, moments_of_inertia, drive_lags
   end type frame_type
 
