@@ -36,14 +36,14 @@ check() {
 }
 
 # The flags of `fpm test`, which bootstrap defines
-test_flags=$(sed -n "s/^test_flags='\(.*\)'$/\1/p" bootstrap)
+debug_flags=$(sed -n "s/^debug_flags='\(.*\)'$/\1/p" bootstrap)
 
 # install_as KIND: static or shared, of the same objects; debug: the static library alone, of the objects of the unit tests.
 install_as() {
   local folder=$build options=(-DBUILD_SHARED_LIBS=OFF)
   case $1 in
     shared) options=(-DBUILD_SHARED_LIBS=ON) ;;
-    debug) folder=$build-debug options+=(-DCMAKE_BUILD_TYPE=Debug -DGESTELL_PROGRAM=OFF "-DCMAKE_Fortran_FLAGS=$test_flags") ;;
+    debug) folder=$build-debug options+=(-DCMAKE_BUILD_TYPE=Debug -DGESTELL_PROGRAM=OFF "-DCMAKE_Fortran_FLAGS=$debug_flags") ;;
   esac
   cmake -S "$home" -B "$folder" "${options[@]}" -DCMAKE_INSTALL_PREFIX="$prefix-$1" &&
     cmake --build "$folder" --parallel 2 && cmake --install "$folder"

@@ -16,6 +16,7 @@ program main
   use test_boundary_map, only: collect_boundary_map
   use test_boundary_tongues, only: collect_boundary_tongues
   use test_callbacks, only: collect_callbacks
+  use test_cam_laws, only: collect_cam_laws
   use test_campaign, only: collect_campaign
   use test_campbell, only: collect_campbell
   use test_campbell_critical, only: collect_campbell_critical
@@ -164,6 +165,7 @@ program main
     & new_testsuite("keys", collect_keys), &
     & new_testsuite("joints", collect_joints), &
     & new_testsuite("shaking", collect_shaking), &
+    & new_testsuite("cam_laws", collect_cam_laws), &
     & new_testsuite("follower", collect_follower), &
     & new_testsuite("undamped", collect_undamped), &
     & new_testsuite("user-joint", collect_user_joint), &

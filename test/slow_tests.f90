@@ -1,5 +1,5 @@
-!> Tests that take more than about a second of processor time: `fpm test` skips them, `fpm test -- all` and `fpm test -- SUITE`
-!> run them. All others together take half a minute.
+!> Tests that take more than a few seconds of processor time: `fpm test` skips them, `fpm test -- all` and `fpm test -- SUITE`
+!> run them. All others together take two minutes.
 module slow_tests
   use testdrive, only: new_unittest, test_interface, unittest_type
   implicit none (type, external)
@@ -10,7 +10,7 @@ module slow_tests
   character(len=*), parameter :: mark = "slow: "
 
   !> Tests that take longer (s of processor time) are reported by `fpm test`.
-  real, parameter, public :: long = 2
+  real, parameter, public :: long = 8
 
 contains
 

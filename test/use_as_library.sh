@@ -6,6 +6,8 @@ set -u
 cd -- "$(dirname -- "${BASH_SOURCE[0]}")/.." || exit 1
 export LC_ALL=C OPENBLAS_NUM_THREADS=1
 home=$PWD
+# The flags of `fpm test`, so that the checks of all steps compile the library once
+FPM_FFLAGS=$(sed -n "s/^debug_flags='\(.*\)'$/\1/p" bootstrap) && export FPM_FFLAGS
 compiler=${FPM_FC:-gfortran}
 temporary=$(mktemp -d) || exit 1
 trap 'rm -rf "$temporary"' EXIT

@@ -73,7 +73,7 @@ contains
   !> Array of the words in a list that is separated by commas.
   pure function all_words(list) result(words)
     character(len=*), intent(in) :: list
-    character(len=16), allocatable :: words(:)
+    character(len=20), allocatable :: words(:)
     integer :: i, first, last
 
     allocate(words(merge(0, 1 + count([(list(i:i) == ",", i = 1, len_trim(list))]), list == "")))

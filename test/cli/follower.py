@@ -147,9 +147,9 @@ def test_refused():
     start = "input.nml:5: &joint 'T': "
     for what, words, message in (
             ("no lift", f"type='follower', cam='O','A', {GUIDE}",
-             "give either 'lift' (harmonics) or 'lift_table'"),
+             "give one of 'lift' (harmonics), 'lift_table' and 'law'"),
             ("two lifts", f"type='follower', cam='O','A', {GUIDE}, lift=0.01, lift_table=0.0,0.1,0.2",
-             "give either 'lift' (harmonics) or 'lift_table'"),
+             "give one of 'lift' (harmonics), 'lift_table' and 'law'"),
             ("even", f"type='follower', cam='O','A', {GUIDE}, lift=0.01,0.02",
              "lift = 0.01, 0.02: must have an odd number of values: the mean, then one cosine and one sine coefficient for each order"),
             ("short table", f"type='follower', cam='O','A', {GUIDE}, lift_table=0.01,0.02", "lift_table = 0.01, 0.02: takes at least 3 values, has 2"),
@@ -160,8 +160,8 @@ def test_refused():
             ("no guide", "type='follower', cam='O','A', lift=0.01",
              "give 'guide_point' and 'guide_angle' for a guide that is fixed to the frame, or 'guide' for a guide that two joints carry"),
             ("ends", f"type='follower', ends='A', cam='O','A', {GUIDE}, lift=0.01",
-             "is not a key of a joint of type 'follower'; its keys are cam, lift, lift_table, lift_phase, guide, guide_point, "
-             "guide_angle")):
+             "is not a key of a joint of type 'follower'; its keys are cam, lift, lift_table, harmonics, law, law_angle, law_lift, "
+             "lift_phase, guide, guide_point, guide_angle")):
         with Folder(input=MACHINE.format(words)) as folder:
             message = ("ends = 'A': " if what == "ends" else "") + message
             Run(folder, "input.nml").refused(f"follower, {what}", 2, start + message)

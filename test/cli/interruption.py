@@ -1,6 +1,7 @@
 """Work that is distributed over threads: any number of threads writes the same bytes, and so does a run resumed after any
 interruption."""
 
+import functools
 import os
 import random
 import shutil
@@ -51,21 +52,26 @@ def journal(folder):
         return b""
 
 
+@functools.cache
+def undisturbed(what, threads="1", stack="8M"):
+    """The tables, the report and the names of all files of a run that is not interrupted."""
+    with Folder(input=CASES[what]) as folder:
+        run = Run(folder, "-o", "out", "input.nml", environment={"OMP_NUM_THREADS": threads, "OMP_STACKSIZE": stack})
+        run.done(f"{what}, {threads} threads")
+        return contents(folder / "out"), run.out, sorted(path.name for path in (folder / "out").iterdir())
+
+
 def test_threads():
     """Any number of threads writes the same bytes."""
-    for what, text in CASES.items():
-        with Folder(input=text) as folder:
-            outputs = {}
-            # two of them with the smallest stacks that the program accepts
-            for threads, stack in (("1", "8M"), ("2", "256k"), ("3", "8M")):
-                run = Run(folder, "-o", threads, "input.nml", environment={"OMP_NUM_THREADS": threads, "OMP_STACKSIZE": stack})
-                run.done(f"{what}, {threads} threads")
-                outputs[threads] = contents(folder / threads), run.out.replace(f"files in {threads}/", "")
-            check(f"{what}: tables exist", any(name.endswith(".csv") for name in outputs["1"][0]), "some", sorted(outputs["1"][0]))
-            for threads in "23":
-                names = [name for name, data in outputs["1"][0].items() if outputs[threads][0].get(name) != data]
-                equal(f"{what}, {threads} threads: files that differ from those of one", names, [])
-                equal(f"{what}, {threads} threads: report as of one", outputs[threads][1] == outputs["1"][1], True)
+    for what in CASES:
+        tables, report, _ = undisturbed(what)
+        check(f"{what}: tables exist", any(name.endswith(".csv") for name in tables), "some", sorted(tables))
+        # two of them with the smallest stacks that the program accepts
+        for threads, stack in (("2", "256k"), ("3", "8M")):
+            others, other_report, _ = undisturbed(what, threads, stack)
+            names = [name for name, data in tables.items() if others.get(name) != data]
+            equal(f"{what}, {threads} threads: files that differ from those of one", names, [])
+            equal(f"{what}, {threads} threads: report as of one", other_report == report, True)
 
 
 def killed(folder, output, more):
@@ -102,8 +108,8 @@ def test_killed():
     chance = random.Random(16)
     for what, text in CASES.items():
         with Folder(input=text) as folder:
-            Run(folder, "-q", "input.nml", "-o", "right").done(f"{what}: undisturbed")
-            right, kept, now, kills = contents(folder / "right"), b"", b"", 0
+            right, _, names = undisturbed(what)
+            kept, now, kills = b"", b"", 0
             for _ in range(200):
                 code, message, now = killed(folder, "out", chance.randrange(1, 300 + len(now)))
                 if code == 0:
@@ -117,8 +123,7 @@ def test_killed():
                 kept = now[:now.rfind(MAGIC)]
             check(f"{what}: runs were killed", kills > 0, "at least once", kills)
             equal(f"{what}: files after {kills} kills", contents(folder / "out") == right, True)
-            equal(f"{what}: no temporary files are left", sorted(path.name for path in (folder / "out").iterdir()),
-                  sorted(path.name for path in (folder / "right").iterdir()))
+            equal(f"{what}: no temporary files are left", sorted(path.name for path in (folder / "out").iterdir()), names)
 
 
 def test_pieces_are_read():
@@ -156,8 +161,7 @@ def test_damaged_and_foreign():
     """Damaged intermediate results are computed again, foreign ones are ignored."""
     note = "note: out: the journal of an interrupted run is damaged; its damaged part is computed again\n"
     with Folder(input=CASES["campbell, critical, resonance"]) as folder:
-        Run(folder, "-q", "input.nml", "-o", "right").done("damaged: undisturbed")
-        right = contents(folder / "right")
+        right = undisturbed("campbell, critical, resonance")[0]
         kept = kept_of("damaged", folder, 30000)
         place = folder / "out" / ".gestell-1"
         cases = [("torn", kept[:len(kept) // 2], ""), ("torn in a head", kept[:kept.rfind(MAGIC) + 12], ""), ("empty", b"", ""),

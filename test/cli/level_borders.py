@@ -148,7 +148,7 @@ def test_as_single_runs():
     machine = SOUND.replace("'stability', 'response'", "'boundary'") + "&probe name='desk', position=0.3,0.25 /\n"
     words = "&boundary quantity='probe(desk).v', measure='band', level=18 /\n&response quantities='probe(desk).v', measures='band' /\n"
     with Folder(input=machine + axis(FIRST, 260, 330, 5) + words) as folder:
-        Run(folder, "-q", "input.nml").done("level of the exact frame")
+        Run(folder, "-q", "input.nml", environment={"OMP_NUM_THREADS": "3"}).done("level of the exact frame")
         table = rows(folder / "input")[1]
         # a resonance of the first order and narrow ones of others
         check("exact frame, crossings in pairs", len(table) >= 4 and len(table) % 2 == 0, "pairs", table)
@@ -158,11 +158,9 @@ def test_as_single_runs():
                 line = Run(folder, "--one-line", "-s", "case.tasks=response", "-s", f"{FIRST}={value!r}", "input.nml")
                 came = Points(line.out).column("probe(desk).v_band_mm_s")[0]
                 equal(f"exact frame, {word} at {value!r}: {came}", "within" if came <= 18 else "above", word)
-        for threads in ("1", "3"):
-            Run(folder, "-q", "input.nml", "-o", threads, environment={"OMP_NUM_THREADS": threads}).done("level, threads")
-            for name in ("boundary.csv", "level.csv"):
-                equal(f"level, {name} by {threads} threads", (folder / threads / name).read_bytes(),
-                      (folder / "input" / name).read_bytes())
+        Run(folder, "-q", "input.nml", "-o", "one", environment={"OMP_NUM_THREADS": "1"}).done("level, one thread")
+        for name in ("boundary.csv", "level.csv"):
+            equal(f"level, {name} by one thread", (folder / "one" / name).read_bytes(), (folder / "input" / name).read_bytes())
 
 
 REFUSED = [

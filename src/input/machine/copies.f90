@@ -87,7 +87,7 @@ contains
     do e = 1, size(member%entries)
       associate (entry => member%entries(e))
         if (entry%key == "mechanism") entry%values(1)%text = part
-        if (entry%key == "type" .or. entry%key == "mechanism") cycle
+        if (any(entry%key == [character(len=9) :: "type", "mechanism", "law"])) cycle
         do v = 1, size(entry%values)
           if (.not. entry%values(v)%quoted) cycle
           if (entry%key /= "name") then

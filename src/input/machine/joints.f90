@@ -2,7 +2,7 @@
 module gestell_input_machine_joints
   use gestell_base_dictionary, only: dictionary_type
   use gestell_base_error, only: error_type
-  use gestell_base_key, only: find_key, joined, key_type, text_key, unset
+  use gestell_base_key, only: all_words, find_key, joined, key_type, text_key, unset
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: text
   use gestell_base_words, only: word_length
@@ -26,6 +26,14 @@ module gestell_input_machine_joints
   type(key_type), parameter :: common_keys(*) = [ &
     & key_type("joint", "name", text_key, "name by which other groups refer to the joint", required=.true.), &
     & key_type("joint", "type", text_key, "type of the joint", required=.true.), membership_key(1)]
+
+  type(variant_type), parameter :: law_variants(*) = [ &
+    & variant_type("joint", "law", "dwell", "rest"), &
+    & variant_type("joint", "law", "harmonic", "f=(1-cos pi z)/2; the acceleration jumps next to a dwell"), &
+    & variant_type("joint", "law", "polynomial_345", "f=10z^3-15z^4+6z^5"), &
+    & variant_type("joint", "law", "polynomial_4567", "f=35z^4-84z^5+70z^6-20z^7"), &
+    & variant_type("joint", "law", "modified_sine", "sine-shaped acceleration, steeper in the first and last eighth"), &
+    & variant_type("joint", "law", "modified_trapezoid", "trapezoidal acceleration with sinusoidal edges")]
 
 contains
 
@@ -73,7 +81,7 @@ contains
     end do
   end function types_requiring
 
-  !> Descriptions of all joint types and their keys, for the manual.
+  !> Descriptions of all joint types and their keys, and of the laws of cams, for the manual.
   function joint_variants() result(variants)
     type(variant_type), allocatable :: variants(:)
     type(form_type), allocatable :: forms(:)
@@ -99,6 +107,7 @@ contains
         end associate
       end do
     end do
+    variants = [variants, law_variants]
   end function joint_variants
 
   !> Finds the definition of the type of a joint. Fails if the type is unknown.
@@ -182,6 +191,10 @@ contains
     else if (has(joints(i), name)) then
       call read(joints(i), key, name, words, error)
       if (allocated(error)) return
+      if (key(1)%words /= "") then
+        call data%add(name, joints=[(findloc(all_words(key(1)%words) == words(n), .true., dim=1), n = 1, size(words))])
+        return
+      end if
       n = size(words)
       if (n /= key(1)%most) then
         call input_error(joints(i), name, "must name " // trim(merge("1 joint ", "2 joints", key(1)%most == 1)), error)
@@ -270,7 +283,7 @@ contains
       done(k) = .true.
       do e = 1, size(joints(k)%entries)
         associate (entry => joints(k)%entries(e))
-          if (any(entry%key == [character(len=9) :: "name", "type", "mechanism"])) cycle
+          if (any(entry%key == [character(len=9) :: "name", "type", "mechanism", "law"])) cycle
           do v = 1, size(entry%values)
             if (entry%values(v)%quoted) found = found .or. group_names(joints) == entry%values(v)%text
           end do

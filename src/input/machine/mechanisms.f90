@@ -20,7 +20,7 @@ module gestell_input_machine_mechanisms
 
   public :: claim_name, read_members, read_planes
 
-  !> Meanings of keys that &mechanism and &repeat share.
+  !> Meanings of keys of &mechanism, and the meaning and default of the same keys of &repeat.
   character(len=*), parameter :: of_origin = "origin of the mechanism's x-y system relative to O (`&frame origin`); " // &
     &   "components along xi, eta (for a frame in space also zeta)", &
     & of_axis = "direction of the crank's axis, which is normal to the mechanism's plane; components along xi, eta, zeta", &
@@ -29,7 +29,8 @@ module gestell_input_machine_mechanisms
     & of_rotation = "angle by which the mechanism's x-axis is rotated within the mechanism's plane", &
     & of_phase = "angle of the mechanism's crank when the drive's angle is 0", &
     & of_ratio = "turns of the mechanism's crank per turn of the drive, negative if it turns in the opposite direction; a " // &
-    &   "number such as 2 or 0.5, or numerator and denominator such as 17,23", as_original = "as the original"
+    &   "number such as 2 or 0.5, or numerator and denominator such as 17,23", as_original = "as the original", &
+    & as_there = "as in `&mechanism`"
 
   type(key_type), parameter, public :: mechanism_keys(*) = [ &
     & key_type("mechanism", "name", text_key, "name by which `&joint`, `&link` and `&repeat` refer to the mechanism", &
@@ -46,12 +47,12 @@ module gestell_input_machine_mechanisms
     & key_type("repeat", "of", text_key, "name of the mechanism to copy, with all its joints and links", required=.true.), &
     & key_type("repeat", "name", text_key, "name of the copy; a joint or link `B` of the original is called `NAME.B` in the copy", &
     &   required=.true.), &
-    & key_type("repeat", "origin", real_key, of_origin, 1, 2, 3, unit=of_length, otherwise=as_original), &
-    & key_type("repeat", "axis", real_key, of_axis, 1, 3, 3, otherwise=as_original), &
-    & key_type("repeat", "x_axis", real_key, of_x_axis, 1, 3, 3, otherwise=as_original), &
-    & key_type("repeat", "angle", real_key, of_rotation, unit=of_angle, otherwise=as_original), &
-    & key_type("repeat", "phase", real_key, of_phase, unit=of_angle, otherwise=as_original), &
-    & key_type("repeat", "ratio", real_key, of_ratio, 1, 1, 2, range=nonzero, otherwise=as_original)]
+    & key_type("repeat", "origin", real_key, as_there, 1, 2, 3, unit=of_length, otherwise=as_original), &
+    & key_type("repeat", "axis", real_key, as_there, 1, 3, 3, otherwise=as_original), &
+    & key_type("repeat", "x_axis", real_key, as_there, 1, 3, 3, otherwise=as_original), &
+    & key_type("repeat", "angle", real_key, as_there, unit=of_angle, otherwise=as_original), &
+    & key_type("repeat", "phase", real_key, as_there, unit=of_angle, otherwise=as_original), &
+    & key_type("repeat", "ratio", real_key, as_there, 1, 1, 2, range=nonzero, otherwise=as_original)]
 
   type(key_type), parameter, public :: membership_key(2) = [ &
     & key_type("joint", "mechanism", text_key, "name of the mechanism to which the joint belongs, if the input has several " // &

@@ -221,7 +221,8 @@ contains
         reason = "must be positive"
       else if (key%range%not_zero .and. .not. abs(value) > 0) then
         reason = "must not be zero"
-      else if (key%range%unit_size .and. .not. nint(abs(value)) == 1) then
+      ! nint would overflow: without optimisation both operands are evaluated
+      else if (key%range%unit_size .and. .not. abs(abs(value) - 1) < 0.5_dp) then
         reason = "must be 1 or -1"
       else if (least > unset .and. .not. value >= least) then
         reason = "must be at least " // concise(least)

@@ -25,10 +25,11 @@ module gestell_input_schema
   !> Describes one of the words that a key accepts, such as the joint type RRR.
   type, public :: variant_type
     !> `name`: the word. `group`, `key`: group and key that accept this word
-    character(len=16) :: group, key, name
+    character(len=16) :: group, key
+    character(len=20) :: name
     character(len=320) :: meaning
     !> Keys of the group that apply to this word, as a list in the manual
-    character(len=200) :: keys = ""
+    character(len=240) :: keys = ""
   end type variant_type
 
   !> All groups and keys of the input, and descriptions of the words that keys accept.

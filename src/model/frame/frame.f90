@@ -51,7 +51,7 @@ module gestell_model_frame
     procedure :: matrices, load, sample_second_order, sample_at_rest, crank_angles, uniform_in_space, remember
     procedure :: weigh => add_gravity
     procedure :: coupled, check, averaged, mean_matrices, natural_frequencies, conserves, ground_forces, dofs
-    procedure :: drive_speed, drive_rpm, degrees_per_period
+    procedure :: run_at, drive_speed, drive_rpm, degrees_per_period
     procedure :: rotations, potential, dissipation, moments_of_inertia, drive_lags
   end type frame_type
 
@@ -97,13 +97,12 @@ contains
     frame%inertia = inertia
     frame%origin = origin
     frame%mechanism_distance = norm2(origin)
-    frame%speed = speed
     frame%free = [1, 2, 3]
     if (present(free)) frame%free = free
     call check_free(frame%free, 3, error)
     if (allocated(error)) return
     frame%states = 2 * size(frame%free)
-    frame%period = 2 * pi / abs(speed)
+    call frame%run_at(speed)
     if (present(held_by)) then
       call check_held(held_by, frame%mechanism, error)
       if (allocated(error)) return
@@ -117,6 +116,18 @@ contains
     frame%least_steps = max(8, ceiling(2 * pi / frame%mechanism%angle_scale))
     if (present(gravity)) call frame%weigh([gravity, 0.0_dp], error)
   end subroutine new_frame
+
+  !> Sets the crank speed (rad/s). An integration step ends wherever the mechanism's motion is not smooth.
+  pure subroutine run_at(self, speed)
+    class(frame_type), intent(inout) :: self
+    real(dp), intent(in) :: speed
+
+    self%speed = speed
+    self%period = 2 * pi / abs(speed)
+    if (.not. allocated(self%mechanism%kinks)) return
+    self%breaks = self%mechanism%kinks / abs(speed)
+    if (speed < 0) self%breaks = (2 * pi - self%mechanism%kinks(size(self%breaks):1:-1)) / abs(speed)
+  end subroutine run_at
 
   !> Gives weight to all masses of a frame and sets the static forces of its supports, which carry the weight. Fails if no spring
   !> carries the weight along some free degree of freedom, or if the weight overflows.

@@ -7,6 +7,7 @@ module gestell_model_frame_in_space
   use gestell_model_frame_data, only: check_free
   use gestell_model_frame, only: frame_type
   use gestell_model_linkage, only: linkage_type
+  use gestell_model_mechanism_held, only: check_jumps
   use gestell_model_space_drive, only: drive_type
   use gestell_model_space_masses, only: plane_type
   use gestell_model_mounting, only: support_type
@@ -20,7 +21,7 @@ contains
 
   !> Converts a frame that `new_frame` has created with its foundation to a frame in space. The frame gets an inertia tensor,
   !> mechanisms in several planes, supports and six degrees of freedom. Fails if a number is not finite or out of range, or if a
-  !> mechanism cannot turn.
+  !> mechanism cannot turn, or if `check_jumps` fails.
   subroutine put_in_space(frame, inertia, planes, supports, free, error, stiffness, damping, drive)
     type(frame_type), intent(inout) :: frame
     !> Inertia tensor of the frame about its centre of mass (kg m^2)
@@ -76,6 +77,8 @@ contains
       return
     end if
     if (present(drive)) frame%space%drive = drive
+    call check_jumps(frame%space%drive%held_by, frame%mechanism, error)
+    if (allocated(error)) return
     frame%space%drive%turns = frame%mechanism%turns
     frame%held_by = frame%space%drive%held_by
     frame%flywheel_inertia = frame%space%drive%flywheel_inertia

@@ -119,6 +119,8 @@ contains
     computed%rms = [(computed%series(i)%rms(), i = 1, 6)]
     if (.not. all(ieee_is_finite(computed%rms))) return
     computed%peak = [(computed%series(i)%peak(h(:, i)), i = 1, 6)]
+    ! A Fourier series overshoots where the acceleration jumps.
+    if (frame%mechanism%jumps) computed%peak = maxval(abs(h), dim=1)
     computed%shaft = frame%shaft_axes(:, 3)
     associate (x => frame%shaft_axes(:, 1), y => frame%shaft_axes(:, 2))
       computed%force = turning_vectors(computed%series(:3), size(computed%series(1)%amplitude), x, sign(1.0_dp, frame%speed) * y)

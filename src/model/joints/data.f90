@@ -11,7 +11,7 @@ module gestell_model_joints_data
   !> underflow nor overflow.
   real(dp), parameter :: shortest = 1.0e-100_dp, longest = 1.0e100_dp
 
-  !> Value of one key. It consists of numbers in SI units and rad, or of indices of joints.
+  !> Value of one key. It consists of numbers in SI units and rad, or of indices of joints or of the key's words.
   type :: datum_type
     character(len=16) :: key
     real(dp), allocatable :: numbers(:)
@@ -33,7 +33,7 @@ module gestell_model_joints_data
 
 contains
 
-  !> Adds the value of a key. The value consists of numbers in SI units and rad, or of indices of joints.
+  !> Adds the value of a key. The value consists of numbers in SI units and rad, or of indices of joints or of the key's words.
   pure subroutine add(self, key, numbers, joints)
     class(joint_data_type), intent(inout) :: self
     character(len=*), intent(in) :: key
@@ -81,7 +81,7 @@ contains
     number = self%given(index_of(self, key))%numbers(1)
   end function number
 
-  !> The indices of the joints to which a key refers. The data must contain this key.
+  !> The indices of the joints, or of the words, to which a key refers. The data must contain this key.
   pure function joints(self, key)
     class(joint_data_type), intent(in) :: self
     character(len=*), intent(in) :: key

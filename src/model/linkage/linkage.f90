@@ -6,6 +6,7 @@ module gestell_model_linkage
   use gestell_model_linkage_assembly, only: prove_assembly
   use gestell_model_linkage_gas, only: set_gas_force
   use gestell_model_linkage_load, only: action_type, add_load_sums, ground_body, load_action, load_type
+  use gestell_model_linkage_kinks, only: find_kinks
   use gestell_model_linkage_bodies, only: link_type, move_link, sum_drive, sum_masses, tabulate_masses
   use gestell_model_joints_data, only: check_finite
   use gestell_model_joints_guide, only: guide_type
@@ -308,8 +309,8 @@ contains
     end do
   end subroutine points
 
-  !> Proves that the linkage can turn, and computes its `angle_scale` and `terms`. Fails if the linkage has no crank or no link, or
-  !> if it cannot be assembled at some crank angle (see `prove_assembly`).
+  !> Proves that the linkage can turn, and computes its `angle_scale`, `terms` and `kinks`. Fails if the linkage has no crank or no
+  !> link, or if it cannot be assembled at some crank angle (see `prove_assembly`).
   subroutine prepare(self, error)
     class(linkage_type), intent(inout) :: self
     type(error_type), allocatable, intent(out) :: error
@@ -333,6 +334,7 @@ contains
     call prove_assembly(self%joints, self%links, self%angle_scale, self%intervals, error, self%turns)
     self%prepared = .not. allocated(error)
     if (.not. self%prepared) return
+    call find_kinks(self%joints, self%angle_scale, self%kinks, self%jumps)
     allocate(at(size(self%joints)))
     self%terms = 0
     do i = 1, angles

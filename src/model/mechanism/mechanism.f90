@@ -60,6 +60,11 @@ module gestell_model_mechanism
     integer :: load_order = -1
     !> True if a load acts between a link or the frame and the ground.
     logical :: has_ground_loads = .false.
+    !> Crank angles (rad), ascending and strictly between 0 and 2 pi, at which the motion is not smooth. Not allocated if it is
+    !> smooth everywhere.
+    real(dp), allocatable :: kinks(:)
+    !> True if accelerations jump at some of these angles or at the angle 0.
+    logical :: jumps = .false.
   contains
     procedure(mass_functions_at), deferred :: mass_functions
     procedure :: tabulate => tabulate_one_by_one

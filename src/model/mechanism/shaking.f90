@@ -78,9 +78,14 @@ contains
     computed%rms(4) = hypot(computed%rms(1), computed%rms(2))
     if (.not. all(ieee_is_finite(computed%rms))) return
     computed%peak(:3) = [(computed%series(k)%peak(samples(:, k)), k = 1, 3)]
+    ! A Fourier series overshoots where the acceleration jumps.
+    if (mechanism%jumps) then
+      computed%peak = [maxval(abs(samples), dim=1), maxval(hypot(samples(:, 1), samples(:, 2)))]
+    end if
     ! the square of a vector's length is a trigonometric polynomial too
     bound = hypot(computed%peak(1), computed%peak(2))
-    if (bound > 0) computed%peak(4) = bound * sqrt(largest_value((samples(:, 1) / bound)**2 + (samples(:, 2) / bound)**2))
+    if (bound > 0 .and. .not. mechanism%jumps) computed%peak(4) = bound * sqrt(largest_value((samples(:, 1) / bound)**2 &
+      & + (samples(:, 2) / bound)**2))
     if (.not. abs(speed) > 0) return
     ! With Re C_x e^(i phi) and Re C_y e^(i phi) along x and y the vector is F+ e^(i phi) + F- e^(-i phi),
     ! F+ = (C_x + i C_y) / 2, F- = conjg(C_x - i C_y) / 2.

@@ -137,6 +137,8 @@ contains
     self%terms = self%source%terms
     self%turns = self%source%turns
     if (allocated(self%source%crank_turns)) self%crank_turns = self%source%crank_turns
+    if (allocated(self%source%kinks)) self%kinks = self%source%kinks
+    self%jumps = self%source%jumps
   end subroutine take_over
 
   subroutine tabulate_drive(self, angles, table, known)

@@ -20,8 +20,8 @@ module gestell_model_pairs_forces
   integer, parameter, public :: fx = 1, fy = 2, moment = 3, axial = 4, transverse = 5, components = 5
 
   !> Known forces at one crank angle. `on_bodies`: force along x and y (N) and moment about the joint that adds the body (N m),
-  !> shape (3, bodies). `on_pins`: force on the pin of each joint (N), shape (2, joints). `body_errors`, `pin_errors`: bounds on their
-  !> errors. `relative`: bound on the relative errors of directions and lever arms.
+  !> shape (3, bodies). `on_pins`: force on the pin of each joint (N), shape (2, joints). `body_errors`, `pin_errors`: bounds on
+  !> their errors. `relative`: bound on the relative errors of directions and lever arms.
   type, public :: applied_type
     real(dp), allocatable :: on_bodies(:, :), on_pins(:, :), body_errors(:, :), pin_errors(:, :)
     real(dp) :: relative = 0

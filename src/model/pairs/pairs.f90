@@ -22,13 +22,14 @@ module gestell_model_pairs
 
   !> A rigid body of a linkage.
   type, public :: body_type
-    !> Name of the body's first link. If the body has no link, `has_link` is false, and its name is "block", or consists of the names
-    !> of two joints
+    !> Name of the body's first link. If the body has no link, `has_link` is false, and its name is "block" or consists of the
+    !> names of two joints
     character(len=:), allocatable :: name
     logical :: has_link = .true.
     !> Joint that adds the body; moments on the body refer to this joint
     integer :: joint = 0
-    !> `joints`: joints that are points of the body. `aligned`: joints toward which, from a point of the body, its direction is fixed
+    !> `joints`: joints that are points of the body. `aligned`: joints toward which, from a point of the body, its direction is
+    !> fixed
     integer, allocatable :: joints(:), aligned(:)
     !> The body's axis leads from the first of these joints to the second: from `from` to `to` of its first link
     integer :: axis(2) = 0

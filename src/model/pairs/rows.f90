@@ -277,8 +277,8 @@ contains
     end do
   end function load_count
 
-  !> Adds load `number` of a plane to the known forces on its two bodies. A force whose direction is fixed in space turns against the
-  !> frame.
+  !> Adds load `number` of a plane to the known forces on its two bodies. A force whose direction is fixed in space turns against
+  !> the frame.
   pure subroutine add_load(plane, structure, number, at, crank_angle, rotation, applied)
     type(plane_type), intent(in) :: plane
     type(structure_type), intent(in) :: structure

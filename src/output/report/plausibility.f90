@@ -99,7 +99,12 @@ contains
       do i = 1, size(mechanism%joints)
         select type (joint => mechanism%joints(i)%joint)
         class is (follower_joint)
-          lines = lines // lift_warning(mechanism%joints(i)%name, joint%lift, joint%table_orders)
+          if (allocated(joint%law)) then
+            if (any(abs(joint%law%jumps()) > 0)) lines = lines // "joint '" // mechanism%joints(i)%name // "': the acceleration " &
+              & // "of its law jumps, so peaks of accelerations are less accurate (--check lists the jumps)" // newline
+          else
+            lines = lines // lift_warning(mechanism%joints(i)%name, joint%lift, joint%table_orders)
+          end if
         end select
       end do
     end select
@@ -248,7 +253,8 @@ contains
     part = sqrt(sum(squares(orders / 2 + 1:)) / sum(squares))
     if (part > largest_share) line = "joint '" // name // "': " // concise(100 * part, 2) // " % of its acceleration (rms) " // &
       &   "comes from the upper half of the orders that lift_table can represent, " // concise(real(orders / 2 + 1, dp)) // " to " &
-      & // concise(real(orders, dp)) // ": check whether the values of lift_table have enough digits" // newline
+      & // concise(real(orders, dp)) // ": check whether the values of lift_table have enough digits, or limit the orders " // &
+      &   "with harmonics=" // concise(real(orders / 2, dp)) // newline
   end function lift_warning
 
   !> Finds the extreme values of a linkage at `samples` positions of the crank, which rotates with the angular velocity `omega`

@@ -299,11 +299,12 @@ contains
     type(frame_type), intent(in) :: frame
     type(condition_type), intent(in) :: condition
     type(frame_type), intent(out) :: run
+    real(dp) :: speed
 
     run = frame
-    if (abs(condition%speed) > 0) run%speed = condition%speed
-    run%speed = run%speed * condition%speed_factor
-    run%period = 2 * pi / abs(run%speed)
+    speed = frame%speed
+    if (abs(condition%speed) > 0) speed = condition%speed
+    call run%run_at(speed * condition%speed_factor)
     call run%scale_mounting(condition%stiffness_factor, condition%damping_factor)
   end subroutine at_condition
 

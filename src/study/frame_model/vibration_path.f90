@@ -11,7 +11,7 @@
 !> heavy damping there is only one vibration, so the path cannot return to its start.
 module gestell_study_frame_model_vibration_path
   use gestell_base_error, only: error_type, failed_computation, fatal_error, invalid_input
-  use gestell_base_kinds, only: dp, pi
+  use gestell_base_kinds, only: dp
   use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_model_frame, only: frame_type
   use gestell_model_exact_varied_frame, only: varied_frame_type
@@ -101,8 +101,7 @@ contains
       family%speeds(1) = frame%speed * other_speeds(k)
       call family%member(0.0_dp, start, error)
       other = frame
-      other%speed = start%speed
-      other%period = start%period
+      call other%run_at(start%speed)
       call iterate(other, with_min_tolerance(accuracy, rough), .false., start, steps, error, quickly)
       if (.not. quickly) family%left = family%left - slow * size(steps)
       if (allocated(error)) then
@@ -190,6 +189,7 @@ contains
     real(dp), intent(in) :: lambda
     type(varied_frame_type), intent(out) :: varied
     type(error_type), allocatable, intent(out) :: error
+    real(dp) :: speed
 
     varied = self%varied
     if (self%drag > 0 .and. lambda < 2 * self%furthest_back) then
@@ -197,12 +197,12 @@ contains
     else if (self%from_rest) then
       varied%excitation = lambda
     else
-      varied%speed = self%speeds(1) + lambda * (self%speeds(2) - self%speeds(1))
-      if (.not. varied%speed / self%speeds(1) > 0) then
+      speed = self%speeds(1) + lambda * (self%speeds(2) - self%speeds(1))
+      if (.not. speed / self%speeds(1) > 0) then
         call fatal_error(error, "the branch of vibrations reaches the speed 0", invalid_input)
         return
       end if
-      varied%period = 2 * pi / abs(varied%speed)
+      call varied%run_at(speed)
       if (self%drag > 0) call add_drag(varied, self%units, self%drag * (exp(-fall * lambda) - exp(-fall)))
     end if
   end subroutine member

@@ -1,9 +1,12 @@
 !> Reports properties of the mechanism that do not depend on the vibration: mobility, motions, transmission angle, shaking forces.
 module gestell_task_drawing_report
   use gestell_base_error, only: error_type
+  use gestell_base_key, only: all_words
   use gestell_base_kinds, only: dp, pi
   use gestell_base_text, only: concise, either, fixed, newline, text
   use gestell_input_wording, only: counted
+  use gestell_model_joints_law, only: law_names
+  use gestell_model_joints_types_follower, only: follower_joint
   use gestell_model_linkage_diagnosis, only: diagnose, diagnose_joints, diagnosis_type
   use gestell_model_mechanism_shaking, only: shaking, shaking_type
   use gestell_output_report_orders, only: order_of
@@ -69,7 +72,7 @@ contains
         rows = rows // trim(mechanism%links(i)%name) // tab // motion // newline
       end do
       lines = lines // tabulated("ll", "link,motion", rows) // transmission_line(mechanism, diagnosis) &
-        & // slider_lines(mechanism, diagnosis, frame%speed)
+        & // slider_lines(mechanism, diagnosis, frame%speed) // law_lines(mechanism)
     end select
     if (frame%dofs() > 3) then
       lines = lines // balance_table(frame) // axis_line(frame)
@@ -178,6 +181,33 @@ contains
     end function in_range
 
   end function slider_lines
+
+  !> Table of the segments of all cam laws; empty if there are none.
+  function law_lines(mechanism) result(lines)
+    class(linkage_type), intent(in) :: mechanism
+    character(len=:), allocatable :: lines, rows
+    character(len=20), allocatable :: names(:)
+    real(dp), allocatable :: jumps(:)
+    integer :: i, k
+
+    rows = ""
+    names = all_words(law_names)
+    do i = 1, size(mechanism%joints)
+      select type (joint => mechanism%joints(i)%joint)
+      class is (follower_joint)
+        if (.not. allocated(joint%law)) cycle
+        jumps = joint%law%jumps()
+        do k = 1, size(jumps)
+          rows = rows // mechanism%joints(i)%name // tab // trim(names(joint%law%laws(k))) // number_cells([joint%law%ends(k) &
+            & * 180 / pi, joint%law%lifts(k), jumps(k)], 5) // newline
+        end do
+      end select
+    end do
+    lines = ""
+    if (rows /= "") lines = newline // "CAM LAWS: lift and velocity are continuous; at the end of each segment: angle of the " // &
+      &   "cam, lift, jump of the acceleration per (rad/s)^2 of the cam's speed" // newline // tabulated("llrrr", &
+      & "slider,law,angle,lift,jump" // newline // ",,deg,m,m", rows)
+  end function law_lines
 
   !> Table of the shaking forces and the shaking moment of a planar frame, for each order of the crank.
   function shaking_lines(frame) result(lines)

@@ -128,7 +128,7 @@ contains
     type(joint_force_type), allocatable :: forces(:)
     type(source_type), allocatable :: sources(:)
     type(table_type) :: table, histories, harmonics
-    character(len=:), allocatable :: ground, turn
+    character(len=:), allocatable :: column, ground, turn
     integer :: i, k
 
     call find_joint_forces(frame, vibration, self%names, forces, error)
@@ -150,11 +150,10 @@ contains
     do i = 1, size(forces)
       do k = 1, magnitude
         if (k == moment .and. .not. forces(i)%has_moment) cycle
-        associate (column => trim(component_names(k)) // "_" // trim(forces(i)%place%name))
-          call histories%add(column, units(k), "force or moment on " // trim(forces(i)%place%body), forces(i)%history(:, k))
-          if (k == moment .or. any(k == axes_of(self%of_links))) call add_harmonics(harmonics, column, units(k), &
-            & forces(i)%statistics(k)%series(1), last)
-        end associate
+        column = trim(component_names(k)) // "_" // trim(forces(i)%place%name)
+        call histories%add(column, units(k), "force or moment on " // trim(forces(i)%place%body), forces(i)%history(:, k))
+        if (k == moment .or. any(k == axes_of(self%of_links))) call add_harmonics(harmonics, column, units(k), &
+          & forces(i)%statistics(k)%series(1), last)
       end do
     end do
     call result%add(table, plot_loads(table, histories, forces, ground))

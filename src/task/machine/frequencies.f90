@@ -37,8 +37,7 @@ contains
     end if
     lines = frequency_lines(frequencies, abs(frame%drive_speed()), frame%mechanism%turns, varies(frame))
     allocate(slow_frame, source=frame)
-    slow_frame%speed = frame%speed / 2
-    slow_frame%period = 2 * frame%period
+    call slow_frame%run_at(frame%speed / 2)
     call slow_frame%natural_frequencies(slow_frequencies, failure)
     if (allocated(failure)) return
     if (any(abs(slow_frequencies - frequencies) > equal * abs(frequencies))) lines = lines &
