@@ -38,7 +38,7 @@ contains
   subroutine test_records(error)
     type(error_type), allocatable, intent(out) :: error
     type(schema_type) :: schema
-    character(len=16), allocatable :: words(:), allowed(:)
+    character(len=20), allocatable :: words(:), allowed(:)
     integer :: i, k
 
     schema = input_schema()
@@ -77,7 +77,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(schema_type) :: schema
     type(gestell_error), allocatable :: failure
-    character(len=16), allocatable :: words(:)
+    character(len=20), allocatable :: words(:)
     character(len=:), allocatable :: text
     integer :: i, k
 
@@ -194,7 +194,7 @@ contains
         call check_text(error, text, failure, trim(key%group) // "." // trim(key%name) // ": ")
         if (allocated(error)) return
         call check(error, index(text, "yes: &sweep") > 0 .eqv. (key%kind == real_key .and. any(key%group == &
-          & [character(len=16) :: "drive", "joint", "link", "mass_functions", "frame", "support", "foundation", "gravity", &
+          & [character(len=20) :: "drive", "joint", "link", "mass_functions", "frame", "support", "foundation", "gravity", &
           & "mechanism", "repeat"])), text)
       end associate
     end do
