@@ -200,7 +200,7 @@ contains
     character(len=3) :: link
 
     tested = 0
-    do number = 1, 80
+    do number = 1, 120
       call make_moving(number, machine, frame, phase, motion, error)
       if (allocated(error)) return
       if (.not. is_determined(frame)) cycle
@@ -211,8 +211,13 @@ contains
       maximum = maxval(abs(forces))
       do k = 1, size(machine%links)
         write (link, "(a, i0)") "l", k
-        ! several links may form one body
-        if (count(places%body == link) == 0 .or. shares_body(machine, k)) cycle
+        ! several links may form one body; the mass of a link that only translates acts on a pin unless its guide is fixed
+        if (count(places%body == link) == 0 .or. shares_body(frame, k)) cycle
+        if (machine%links(k)%to == 0) then
+          associate (joint => machine%joints(machine%links(k)%from))
+            if (joint%guide(1) > 0 .or. all(joint%kind /= ["RRP", "RPP"])) cycle
+          end associate
+        end if
         r = cmplx(moved%center(1, :, k), moved%center(2, :, k), qp) * [1.0_qp, real(frame%speed, qp), real(frame%speed, qp)**2]
         r(0) = r(0) + cmplx(frame%origin(1), frame%origin(2), qp)
         associate (psi => real(motion(3, 1), qp), w => real(motion(6, 1), qp), w_d => real(motion(9, 1), qp))
@@ -257,19 +262,17 @@ contains
     is_determined = .not. allocated(failure)
   end function is_determined
 
-  !> True if another link has the same two joints as link `k` or hangs on its slider.
-  pure logical function shares_body(machine, k)
-    type(machine_data), intent(in) :: machine
+  !> True if another link belongs to the same body as link `k`.
+  logical function shares_body(frame, k)
+    type(frame_type), intent(in) :: frame
     integer, intent(in) :: k
-    integer :: i
+    type(plane_pairs_type), allocatable :: pairs(:)
+    type(gestell_error), allocatable :: failure
 
-    shares_body = .false.
-    do i = 1, size(machine%links)
-      if (i == k) cycle
-      associate (one => machine%links(i), two => machine%links(k))
-        shares_body = shares_body .or. one%from == two%from .and. one%to == two%to .or. one%from == two%to .and. one%to == two%from
-      end associate
-    end do
+    call find_machine_pairs(frame, pairs, failure)
+    associate (bodies => pairs(1)%structure%links)
+      shares_body = count(bodies == bodies(k)) > 1
+    end associate
   end function shares_body
 
   !> Number of a joint called j1, j2, ...
@@ -289,7 +292,7 @@ contains
     real(dp) :: phase, motion(9, 1), exact
     integer :: number, i
 
-    do number = 1, 80
+    do number = 1, 120
       call make_moving(number, machine, frame, phase, motion, error)
       if (allocated(error)) return
       if (.not. is_determined(frame)) cycle

@@ -8,6 +8,7 @@ module gestell_model_pairs
   use gestell_model_joints_guide, only: guide_type
   use gestell_model_joints_pairs, only: contact, pair_type, pin, shaft, slide, slot
   use gestell_model_linkage, only: linkage_type
+  use gestell_model_linkage_bodies, only: link_type
   use gestell_model_linkage_diagnosis, only: shaft_of
   implicit none (type, external)
   private
@@ -104,7 +105,7 @@ contains
     end associate
     call place_links(linkage, structure, error)
     if (allocated(error)) return
-    call list_places(structure)
+    call list_places(structure, linkage%links)
   end subroutine find_structure
 
   !> Adds the new bodies of joint `i`.
@@ -202,8 +203,8 @@ contains
     body = no_body
   end function body_with
 
-  !> Finds the body of each link. A link that only translates belongs to the slider at its joint. If there is no single slider, its
-  !> mass acts on the pin. Names the bodies after their first links.
+  !> Finds the body of each link. A link that only translates belongs to the slider at its joint. If there is no single slider, or if
+  !> its guide turns, the link's mass acts on the pin. Names the bodies after their first links.
   pure subroutine place_links(linkage, structure, error)
     class(linkage_type), intent(in) :: linkage
     type(structure_type), intent(inout) :: structure
@@ -220,6 +221,11 @@ contains
             if (count(group%pairs%kind == slide) == 1) body = group%first &
               & + group%pairs(findloc(group%pairs%kind, slide, dim=1))%body
           end associate
+          if (body > 0) then
+            if (.not. allocated(structure%bodies(body)%name)) structure%bodies(body)%name = link%name
+            ! the link does not turn with a guide that turns
+            if (structure%bodies(body)%guide%carriers(1) > 0) body = on_pin
+          end if
         end if
         if (body == no_body) then
           call fatal_error(error, "the joint forces are not determined: no body carries both joints '" &
@@ -251,8 +257,9 @@ contains
 
   !> Lists the places at which forces act on the bodies: first those of the pairs, joint by joint, then those at which bodies on a
   !> pin act on the body that carries the pin.
-  pure subroutine list_places(structure)
+  pure subroutine list_places(structure, links)
     type(structure_type), intent(inout) :: structure
+    type(link_type), intent(in) :: links(:)
     integer :: j, k
 
     do j = 1, size(structure%groups)
@@ -271,7 +278,7 @@ contains
     end do
     do j = 1, size(structure%hosts)
       if (structure%hosts(j) <= frame_body) cycle
-      if (.not. any(acts_on_pin(structure%places, j))) cycle
+      if (.not. (any(acts_on_pin(structure%places, j)) .or. any(links%from == j .and. structure%links == on_pin))) cycle
       structure%places = [structure%places, place_type(pin, j, structure%hosts(j))]
       structure%host_places(j) = size(structure%places)
     end do
