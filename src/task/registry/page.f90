@@ -4,11 +4,12 @@ module gestell_task_registry_page
   use gestell_base_error, only: error_type
   use gestell_base_text, only: concise, newline, text
   use gestell_base_version, only: version
-  use gestell_base_words, only: on_one_line
+  use gestell_base_words, only: on_one_line, printable
   use gestell_task_common_configuration, only: configuration_type
   use gestell_task_common_context, only: context_type
   use gestell_task_forces_reactions, only: along_x, along_y, along_z, find_reactions, reaction_type, force_magnitude
   use gestell_task_machine_frequencies, only: frequency_list
+  use gestell_task_machine_report, only: report_machine
   use gestell_output_head, only: setting_type
   use gestell_output_result, only: result_type
   use gestell_output_table, only: table_type
@@ -27,15 +28,13 @@ module gestell_task_registry_page
 
 contains
 
-  !> Writes report.html with the results and the pictures. `report`: text of the report. The page shows the name of the input file
-  !> without its folder. Fails if the file cannot be written.
-  subroutine write_page(context, result, report, error)
+  !> Writes report.html with the results and the pictures. The page shows the name of the input file without its folder. Fails if
+  !> the file cannot be written.
+  subroutine write_page(context, result, error)
     type(context_type), intent(in) :: context
     type(result_type), intent(in) :: result
-    character(len=*), intent(in) :: report
     type(error_type), allocatable, intent(out) :: error
     type(output_type) :: page
-    character(len=*), parameter :: label = newline // "  input      "
     character(len=:), allocatable :: title, input, state, words, line
     integer :: i
 
@@ -59,9 +58,8 @@ contains
       call page%append(section(context%staging, result%tables(i)))
     end do
     call page%append(input_table(context%configuration, context%head%settings))
-    i = index(report, label) + len(label)
-    call page%append("<h2>Report</h2>" // newline // folded("as printed on standard output", report(:i - 1) // input &
-      & // report(i - 1 + index(report(i:), newline):) // newline // result%summary_line()))
+    call page%append("<h2>Report</h2>" // newline // folded("as printed on standard output", &
+      & printable(report_machine(context%configuration, input) // result%report) // newline // result%summary_line()))
     if (result%details /= "") call page%append(folded("accuracy of the numerical solution", result%details))
     call page%append(tail)
     call page%complete(error)
