@@ -4,12 +4,11 @@ module test_undamped
   use exact_machines, only: machine_on_supports, solve, solve_multiplier
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp, pi
-  use gestell_base_verdict, only: not_judged, operator(==), operator(>), stable, undamped, undecided, unstable, verdict_named, &
-    & verdict_type, worst
+  use gestell_base_verdict, only: judgement_type, not_judged, operator(==), operator(>), stable, undamped, undecided, unstable, &
+    & verdict_named, verdict_type, worst
   use gestell_floquet_multipliers, only: lie_on_circle, multipliers_type
   use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_model_frame, only: frame_type
-  use gestell_output_report_verdict, only: judgement_type
   use gestell_output_result, only: result_type
   use gestell_study_frame_model, only: settle
   use gestell_system_natural_frequencies, only: solve_natural_frequencies
@@ -59,8 +58,7 @@ contains
   !> Sections report their verdicts in any order.
   subroutine test_judge(error)
     type(error_type), allocatable, intent(out) :: error
-    character(len=30), parameter :: words(3) = [character(len=30) :: "stable", "UNDECIDED at 5 of 5 speeds", &
-      & "UNSTABLE at 1 of 2 speeds"]
+    character(len=17), parameter :: extents(3) = [character(len=17) :: "", " at 5 of 5 speeds", " at 1 of 2 speeds"]
     integer, parameter :: orders(3, 6) = reshape([1, 2, 3, 1, 3, 2, 2, 1, 3, 2, 3, 1, 3, 1, 2, 3, 2, 1], [3, 6])
     type(verdict_type) :: verdicts(3)
     type(result_type), allocatable :: result
@@ -72,7 +70,7 @@ contains
       allocate(result)
       call result%begin(.false.)
       do k = 1, 3
-        call result%judge(judgement_type(verdicts(orders(k, i)), trim(words(orders(k, i)))))
+        call result%judge(judgement_type(verdicts(orders(k, i)), trim(extents(orders(k, i)))))
       end do
       call check_that(error, result%summary_line(), "contains", "VERDICT  UNSTABLE at 1 of 2 speeds; UNDECIDED at 5 of 5 speeds")
       if (allocated(error)) return

@@ -3,6 +3,7 @@ module gestell_run_files
   use gestell_base_error, only: error_type
   use gestell_input_schema_path, only: position_of_equals
   use gestell_base_words, only: on_one_line
+  use gestell_base_verdict, only: unjudged
   use gestell_output_file_output, only: open_output, output_type
   use gestell_output_json, only: append_json
   use gestell_output_picture_gnuplot, only: draw_pictures
@@ -90,7 +91,7 @@ contains
     character(len=:), allocatable :: value
     integer :: i, k, equals
 
-    table = new_table("", "", "", "")
+    table = new_table("", "", "", unjudged)
     do i = 1, size(options%settings)
       associate (setting => options%settings(i)%text)
         equals = position_of_equals(setting)

@@ -45,7 +45,7 @@ contains
     call page%append(head(title) // "<h1>" // escaped(title) // "</h1>" // newline // "<p class=""sub"">Gestell " // version &
       & // ", input " // escaped(input) // "</p>" // newline)
     do i = 1, size(result%headlines)
-      state = trim(result%headlines(i)%state)
+      state = trim(result%headlines(i)%state%word())
       words = result%headlines(i)%words
       line = escaped(words)
       ! If the headline begins with a state, this state is the verdict and is set in bold.

@@ -1,6 +1,7 @@
 !> Prepares and runs all requested tasks, one after the other, for the program and for the libraries.
 module gestell_task_registry_run
   use gestell_base_error, only: error_type
+  use gestell_base_verdict, only: undecided
   use gestell_output_result, only: result_type
   use gestell_task_common_task, only: all_speeds, any_task_type, own_machine
   use gestell_task_common_context, only: context_type
@@ -69,7 +70,7 @@ contains
     else
       call compute_tasks(tasks, context, result, error, listener)
     end if
-    if (context%reports) call result%warn_each("undecided", input_warnings(context%configuration), printed=.true.)
+    if (context%reports) call result%warn_each(undecided, input_warnings(context%configuration), printed=.true.)
     if (present(listener)) call listener%receive(result)
   end subroutine run_tasks
 
