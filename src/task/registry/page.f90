@@ -15,6 +15,7 @@ module gestell_task_registry_page
   use gestell_output_table, only: table_type
   use gestell_input_namelist_document, only: group_type, name_of
   use gestell_base_files, only: read_file
+  use gestell_base_verdict, only: not_judged, operator(/=)
   use gestell_output_page_html, only: cell, escaped, head, row, tail
   use gestell_output_page_table, only: html_table
   use gestell_input_schema, only: find_key_rule, schema_type
@@ -48,8 +49,8 @@ contains
       state = trim(result%headlines(i)%state%word())
       words = result%headlines(i)%words
       line = escaped(words)
-      ! If the headline begins with a state, this state is the verdict and is set in bold.
-      if (index(words, state // ":") == 1) line = "<strong>" // state // "</strong>" // escaped(words(len(state) + 1:))
+      ! The first headline begins with the verdict on the machine of the input, which is set in bold.
+      if (i == 1 .and. result%verdict /= not_judged) line = "<strong>" // state // "</strong>" // escaped(words(len(state) + 1:))
       if (state == "") state = "note"
       call page%append("<p class=""verdict " // state // """>" // line // "</p>" // newline)
     end do
