@@ -14,7 +14,7 @@ module exact_claims
   use gestell_task_common_context, only: context_type
   use gestell_task_power_drive, only: drive_type, find_drive
   use gestell_task_registry, only: input_schema, read_input
-  use gestell_task_registry_run, only: run_tasks
+  use gestell_task_registry_run, only: prepare_tasks, run_tasks
   implicit none (type, external)
   private
 
@@ -84,14 +84,10 @@ contains
       claims%refusal = error%message
       return
     end if
-    allocate(context%executor)
     context%keep_all_rows = .true.
     context%reports = .false.
-    call result%begin(.false.)
-    do k = 1, size(tasks)
-      if (tasks(k)%task%requested) call tasks(k)%task%prepare(context, error)
-    end do
-    call run_tasks(tasks, context, result, error)
+    call prepare_tasks(tasks, context, result, error)
+    if (.not. allocated(error)) call run_tasks(tasks, context, result, error)
     call cpu_time(after)
     claims%seconds = after - before
     if (.not. allocated(error) .and. allocated(result%failure)) allocate(error, source=result%failure)

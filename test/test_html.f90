@@ -9,6 +9,7 @@ module test_html
   use gestell_output_table_unit, only: new_unit
   use gestell_input_machine_frame, only: support_keys
   use gestell_base_key, only: find_key, of_length
+  use gestell_base_verdict, only: unjudged
   use gestell_task_common_keys, only: case_keys
   use gestell_input_schema_units, only: unit_symbol, units_type
   use testdrive, only: check, error_type, new_unittest, unittest_type
@@ -40,7 +41,7 @@ contains
     type(table_type) :: table
     integer :: k
 
-    table = new_table("t", "", "", "")
+    table = new_table("t", "", "", unjudged)
     call table%add("first", "one by itself", [1, 2])
     call table%expect(0)
     call table%expect(2)
@@ -87,7 +88,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(table_type) :: table
 
-    table = new_table("a", "", "", "")
+    table = new_table("a", "", "", unjudged)
     call table%add("exponent_im", new_unit("rad/s"), "", [1.0_dp])
     call table%add("ax_peak", new_unit("m/s^2"), "", [1.0_dp], error="ax_peak_error")
     call table%add("moment", new_unit("N m"), "", [1.0_dp])
@@ -103,7 +104,7 @@ contains
     type(table_type) :: table
     character(len=:), allocatable :: lines
 
-    table = new_table("a", "", "", "")
+    table = new_table("a", "", "", unjudged)
     call table%add("name", "", [character(len=6) :: "b, ""c""", "d"])
     call table%add("x", new_unit("m"), "", [-1.23456789e-3_dp, ieee_value(1.0_dp, ieee_quiet_nan)])
     lines = html_table(table)
@@ -111,7 +112,7 @@ contains
     call check_that(error, lines, "contains", "<td>b, &quot;c&quot;</td><td class=""n"">-0.00123457</td>", "quotes and digits")
     call check_that(error, lines, "contains", "<td class=""n"">NaN</td>", "no number")
     if (allocated(error)) return
-    table = new_table("a", "", "", "")
+    table = new_table("a", "", "", unjudged)
     call table%add("x", new_unit("m"), "", [real(dp) ::])
     call check(error, html_table(table), "")
   end subroutine test_table
@@ -121,7 +122,7 @@ contains
     type(table_type) :: table
     integer :: k
 
-    table = new_table("a", "", "", "")
+    table = new_table("a", "", "", unjudged)
     do k = 1, 11
       call table%add(achar(96 + k), "", [k])
     end do
@@ -133,7 +134,7 @@ contains
     type(table_type) :: table
     integer :: k
 
-    table = new_table("a", "", "", "")
+    table = new_table("a", "", "", unjudged)
     call table%add("a", "", [(k, k = 1, 61)])
     call check_that(error, html_table(table), "contains", "the first 60 of 61 rows", "caption")
   end subroutine test_long

@@ -4,15 +4,18 @@ module test_undamped
   use exact_machines, only: machine_on_supports, solve, solve_multiplier
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp, pi
-  use gestell_base_verdict, only: not_judged, operator(==), operator(>), stable, undamped, undecided, unstable, verdict_named, &
-    & verdict_type, worst
+  use gestell_base_verdict, only: judgement_type, not_judged, operator(==), operator(>), stable, undamped, undecided, unstable, &
+    & verdict_named, verdict_type, worst
   use gestell_floquet_multipliers, only: lie_on_circle, multipliers_type
-  use gestell_floquet_period_monodromy, only: accuracy_type
+  use gestell_floquet_multipliers_krein, only: krein_signs
+  use gestell_floquet_period_monodromy, only: accuracy_type, monodromy_type, solve_monodromy
+  use gestell_floquet_solution, only: floquet_type, solve_floquet, solve_multipliers
+  use gestell_math_lapack, only: eigensystem
   use gestell_model_frame, only: frame_type
-  use gestell_output_report_verdict, only: judgement_type
   use gestell_output_result, only: result_type
   use gestell_study_frame_model, only: settle
   use gestell_system_natural_frequencies, only: solve_natural_frequencies
+  use gestell_system_second_order, only: second_order_system
   use reference_machine, only: khang_machine, machine_data
   use space_machines, only: three_planes
   use testdrive, only: check, error_type, new_unittest, unittest_type
@@ -23,6 +26,13 @@ module test_undamped
 
   character(len=11), parameter :: models(3) = [character(len=11) :: "rest", "first_order", "exact"]
 
+  !> q1'' + w1^2 q1 + s q2 = 0, q2'' + w2^2 q2 + s q1 = 0 with s = coupling cos(2 pi t / T): without damping.
+  type, extends(second_order_system) :: pair_type
+    real(dp) :: w(2) = 0, coupling = 0
+  contains
+    procedure :: matrices => pair_matrices, conserves => pair_conserves
+  end type pair_type
+
 contains
 
   subroutine collect_undamped(testsuite)
@@ -32,6 +42,8 @@ contains
       & new_unittest("verdicts are ordered by severity", test_order), &
       & new_unittest("the last line starts with the worst verdict whatever the sections' order", test_judge), &
       & new_unittest("isolated error discs prove that multipliers lie on the unit circle", test_circle), &
+      & new_unittest("Krein's form of equal frequencies is definite unless energies differ in sign", test_signs), &
+      & new_unittest("modes coupled at their difference frequency are undamped, at their sum never", test_meeting), &
       & new_unittest("machines without dampers are recognised as undamped", test_lagrangian), &
       & new_unittest("machines in space are undamped only without any damper", test_space), &
       & new_unittest("the four-bar is undamped, stable with damper, unstable in a tongue", test_four_bar), &
@@ -59,8 +71,7 @@ contains
   !> Sections report their verdicts in any order.
   subroutine test_judge(error)
     type(error_type), allocatable, intent(out) :: error
-    character(len=30), parameter :: words(3) = [character(len=30) :: "stable", "UNDECIDED at 5 of 5 speeds", &
-      & "UNSTABLE at 1 of 2 speeds"]
+    character(len=17), parameter :: extents(3) = [character(len=17) :: "", " at 5 of 5 speeds", " at 1 of 2 speeds"]
     integer, parameter :: orders(3, 6) = reshape([1, 2, 3, 1, 3, 2, 2, 1, 3, 2, 3, 1, 3, 1, 2, 3, 2, 1], [3, 6])
     type(verdict_type) :: verdicts(3)
     type(result_type), allocatable :: result
@@ -72,7 +83,7 @@ contains
       allocate(result)
       call result%begin(.false.)
       do k = 1, 3
-        call result%judge(judgement_type(verdicts(orders(k, i)), trim(words(orders(k, i)))))
+        call result%judge(judgement_type(verdicts(orders(k, i)), trim(extents(orders(k, i)))))
       end do
       call check_that(error, result%summary_line(), "contains", "VERDICT  UNSTABLE at 1 of 2 speeds; UNDECIDED at 5 of 5 speeds")
       if (allocated(error)) return
@@ -108,6 +119,107 @@ contains
     end subroutine expect
 
   end subroutine test_circle
+
+  !> Oscillators q'' + k w^2 q = 0 with k = 1 or -1 times the mass: x = (1, i w) gives x* Omega x = 2 i w m. The vectors of equal
+  !> multipliers are arbitrary: an error of 1e-10 decides them.
+  subroutine test_signs(error)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), parameter :: angle = 0.7_dp
+
+    call expect([1.0_dp, 1.0_dp, 1.0_dp], [angle, angle, angle], 1.0e-10_dp, -1, "three equal modes")
+    call expect([1.0_dp, 1.0_dp, 1.0_dp], [angle, angle + 1.0e-9_dp, 2.0_dp], 1.0e-6_dp, -1, "close modes")
+    call expect([-1.0_dp, -1.0_dp, -1.0_dp], [angle, angle, 2.0_dp], 1.0e-10_dp, 1, "negative energies")
+    call expect([1.0_dp, -1.0_dp, 1.0_dp], [angle, angle, 2 * angle], 1.0e-10_dp, 0, "opposite energies")
+    call expect([1.0_dp, -1.0_dp, 1.0_dp], [angle, angle + 1.0e-9_dp, 2 * angle], 1.0e-10_dp, 0, "close opposite energies")
+    call expect([1.0_dp, 1.0_dp, 1.0_dp], [angle, 2 * pi - angle, 2 * angle], 1.0e-10_dp, 0, "a mode meets another's conjugate")
+    call expect([1.0_dp, 1.0_dp, 1.0_dp], [2 * pi, pi, angle], 1.0e-10_dp, 0, "real pairs")
+    call expect([1.0_dp, 1.0_dp, 1.0_dp], [angle, angle, 2.0_dp], 1.0e-2_dp, 0, "too large an error")
+
+  contains
+
+    !> `wanted`: sign of the first mode's multiplier in the upper half plane. The sign of its conjugate is the opposite.
+    subroutine expect(mass, turn, change, wanted, what)
+      real(dp), intent(in) :: mass(3), turn(3), change
+      integer, intent(in) :: wanted
+      character(len=*), intent(in) :: what
+      real(dp) :: phi(6, 6), form(6, 6), e(6, 6)
+      complex(dp), allocatable :: rho(:), right(:, :), left(:, :)
+      type(gestell_error), allocatable :: failure
+      integer, allocatable :: signs(:)
+      integer :: i, k
+
+      if (allocated(error)) return
+      phi = 0
+      form = 0
+      do k = 1, 3
+        phi(k, k) = cos(turn(k))
+        phi(k, k + 3) = sin(turn(k))
+        phi(k + 3, k) = -sin(turn(k))
+        phi(k + 3, k + 3) = cos(turn(k))
+        form(k, k + 3) = mass(k)
+        form(k + 3, k) = -mass(k)
+      end do
+      e = reshape([(sin(real(i * i, dp)), i = 1, 36)], [6, 6])
+      call eigensystem(phi + change * e / norm2(e), rho, right, left, failure)
+      call check_success(error, failure)
+      if (allocated(error)) return
+      signs = krein_signs(rho, spread(100 * change, 1, 6), left, change, form)
+      i = minloc(abs(rho - exp(cmplx(0, turn(1), dp))), dim=1)
+      k = minloc(abs(rho - exp(cmplx(0, -turn(1), dp))), dim=1)
+      call check_that(error, signs([i, k]), "==", [wanted, -wanted], what)
+    end subroutine expect
+
+  end subroutine test_signs
+
+  !> If w2 - w1 or w1 + w2 is the frequency of the coupling, two multipliers are equal without coupling. Only the sum makes the
+  !> modes grow, by coupling / (4 sqrt(w1 w2)) to first order; the modes then have opposite signs of Krein's form.
+  subroutine test_meeting(error)
+    type(error_type), allocatable, intent(out) :: error
+    real(dp), parameter :: couplings(3) = [1.0e-13_dp, 1.0e-10_dp, 1.0e-2_dp]
+    type(pair_type) :: system
+    type(floquet_type) :: floquet
+    type(multipliers_type) :: multipliers
+    type(gestell_error), allocatable :: failure
+    integer :: i, sense
+
+    system%states = 4
+    system%w = [1.0_dp, 2.7_dp]
+    do i = 1, size(couplings)
+      do sense = -1, 1, 2
+        system%coupling = couplings(i)
+        system%period = 2 * pi / (system%w(2) + sense * system%w(1))
+        call solve_floquet(system, accuracy_type(tolerance=1.0e-11_dp), .false., floquet, failure)
+        if (.not. allocated(failure)) call solve_multipliers(floquet, .false., multipliers, failure)
+        call check_success(error, failure)
+        if (allocated(error)) return
+        if (sense < 0) call check_that(error, multipliers%verdict(), "==", "undamped", "difference")
+        if (sense > 0) call check_that(error, multipliers%verdict(), "/=", "undamped", "sum")
+        ! The second order changes the growth by the square of the coupling.
+        if (sense > 0 .and. i == 3) call check_that(error, abs(multipliers%log_abs(1) / system%period - couplings(i) &
+          & / (4 * sqrt(product(system%w)))), "<=", couplings(i)**2, "growth")
+        if (allocated(error)) return
+      end do
+    end do
+  end subroutine test_meeting
+
+  subroutine pair_matrices(self, t, m, b, c)
+    class(pair_type), intent(in) :: self
+    real(dp), intent(in) :: t
+    real(dp), intent(out) :: m(:, :), b(:, :), c(:, :)
+
+    m = reshape([1.0_dp, 0.0_dp, 0.0_dp, 1.0_dp], [2, 2])
+    b = 0
+    c = self%coupling * cos(2 * pi * t / self%period)
+    c(1, 1) = self%w(1)**2
+    c(2, 2) = self%w(2)**2
+  end subroutine pair_matrices
+
+  logical function pair_conserves(self, chosen) result(conserves)
+    class(pair_type), intent(in) :: self
+    integer, intent(in) :: chosen(:)
+
+    conserves = self%states == 4 .and. size(chosen) > 0
+  end function pair_conserves
 
   !> With supports of all kinds, weights, and all holders of the speed.
   subroutine test_lagrangian(error)
@@ -167,6 +279,27 @@ contains
     end do
   end subroutine undamp
 
+  !> Phi' Omega Phi = Omega for the conserved form Omega, to the accuracy of Phi and of the motion.
+  subroutine check_form(system, what, error)
+    class(frame_type), intent(in) :: system
+    character(len=*), intent(in) :: what
+    type(error_type), allocatable, intent(out) :: error
+    type(monodromy_type) :: monodromy
+    type(gestell_error), allocatable :: failure
+    real(dp), dimension(system%states, system%states) :: phi, form, d
+
+    call solve_monodromy(system, accuracy_type(tolerance=1.0e-11_dp), .false., monodromy, failure)
+    call check_success(error, failure)
+    if (allocated(error)) return
+    call check(error, allocated(monodromy%form), more="form, " // what)
+    if (allocated(error)) return
+    d = spread(monodromy%scale, 1, system%states)
+    phi = monodromy%phi * d / transpose(d)
+    form = monodromy%form * d * transpose(d)
+    call check_that(error, norm2(matmul(transpose(phi), matmul(form, phi)) - form), "<=", (2 * monodromy%norm * monodromy%error &
+      & + 1.0e-9_dp * monodromy%norm**2) * norm2(form), "form, " // what)
+  end subroutine check_form
+
   !> M q'' + B q' + C q = 0 are the equations of a Lagrangian q' M q'/2 + q' N q - q' K q/2 if and only if, with the antisymmetric
   !> part G of B, B - G = dM/dt and C - C' = dG/dt. Derivatives of trigonometric polynomials through equidistant samples.
   subroutine check_lagrangian(system, what, error)
@@ -201,6 +334,7 @@ contains
         end associate
       end do
     end do
+    call check_form(system, what, error)
   end subroutine check_lagrangian
 
   !> The paper's machine at 240 rpm, far from its tongues, where it is undamped by all equations; and in the tongue at 2426 rpm with

@@ -18,9 +18,9 @@ module gestell_api_solution
   use gestell_system_periodic, only: periodic_system
   use gestell_task_common_task, only: any_task_type, own_machine
   use gestell_task_common_context, only: context_type
-  use gestell_task_machine_report, only: report_machine, input_warnings
+  use gestell_task_machine_report, only: report_machine
   use gestell_task_registry, only: all_tables, read_input
-  use gestell_task_registry_run, only: run_tasks
+  use gestell_task_registry_run, only: prepare_tasks, run_tasks
   implicit none (type, external)
   private
 
@@ -81,16 +81,10 @@ contains
 
     call read_input(document, schema, tasks, context%configuration, error)
     if (allocated(error)) return
-    allocate(context%executor)
     context%keep_all_rows = .true.
     context%reports = reports .or. any([(tasks(i)%task%requested .and. tasks(i)%task%scope /= own_machine, i = 1, size(tasks))])
-    call result%begin(.false.)
-    do i = 1, size(tasks)
-      if (tasks(i)%task%requested) call tasks(i)%task%prepare(context, error)
-      if (allocated(error)) return
-    end do
-    call run_tasks(tasks, context, result, error)
-    if (reports) call result%warn_each("undecided", input_warnings(context%configuration), printed=.true.)
+    call prepare_tasks(tasks, context, result, error)
+    if (.not. allocated(error)) call run_tasks(tasks, context, result, error)
     if (.not. allocated(error) .and. allocated(result%failure) .and. size(result%tables) == 0) then
       allocate(error, source=result%failure)
     end if

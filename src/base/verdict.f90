@@ -24,6 +24,20 @@ module gestell_base_verdict
   !> assembled. `failed`: the computation failed.
   type(verdict_type), parameter, public :: in_resonance = verdict_type(5), impossible = verdict_type(6), failed = verdict_type(7)
 
+  !> A verdict on one or on several machines, such as the machine at all speeds of a range.
+  type, public :: judgement_type
+    type(verdict_type) :: verdict
+    !> `extent`: machines to which the verdict applies, such as " at 3 of 40 speeds". `rest`: the rest of the sentence. Both are
+    !> unallocated if the verdict is on one machine, or if all machines are stable.
+    character(len=:), allocatable :: extent, rest
+    !> True if the machines are the points of a sweep. A sweep has a headline of its own, which counts the points with each verdict
+    logical :: of_sweep = .false.
+  contains
+    procedure :: summary, sentence
+  end type judgement_type
+  !> Stands for the absence of a verdict.
+  type(judgement_type), parameter, public :: unjudged = judgement_type()
+
   integer, parameter, public :: verdict_length = 10
   character(len=*), parameter :: words(0:7) = [character(len=verdict_length) :: "", "stable", "undamped", "undecided", "unstable", &
     & "resonance", "impossible", "failed"]
@@ -73,6 +87,24 @@ contains
 
     state_word = state_words(verdict%severity)
   end function state_word
+
+  !> The verdict and the machines to which it applies: "stable", or for example "UNSTABLE at 3 of 40 speeds".
+  pure function summary(self) result(words)
+    class(judgement_type), intent(in) :: self
+    character(len=:), allocatable :: words
+
+    words = trim(self%verdict%word())
+    if (allocated(self%extent)) words = trim(self%verdict%alarm()) // self%extent
+  end function summary
+
+  !> The complete sentence on the verdict; empty if there is no verdict.
+  pure function sentence(self) result(words)
+    class(judgement_type), intent(in) :: self
+    character(len=:), allocatable :: words
+
+    words = self%summary()
+    if (allocated(self%rest)) words = words // self%rest
+  end function sentence
 
   !> Severity of the verdict, from 0 (not judged) and 1 (stable) to 7 (failed).
   elemental integer function ordinal(self)

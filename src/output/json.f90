@@ -37,8 +37,10 @@ contains
     end do
     call output%append("]," // newline // member("verdict", or_null(trim(result%worst%word()))) // """headlines"": [")
     do i = 1, size(result%headlines)
-      call output%append(either(", ", "", i > 1) // "{""state"": " // string(trim(result%headlines(i)%state)) // ", ""words"": " &
-        & // string(result%headlines(i)%words) // "}")
+      associate (headline => result%headlines(i))
+        call output%append(either(", ", "", i > 1) // "{""state"": " // string(trim(headline%state%word())) // ", ""words"": " &
+          & // string(headline%words) // "}")
+      end associate
     end do
     call output%append("]," // newline // member("diagnostics", string(result%details)) // member("failure", or_null(failure)) &
       & // """tables"": {")
@@ -56,8 +58,8 @@ contains
     integer :: i, k
 
     call output%append(string(table%name) // ": {""heading"": " // string(table%heading) // ", ""model"": " &
-      & // or_null(table%model) // ", ""verdict"": " // or_null(table%verdict) // ", ""remarks"": " // string(table%remarks) &
-      & // "," // newline // " ""columns"": [")
+      & // or_null(table%model) // ", ""verdict"": " // or_null(table%verdict%sentence()) // ", ""remarks"": " &
+      & // string(table%remarks) // "," // newline // " ""columns"": [")
     do k = 1, size(table%columns)
       associate (column => table%columns(k))
         call output%append(either(", ", "", k > 1) // newline // "  {""key"": " // string(column%key) // ", ""label"": " &

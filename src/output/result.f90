@@ -4,14 +4,15 @@ module gestell_output_result
   use gestell_base_error, only: error_type
   use gestell_base_growing_text, only: growing_text_type
   use gestell_base_text, only: either, newline
-  use gestell_base_verdict, only: not_judged, operator(==), operator(>), stable, verdict_named, verdict_type, worst
+  use gestell_base_verdict, only: judgement_type, not_judged, operator(/=), operator(==), operator(>), stable, unjudged, &
+    & verdict_type, worst
   use gestell_base_words, only: character_count
   use gestell_input_wording, only: counted
   use gestell_output_file_output, only: write_file
   use gestell_output_picture_script, only: figure_type, write_figure
   use gestell_output_file_result_files, only: longest_table
   use gestell_output_head, only: head_type
-  use gestell_output_report_verdict, only: alarm, judgement_type, section
+  use gestell_output_report_verdict, only: alarm, section
   use gestell_output_report_wrapping, only: widest, wrapped
   use gestell_output_table, only: new_table, table_type
   use gestell_output_table_csv, only: write_csv
@@ -20,8 +21,8 @@ module gestell_output_result
 
   !> A sentence that stands at the top of the report.
   type, public :: headline_type
-    !> Word for a verdict, if the sentence states a verdict; otherwise empty
-    character(len=9) :: state
+    !> Verdict that the sentence states, or `not_judged`
+    type(verdict_type) :: state
     !> The sentence
     character(len=:), allocatable :: words
     !> True if the report also contains the sentence at another place
@@ -58,8 +59,8 @@ module gestell_output_result
     character(len=:), allocatable :: notes
     !> Table that --one-line prints, with one row for each machine
     type(table_type) :: brief
-    !> Word for the verdict on the machine of the input; empty if there is no verdict
-    character(len=9) :: verdict = ""
+    !> Verdict on the machine of the input
+    type(verdict_type) :: verdict
     !> Worst verdict on several machines, such as the machine at all speeds of a range
     type(judgement_type) :: judgement
     !> True if there is a verdict on several machines that are not the points of a sweep
@@ -88,7 +89,7 @@ contains
     self%report = ""
     self%details = ""
     self%notes = ""
-    self%brief = new_table("", "", "", "")
+    self%brief = new_table("", "", "", unjudged)
   end subroutine begin
 
   !> True if the result contains a table called `name`.
@@ -121,7 +122,7 @@ contains
 
     self%tables = [self%tables, table]
     associate (added => self%tables(size(self%tables)))
-      if (.not. allocated(added%verdict)) added%verdict = trim(self%verdict)
+      if (.not. allocated(added%verdict)) added%verdict = judgement_type(self%verdict)
     end associate
     if (present(figure)) self%figures = [self%figures, figure]
   end subroutine add
@@ -189,7 +190,7 @@ contains
     type(growing_text_type) :: lines
     integer :: i
 
-    if (self%headline_position < 0 .or. self%verdict == "") return
+    if (self%headline_position < 0 .or. self%verdict == not_judged) return
     call lines%append(newline // "VERDICT  ")
     do i = 1, size(self%headlines)
       if (self%headlines(i)%printed) cycle
@@ -209,20 +210,20 @@ contains
 
     line = ""
     if (size(self%headlines) > 0) line = self%headlines(1)%words // newline
-    over_range = self%judgement%verdict > verdict_named(self%verdict) .and. (self%judged_range .or. self%verdict /= "")
-    if (self%verdict == "" .and. .not. over_range) return
-    line = "VERDICT  " // trim(self%verdict)
+    over_range = self%judgement%verdict > self%verdict .and. (self%judged_range .or. self%verdict /= not_judged)
+    if (self%verdict == not_judged .and. .not. over_range) return
+    line = "VERDICT  " // trim(self%verdict%word())
     if (over_range) then
-      line = "VERDICT  " // self%judgement%words(:scan(self%judgement%words // ",", ",") - 1)
+      line = "VERDICT  " // self%judgement%summary()
       if (self%judgement%verdict == stable) line = line // either(" at all speeds", " wherever a solution exists", self%all_stable)
-      if (self%verdict /= "") line = line // "; " // either("the machine of the input is", "at the speed of the input", &
-        & self%judgement%of_sweep) // " " // trim(self%verdict)
+      if (self%verdict /= not_judged) line = line // "; " // either("the machine of the input is", "at the speed of the input", &
+        & self%judgement%of_sweep) // " " // trim(self%verdict%word())
     end if
     left = 0
-    do i = merge(1, 2, self%verdict == ""), size(self%headlines)
+    do i = merge(1, 2, self%verdict == not_judged), size(self%headlines)
       associate (headline => self%headlines(i))
-        if (any(headline%state == [character(len=9) :: "stable", ""])) cycle
-        if (over_range .and. headline%words == self%judgement%words) cycle
+        if (.not. headline%state > stable) cycle
+        if (over_range .and. headline%words == self%judgement%sentence()) cycle
         if (left == 0 .and. character_count(line) + character_count(headline%words) + 2 <= widest) then
           line = line // "; " // headline%words
         else
@@ -255,7 +256,9 @@ contains
   !> contains it at another place.
   pure subroutine warn(self, state, lines, printed)
     class(result_type), intent(inout) :: self
-    character(len=*), intent(in) :: state, lines
+    !> Verdict that the lines state, or `not_judged`
+    type(verdict_type), intent(in) :: state
+    character(len=*), intent(in) :: lines
     logical, intent(in), optional :: printed
     type(headline_type), allocatable :: longer(:)
     character(len=:), allocatable :: words
@@ -282,7 +285,9 @@ contains
   !> Adds each of `lines` as a headline, as `warn` does.
   pure subroutine warn_each(self, state, lines, printed)
     class(result_type), intent(inout) :: self
-    character(len=*), intent(in) :: state, lines
+    !> Verdict that the lines state, or `not_judged`
+    type(verdict_type), intent(in) :: state
+    character(len=*), intent(in) :: lines
     logical, intent(in), optional :: printed
     integer :: first, last
 
@@ -306,7 +311,7 @@ contains
     end associate
     self%judged_range = self%judged_range .or. .not. judgement%of_sweep
     call self%include_verdict(judgement%verdict)
-    if (judgement%verdict > stable .and. .not. judgement%of_sweep) call self%warn(judgement%verdict%word(), judgement%words)
+    if (judgement%verdict > stable .and. .not. judgement%of_sweep) call self%warn(judgement%verdict, judgement%sentence())
   end subroutine judge
 
   !> Includes a verdict in the worst verdict of the run.

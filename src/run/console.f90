@@ -1,4 +1,4 @@
-!> Prints the report on standard output, and notes and errors on standard error. Keeps the report for the HTML page (--report).
+!> Prints the report on standard output, and notes and errors on standard error.
 module gestell_run_console
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_files, only: system_message, write_bytes
@@ -13,13 +13,10 @@ module gestell_run_console
 
   !> Prints the report piece by piece while the tasks run.
   type, extends(listener_type), public :: console_type
-    !> `silent`: true if the report is stored but not printed. `omits_notes`: true if notes are not printed because another process
+    !> `silent`: true if the report is not printed. `omits_notes`: true if notes are not printed because another process
     !> prints them
     logical :: silent = .false., omits_notes = .false.
-    !> Text of the report as far as it is complete
-    character(len=:), allocatable :: kept_report
-    !> Allocated if writing to standard output has failed. Printing then stops, but the report is still stored and the files are
-    !> still written
+    !> Allocated if writing to standard output has failed. Printing then stops, but the files are still written
     type(error_type), allocatable :: error
   contains
     procedure :: receive, write_lines
@@ -45,13 +42,11 @@ contains
     call self%write_lines(result%unprinted_report())
   end subroutine receive
 
-  !> Prints complete lines of the report, and stores them.
+  !> Prints complete lines of the report.
   subroutine write_lines(self, words)
     class(console_type), intent(inout) :: self
     character(len=*), intent(in) :: words
 
-    if (.not. allocated(self%kept_report)) self%kept_report = ""
-    self%kept_report = self%kept_report // printable(words)
     if (.not. (self%silent .or. allocated(self%error))) call print_out(printable(words), self%error)
   end subroutine write_lines
 

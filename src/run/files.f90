@@ -3,6 +3,7 @@ module gestell_run_files
   use gestell_base_error, only: error_type
   use gestell_input_schema_path, only: position_of_equals
   use gestell_base_words, only: on_one_line
+  use gestell_base_verdict, only: unjudged
   use gestell_output_file_output, only: open_output, output_type
   use gestell_output_json, only: append_json
   use gestell_output_picture_gnuplot, only: draw_pictures
@@ -10,7 +11,6 @@ module gestell_run_files
   use gestell_output_table, only: new_table, table_type
   use gestell_output_table_csv, only: append_rows
   use gestell_run_command_line, only: options_type
-  use gestell_run_console, only: console_type
   use gestell_task_common_context, only: context_type
   use gestell_task_registry_page, only: write_page
   implicit none (type, external)
@@ -23,14 +23,12 @@ module gestell_run_files
 contains
 
   !> Writes the results in the forms that the options request. `error` is already allocated at the call if a task has failed.
-  subroutine write_files(options, context, result, console, closing, error)
+  subroutine write_files(options, context, result, closing, error)
     !> Options of the command line
     type(options_type), intent(in) :: options
     !> Machine, heads of the files, and the staging folder into which the files are written
     type(context_type), intent(in) :: context
     type(result_type), intent(inout) :: result
-    !> Console that has stored the report for the HTML page
-    type(console_type), intent(inout) :: console
     !> Lines that are to be printed after the files have been published
     character(len=:), allocatable, intent(inout) :: closing
     type(error_type), allocatable, intent(inout) :: error
@@ -60,7 +58,7 @@ contains
     if (allocated(result%failure)) failure = result%failure%message
     if (options%has("--json")) call write_json(options, context, result, failure, error)
     if (allocated(error)) return
-    if (options%has("--report") .and. .not. options%has("--check")) call write_page(context, result, console%kept_report, error)
+    if (options%has("--report") .and. .not. options%has("--check")) call write_page(context, result, error)
   end subroutine write_files
 
   !> Writes results.json or, with --quiet, writes the same text to standard output. Fails if it cannot be written.
@@ -93,7 +91,7 @@ contains
     character(len=:), allocatable :: value
     integer :: i, k, equals
 
-    table = new_table("", "", "", "")
+    table = new_table("", "", "", unjudged)
     do i = 1, size(options%settings)
       associate (setting => options%settings(i)%text)
         equals = position_of_equals(setting)

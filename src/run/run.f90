@@ -12,11 +12,9 @@ module gestell_run
   use gestell_task_common_task, only: any_task_type
   use gestell_task_common_context, only: context_type, keep_journal
   use gestell_task_common_executor, only: executor_type
-  use gestell_task_drawing_report, only: report_mechanism
-  use gestell_task_machine_frequencies, only: list_frequencies
-  use gestell_task_machine_report, only: report_machine, input_warnings
+  use gestell_task_machine_report, only: report_machine
   use gestell_task_registry, only: all_tables, input_schema
-  use gestell_task_registry_run, only: run_tasks
+  use gestell_task_registry_run, only: prepare_tasks, run_tasks
   implicit none (type, external)
   private
 
@@ -76,7 +74,6 @@ contains
     type(console_type) :: console
     character(len=:), allocatable :: closing
     logical :: write_failed, is_leader
-    integer :: i
 
     code = 0
     if (present(executor)) call move_alloc(executor, context%executor)
@@ -87,13 +84,10 @@ contains
     if (.not. allocated(error)) call context%executor%compare(context%configuration%content, options%input, error)
     if (allocated(error)) return
     if (options%has("--report")) call context%configuration%request_forces()
-    call prepare(options, context, result)
+    call set_options(options, context)
     is_leader = context%executor%is_leader()
-    do i = 1, size(tasks)
-      tasks(i)%task%needed_for_picture = tasks(i)%task%drawn_with_plot .and. (options%has("--plot") .or. options%has("--report"))
-      if (tasks(i)%task%requested) call tasks(i)%task%prepare(context, error)
-      if (allocated(error)) return
-    end do
+    call prepare_tasks(tasks, context, result, error)
+    if (allocated(error)) return
     if (options%writes_files()) then
       associate (path => context%configuration%document%path)
         if (is_leader .and. .not. options%has("--check")) call check_folder(tasks, context%folder, path, error)
@@ -107,17 +101,11 @@ contains
     end if
     console%omits_notes = .not. is_leader
     console%silent = options%has("--quiet") .or. options%has("--one-line") .or. console%omits_notes
-    result%report = result%report // report_machine(context%configuration, options%input)
     call console%receive(result)
-    if (options%has("--check")) then
-      call check_only(options, tasks, context, result, error)
-    else
-      call run_tasks(tasks, context, result, error, console)
-    end if
-    call result%warn_each("undecided", input_warnings(context%configuration), printed=.true.)
-    call console%receive(result)
+    call console%write_lines(report_machine(context%configuration, options%input))
+    call run_tasks(tasks, context, result, error, console)
     closing = ""
-    if (is_leader) call write_files(options, context, result, console, closing, error)
+    if (is_leader) call write_files(options, context, result, closing, error)
     if (allocated(staging%path)) call staging%show_final_folder(result%failure)
     if (allocated(staging%path)) call conclude(staging, tasks, result, error)
     write_failed = .false.
@@ -136,11 +124,10 @@ contains
     end if
   end subroutine run
 
-  !> Prepares an empty result and the context (machine, options, folders) in which the tasks run.
-  subroutine prepare(options, context, result)
+  !> Sets the options and folders of the context in which the tasks run.
+  subroutine set_options(options, context)
     type(options_type), intent(in) :: options
     type(context_type), intent(inout) :: context
-    type(result_type), intent(inout) :: result
 
     call context%fill_header(options%input, options%settings)
     context%folder = folder_name(options)
@@ -154,30 +141,10 @@ contains
     context%in_parts = options%has("--part")
     context%merge = options%has("--merge")
     context%keep_all_rows = options%has("--json")
-    call result%begin(options%has("--verbose"))
-  end subroutine prepare
-
-  !> Executes the option --check: reports the mechanism and what the tasks would compute. With --plot it also draws the mechanism.
-  subroutine check_only(options, tasks, context, result, error)
-    type(options_type), intent(in) :: options
-    type(any_task_type), intent(inout) :: tasks(:)
-    type(context_type), intent(inout) :: context
-    type(result_type), intent(inout) :: result
-    type(error_type), allocatable, intent(out) :: error
-    integer :: i
-
-    associate (configuration => context%configuration)
-      if (.not. allocated(configuration%impossible)) call result%write_lines(report_mechanism(configuration%frame) &
-        & // list_frequencies(configuration%frame))
-      do i = 1, size(tasks)
-        if (tasks(i)%task%requested) call result%write_lines(tasks(i)%task%preview(configuration))
-        if (.not. (options%has("--plot") .and. tasks(i)%task%drawn_with_plot) .or. allocated(configuration%impossible)) cycle
-        call tasks(i)%task%run(context, result, error)
-        if (allocated(error)) return
-      end do
-    end associate
-    call result%write_lines(newline // "The input is valid; with --check no vibration is computed." // newline)
-  end subroutine check_only
+    context%verbose = options%has("--verbose")
+    context%draws = options%has("--plot") .or. options%has("--report")
+    context%only_checks = options%has("--check")
+  end subroutine set_options
 
   !> Publishes all files, or no file if one of them could not be written.
   subroutine conclude(staging, tasks, result, error)

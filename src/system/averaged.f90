@@ -157,7 +157,7 @@ contains
 
   !> True if the coefficients are those of a Lagrangian without damping. The mean of a Lagrangian is a Lagrangian, so the result is
   !> the same as for the system `whole`.
-  pure logical function conserves(self, chosen)
+  logical function conserves(self, chosen)
     class(averaged_system), intent(in) :: self
     integer, intent(in) :: chosen(:)
     integer :: i

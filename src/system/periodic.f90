@@ -114,7 +114,7 @@ contains
   !> True if the equations of the states `chosen` (degrees of freedom for a second-order system) are those of a Lagrangian with
   !> periodic coefficients, without damping. Multipliers then come in pairs rho, 1 / conj(rho). The other states must not act on the
   !> chosen states. False unless a model overrides this function.
-  pure logical function no_known_conservation(self, chosen) result(conserves)
+  logical function no_known_conservation(self, chosen) result(conserves)
     class(periodic_system), intent(in) :: self
     integer, intent(in) :: chosen(:)
 

@@ -6,13 +6,13 @@
 !> f of equations (21) and (22) of doc/theory.md.
 module gestell_system_second_order
   use gestell_base_error, only: error_type, fatal_error, invalid_input
-  use gestell_base_kinds, only: dp
+  use gestell_base_kinds, only: dp, pi
   use gestell_system_mass, only: solve_mass
   use gestell_system_periodic, only: check_periodic, periodic_system
   implicit none (type, external)
   private
 
-  public :: check_second_order, has_positions, sample_by_phase, sample_in_units, sample_traces
+  public :: check_second_order, conserved_form, has_positions, is_gyroscopic, sample_by_phase, sample_in_units, sample_traces
 
   !> Base type of mechanical systems. An extension sets `states` = 2 f and `period`, provides `matrices`, and also provides `load`
   !> if h is not zero.
@@ -58,6 +58,51 @@ contains
       has_positions = .true.
     end select
   end function has_positions
+
+  !> Computes Omega = [G M; -M 0] at t = 0 for a system that conserves energy; G is the antisymmetric part of B. For two solutions x
+  !> and y of such a system, x' Omega y does not change with time. `form` is unallocated for other systems.
+  subroutine conserved_form(system, form)
+    class(periodic_system), intent(in) :: system
+    real(dp), allocatable, intent(out) :: form(:, :)
+    real(dp), dimension(1, system%states / 2, system%states / 2) :: m, b, c
+    integer :: f, i
+
+    f = system%states / 2
+    select type (system)
+    class is (second_order_system)
+      if (.not. system%conserves([(i, i = 1, f)])) return
+      call system%sample_second_order([0.0_dp], m, b, c)
+      allocate(form(2 * f, 2 * f), source=0.0_dp)
+      form(:f, :f) = (b(1, :, :) - transpose(b(1, :, :))) / 2
+      form(:f, f + 1:) = m(1, :, :)
+      form(f + 1:, :f) = -m(1, :, :)
+    end select
+  end subroutine conserved_form
+
+  !> True if, for the degrees of freedom `chosen`, M, B and C are constant, B is antisymmetric and C symmetric, except for rounding
+  !> errors.
+  logical function is_gyroscopic(system, chosen)
+    class(second_order_system), intent(in) :: system
+    integer, intent(in) :: chosen(:)
+    real(dp), parameter :: rounding = 64 * epsilon(1.0_dp)
+    real(dp), dimension(4 * system%least_steps, system%states / 2, system%states / 2) :: m, b, c
+    real(dp) :: mass, rate
+    integer :: j, k
+
+    call system%sample_second_order([((k - 1.0_dp) / size(m, 1), k = 1, size(m, 1))], m, b, c)
+    rate = 2 * pi / system%period
+    is_gyroscopic = .true.
+    do j = 1, size(chosen)
+      do k = 1, size(chosen)
+        associate (here => chosen(j), other => chosen(k))
+          mass = rounding * sqrt(abs(m(1, here, here) * m(1, other, other)))
+          is_gyroscopic = is_gyroscopic .and. all(abs(m(:, here, other) - m(1, here, other)) <= mass &
+            & .and. abs(b(:, here, other) + b(1, other, here)) <= rate * mass &
+            & .and. abs(c(:, here, other) - c(1, other, here)) <= rate**2 * mass + rounding * abs(c(1, here, here)))
+        end associate
+      end do
+    end do
+  end function is_gyroscopic
 
   !> Computes the load h(t), shape (f). It is zero unless a model overrides this procedure.
   subroutine no_load(self, t, h)

@@ -172,7 +172,7 @@ contains
   end subroutine sample_second_order
 
   !> True if the equations of the degrees of freedom `chosen` are those of a Lagrangian without damping.
-  pure logical function conserves(self, chosen)
+  logical function conserves(self, chosen)
     class(second_order_subsystem), intent(in) :: self
     integer, intent(in) :: chosen(:)
 

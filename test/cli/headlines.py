@@ -134,6 +134,25 @@ def test_no_critical_speed():
         check("rotor, sensitivity", "failed" not in run.out and "zero within its error" in run.out, "zero", run.out)
 
 
+def test_undamped_rotor():
+    """Equal modes of a rotor on an isotropic mounting are undamped by every model."""
+    supports = "".join(f"&support position={x},{y},{z}, stiffness=200,200,200 /\n"
+                       for x, y in ((0.3, 0), (-0.3, 0), (0, 0.3), (0, -0.3)) for z in (-0.5, 0.5))
+    text = (ROTOR.partition("&frame")[0].replace(",'response'", "") + "&frame mass=1, inertia=0.1,0.1,0.1, origin=0,0,0, "
+            "dof='xi','eta','zeta','rot_xi','rot_eta','psi' /\n" + supports)
+    speeds = "&sweep parameter='drive.speed_rpm', from=150, to=215, count=2 /\n"
+    with Folder(input=text, speeds=text + speeds) as folder:
+        for model in ("exact", "first_order", "rest"):
+            run = Run(folder, "input.nml", "-s", f"model.frame={model}")
+            run.done(f"undamped rotor, {model}")
+            check(f"undamped rotor, {model}", "VERDICT  undamped" in run.out, "undamped", run.out)
+        run = Run(folder, "input.nml", "-s", "support(1).damping=1e-12,0,0")
+        check("rotor with a damper", "VERDICT  undamped" not in run.out, "not undamped", run.out)
+        run = Run(folder, "speeds.nml", "-s", "case.tasks=campbell")
+        run.done("undamped rotor, campbell")
+        check("undamped rotor, campbell", "undecided" not in run.out.lower(), "undamped", run.out)
+
+
 def test_last_line():
     """The worst verdict of two tasks comes last and in results.json."""
     sweep = "&sweep parameter='drive.speed_rpm', from=1570, to=1578, count=5 /\n"
@@ -354,5 +373,5 @@ def test_closure():
               "a second crank", run.err)
 
 
-HEADLINE_TESTS = [test_resonating_mode, test_gyroscopic, test_no_critical_speed, test_last_line, test_undamped, test_not_held,
+HEADLINE_TESTS = [test_resonating_mode, test_gyroscopic, test_no_critical_speed, test_undamped_rotor, test_last_line, test_undamped, test_not_held,
               test_typical_mistakes, test_foundation_alone, test_falls_over, test_far_orders, test_lifts, test_closure]

@@ -6,14 +6,15 @@ module gestell_floquet_multipliers
   use gestell_base_verdict, only: stable, undamped, undecided, unstable, verdict_length, verdict_type
   use gestell_math_lapack, only: eigensystem
   use gestell_math_matrix, only: balanced
+  use gestell_floquet_multipliers_krein, only: krein_signs
   use gestell_floquet_multipliers_small_eigensystem, only: small_eigensystem
   use gestell_floquet_period_monodromy, only: monodromy_type
   use, intrinsic :: ieee_arithmetic, only: ieee_positive_inf, ieee_value
   implicit none (type, external)
   private
 
-  public :: append, arrange, disc_bounds, lie_on_circle, multiplier, empty_multipliers, pair_conjugates, prove_undamped, &
-    & set_multipliers, solve_multipliers
+  public :: append, arrange, disc_bounds, krein_of, lie_on_circle, multiplier, empty_multipliers, pair_conjugates, &
+    & prove_undamped, set_multipliers, solve_multipliers
 
   !> All n multipliers of a system, sorted by descending modulus. The two multipliers of a conjugate pair are adjacent; the one with
   !> the positive imaginary part comes first.
@@ -34,6 +35,8 @@ module gestell_floquet_multipliers
     !> Eigenvectors of the monodromy matrix as unit columns, shape (n, n): states at t = 0 in the model's units, y_k of equation
     !> (19) in doc/theory.md.
     complex(dp), allocatable :: vectors(:, :)
+    !> Signs of Krein's form (`krein_signs`), shape (n). Unallocated if the system may not conserve energy.
+    integer, allocatable :: krein(:)
     !> True where |rho| = 1 is proved by `prove_undamped`, shape (n). Unallocated if no proof was attempted.
     logical, allocatable :: on_circle(:)
   contains
@@ -80,8 +83,10 @@ contains
       else
         call set_multipliers(rho, right, left, monodromy%error + rounding, multipliers)
       end if
+      if (.not. monodromy%known) multipliers%error = nothing_known
+      if (allocated(monodromy%form) .and. all(multipliers%error < 1)) multipliers%krein = krein_signs(rho, &
+        & abs(rho) * multipliers%error, left, monodromy%error + rounding, spread(d, 2, n) * monodromy%form * spread(d, 1, n))
     end associate
-    if (.not. monodromy%known) multipliers%error = nothing_known
     multipliers%exponent = multipliers%exponent / monodromy%period
     if (vectors) multipliers%vectors = right * spread(monodromy%scale, 2, n)
     call arrange(multipliers)
@@ -191,6 +196,7 @@ contains
     type(multipliers_type), intent(inout) :: all
     type(multipliers_type), intent(in) :: more
 
+    if (allocated(all%krein) .or. allocated(more%krein)) all%krein = [krein_of(all), krein_of(more)]
     if (allocated(all%on_circle) .or. allocated(more%on_circle)) all%on_circle = [circle_of(all), circle_of(more)]
     all%rho = [all%rho, more%rho]
     all%log_abs = [all%log_abs, more%log_abs]
@@ -211,6 +217,15 @@ contains
     if (allocated(multipliers%on_circle)) on_circle = multipliers%on_circle
   end function circle_of
 
+  !> The component `krein` of `multipliers`; zeros if this component is not allocated.
+  pure function krein_of(multipliers) result(krein)
+    type(multipliers_type), intent(in) :: multipliers
+    integer :: krein(size(multipliers%exponent))
+
+    krein = 0
+    if (allocated(multipliers%krein)) krein = multipliers%krein
+  end function krein_of
+
   !> Sorts the multipliers by descending modulus. Scales each eigenvector to unit length, with its largest component real and
   !> positive.
   pure subroutine arrange(multipliers)
@@ -225,6 +240,7 @@ contains
     multipliers%arg = multipliers%arg(order)
     multipliers%exponent = multipliers%exponent(order)
     multipliers%error = multipliers%error(order)
+    if (allocated(multipliers%krein)) multipliers%krein = multipliers%krein(order)
     if (allocated(multipliers%on_circle)) multipliers%on_circle = multipliers%on_circle(order)
     if (.not. allocated(multipliers%vectors)) return
     multipliers%vectors = multipliers%vectors(:, order)
@@ -415,7 +431,8 @@ contains
   pure subroutine prove_undamped(multipliers)
     type(multipliers_type), intent(inout) :: multipliers
 
-    multipliers%on_circle = lie_on_circle(multipliers%log_abs, multipliers%arg, multipliers%error)
+    multipliers%on_circle = krein_of(multipliers) /= 0 &
+      & .or. lie_on_circle(multipliers%log_abs, multipliers%arg, multipliers%error)
   end subroutine prove_undamped
 
   !> True for each multiplier of a conservative system that is proved to have |rho| = 1.

@@ -17,7 +17,7 @@ module gestell_floquet_period_monodromy
   use gestell_floquet_period_liouville, only: defect_of
   use gestell_floquet_choice_survey, only: survey_system, survey_type
   use gestell_system_periodic, only: periodic_system
-  use gestell_system_second_order, only: has_positions
+  use gestell_system_second_order, only: conserved_form, has_positions
   implicit none (type, external)
   private
 
@@ -53,6 +53,9 @@ module gestell_floquet_period_monodromy
     !> Two estimates, multiplied by the safety factor, of the integration error of each element of Phi(T) and x_p(T); shapes (n, n,
     !> 2) and (n, 2). Unallocated if only norms of the errors are known.
     real(dp), allocatable :: phi_change(:, :, :), xp_change(:, :)
+    !> Matrix Omega of a system that conserves energy, shape (n, n): the exact Phi(T) satisfies Phi' Omega Phi = Omega. Unallocated
+    !> for other systems.
+    real(dp), allocatable :: form(:, :)
     !> False if comparing solutions with different numbers of steps gives no information on the error of Phi(T) (`known`) or x_p(T)
     !> (`xp_known`). In this case `error` or `xp_error` is not a bound.
     logical :: known = .true., xp_known = .true.
@@ -113,6 +116,7 @@ contains
     if (.not. allocated(error)) call choose_method(system, accuracy, survey, monodromy%method, error)
     if (allocated(error)) return
     monodromy%scale = survey%scale
+    call conserved_form(system, monodromy%form)
     if (accuracy%steps > 0) then
       call with_given_steps(system, accuracy%steps, forced, survey%phase_advance, monodromy, error)
     else if (monodromy%method%lower_order > 0) then

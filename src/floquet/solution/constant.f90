@@ -6,11 +6,13 @@ module gestell_floquet_solution_constant
   use gestell_base_kinds, only: dp, pi
   use gestell_math_lapack, only: balancing, eigensystem, inverse
   use gestell_floquet_constant_harmonics, only: solve_harmonics, spectrum_type
+  use gestell_floquet_multipliers_krein, only: krein_signs
   use gestell_floquet_multipliers, only: arrange, disc_bounds, multiplier, multipliers_type
   use gestell_floquet_solution_part_solution, only: part_solution_type
   use gestell_floquet_period_periodic_solution, only: periodic_solution_type
   use gestell_floquet_period_turn_errors, only: turn_errors_type
   use gestell_system_averaged, only: averaged_system
+  use gestell_system_second_order, only: conserved_form
   use gestell_system_periodic, only: periodic_system
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none (type, external)
@@ -28,6 +30,8 @@ module gestell_floquet_solution_constant
     !> `radius`: radii of the error discs around the eigenvalues (1/s). `condition`: condition numbers in balanced units. Shapes
     !> (n).
     real(dp), allocatable :: radius(:), condition(:)
+    !> Signs of Krein's form (`krein_signs`), shape (n); unallocated if the system may not conserve energy.
+    integer, allocatable :: signs(:)
     !> Defect of Liouville's formula, T (sum of lambda - tr P); zero except for rounding errors.
     real(dp) :: trace_defect = 0
     !> Periodic motion; unallocated if it was not requested or does not exist.
@@ -51,6 +55,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     real(dp) :: p(system%states, system%states), balanced(system%states, system%states), perturbation
     complex(dp), allocatable :: left(:, :)
+    real(dp), allocatable :: form(:, :)
     integer :: n, k
 
     n = system%states
@@ -73,6 +78,9 @@ contains
     if (perturbation < norm2(balanced)) constant%evidence%error = perturbation / norm2(balanced)
     constant%condition = [(1 / max(abs(dot_product(left(:, k), constant%vectors(:, k))), epsilon(1.0_dp)**2), k = 1, n)]
     constant%radius = n * constant%condition * perturbation
+    call conserved_form(system, form)
+    if (allocated(form)) constant%signs = krein_signs(constant%values, constant%radius, left, perturbation, &
+      & spread(constant%scale, 2, n) * form * spread(constant%scale, 1, n))
     constant%trace_defect = constant%period * (sum(real(constant%values)) - sum([(p(k, k), k = 1, n)]))
     if (.not. forced) return
 
@@ -122,6 +130,7 @@ contains
       m%rho = multiplier(m%exponent)
       m%error = disc_bounds(m%exponent, exp(min(log_growth(self%radius * period), most)))
       m%exponent = m%exponent / period
+      if (allocated(self%signs)) m%krein = self%signs
       if (vectors) m%vectors = self%vectors * spread(self%scale, 2, size(turn))
     end associate
     call arrange(multipliers)

@@ -6,6 +6,7 @@ module gestell_floquet_solution_factored
   use gestell_floquet_factors, only: factors_type, solve_factors
   use gestell_floquet_period_liouville, only: defect_of
   use gestell_floquet_period_period_map, only: trajectory
+  use gestell_floquet_multipliers_krein, only: krein_signs
   use gestell_floquet_multipliers, only: arrange, multipliers_type, pair_conjugates
   use gestell_floquet_solution_part_solution, only: part_solution_type
   use gestell_floquet_period_monodromy, only: accuracy_type
@@ -13,6 +14,7 @@ module gestell_floquet_solution_factored
   use gestell_floquet_period_periodic_solution, only: periodic_solution_type, raise_resonance
   use gestell_floquet_period_turn_errors, only: compare, comparison_type, relative_rounding, compute_differences, turn_errors_type
   use gestell_system_periodic, only: periodic_system
+  use gestell_system_second_order, only: conserved_form
   implicit none (type, external)
   private
 
@@ -24,6 +26,8 @@ module gestell_floquet_solution_factored
     type(factors_type) :: factors
     !> Multipliers and eigenvectors of the product of the factors
     type(spectrum_type) :: spectrum
+    !> Signs of Krein's form (`krein_signs`), shape (n); unallocated if the system may not conserve energy
+    integer, allocatable :: signs(:)
     !> Error message that explains why the spectrum could not be computed; unallocated if it was computed
     type(error_type), allocatable :: failure
     !> Periodic motion at the starts of the K segments, in balanced units, shape (n, K). Unallocated if there is no forcing, and at
@@ -48,6 +52,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     !> Estimates from `survey_system`, if the caller already has them
     type(survey_type), intent(in), optional :: surveyed
+    real(dp), allocatable :: form(:, :)
     integer :: i
 
     call solve_factors(system, accuracy, forced, factored%factors, error, surveyed)
@@ -63,11 +68,34 @@ contains
     end associate
     associate (spectrum => factored%spectrum)
       call solve_spectrum(factored%factors, spectrum, factored%failure)
-      if (allocated(factored%failure) .or. .not. forced) return
+      if (allocated(factored%failure)) return
+      call conserved_form(system, form)
+      if (allocated(form)) call find_signs(factored, form)
+      if (.not. forced) return
       spectrum%distance = [(distance_from_one(spectrum, i), i = 1, system%states)]
       if (all(spectrum%distance > 0)) call periodic_answer(spectrum, factored%factors%b, factored%starts)
     end associate
   end subroutine solve_factored
+
+  !> Computes the signs of Krein's form from the left eigenvectors. The signs are 0 if a multiplier is large or has a large error.
+  !> To first order, as equation (71), the largest error of a multiplier also bounds the error of the product of the factors.
+  subroutine find_signs(factored, form)
+    type(factored_type), intent(inout) :: factored
+    !> Omega, shape (n, n); see `conserved_form`
+    real(dp), intent(in) :: form(:, :)
+    complex(dp), allocatable :: left(:, :)
+    integer :: n
+
+    n = size(form, 1)
+    allocate(factored%signs(n), source=0)
+    associate (spectrum => factored%spectrum, d => factored%scale)
+      if (any(abs(real(spectrum%z)) > 1 .or. spectrum%bound > 1)) return
+      left = conjg(transpose(spectrum%vectors%y(:, :, 1)))
+      left = left / spread(norm2(abs(left), dim=1), 1, n)
+      factored%signs = krein_signs(exp(spectrum%z), exp(real(spectrum%z)) * spectrum%bound, left, maxval(exp(real(spectrum%z)) &
+        & * spectrum%bound), spread(d, 2, n) * form * spread(d, 1, n))
+    end associate
+  end subroutine find_signs
 
   !> Implements `multipliers` of part_solution_type.
   subroutine part_multipliers(self, vectors, multipliers, error)
@@ -83,6 +111,7 @@ contains
     multipliers%exponent = self%spectrum%z
     multipliers%error = self%spectrum%bound
     multipliers%condition = self%spectrum%condition
+    if (allocated(self%signs)) multipliers%krein = self%signs
     if (vectors) multipliers%vectors = self%spectrum%vectors%x(:, :, 1) * spread(self%scale, 2, size(self%scale))
     call pair_conjugates(multipliers)
     multipliers%exponent = multipliers%exponent / self%factors%period

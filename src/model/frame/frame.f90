@@ -15,7 +15,7 @@ module gestell_model_frame
   use gestell_model_space, only: space_type
   use gestell_system_averaged, only: average, averaged_system, term_size
   use gestell_system_natural_frequencies, only: solve_natural_frequencies
-  use gestell_system_second_order, only: check_second_order
+  use gestell_system_second_order, only: check_second_order, is_gyroscopic
   implicit none (type, external)
   private
 
@@ -415,21 +415,20 @@ contains
 
   !> True if the equations of the degrees of freedom free(chosen) derive from a Lagrangian. This requires zero damping and a
   !> symmetric stiffness matrix. For a frame in space the crank must also turn uniformly relative to the frame. The equations in
-  !> space linearised about rest with two or more rotations do not derive from a Lagrangian, because they neglect terms.
-  pure logical function conserves(self, chosen)
+  !> space linearised about rest with two or more rotations neglect terms that only a balanced rotor does not have.
+  logical function conserves(self, chosen)
     class(frame_type), intent(in) :: self
     integer, intent(in) :: chosen(:)
     integer :: i
 
-    associate (free => self%free(chosen))
-      associate (c => self%stiffness(free, free))
-        conserves = .not. (any(abs(self%damping(free, free)) > 0) .or. any(abs(c - transpose(c)) > 0))
-      end associate
+    associate (free => self%free(chosen), c => self%stiffness(self%free(chosen), self%free(chosen)))
+      conserves = .not. (any(abs(self%damping(free, free)) > 0) .or. any(abs(c - transpose(c)) > 0))
       ! If the frame rotates, dampers along its other degrees of freedom act too.
       if (any(is_rotation(free))) conserves = conserves &
         & .and. .not. any([(self%supports(i)%damping > 0, i = 1, size(self%supports))])
-      if (allocated(self%space)) conserves = conserves &
-        & .and. .not. (self%uniform_in_space() .or. self%about_rest .and. count(is_rotation(free)) > 1)
+      if (.not. (allocated(self%space) .and. conserves)) return
+      conserves = .not. self%uniform_in_space()
+      if (conserves .and. self%about_rest .and. count(is_rotation(free)) > 1) conserves = is_gyroscopic(self, chosen)
     end associate
   end function conserves
 

@@ -2,8 +2,8 @@
 module gestell_output_report_warnings
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, newline, text
-  use gestell_base_verdict, only: not_judged, operator(==), stable, undecided, unstable, verdict_type, worst
-  use gestell_output_report_verdict, only: judgement_type
+  use gestell_base_verdict, only: judgement_type, not_judged, operator(==), operator(>), stable, undecided, unstable, &
+    & verdict_type, worst
   use gestell_study_vibration_small_motion, only: moved_type, small_part, small_turn
   implicit none (type, external)
   private
@@ -54,7 +54,7 @@ contains
     if (machine > 0) words = words // ", F up to " // concise(small_part * machine, 2) // " m"
   end function small_motion_limits
 
-  !> Worst of the `verdicts`, with a text that lists the speeds at which it applies. The text is empty if no machine has a verdict.
+  !> Worst of the `verdicts`, with a sentence that lists the speeds at which it applies.
   pure type(judgement_type) function judge_range(speeds, verdicts, things, consequence) result(judgement)
     !> Drive speeds (1/min)
     real(dp), intent(in) :: speeds(:)
@@ -63,24 +63,19 @@ contains
     !> `things`: noun for the values ("speeds" if they form a range in ascending order). `consequence`: what an unstable vibration
     !> means for these machines
     character(len=*), intent(in) :: things, consequence
-    character(len=:), allocatable :: rest
     integer :: i
 
     judgement%verdict = not_judged
     do i = 1, size(verdicts)
       judgement%verdict = worst(judgement%verdict, verdicts(i))
     end do
-    judgement%words = ""
-    if (judgement%verdict == not_judged) return
-    judgement%words = "stable"
-    if (judgement%verdict == stable) return
-    judgement%words = trim(judgement%verdict%alarm())
-    rest = "disturbances neither grow nor decay"
-    if (judgement%verdict == undecided) rest = "the error bounds leave open whether these vibrations are stable"
-    if (judgement%verdict == unstable) rest = consequence
+    if (.not. judgement%verdict > stable) return
+    judgement%rest = "disturbances neither grow nor decay"
+    if (judgement%verdict == undecided) judgement%rest = "the error bounds leave open whether these vibrations are stable"
+    if (judgement%verdict == unstable) judgement%rest = consequence
     associate (chosen => [(verdicts(i) == judgement%verdict, i = 1, size(verdicts))])
-      judgement%words = judgement%words // " at " // text(count(chosen)) // " of " // text(size(speeds)) // " " // things // ", " &
-        & // stretches(speeds, chosen, things == "speeds") // " rpm: " // rest
+      judgement%extent = " at " // text(count(chosen)) // " of " // text(size(speeds)) // " " // things
+      judgement%rest = ", " // stretches(speeds, chosen, things == "speeds") // " rpm: " // judgement%rest
     end associate
   end function judge_range
 

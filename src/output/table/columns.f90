@@ -9,7 +9,7 @@ module procedure new_table
   table%name = name
   table%heading = heading
   table%caption = caption
-  if (present(verdict)) table%verdict = trim(verdict)
+  if (present(verdict)) table%verdict = verdict
   if (present(shown)) table%shown = shown
   table%model = ""
   table%remarks = ""

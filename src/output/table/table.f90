@@ -2,6 +2,7 @@
 !> bounds.
 module gestell_output_table
   use gestell_base_kinds, only: dp
+  use gestell_base_verdict, only: judgement_type
   use gestell_output_table_unit, only: unit_type
   implicit none (type, external)
   private
@@ -35,9 +36,10 @@ module gestell_output_table
     character(len=:), allocatable :: name
     !> `heading`: heading of the table in reports and pages. `caption`: caption of its picture
     character(len=:), allocatable :: heading, caption
-    !> `remarks`: lines that precede the keys of the columns in the file. `verdict`: verdict that the head of the file states, or
-    !> an empty text. If `verdict` is unallocated, the head states the verdict on the machine of the input
-    character(len=:), allocatable :: remarks, verdict
+    !> Lines that precede the keys of the columns in the file
+    character(len=:), allocatable :: remarks
+    !> Verdict that the head of the file states. If it is unallocated, the head states the verdict on the machine of the input
+    type(judgement_type), allocatable :: verdict
     !> Model of the frame, if the table uses another model than the run; otherwise empty
     character(len=:), allocatable :: model
     !> True if the HTML page shows the rows of the table
@@ -67,8 +69,8 @@ module gestell_output_table
       implicit none (type, external)
       !> `name`: name of the table and its files. `heading`: heading in reports and pages. `caption`: caption of the picture
       character(len=*), intent(in) :: name, heading, caption
-      !> Verdict on the machines that the table describes
-      character(len=*), intent(in), optional :: verdict
+      !> Verdict on the machines that the table describes; `unjudged` if there is none
+      type(judgement_type), intent(in), optional :: verdict
       !> True if the HTML page is to show the rows
       logical, intent(in), optional :: shown
     end function new_table

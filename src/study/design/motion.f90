@@ -371,7 +371,7 @@ contains
     coupled = self%inner%coupled()
   end function coupled
 
-  pure logical function conserves(self, chosen)
+  logical function conserves(self, chosen)
     class(loaded_type), intent(in) :: self
     integer, intent(in) :: chosen(:)
 

@@ -2,6 +2,7 @@
 module gestell_study_frame_model_model_check
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
+  use gestell_base_verdict, only: operator(/=), operator(==), undecided
   use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_floquet_multipliers, only: multipliers_type
   use gestell_floquet_solution, only: floquet_type, solve_floquet, solve_multipliers
@@ -39,8 +40,8 @@ contains
       if (.not. allocated(error)) call solve_floquet(varied, accuracy, .false., floquet, error)
       if (.not. allocated(error)) call solve_multipliers(floquet, .false., exact_multipliers, error)
       if (allocated(error)) cycle
-      if (exact_multipliers%unknown() .or. exact_multipliers%error(1) >= 1 .or. exact_multipliers%verdict() == "undecided") cycle
-      if (exact_multipliers%verdict() /= multipliers%verdict() .or. abs(exact_multipliers%log_abs(1) - multipliers%log_abs(1)) &
+      if (exact_multipliers%unknown() .or. exact_multipliers%error(1) >= 1 .or. exact_multipliers%judge() == undecided) cycle
+      if (exact_multipliers%judge() /= multipliers%judge() .or. abs(exact_multipliers%log_abs(1) - multipliers%log_abs(1)) &
         & > negligible * abs(multipliers%log_abs(1)) + exact_multipliers%error(1) + multipliers%error(1)) better = exact_multipliers
       return
     end do

@@ -22,6 +22,8 @@ module gestell_study_mode_motion
     complex(dp), allocatable :: exponent(:)
     !> Bounds on the relative errors of the multipliers rho, shape (n)
     real(dp), allocatable :: error(:)
+    !> Signs of Krein's form (`krein_signs`), shape (n); unallocated if the system may not conserve energy
+    integer, allocatable :: signs(:)
     !> Positions of the periodic parts p(t) at t / T = k / samples, k = 0, 1, ...; shape (samples, n / 2, n). `samples` is a power
     !> of two
     complex(dp), allocatable :: positions(:, :, :)
@@ -59,6 +61,7 @@ contains
     n = system%states
     motions%exponent = factored%spectrum%z
     motions%error = factored%spectrum%bound
+    if (allocated(factored%signs)) motions%signs = factored%signs
     ! Number of samples: more than twice the order of the fastest vibration, plus the harmonics that the coefficients add.
     samples = 2**ceiling(log(max(64.0_dp, 1.5_dp * survey%phase_advance / pi + 4 * system%least_steps)) / log(2.0_dp))
     allocate(motions%positions(samples, n / 2, n))

@@ -138,7 +138,7 @@ contains
     call solve_motions(system, accuracy, motions, failure)
     if (allocated(failure)) return
     error = -log(1 - min(motions%error, lost_fraction)) / system%period
-    if (system%conserves([(i, i = 1, system%states / 2)])) single%neutral = lie_on_circle(real(motions%exponent) * system%period, &
+    if (allocated(motions%signs)) single%neutral = motions%signs /= 0 .or. lie_on_circle(real(motions%exponent) * system%period, &
       & aimag(motions%exponent) * system%period, motions%error)
     single%identified = motions%error < lost_fraction
     single%growth = real(motions%exponent)

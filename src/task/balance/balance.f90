@@ -5,6 +5,7 @@ module gestell_task_balance
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: either
   use gestell_base_words, only: word_length
+  use gestell_base_verdict, only: failed, not_judged, operator(==), unjudged, verdict_type
   use gestell_input_namelist_document, only: group_named
   use gestell_input_namelist_message, only: input_error
   use gestell_input_schema, only: group_rule, schema_type
@@ -109,7 +110,7 @@ contains
         call result%add(table_of(variants, frame%dofs()), plot_balance(variants))
         call result%add(links_of(variants, rigid, linkage))
         call result%add(harmonics_of(variants, frame, configuration%analysis%harmonics))
-        call result%warn_each("", balance_headlines(variants))
+        call result%warn_each(not_judged, balance_headlines(variants))
         if (.not. context%reports) return
         call result%write_section("BALANCING by counterweights: rms values on rigid ground and on the mounts", &
           & report_balance(variants, rigid, linkage, self%options, state, length))
@@ -126,6 +127,7 @@ contains
     character(len=*), parameter :: quantities(2) = ["f", "m"]
     type(unit_type), parameter :: units(2) = [newton, newton_metre]
     character(len=longest) :: links(size(variants))
+    type(verdict_type) :: verdicts(size(variants))
     real(dp) :: valid(size(variants))
     character(len=:), allocatable :: name
     integer :: i, k, n
@@ -134,6 +136,8 @@ contains
     valid = 1
     do i = 1, n
       links(i) = variants(i)%links(" ")
+      verdicts(i) = variants(i)%mounted%verdict
+      if (verdicts(i) == not_judged) verdicts(i) = failed
       if (allocated(variants(i)%mounted%reason)) valid(i) = ieee_value(1.0_dp, ieee_quiet_nan)
     end do
     table = new_table("balance", "Counterweights", "Force and moment of the machine with counterweights, standing on rigid " &
@@ -160,7 +164,7 @@ contains
         & i = 1, n)])
     end do
     call table%add("verdict", "verdict on the machine with these counterweights", &
-      & [(merge(variants(i)%mounted%verdict, "failed   ", variants(i)%mounted%verdict /= ""), i = 1, n)])
+      & verdicts%word())
   end function table_of
 
   !> The table balance_links.csv, which has one row for every counterweight of every variant.
@@ -192,7 +196,8 @@ contains
         end associate
       end do
     end do
-    table = new_table("balance_links", "Counterweights as links", "Masses and positions of the counterweights.", "", shown=.true.)
+    table = new_table("balance_links", "Counterweights as links", "Masses and positions of the counterweights.", unjudged, &
+      & shown=.true.)
     call table%add("aim", "what the counterweights minimise, as in balance.csv", aim)
     call table%add("links", "links with counterweights, as in balance.csv", links)
     call table%add("name", "name of the &link group that describes the counterweight", name)

@@ -4,6 +4,7 @@ module gestell_task_balance_report
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, either, newline
   use gestell_base_words, only: character_count
+  use gestell_base_verdict, only: operator(/=), stable
   use gestell_input_namelist_edit, only: with_doubled_quotes
   use gestell_input_schema_units, only: unit_type, units_type
   use gestell_model_linkage, only: linkage_type
@@ -124,7 +125,7 @@ contains
         if (.not. allocated(one%mounted%reason)) then
           rows = rows // tab // cells(one%mounted%rms, merge(0.0_dp, original%mounted%rms, allocated(original%mounted%reason)), &
             & i == 1)
-          if (one%mounted%verdict /= "stable") rows = rows // tab // trim(one%mounted%verdict)
+          if (one%mounted%verdict /= stable) rows = rows // tab // trim(one%mounted%verdict%word())
         else
           rows = rows // tab // "-" // tab // "-" // tab // one%mounted%reason
         end if

@@ -4,6 +4,7 @@ module gestell_task_balance_variants
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: either, text
   use gestell_base_words, only: word_length
+  use gestell_base_verdict, only: verdict_type
   use gestell_input_machine_frame, only: read_frame
   use gestell_model_frame, only: frame_type
   use gestell_model_quantity, only: find_quantity
@@ -37,7 +38,7 @@ module gestell_task_balance_variants
     !> Reason why no periodic vibration was computed; not allocated if a vibration was computed
     character(len=:), allocatable :: reason
     !> Verdict on the machine with the counterweights of the variant
-    character(len=9) :: verdict = ""
+    type(verdict_type) :: verdict
     !> Rms and peak, with error bounds, of the force (N, element 1) and of the moment (N m, element 2)
     real(dp), dimension(2) :: rms = 0, rms_error = 0, peak = 0, peak_error = 0
     !> Peaks of the degrees of freedom (m, rad) and their error bounds. Only the first three elements are used for a planar frame
@@ -214,7 +215,7 @@ contains
     type(probe_type) :: none(0)
     integer :: i, k
 
-    if (allocated(analysis%multipliers)) mounted%verdict = analysis%multipliers%verdict()
+    if (allocated(analysis%multipliers)) mounted%verdict = analysis%multipliers%judge()
     allocate(mounted%orders(2, orders), source=0.0_dp)
     do i = force, moment
       if (.not. (allocated(analysis%vibration) .and. .not. allocated(failure))) exit

@@ -1,7 +1,7 @@
 !> Tables of the task `boundary`: boundary.csv for one or two parameters, and level.csv for one parameter.
 module gestell_task_boundary_tables
   use gestell_base_text, only: concise, either, exact, newline
-  use gestell_base_verdict, only: state_word
+  use gestell_base_verdict, only: state_word, unjudged
   use gestell_output_table, only: new_table, table_type
   use gestell_output_table_unit, only: new_unit, radian, unit_type
   use gestell_study_speed_point, only: speed_point_type
@@ -28,12 +28,12 @@ contains
     if (present(level)) then
       associate (measure => level%measure)
         table = new_table("boundary", "Crossings of a level", "Where " // level%subject() // " crosses " &
-          & // concise(level%value, 9) // " " // trim(measure%unit) // ".", "", shown=.true.)
+          & // concise(level%value, 9) // " " // trim(measure%unit) // ".", unjudged, shown=.true.)
         table%remarks = "level: " // trim(measure%name()) // " = " // exact(level%value) // " " // trim(measure%unit) // newline
       end associate
     else
       table = new_table("boundary", "Stability boundaries", "Parameters at which the largest multiplier crosses the unit " &
-        & // "circle.", "", shown=.true.)
+        & // "circle.", unjudged, shown=.true.)
     end if
     if (allocated(results%map)) then
       call add_curves(plan, results, present(level), table)
@@ -120,7 +120,7 @@ contains
     integer :: i
 
     name = trim(level%measure%name())
-    table = new_table("level", "Quantity over the parameter", "", "")
+    table = new_table("level", "Quantity over the parameter", "", unjudged)
     associate (unit => new_unit(trim(level%measure%unit)), n => size(points))
       call table%add(trim(plan%paths(1)), unit_type(words=plan%units(1)), "value of the parameter, in the units of the input", &
         & [(points(i)%speed, i = 1, n)])

@@ -4,6 +4,7 @@ module gestell_task_boundary_task
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: either
+  use gestell_base_verdict, only: not_judged
   use gestell_input_machine_quantities, only: read_measure
   use gestell_input_namelist_document, only: group_type, groups_named, has, group_named
   use gestell_input_namelist_message, only: input_error
@@ -146,10 +147,10 @@ contains
       call result%add(border_table(plan, results, self%level), plot_borders(plan, results, self%level))
       if (allocated(results%map)) call result%add_curves("sweep", over_chart(results%map))
       if (allocated(results%curve)) call result%add(curve_table(plan, results%curve%points, self%level))
-      call result%warn("", summary(plan, results, self%level))
+      call result%warn(not_judged, summary(plan, results, self%level))
       if (allocated(results%nearest)) then
         do k = 1, size(results%nearest)
-          call result%warn("", "Nearest value at which the machine is not unstable: " &
+          call result%warn(not_judged, "Nearest value at which the machine is not unstable: " &
             & // nearest_words(trim(plan%paths(k)), results%nearest(k)))
         end do
       end if

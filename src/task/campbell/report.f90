@@ -2,10 +2,9 @@
 module gestell_task_campbell_report
   use gestell_base_kinds, only: dp, pi
   use gestell_base_text, only: concise, either, fixed, newline, text
-  use gestell_base_verdict, only: operator(>), stable, undamped, undecided, unstable, verdict_type
+  use gestell_base_verdict, only: judgement_type, operator(>), stable, undamped, undecided, unstable, verdict_type
   use gestell_input_wording, only: counted
   use gestell_output_report_text_table, only: tab, tabulated
-  use gestell_output_report_verdict, only: judgement_type
   use gestell_output_report_warnings, only: judge_range
   use gestell_task_campbell, only: campbell_type
   use gestell_task_campbell_crossings, only: crossing_type
@@ -35,7 +34,7 @@ contains
     report = newline // "CAMPBELL DIAGRAM  of " // counted(campbell%modes, "mode") // " at " &
       & // counted(count(campbell%points%ordered), "speed") // ", about rest" // newline
     judgement = campbell_verdict(campbell)
-    if (judgement%verdict > stable) report = report // "  " // judgement%words // newline
+    if (judgement%verdict > stable) report = report // "  " // judgement%sentence() // newline
     solved = campbell%points%solved
     if (.not. any(solved)) then
       report = report // "  no mode can be identified at any crank speed of the range" // newline

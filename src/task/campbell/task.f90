@@ -2,8 +2,8 @@
 module gestell_task_campbell_task
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp, pi
+  use gestell_base_verdict, only: judgement_type, not_judged
   use gestell_input_wording, only: counted
-  use gestell_output_report_verdict, only: judgement_type
   use gestell_output_result, only: result_type
   use gestell_output_table, only: new_table, table_type
   use gestell_output_table_unit, only: hertz, per_second, plain, rpm
@@ -63,10 +63,10 @@ contains
     call follow_modes(context, diagram, error)
     if (allocated(error)) return
     judgement = campbell_verdict(diagram%campbell)
-    call result%add(campbell_table(diagram%campbell, judgement%words), plot_campbell(diagram%campbell, diagram%crossings, &
+    call result%add(campbell_table(diagram%campbell, judgement), plot_campbell(diagram%campbell, diagram%crossings, &
       & context%configuration%orders, context%configuration%plan%base))
     associate (crossings => diagram%crossings, unused => self)
-      table = new_table("crossings", "Crossings", "", judgement%words, shown=.true.)
+      table = new_table("crossings", "Crossings", "", judgement, shown=.true.)
       table%model = model_of_modes
       call table%add("mode", "number of the mode", (crossings%mode))
       call table%add("order", plain, "multiple of the crank speed", (crossings%order))
@@ -84,7 +84,7 @@ contains
       call result%add(table, plot_crossings(crossings, diagram%campbell, context%configuration%plan%base))
     end associate
     call result%judge(judgement)
-    call result%warn("", "Campbell diagram: " // counted(diagram%campbell%modes, "mode") // ", " &
+    call result%warn(not_judged, "Campbell diagram: " // counted(diagram%campbell%modes, "mode") // ", " &
       & // counted(size(diagram%crossings), "crossing") // " with orders of the crank")
     call result%write_lines(report_campbell(diagram%campbell, diagram%crossings))
   end subroutine run
@@ -116,7 +116,7 @@ contains
   !> is real and positive.
   pure type(table_type) function campbell_table(campbell, verdict) result(table)
     type(campbell_type), intent(in) :: campbell
-    character(len=*), intent(in) :: verdict
+    type(judgement_type), intent(in) :: verdict
     integer, parameter :: columns = 7 + 2 * max_dofs
     real(dp) :: values(columns, campbell%modes * size(campbell%points))
     integer :: i, k

@@ -22,6 +22,9 @@ module gestell_task_common_context
     character(len=:), allocatable :: folder, staging
     !> `reports`: true if a report is printed. `one_line`: true if a single line of results is requested.
     logical :: reports = .true., one_line = .false.
+    !> `verbose`: true if the report includes the diagnostics. `draws`: true if pictures are drawn. `only_checks`: true if the tasks
+    !> report what they would compute, but compute nothing.
+    logical :: verbose = .false., draws = .false., only_checks = .false.
     !> True if all rows of all tables must be kept in memory after they have been written.
     logical :: keep_all_rows = .false.
     !> True if an unstable machine leads to a special exit code.

@@ -1,5 +1,9 @@
 !> Journal of a run: a file with the results of all finished pieces of work. After an interruption, the next run reads these results
 !> instead of computing them again.
+!>
+!> A sweep has a store of its own (gestell_task_sweep_checkpoint), because its tiles have other needs: their rows stand at fixed
+!> places in the file that becomes the table, so that they are written once and never held in memory together, and processes on
+!> several machines write them at once. Records of the journal differ in length, are read at once, and belong to one process.
 module gestell_task_common_journal
   use gestell_base_files, only: close_file, create_file, file_size, remove_file, rename_file, write_bytes
   use gestell_base_hash, only: mix_text

@@ -2,11 +2,10 @@
 module gestell_task_critical_report
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, fixed, newline, text
-  use gestell_base_verdict, only: operator(/=), operator(>), stable
+  use gestell_base_verdict, only: judgement_type, operator(/=), operator(>), stable
   use gestell_input_wording, only: counted
   use gestell_output_report_orders, only: range_of
   use gestell_output_report_text_table, only: tab, tabulated
-  use gestell_output_report_verdict, only: judgement_type
   use gestell_output_report_warnings, only: judge_range
   use gestell_task_campbell, only: campbell_type
   use gestell_task_campbell_report, only: campbell_verdict, max_listed
@@ -28,12 +27,13 @@ contains
     integer, intent(in) :: orders, turns
     !> `verdict`: verdict on the vibrations at these speeds. `warning`: warning that some motions are too large for the linearised
     !> equations
-    character(len=*), intent(in) :: verdict, warning
+    character(len=*), intent(in) :: warning
+    type(judgement_type), intent(in) :: verdict
     character(len=:), allocatable :: report, rows
     integer :: i, listed, quiet
 
     report = newline // "CRITICAL SPEEDS, orders " // range_of(orders, turns) // ", linearised about rest" // newline
-    if (verdict /= "stable" .and. verdict /= "") report = report // "  " // verdict // newline
+    if (verdict%verdict > stable) report = report // "  " // verdict%sentence() // newline
     report = report // warning
     if (size(critical) == 0) then
       report = report // "  no natural frequency crosses a requested order of the crank within the range" // newline

@@ -3,9 +3,9 @@ module gestell_task_critical_task
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp, pi
   use gestell_base_text, only: concise, text
+  use gestell_base_verdict, only: judgement_type, not_judged, undecided
   use gestell_input_wording, only: counted
   use gestell_output_report_warnings, only: motion_warning
-  use gestell_output_report_verdict, only: judgement_type
   use gestell_output_result, only: result_type
   use gestell_output_table, only: new_table, table_type
   use gestell_output_table_turn, only: add_order_column
@@ -57,27 +57,28 @@ contains
     if (allocated(error)) return
     judgement = critical_verdict(critical, diagram%campbell)
     turns = context%configuration%turns()
-    call result%add(table_of(critical, turns, judgement%words), &
+    call result%add(table_of(critical, turns, judgement), &
       & plot_critical(critical, diagram%campbell, context%configuration%plan%base))
     call result%judge(judgement)
     warning = motion_warning(pack(critical%moved, critical%found(amplitude) .or. critical%found(force)), model_of_modes)
-    call result%warn("undecided", warning)
+    call result%warn(undecided, warning)
     maximum = maxloc(critical%height(amplitude), dim=1, mask=critical%found(amplitude))
     if (maximum > 0) then
       associate (peak => critical(maximum), unused => self)
-        call result%warn("", "Critical speeds: " // counted(count(critical%found(amplitude)), "peak") // ", maximum amplitude " &
-          & // concise(1000 * peak%height(amplitude), 4) // " mm at " // concise(peak%speed(amplitude), 6) // " rpm (mode " &
+        call result%warn(not_judged, "Critical speeds: " // counted(count(critical%found(amplitude)), "peak") &
+          & // ", maximum amplitude " // concise(1000 * peak%height(amplitude), 4) // " mm at " &
+          & // concise(peak%speed(amplitude), 6) // " rpm (mode " &
           & // text(peak%crossing%mode) // ", order " // concise(peak%crossing%order, 4) // ")")
       end associate
     end if
-    call result%write_lines(report_critical(critical, context%configuration%orders, turns, judgement%words, warning))
+    call result%write_lines(report_critical(critical, context%configuration%orders, turns, judgement, warning))
   end subroutine run
 
   !> The table critical.csv, which lists the critical speeds. `turns`: number of turns that the crank makes in the period.
   pure type(table_type) function table_of(critical, turns, verdict) result(table)
     type(critical_type), intent(in) :: critical(:)
     integer, intent(in) :: turns
-    character(len=*), intent(in) :: verdict
+    type(judgement_type), intent(in) :: verdict
 
     table = new_table("critical", "Critical speeds", "Crank speeds at which the vibration has a peak, for each mode and order.", &
       & verdict, shown=.true.)

@@ -2,7 +2,7 @@
 module gestell_task_design_report
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, either, newline, text
-  use gestell_base_verdict, only: operator(/=), stable, verdict_type
+  use gestell_base_verdict, only: not_judged, operator(/=), stable, unstable, verdict_type
   use gestell_input_wording, only: counted
   use gestell_output_report_text_table, only: tab, tabulated
   use gestell_output_report_verdict, only: section
@@ -88,10 +88,11 @@ contains
     end associate
   end function proof_words
 
-  !> Writes the headline of a design. `state` becomes empty if all limits are met and the design is stable.
+  !> Writes the headline of a design. `state` becomes `not_judged` if all limits are met and the design is stable.
   subroutine design_headline(design, state, words)
     type(design_type), intent(in) :: design
-    character(len=:), allocatable, intent(out) :: state, words
+    type(verdict_type), intent(out) :: state
+    character(len=:), allocatable, intent(out) :: words
     real(dp) :: before(3), after(3)
     integer :: g
 
@@ -99,20 +100,17 @@ contains
     after = worst_of(design%after, design, 1)
     words = "DESIGN: " // design%goals(1)%name() // " from " // concise(before(1), 4) // " to " // concise(after(1), 4) // " " &
       & // trim(design%goals(1)%measure%unit) // change_words(before(1), after(1))
-    state = ""
     do g = size(design%options%objectives) + 1, size(design%goals)
       after = worst_of(design%after, design, g)
       if (limit_state(design%goals(g), after(1), after(2)) == "met") cycle
-      state = "unstable"
+      state = unstable
       words = "DESIGN: limits " // either("cannot be met (proved)", "not met", design%conflict > 0) // " within these ranges: " &
         & // design%goals(g)%name() // " is " // concise(after(1), 4) // " " // trim(design%goals(g)%measure%unit) // ", limit " &
         & // concise(design%goals(g)%limit, 4)
       return
     end do
-    associate (verdict => design%after%verdict())
-      if (verdict /= stable) state = trim(verdict%word())
-    end associate
-    if (state /= "") words = words // ", but this machine is " // state
+    if (design%after%verdict() /= stable) state = design%after%verdict()
+    if (state /= not_judged) words = words // ", but this machine is " // trim(state%word())
   end subroutine design_headline
 
   pure function change_words(before, after) result(words)
@@ -130,7 +128,7 @@ contains
     type(design_plan_type), intent(in) :: plan
     type(design_type), intent(in) :: design
     !> Verdict on the machine with the parameters of the design
-    character(len=*), intent(in) :: after
+    type(verdict_type), intent(in) :: after
     character(len=:), allocatable :: report
     type(verdict_type) :: before
 
@@ -140,8 +138,8 @@ contains
       ! If the limits could not be met, the search minimised the largest excess over a limit instead of the objective.
       if (best%feasible) report = report // "residual of the optimality conditions " // concise(best%stationarity, 2) // "; "
       report = report // text(sum(design%found%evaluations)) // " machines solved" // newline // "  verdict: " &
-        & // trim(before%word()) // " before, " // after // " after" // newline
-      if (after /= "stable") report = report // "  to require stability, add: &constraint quantity='rho_max', at_most=0.999 /" &
+        & // trim(before%word()) // " before, " // trim(after%word()) // " after" // newline
+      if (after /= stable) report = report // "  to require stability, add: &constraint quantity='rho_max', at_most=0.999 /" &
         & // newline
       if (size(design%options%conditions) > 1) report = report // "  worst values of " &
         & // counted(size(plan%options%conditions), "condition") // either(" (speeds and scatter)", " (speeds)", plan%robust) &

@@ -2,6 +2,7 @@
 module gestell_task_design_tables
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: text
+  use gestell_base_verdict, only: judgement_type, unjudged
   use gestell_output_table, only: new_table, table_type
   use gestell_output_table_unit, only: new_unit, plain, rpm, unit_type
   use gestell_study_measure, only: measure_names
@@ -24,7 +25,7 @@ contains
   type(table_type) function parameter_table(plan, design, verdict) result(table)
     type(design_plan_type), intent(in) :: plan
     type(design_type), intent(in) :: design
-    character(len=*), intent(in) :: verdict
+    type(judgement_type), intent(in) :: verdict
     integer :: k, n
 
     n = size(design%x)
@@ -48,7 +49,7 @@ contains
   !> The table design_goals.csv, which has one row for each objective and limit.
   type(table_type) function goal_table(design, verdict) result(table)
     type(design_type), intent(in) :: design
-    character(len=*), intent(in) :: verdict
+    type(judgement_type), intent(in) :: verdict
     real(dp), dimension(3, size(design%goals)) :: before, after
     real(dp), dimension(size(design%goals)) :: limit, worth
     character(len=10) :: role(size(design%goals))
@@ -96,7 +97,7 @@ contains
   type(table_type) function range_table(plan, design, verdict) result(table)
     type(design_plan_type), intent(in) :: plan
     type(design_type), intent(in) :: design
-    character(len=*), intent(in) :: verdict
+    type(judgement_type), intent(in) :: verdict
     character(len=:), allocatable :: name
     integer :: c, g
 
@@ -133,7 +134,7 @@ contains
   type(table_type) function start_table(plan, design, verdict) result(table)
     type(design_plan_type), intent(in) :: plan
     type(design_type), intent(in) :: design
-    character(len=*), intent(in) :: verdict
+    type(judgement_type), intent(in) :: verdict
     real(dp) :: x(size(design%x), size(design%found)), objective(size(design%found)), violation(size(design%found)), &
       & missed(size(design%found))
     character(len=13) :: state(size(design%found))
@@ -173,7 +174,7 @@ contains
     type(design_type), intent(in) :: design
     integer :: k, i, g
 
-    table = new_table("design_trade_off", "Trade-off", "Minimum of the first objective for each value of the second.", "", &
+    table = new_table("design_trade_off", "Trade-off", "Minimum of the first objective for each value of the second.", unjudged, &
       & shown=.true.)
     do g = 1, 2
       associate (measure => plan%options%objectives(g)%measure)

@@ -3,8 +3,8 @@
 module gestell_task_design_task
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_input_schema, only: group_rule, schema_type
-  use gestell_base_verdict, only: undamped, undecided, unstable, operator(==), verdict_type
-  use gestell_output_report_verdict, only: judgement_type
+  use gestell_base_verdict, only: has_vibration, judgement_type, operator(==), operator(>), stable, undecided, unstable, &
+    & verdict_type
   use gestell_output_result, only: result_type
   use gestell_task_common_task, only: longest_table, task_type, unsolved_machine
   use gestell_task_common_configuration, only: configuration_type
@@ -67,8 +67,9 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(locked_family_type) :: family
     type(design_type) :: design
-    type(verdict_type) :: judged
-    character(len=:), allocatable :: state, words, improved, verdict
+    type(verdict_type) :: judged, state
+    type(judgement_type) :: verdict
+    character(len=:), allocatable :: words, improved
 
     ! The search itself computes the vibrations of its machines, so the family supplies frames at rest.
     call context%members(self%plan%family, family, "rest")
@@ -82,7 +83,7 @@ contains
         & design%x(plan%owners), improved, error)
       if (allocated(error)) return
       judged = design%after%verdict()
-      verdict = trim(judged%word())
+      verdict%verdict = judged
       call result%add(parameter_table(plan, design, verdict), plot_parameters(plan))
       call result%add(goal_table(design, verdict), plot_goals(design))
       if (size(design%options%conditions) > 1) call result%add(range_table(plan, design, verdict), plot_range(plan))
@@ -92,7 +93,7 @@ contains
       call design_headline(design, state, words)
       call result%warn(state, words)
       call judge(judged, result)
-      call result%write_lines(report_design(plan, design, verdict))
+      call result%write_lines(report_design(plan, design, judged))
     end associate
   end subroutine run
 
@@ -100,14 +101,13 @@ contains
   pure subroutine judge(verdict, result)
     type(verdict_type), intent(in) :: verdict
     type(result_type), intent(inout) :: result
+    character(len=:), allocatable :: rest
 
-    if (verdict == unstable) then
-      call result%judge(judgement_type(verdict, "UNSTABLE: after the design, disturbances of the vibration grow"))
-    else if (verdict == undecided) then
-      call result%judge(judgement_type(verdict, "UNDECIDED: after the design, the error bounds leave open whether " // &
-        &   "disturbances of the vibration grow or decay"))
-    else if (verdict == undamped) then
-      call result%judge(judgement_type(verdict, "UNDAMPED: after the design, disturbances of the vibration neither grow nor decay"))
+    rest = ", disturbances of the vibration neither grow nor decay"
+    if (verdict == undecided) rest = ", the error bounds leave open whether disturbances of the vibration grow or decay"
+    if (verdict == unstable) rest = ", disturbances of the vibration grow"
+    if (verdict > stable .and. has_vibration(verdict)) then
+      call result%judge(judgement_type(verdict, ": after the design", rest))
     else
       call result%include_verdict(verdict)
     end if

@@ -2,6 +2,7 @@
 module gestell_task_drawing
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp, pi
+  use gestell_base_verdict, only: unjudged
   use gestell_input_namelist_document, only: group_named
   use gestell_input_namelist_message, only: input_error
   use gestell_model_frame, only: frame_type
@@ -96,7 +97,7 @@ contains
     integer :: i, k
 
     table = new_table("mechanism", "The machine", "The mechanism during " &
-      & // turns_in_words(frame%mechanism%turns) // ", drawn to scale with its frame and mounts.", "")
+      & // turns_in_words(frame%mechanism%turns) // ", drawn to scale with its frame and mounts.", unjudged)
     call table%add("crank", degree, "crank angle, negative for a clockwise crank", &
       & [(frame%degrees_per_period() * k / rows, k = 0, rows)])
     do i = 1, size(linkage%joints)

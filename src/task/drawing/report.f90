@@ -277,7 +277,7 @@ contains
       character(len=:), allocatable :: words
 
       words = "0"
-      if (abs(unbalance) * (frame%speed * frame%mechanism%turns)**2 > noise(1)) words = concise(1000 * abs(unbalance), 5) &
+      if (abs(unbalance) * frame%drive_speed()**2 > noise(1)) words = concise(1000 * abs(unbalance), 5) &
         & // " kg mm at " // degrees(atan2(aimag(unbalance), real(unbalance))) // " deg"
     end function vector
 

@@ -3,7 +3,7 @@ module gestell_task_machine
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: newline, text
-  use gestell_base_verdict, only: verdict_named
+  use gestell_base_verdict, only: not_judged, operator(/=), undecided
   use gestell_floquet_multipliers, only: multipliers_type
   use gestell_model_frame, only: dof_names, frame_type
   use gestell_model_space, only: is_rotation
@@ -58,8 +58,8 @@ contains
       end if
       call result%record_failure(failure)
       if (allocated(analysis%multipliers)) then
-        result%verdict = analysis%multipliers%verdict()
-        call result%include_verdict(verdict_named(result%verdict))
+        result%verdict = analysis%multipliers%judge()
+        call result%include_verdict(result%verdict)
       end if
       if (context%reports) call report(context, result)
       if (allocated(analysis%several)) call result%add(table_of(analysis%several))
@@ -80,8 +80,8 @@ contains
       if (options%all_vibrations .and. options%judged()) call result%brief%add("vibrations", "number of periodic vibrations " &
         & // "found", [vibration_count])
     end associate
-    if (result%verdict /= "" .and. result%brief%number_of("verdict") == 0) call result%brief%add("verdict", &
-      & "verdict on the machine", [result%verdict])
+    if (result%verdict /= not_judged .and. result%brief%number_of("verdict") == 0) call result%brief%add("verdict", &
+      & "verdict on the machine", [result%verdict%word()])
   end subroutine add_machine_columns
 
   !> Adds the verdict, the accuracy of the solution, and the natural frequencies to the report.
@@ -108,7 +108,7 @@ contains
       call result%write_lines(several_lines(analysis%several, tasks%all_vibrations))
       if (allocated(analysis%vibration)) then
         warning = motion_warning([moved(frame, analysis%vibration%peak(:frame%dofs()))], tasks%model)
-        call result%warn("undecided", warning)
+        call result%warn(undecided, warning)
         call result%write_lines(warning)
       end if
       if (allocated(analysis%resonance)) call find_modes(frame, tasks%averaged, accuracy, analysis)

@@ -9,6 +9,7 @@ module gestell_task_machine_report
   use gestell_floquet_solution, only: evidence, evidence_type, liouville_defect
   use gestell_task_common_configuration, only: configuration_type
   use gestell_base_words, only: on_one_line
+  use gestell_base_verdict, only: operator(==), stable, undamped, undecided, unstable, verdict_type
   use gestell_input_machine_frame, only: note_on_ignored_values
   use gestell_input_wording, only: counted
   use gestell_output_report_orders, only: turns_in_words
@@ -145,16 +146,17 @@ contains
     !> Text on other vibrations of the machine, which is appended to the sentence
     character(len=*), intent(in) :: other_vibrations
     character(len=:), allocatable :: words
+    type(verdict_type) :: verdict
     real(dp) :: turns
 
-    words = trim(multipliers%verdict()) // ": "
+    verdict = multipliers%judge()
+    words = trim(verdict%word()) // ": "
     turns = log(2.0_dp) / max(abs(multipliers%log_abs(1)), tiny(1.0_dp))
     if (multipliers%unknown()) then
       words = words // "too few steps in &accuracy to determine the multipliers"
       return
     end if
-    select case (multipliers%verdict())
-    case ("stable")
+    if (verdict == stable) then
       if (multipliers%error(1) >= 1) then
         words = words // "disturbances decay within " // turns_in_words(period_turns) &
           & // ": all multipliers are smaller than their rounding errors"
@@ -162,14 +164,14 @@ contains
         words = words // "disturbances halve within " // concise(turns * period_turns, 3) // " turns (" &
           & // concise(turns * period, 3) // " s)"
       end if
-    case ("undamped")
+    else if (verdict == undamped) then
       words = words // "disturbances neither grow nor decay"
-    case ("unstable")
+    else if (verdict == unstable) then
       words = words // "a disturbance doubles in " // concise(turns * period_turns, 3) // " turns (" &
         & // concise(turns * period, 3) // " s)"
-    case default
+    else
       words = words // "the error bound of a multiplier reaches across |rho| = 1"
-    end select
+    end if
     words = words // other_vibrations
   end function verdict_sentence
 
@@ -182,21 +184,22 @@ contains
     character(len=*), intent(in) :: free_directions
     !> True if the monodromy matrix Phi(T) cannot reach the requested tolerance because of rounding errors
     logical, intent(in) :: at_precision_limit
-    character(len=:), allocatable :: lines, word
+    character(len=:), allocatable :: lines
+    type(verdict_type) :: verdict
     integer :: worst
 
-    word = trim(multipliers%verdict())
+    verdict = multipliers%judge()
     lines = ""
     if (multipliers%unknown()) then
       lines = "  half and twice the given number of steps yield different multipliers: increase &accuracy steps, or replace it " &
         & // "by tolerance" // newline
       return
     end if
-    if (word == "stable" .and. multipliers%error(1) >= 1) return
-    if (word == "unstable") lines = "  the disturbance " // growth_pattern(multipliers%arg(1), turns) // newline
-    if (word == "undamped") lines = "  no damping: all multipliers provably lie on the unit circle (doc/theory.md)" // newline
+    if (verdict == stable .and. multipliers%error(1) >= 1) return
+    if (verdict == unstable) lines = "  the disturbance " // growth_pattern(multipliers%arg(1), turns) // newline
+    if (verdict == undamped) lines = "  no damping: all multipliers provably lie on the unit circle (doc/theory.md)" // newline
     lines = lines // "  largest multiplier  |rho| = " // modulus(multipliers, 1) // newline
-    if (word == "undecided") then
+    if (verdict == undecided) then
       worst = maxloc(multipliers%log_abs + log(1 + multipliers%error), dim=1)
       if (worst > 1) lines = lines // "  most critical       |rho| = " // modulus(multipliers, worst) // newline
       if (free_directions /= "") then

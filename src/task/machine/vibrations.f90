@@ -1,6 +1,7 @@
 !> Reports the periodic vibrations of a machine that has several of them at its speed.
 module gestell_task_machine_vibrations
   use gestell_base_text, only: concise, either, newline, text
+  use gestell_base_verdict, only: operator(==), stable
   use gestell_task_stability_report, only: modulus_of
   use gestell_input_wording, only: counted
   use gestell_output_report_text_table, only: number_cells, tab, tabulated
@@ -23,7 +24,7 @@ contains
     if (.not. allocated(several)) return
     if (size(several) < 2) return
     words = "; one of " // text(size(several)) // " periodic vibrations"
-    others = count([(.not. several(i)%is_reported .and. several(i)%multipliers%verdict() == "stable", i = 1, size(several))])
+    others = count([(.not. several(i)%is_reported .and. several(i)%multipliers%judge() == stable, i = 1, size(several))])
     if (others == 1) words = words // ", another one is also STABLE"
     if (others > 1) words = words // ", " // text(others) // " others are also STABLE"
   end function mention_others

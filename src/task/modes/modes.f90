@@ -2,6 +2,7 @@
 module gestell_task_modes
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
+  use gestell_base_verdict, only: judgement_type
   use gestell_output_result, only: result_type
   use gestell_output_table, only: new_table, table_type
   use gestell_output_table_unit, only: plain
@@ -62,7 +63,7 @@ contains
       vectors(frame%free, :) = multipliers%vectors(:f, :)
       vectors(dofs + frame%free, :) = multipliers%vectors(f + 1:, :)
       table = new_table("modes", "Modes", "Mode shapes of the free vibrations at crank angle 0: eigenvectors of Phi(T).", &
-        & multipliers%verdict())
+        & judgement_type(multipliers%judge()))
       call table%add("index", "number of the multiplier", [(i, i = 1, size(multipliers%rho))])
       do i = 1, 2 * dofs
         call table%add(trim(names(i)%column) // "_re", plain, "real part; the eigenvector has norm 1 in SI units", &

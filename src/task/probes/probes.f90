@@ -3,6 +3,7 @@ module gestell_task_probes
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
   use gestell_base_words, only: word_length
+  use gestell_base_verdict, only: operator(==), stable, undecided, unstable, verdict_type
   use gestell_model_quantity_rows, only: accelerations
   use gestell_output_report_orders, only: turns_in_words
   use gestell_output_result, only: result_type
@@ -62,7 +63,7 @@ contains
     type(error_type), allocatable :: failure
     character(len=word_length), allocatable :: names(:)
     character(len=:), allocatable :: turn, column
-    character(len=9) :: state
+    type(verdict_type) :: state
     real(dp) :: velocity
     integer :: axes, i, k
 
@@ -112,13 +113,13 @@ contains
       call result%add(histories, plot_histories(histories, names, axes, frame))
       call result%add(harmonics, plot_orders(harmonics, names, axes, last, frame%mechanism%turns))
       call result%write_section("VIBRATION AT PROBES, rms in the direction of strongest vibration", probe_lines(responses, &
-        & frame%period, frame%mechanism%turns, trim(result%verdict)))
+        & frame%period, frame%mechanism%turns, result%verdict))
       do i = 1, size(responses)
         if (.not. responses(i)%probe%limit > 0) cycle
-        state = "undecided"
-        if (responses(i)%verdict() == "within" .and. result%verdict == "stable") state = "stable"
-        if (responses(i)%verdict() == "above" .or. result%verdict == "unstable") state = "unstable"
-        call result%warn(state, limit_sentence(responses(i), trim(result%verdict)))
+        state = undecided
+        if (responses(i)%verdict() == "within" .and. result%verdict == stable) state = stable
+        if (responses(i)%verdict() == "above" .or. result%verdict == unstable) state = unstable
+        call result%warn(state, limit_sentence(responses(i), result%verdict))
       end do
     end associate
   end subroutine run

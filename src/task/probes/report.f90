@@ -3,6 +3,7 @@ module gestell_task_probes_report
   use gestell_base_growing_text, only: growing_text_type
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, either, newline
+  use gestell_base_verdict, only: verdict_type
   use gestell_output_report_orders, only: order_of
   use gestell_output_report_text_table, only: number_cells, tab, tabulated
   use gestell_output_report_verdict, only: vibration_warning
@@ -22,7 +23,7 @@ contains
     real(dp), intent(in) :: period
     integer, intent(in) :: turns
     !> Verdict on the stability of the machine
-    character(len=*), intent(in) :: verdict
+    type(verdict_type), intent(in) :: verdict
     character(len=:), allocatable :: lines
     type(growing_text_type) :: rows, bands
     real(dp), parameter :: factors(3) = [1.0e3_dp, 1.0e3_dp, 1.0_dp]
@@ -46,7 +47,7 @@ contains
     type(probe_response_type), intent(in) :: response
     real(dp), intent(in) :: period
     integer, intent(in) :: turns
-    character(len=*), intent(in) :: verdict
+    type(verdict_type), intent(in) :: verdict
     character(len=:), allocatable :: lines
     !> Ratio of the rms velocity over all orders to the rms within the band. Above this ratio the report warns that much of the
     !> velocity lies outside the band
@@ -93,7 +94,7 @@ contains
   !> Sentence that compares the velocity at a probe with its limit. `verdict`: verdict on the stability of the machine.
   pure function limit_sentence(response, verdict) result(sentence)
     type(probe_response_type), intent(in) :: response
-    character(len=*), intent(in) :: verdict
+    type(verdict_type), intent(in) :: verdict
     character(len=:), allocatable :: sentence
 
     sentence = trim(response%probe%name) // ": " // concise(1000 * response%maximum, 4) // " mm/s, " // limit_comparison(response)

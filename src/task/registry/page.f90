@@ -4,16 +4,18 @@ module gestell_task_registry_page
   use gestell_base_error, only: error_type
   use gestell_base_text, only: concise, newline, text
   use gestell_base_version, only: version
-  use gestell_base_words, only: on_one_line
+  use gestell_base_words, only: on_one_line, printable
   use gestell_task_common_configuration, only: configuration_type
   use gestell_task_common_context, only: context_type
   use gestell_task_forces_reactions, only: along_x, along_y, along_z, find_reactions, reaction_type, force_magnitude
   use gestell_task_machine_frequencies, only: frequency_list
+  use gestell_task_machine_report, only: report_machine
   use gestell_output_head, only: setting_type
   use gestell_output_result, only: result_type
   use gestell_output_table, only: table_type
   use gestell_input_namelist_document, only: group_type, name_of
   use gestell_base_files, only: read_file
+  use gestell_base_verdict, only: not_judged, operator(/=)
   use gestell_output_page_html, only: cell, escaped, head, row, tail
   use gestell_output_page_table, only: html_table
   use gestell_input_schema, only: find_key_rule, schema_type
@@ -27,15 +29,13 @@ module gestell_task_registry_page
 
 contains
 
-  !> Writes report.html with the results and the pictures. `report`: text of the report. The page shows the name of the input file
-  !> without its folder. Fails if the file cannot be written.
-  subroutine write_page(context, result, report, error)
+  !> Writes report.html with the results and the pictures. The page shows the name of the input file without its folder. Fails if
+  !> the file cannot be written.
+  subroutine write_page(context, result, error)
     type(context_type), intent(in) :: context
     type(result_type), intent(in) :: result
-    character(len=*), intent(in) :: report
     type(error_type), allocatable, intent(out) :: error
     type(output_type) :: page
-    character(len=*), parameter :: label = newline // "  input      "
     character(len=:), allocatable :: title, input, state, words, line
     integer :: i
 
@@ -46,11 +46,11 @@ contains
     call page%append(head(title) // "<h1>" // escaped(title) // "</h1>" // newline // "<p class=""sub"">Gestell " // version &
       & // ", input " // escaped(input) // "</p>" // newline)
     do i = 1, size(result%headlines)
-      state = trim(result%headlines(i)%state)
+      state = trim(result%headlines(i)%state%word())
       words = result%headlines(i)%words
       line = escaped(words)
-      ! If the headline begins with a state, this state is the verdict and is set in bold.
-      if (index(words, state // ":") == 1) line = "<strong>" // state // "</strong>" // escaped(words(len(state) + 1:))
+      ! The first headline begins with the verdict on the machine of the input, which is set in bold.
+      if (i == 1 .and. result%verdict /= not_judged) line = "<strong>" // state // "</strong>" // escaped(words(len(state) + 1:))
       if (state == "") state = "note"
       call page%append("<p class=""verdict " // state // """>" // line // "</p>" // newline)
     end do
@@ -59,9 +59,8 @@ contains
       call page%append(section(context%staging, result%tables(i)))
     end do
     call page%append(input_table(context%configuration, context%head%settings))
-    i = index(report, label) + len(label)
-    call page%append("<h2>Report</h2>" // newline // folded("as printed on standard output", report(:i - 1) // input &
-      & // report(i - 1 + index(report(i:), newline):) // newline // result%summary_line()))
+    call page%append("<h2>Report</h2>" // newline // folded("as printed on standard output", &
+      & printable(report_machine(context%configuration, input) // result%report) // newline // result%summary_line()))
     if (result%details /= "") call page%append(folded("accuracy of the numerical solution", result%details))
     call page%append(tail)
     call page%complete(error)

@@ -1,13 +1,12 @@
 !> Writes the report of the task `resonance`: the resonance curves.
 module gestell_task_resonance_report
-  use gestell_base_verdict, only: failed, impossible, in_resonance, not_judged, operator(/=), operator(==), stable, state_word, &
-    & verdict_type
+  use gestell_base_verdict, only: failed, impossible, in_resonance, judgement_type, not_judged, operator(/=), operator(==), &
+    & operator(>), stable, state_word, verdict_type
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, either, newline, text
   use gestell_input_wording, only: counted
   use gestell_output_report_orders, only: order_of
   use gestell_output_report_text_table, only: tab, tabulated
-  use gestell_output_report_verdict, only: judgement_type
   use gestell_output_report_warnings, only: judge_range
   use gestell_model_quantity_rows, only: quantity_type
   use gestell_task_resonance_curve, only: resonance_curve_type
@@ -30,7 +29,8 @@ contains
     integer, intent(in) :: turns
     !> `verdict`: verdict on the vibrations. `warning`: warning that some motions are too large for the linearised equations.
     !> `model`: model of the frame
-    character(len=*), intent(in) :: verdict, warning, model
+    character(len=*), intent(in) :: warning, model
+    type(judgement_type), intent(in) :: verdict
     character(len=:), allocatable :: report
     !> States of those points at which no vibration was computed
     type(verdict_type), parameter :: missing(3) = [in_resonance, impossible, failed]
@@ -42,7 +42,7 @@ contains
     refined = count(curve%points%refined)
     report = newline // "RESONANCE CURVE  " // concise(curve%points(1)%speed, 9) // " to " // concise(curve%points(n)%speed, 9) &
       & // " rpm, " // counted(n - refined, "grid speed") // " and " // text(refined) // " added between them" // newline
-    if (verdict /= "stable" .and. verdict /= "") report = report // "  " // verdict // newline
+    if (verdict%verdict > stable) report = report // "  " // verdict%sentence() // newline
     report = report // warning
     do i = 1, size(missing)
       if (count(curve%points%state == missing(i)) == 0) cycle

@@ -1,13 +1,12 @@
 !> The task `resonance`: computes the vibration as a function of the crank speed.
 module gestell_task_resonance_task
   use gestell_base_error, only: error_type
-  use gestell_base_verdict, only: operator(/=), stable, state_word
+  use gestell_base_verdict, only: judgement_type, not_judged, operator(/=), stable, state_word, undecided
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise
   use gestell_input_machine_quantities, only: read_quantities
   use gestell_model_quantity_rows, only: quantity_type
   use gestell_output_report_warnings, only: motion_warning
-  use gestell_output_report_verdict, only: judgement_type
   use gestell_output_result, only: result_type
   use gestell_output_report_orders, only: order_as_fraction
   use gestell_output_table, only: new_table, table_type
@@ -83,9 +82,9 @@ contains
       judgement = curve_verdict(curve)
       warning = motion_warning(pack(curve%points%moved, curve%has_values()), configuration%analysis%model)
       if (any(curve%points%state /= stable)) result%all_stable = .false.
-      table = curve_table(self%quantities, curve, turns, judgement%words)
+      table = curve_table(self%quantities, curve, turns, judgement)
       call result%add(table, plot_resonance(table, self%quantities, curve, turns, configuration%plan%base))
-      table = new_table("peaks", "Peaks of the resonance curves", "", judgement%words, shown=.true.)
+      table = new_table("peaks", "Peaks of the resonance curves", "", judgement, shown=.true.)
       associate (maxima => curve%maxima)
         call table%add("quantity", "name as in the input", (self%quantities(maxima%quantity)%name))
         call table%add("unit", "unit of the value", (self%quantities(maxima%quantity)%unit))
@@ -103,16 +102,16 @@ contains
       end associate
       call result%add(table, plot_peaks(table, self%quantities, curve, configuration%plan%base))
       call result%judge(judgement)
-      call result%warn("undecided", warning)
+      call result%warn(undecided, warning)
       do k = 1, size(self%quantities)
         associate (points => curve%points)
           i = maxloc([(points(i)%values(1, k), i = 1, size(points))], dim=1, mask=curve%has_values())
-          if (i > 0) call result%warn("", "Response of " // trim(self%quantities(k)%name) // ": maximum " &
+          if (i > 0) call result%warn(not_judged, "Response of " // trim(self%quantities(k)%name) // ": maximum " &
             & // concise(points(i)%values(1, k), 4) // " " // trim(self%quantities(k)%unit) // " at " &
             & // concise(points(i)%speed, 6) // " rpm")
         end associate
       end do
-      call result%write_lines(report_resonance(self%quantities, curve, turns, judgement%words, warning, &
+      call result%write_lines(report_resonance(self%quantities, curve, turns, judgement, warning, &
         & configuration%analysis%model))
     end associate
   end subroutine run
@@ -122,7 +121,7 @@ contains
     type(quantity_type), intent(in) :: quantities(:)
     type(resonance_curve_type), intent(in) :: curve
     integer, intent(in) :: turns
-    character(len=*), intent(in) :: verdict
+    type(judgement_type), intent(in) :: verdict
     character(len=:), allocatable :: name
     type(unit_type) :: unit
     integer, allocatable :: harmonics(:)

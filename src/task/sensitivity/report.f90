@@ -1,6 +1,5 @@
 !> Writes the section of the report on a sensitivity analysis.
 module gestell_task_sensitivity_report
-  use gestell_base_verdict, only: state_word
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, fixed, newline
   use gestell_math_sorting, only: ascending
@@ -29,7 +28,7 @@ contains
     character(len=:), allocatable :: report
     integer :: i
 
-    report = section("SENSITIVITY: change in % if a parameter grows by 1 %, largest first", trim(state_word(base%state))) // warning
+    report = section("SENSITIVITY: change in % if a parameter grows by 1 %, largest first", base%state) // warning
     do i = 1, size(quantities)
       if (derivatives(1)%zero(i)) then
         report = report // "  " // trim(quantities(i)%name) // ": zero within its error, because nothing excites it" // newline

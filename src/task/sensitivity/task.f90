@@ -1,7 +1,7 @@
 !> The task `sensitivity`: computes how much the vibration changes with each parameter of the machine.
 module gestell_task_sensitivity_task
   use gestell_base_error, only: error_type
-  use gestell_base_verdict, only: state_word, verdict_length
+  use gestell_base_verdict, only: judgement_type, not_judged, undecided
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise
   use gestell_input_machine_quantities, only: read_quantities
@@ -78,7 +78,6 @@ contains
     type(speed_options) :: options
     type(sensitivity_base_type) :: base
     type(sensitivity_type), allocatable :: derivatives(:)
-    character(len=verdict_length) :: verdict
     character(len=:), allocatable :: warning
     integer :: k
 
@@ -89,13 +88,12 @@ contains
       options%accuracy = configuration%accuracy
       call solve_sensitivity(family, size(paths), options, base, derivatives, error, context%executor)
       if (allocated(error)) return
-      verdict = state_word(base%state)
-      table = table_of(self%quantities, paths, base, derivatives, verdict)
+      table = table_of(self%quantities, paths, base, derivatives)
       call result%add(table, plot_sensitivity(table, self%quantities, paths, derivatives))
       warning = motion_warning([base%moved], configuration%analysis%model)
-      call result%warn("undecided", warning)
+      call result%warn(undecided, warning)
       do k = 1, size(self%quantities)
-        call result%warn("", strongest_influence(self%quantities(k), k, paths, derivatives))
+        call result%warn(not_judged, strongest_influence(self%quantities(k), k, paths, derivatives))
       end do
       call result%write_lines(report_sensitivity(self%quantities, paths, base, derivatives, warning))
     end associate
@@ -118,17 +116,17 @@ contains
   end function strongest_influence
 
   !> The table sensitivity.csv, which has one row for each parameter of every quantity.
-  pure type(table_type) function table_of(quantities, paths, base, derivatives, verdict) result(table)
+  pure type(table_type) function table_of(quantities, paths, base, derivatives) result(table)
     type(quantity_type), intent(in) :: quantities(:)
-    character(len=*), intent(in) :: paths(:), verdict
+    character(len=*), intent(in) :: paths(:)
     type(sensitivity_base_type), intent(in) :: base
     type(sensitivity_type), intent(in) :: derivatives(:)
     integer :: i, k, n, m
 
     n = size(quantities)
     m = size(paths)
-    table = new_table("sensitivity", "Sensitivity", "Change of peak and rms in percent if a parameter grows by 1 %.", verdict, &
-      & shown=.true.)
+    table = new_table("sensitivity", "Sensitivity", "Change of peak and rms in percent if a parameter grows by 1 %.", &
+      & judgement_type(base%state), shown=.true.)
     call table%add("quantity", "name as in the input", [((quantities(i)%name, k = 1, m), i = 1, n)])
     call table%add("unit", "unit of peak and rms", [((quantities(i)%unit, k = 1, m), i = 1, n)])
     call table%add("parameter", "path of the parameter that changes", ([((paths(k), k = 1, m), i = 1, n)]))

@@ -2,6 +2,7 @@
 module gestell_task_separation_report
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, either, fixed, newline, text
+  use gestell_base_verdict, only: judgement_type, operator(/=), operator(==), stable, undecided, unstable, verdict_type
   use gestell_output_report_text_table, only: tab, tabulated
   use gestell_model_frame, only: dof_names
   use gestell_task_separation, only: decoupled, is_decoupled, separation_type
@@ -23,7 +24,8 @@ contains
     real(dp), intent(in) :: speeds(:), margin
     !> `orders`: range of the orders as text. `verdict`: verdict on the machine. `remark`: text below the table of modes, only for a
     !> frame in space
-    character(len=*), intent(in) :: orders, verdict, remark
+    character(len=*), intent(in) :: orders, remark
+    type(judgement_type), intent(in) :: verdict
     character(len=:), allocatable :: lines, rows, heads, parts
     integer :: first, each, i, listed
 
@@ -32,7 +34,7 @@ contains
       & // concise(speeds(1), 7)
     if (size(speeds) > 1) lines = lines // " to " // concise(speeds(size(speeds)), 7)
     lines = lines // " rpm, about rest" // newline
-    if (verdict /= "stable") lines = lines // "  " // verdict // newline
+    if (verdict%verdict /= stable) lines = lines // "  " // verdict%sentence() // newline
     heads = ""
     parts = ""
     do i = 1, maxval([3, separations%dofs])
@@ -122,25 +124,26 @@ contains
     words = either(concise(value, digits), "?", ieee_is_finite(value))
   end function number
 
-  !> Writes the headline on the mode that is nearest to an order. `state`: "unstable" if a mode is too near to an order, otherwise
-  !> "stable" or "undecided".
+  !> Writes the headline on the mode that is nearest to an order. `state`: unstable if a mode is too near to an order, otherwise
+  !> stable or undecided.
   pure subroutine separation_headline(separations, margin, state, words)
     type(separation_type), intent(in) :: separations(:)
     !> Required distance of a mode from an order (%)
     real(dp), intent(in) :: margin
-    character(len=:), allocatable, intent(out) :: state, words
+    type(verdict_type), intent(out) :: state
+    character(len=:), allocatable, intent(out) :: words
     integer :: i
 
-    state = "stable"
-    if (any(separations%state == "undecided")) state = "undecided"
-    if (any(separations%state == "fail")) state = "unstable"
+    state = stable
+    if (any(separations%state == "undecided")) state = undecided
+    if (any(separations%state == "fail")) state = unstable
     i = nearest_row(separations)
     words = "Separation: no mode could be identified"
     if (.not. separations(i)%at%identified) return
     words = "Separation: mode " // text(separations(i)%mode) // " (" // concise(separations(i)%frequency, 5) // " Hz) is " &
       & // number(100 * separations(i)%distance, 3) // " % away from order " // concise(separations(i)%order, 4) // " at " &
       & // concise(separations(i)%speed, 6) // " rpm; required: " // concise(margin, 4) // " %"
-    if (state == "undecided") words = words // "; whether some modes keep this distance is undecided"
+    if (state == undecided) words = words // "; whether some modes keep this distance is undecided"
   end subroutine separation_headline
 
 end module gestell_task_separation_report

@@ -3,6 +3,7 @@
 module gestell_task_separation_task
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp, pi
+  use gestell_base_verdict, only: judgement_type, verdict_type
   use gestell_input_machine_family, only: document_family_type, new_document_family
   use gestell_input_machine_frame, only: drive_keys
   use gestell_input_namelist_document, only: document_type, group_type, groups_named, has, group_named
@@ -10,7 +11,6 @@ module gestell_task_separation_task
   use gestell_input_schema_read, only: read
   use gestell_input_wording, only: lower
   use gestell_output_report_orders, only: range_of
-  use gestell_output_report_verdict, only: judgement_type
   use gestell_output_result, only: result_type
   use gestell_output_table, only: new_table, table_type
   use gestell_output_table_turn, only: add_order_column
@@ -123,7 +123,8 @@ contains
     type(crossing_type), allocatable :: crossings(:)
     type(separation_type), allocatable :: separations(:)
     type(judgement_type) :: judgement
-    character(len=:), allocatable :: state, words
+    type(verdict_type) :: state
+    character(len=:), allocatable :: words
     integer :: turns
 
     options%accuracy = context%configuration%accuracy
@@ -136,21 +137,22 @@ contains
     separations = find_separations(campbell, crossings, options%harmonics, turns, self%margin / 100)
     call share_torque_roll(context%configuration%frame, campbell, separations)
     judgement = campbell_verdict(campbell)
-    call result%add(table_of(separations, turns, trim(family%model), judgement%words), plot_separation(separations, campbell, &
+    call result%add(table_of(separations, turns, trim(family%model), judgement), plot_separation(separations, campbell, &
       & options%harmonics, turns, self%margin))
     if (context%configuration%frame%dofs() > 3) call result%add(axis_table(context%configuration%frame))
     call result%judge(judgement)
     call separation_headline(separations, self%margin, state, words)
     call result%warn(state, words)
     call result%write_lines(report_separation(separations, self%speeds, range_of(self%orders, turns), self%margin, &
-      & judgement%words, torque_roll_line(separations(::size(options%harmonics)))))
+      & judgement, torque_roll_line(separations(::size(options%harmonics)))))
   end subroutine run
 
   !> The table separation.csv, which has one row for each order of every mode.
   pure type(table_type) function table_of(separations, turns, model, verdict) result(table)
     type(separation_type), intent(in) :: separations(:)
     integer, intent(in) :: turns
-    character(len=*), intent(in) :: model, verdict
+    character(len=*), intent(in) :: model
+    type(judgement_type), intent(in) :: verdict
     integer :: i, k, n
 
     n = size(separations)

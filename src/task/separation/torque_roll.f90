@@ -2,6 +2,7 @@
 module gestell_task_separation_torque_roll
   use gestell_base_kinds, only: dp, pi
   use gestell_base_text, only: either, fixed, newline, text
+  use gestell_base_verdict, only: unjudged
   use gestell_model_frame, only: frame_type
   use gestell_model_space, only: in_frame, in_space
   use gestell_model_space_torque_roll, only: find_torque_roll, torque_roll_type
@@ -85,7 +86,7 @@ contains
     call find_axis(frame, roll)
     rows = merge(1, 0, roll%known)
     table = new_table("torque_roll", "Torque-roll axis", "Axis about which the unsupported machine starts to rotate if a " // &
-      &   "torque acts about the shaft.", "")
+      &   "torque acts about the shaft.", unjudged)
     do i = 1, 3
       call table%add("axis_" // names(i), plain, "direction of the axis", spread(roll%axis(i), 1, rows))
     end do

@@ -1,6 +1,7 @@
 !> The task `stability`: computes the multipliers of the vibration and the verdict on its stability.
 module gestell_task_stability
   use gestell_base_error, only: error_type
+  use gestell_base_verdict, only: judgement_type
   use gestell_output_result, only: result_type
   use gestell_output_table, only: new_table, table_type
   use gestell_output_table_unit, only: plain, radian, unit_type
@@ -50,7 +51,7 @@ contains
 
     associate (multipliers => context%analysis%multipliers, frame => context%configuration%frame, unused => self)
       table = new_table("multipliers", "Stability", "Multipliers in the complex plane; disturbances decay if all lie inside " &
-        & // "the unit circle.", multipliers%verdict(), shown=.true.)
+        & // "the unit circle.", judgement_type(multipliers%judge()), shown=.true.)
       call table%add("index", "number of the multiplier; number 1 has the largest modulus", [(i, i = 1, size(multipliers%rho))])
       call table%add("re", plain, "real part of rho", real(multipliers%rho))
       call table%add("im", plain, "imaginary part of rho", aimag(multipliers%rho))

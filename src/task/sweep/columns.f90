@@ -1,7 +1,7 @@
 !> Defines the columns of a sweep's table: the parameters, the results at each point, and measures with their error bounds.
 module gestell_task_sweep_columns
   use gestell_base_kinds, only: dp
-  use gestell_base_verdict, only: verdict_length, verdict_numbered, verdict_type
+  use gestell_base_verdict, only: unjudged, verdict_length, verdict_numbered, verdict_type
   use gestell_base_words, only: word_length
   use gestell_output_table, only: new_table, table_type
   use gestell_output_table_scientific, only: number_width
@@ -88,7 +88,7 @@ contains
     real(dp) :: column(size(values, 2), size(values, 3))
     integer :: i, k
 
-    table = new_table("sweep", "Sweep", "Results at every point of the sweep.", "")
+    table = new_table("sweep", "Sweep", "Results at every point of the sweep.", unjudged)
     columns = columns_of(plan)
     do k = 1, size(columns)
       associate (n => k - size(plan%grid%axes))
@@ -122,7 +122,7 @@ contains
       meanings(k) = table%columns(k)%meaning
       if (allocated(table%columns(k)%words)) meanings(k) = "0 stable, 1 unstable, 2 undecided, 3 impossible, 4 failed, 5 undamped"
     end do
-    column_table = new_table("sweep_columns", "Columns of the sweep", "The columns of sweep.npy.", "")
+    column_table = new_table("sweep_columns", "Columns of the sweep", "The columns of sweep.npy.", unjudged)
     call column_table%add("column", "number of the column; the first column has the number 1", [(k, k = 1, size(table%columns))])
     call column_table%add("name", "name, as in sweep.csv", names)
     call column_table%add("unit", "unit of the numbers", units)

@@ -3,10 +3,10 @@
 module gestell_task_sweep_task
   use gestell_base_error, only: error_type, failed_computation, fatal_error, wrong_usage
   use gestell_base_kinds, only: dp
-  use gestell_base_verdict, only: has_vibration, not_judged, operator(/=), operator(==), operator(>), stable
+  use gestell_base_verdict, only: has_vibration, judgement_type, not_judged, operator(/=), operator(==), operator(>), stable, &
+    & unjudged
   use gestell_base_text, only: integer_text, newline, text
   use gestell_input_wording, only: counted
-  use gestell_output_report_verdict, only: judgement_type
   use gestell_output_result, only: result_type
   use gestell_output_table, only: new_table, table_type
   use gestell_study_grid, only: tile_type
@@ -138,10 +138,9 @@ contains
     do i = 1, size(counts)
       if (.not. (has_vibration(counts(i)%verdict) .and. counts(i)%verdict > judgement%verdict)) cycle
       judgement%verdict = counts(i)%verdict
-      judgement%words = trim(judgement%verdict%alarm()) // " at " // integer_text(counts(i)%points) // " of " &
+      if (judgement%verdict > stable) judgement%extent = " at " // integer_text(counts(i)%points) // " of " &
         & // integer_text(summary%points) // " points of the sweep"
     end do
-    if (judgement%verdict == stable) judgement%words = "stable"
     judgement%of_sweep = .true.
     if (judgement%verdict /= not_judged) call result%judge(judgement)
   end subroutine run
@@ -161,7 +160,7 @@ contains
     associate (configuration => context%configuration)
       if (is_leader) call open_campaign(campaign, context%folder, configuration%plan, configuration%content, error, examined)
       if (is_leader .and. .not. (context%merge .or. allocated(error))) then
-        call campaign%begin(context%head%lines(new_table("sweep", "", "", "")), error)
+        call campaign%begin(context%head%lines(new_table("sweep", "", "", unjudged)), error)
       end if
       call context%executor%share_error(error)
       if (allocated(error)) return
@@ -233,7 +232,7 @@ contains
       end if
       found = summary%tally()
       if (found /= "") found = ", " // found
-      call result%warn("", "Sweep: " // integer_text(summary%points) // " points" // found)
+      call result%warn(not_judged, "Sweep: " // integer_text(summary%points) // " points" // found)
       call result%write_lines(report_sweep(plan, summary))
     end associate
   end subroutine add_results

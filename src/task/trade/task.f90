@@ -3,6 +3,7 @@ module gestell_task_trade_task
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: exact, newline
+  use gestell_base_verdict, only: unjudged
   use gestell_output_result, only: result_type
   use gestell_output_table, only: new_table, table_type
   use gestell_output_table_unit, only: plain, unit_type
@@ -54,7 +55,7 @@ contains
       rows = trade%rows
       if (.not. allocated(model%resonance)) rows = [rows, trade_row_type("averaged", 0, 0, model%evaluations, model%error_phi, &
         & model%error_rho, model%error_x0, model%averaged%seconds)]
-      table = new_table("trade", "Speed against accuracy", "Errors and computing time of each method.", "", shown=.true.)
+      table = new_table("trade", "Speed against accuracy", "Errors and computing time of each method.", unjudged, shown=.true.)
       table%remarks = "errors of the converged solution: phi " // exact(trade%floor_phi) // " rho " // exact(trade%floor_rho) &
         & // " x0 " // exact(trade%floor_x0) // newline
       call table%add("method", "method, as in &accuracy; averaged is the model with averaged coefficients", (rows%method))

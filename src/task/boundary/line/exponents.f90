@@ -28,6 +28,8 @@ module gestell_task_boundary_line_exponents
     complex(dp), allocatable :: mismatch(:)
     !> Error bounds of the logarithms `z` at both ends, shape (number of multipliers, 2).
     real(dp), allocatable :: noise(:, :)
+    !> Signs of Krein's form at both ends, shape (number of multipliers, 2); see `probe_type`.
+    real(dp), allocatable :: krein(:, :)
     !> `ambiguous`: true if the multipliers at both ends could be assigned to each other in another way that fits nearly as well.
     !> `rough`: true if the cubic curves do not represent the logarithms of the multipliers accurately enough.
     logical :: ambiguous = .false., rough = .false.
@@ -107,6 +109,7 @@ contains
       stretch%change = reshape(h * [l%slope, r%slope(order)], [n, 2])
     end associate
     stretch%noise = reshape([l%at%noise, r%at%noise(order)], [n, 2])
+    stretch%krein = reshape([l%at%krein, r%at%krein(order)], [n, 2])
     stretch%rough = .not. is_smooth(stretch)
 
   contains

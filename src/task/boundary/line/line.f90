@@ -6,7 +6,7 @@ module gestell_task_boundary_line
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_verdict, only: failed, impossible, operator(==), unstable, verdict_type
   use gestell_base_kinds, only: dp
-  use gestell_floquet_multipliers, only: multipliers_type
+  use gestell_floquet_multipliers, only: krein_of, multipliers_type
   use gestell_floquet_period_monodromy, only: accuracy_type, check_accuracy
   use gestell_task_boundary_line_functions, only: border_functions, border_kinds
   use gestell_task_boundary_line_multipliers, only: border_multipliers
@@ -67,6 +67,9 @@ module gestell_task_boundary_line
     complex(dp), allocatable :: z(:)
     !> Error bounds of the real parts of `z`, shape (number of multipliers).
     real(dp), allocatable :: noise(:)
+    !> Sign of Krein's form for each multiplier of an undamped system: 1 or -1; 0 if it is unknown. 0 with damping. Shape (number
+    !> of multipliers).
+    real(dp), allocatable :: krein(:)
   contains
     procedure :: missing, is_unstable, exchange
   end type probe_type
@@ -134,6 +137,7 @@ contains
     if (self%missing()) return
     call record%pass(self%z)
     call record%pass(self%noise)
+    call record%pass(self%krein)
   end subroutine exchange
 
   !> Solves the system at the position `t` of the line. Fails if the parameters are invalid.
@@ -159,6 +163,7 @@ contains
     probe%arg = abs(multipliers%arg(1))
     probe%z = cmplx(multipliers%log_abs, multipliers%arg, dp)
     probe%noise = multipliers%error
+    probe%krein = krein_of(multipliers)
     call border_functions(multipliers, probe%f, probe%sign_certain, probe%reciprocal)
   end subroutine probe_line
 

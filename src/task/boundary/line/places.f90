@@ -26,7 +26,7 @@ module gestell_task_boundary_line_places
 contains
 
   !> Positions at which two multipliers of interval `number` meet. Of two meetings that are complex conjugates, only one is
-  !> included.
+  !> included. Multipliers with the same sign of Krein's form stay on the unit circle where they meet: such meetings are omitted.
   pure function meetings_on(stretch, number) result(places)
     type(stretch_type), intent(in) :: stretch
     integer, intent(in) :: number
@@ -51,6 +51,7 @@ contains
     do i = 1, size(z, 1)
       do j = i + 1, size(z, 1)
         if (any(maxval(real(z([i, j], :)), dim=2) < strong_decay)) cycle
+        if (abs(sum(stretch%krein([i, j], :))) > 3) cycle
         phase_lead = aimag(z(i, :) - z(j, :))
         near = close + safety * (abs(stretch%mismatch(i)) + abs(stretch%mismatch(j)))
         do turns = floor((minval(phase_lead) - near) / (2 * pi)), ceiling((maxval(phase_lead) + near) / (2 * pi))
