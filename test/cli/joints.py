@@ -40,7 +40,8 @@ def test_rigid():
         near("N: peak", float(guide["f_peak_N"]), 148.696793413, 1e-9)
         near("N: crank angle", float(guide["f_peak_crank_deg"]), 46.6195383, 0.05)
         near("T: peak", float(crank["m_peak_Nm"]), 26.810821582, 1e-9)
-        near("T: crank angle", float(crank["m_peak_crank_deg"]), 127.078264, 0.05)
+        # without weights |T| is symmetric about 90 deg
+        near("T: crank angle", abs(float(crank["m_peak_crank_deg"]) - 90), 127.078264 - 90, 0.05)
         history = rows_of(folder / "new" / "joints_history.csv")
         near("T at 0 deg", float(history[0]["m_O:crank_Nm"]), 10.34361683076, 1e-10)
         check("bounds", all(0 < float(row["f_peak_error_N"]) < 1e-8 for row in rows.values()), "small", rows)
@@ -95,7 +96,7 @@ def test_tables():
 def test_quantities():
     """A joint force has the same value as quantity, in a sweep, and as a level that a boundary search finds."""
     text = COMPRESSOR + ("&response quantities='joint(O).f','joint(B:guide).n' /\n"
-                         "&sweep parameter='drive.speed_rpm', from=1000, to=1450, count=2, quantities='joint(O).f' /\n")
+                         "&sweep parameter='drive.speed_rpm', from=1000, to=1450, count=2, columns='joint(O).f' /\n")
     with Folder(input=text) as folder:
         rows = solve(folder, tasks="'joints','response','sweep'")
         if not rows:
@@ -121,7 +122,7 @@ def test_refused():
     with Folder(input=COMPRESSOR + "&joints names='C' /\n") as folder:
         run = Run(folder, "-s", "case.tasks='joints'", "input.nml")
         equal("unknown joint", (run.code, run.out), (2, ""))
-        check("unknown joint: message", "&joints names: there is no joint 'C' at which forces act" in run.err, "names it", run.err)
+        check("unknown joint: message", "&joints: names = 'C': there is no joint 'C' at which forces act" in run.err, "names it", run.err)
     with Folder(input=COMPRESSOR.replace("from='A', to='B'", "from='O', to='B'")) as folder:
         run = Run(folder, "-s", "case.tasks='joints'", "input.nml")
         equal("no body", run.code, 2)

@@ -203,8 +203,8 @@ contains
     body = no_body
   end function body_with
 
-  !> Finds the body of each link. A link that only translates belongs to the slider at its joint. If there is no single slider, or if
-  !> its guide turns, the link's mass acts on the pin. Names the bodies after their first links.
+  !> Finds the body of each link. A link that only translates belongs to the slider at its joint. If there is no single slider, or
+  !> if its guide turns, the link's mass acts on the pin. Names the bodies after their first links.
   pure subroutine place_links(linkage, structure, error)
     class(linkage_type), intent(in) :: linkage
     type(structure_type), intent(inout) :: structure

@@ -13,7 +13,7 @@ module gestell_task_joints_plot
   use gestell_output_table, only: table_type
   use gestell_output_table_turn, only: amplitude_of
   use gestell_output_table_unit, only: newton
-  use gestell_task_joints_forces, only: component_names, joint_force_type, shown_forces, source_type
+  use gestell_task_joints_forces, only: component_names, joint_force_type, magnitude, shown_forces, source_type
   implicit none (type, external)
   private
 
@@ -39,8 +39,8 @@ contains
     shown = pack([(i, i = 1, size(forces))], shown_forces(forces) .and. forces%place%kind == pin)
     shown = shown(:min(most, size(shown)))
     rows = max(1, size(shown))
-    lines = layout_line(rows, 2) // key_line(.false.) // "set size ratio -1; set zeroaxis" // newline &
-      & // "marked(angle) = abs(angle / 30 - floor(angle / 30 + 0.5)) < 1e-6" // newline
+    lines = layout_line(2 * rows, 2) // key_line(.false.) // "set size square; set zeroaxis" // newline &
+      & // "marked(row, angle) = row > 0 && abs(angle / 30 - floor(angle / 30 + 0.5)) < 1e-6" // newline
     do i = 1, size(shown)
       associate (place => forces(shown(i))%place)
         lines = lines // polar("fx", "fy", "fx (N)", "fy (N)") // polar("axial", "transverse", "along " // trim(place%body) &
@@ -55,7 +55,7 @@ contains
     !> Panel with one component of the force over the other.
     function polar(across, up, x_label, y_label) result(lines)
       character(len=*), intent(in) :: across, up, x_label, y_label
-      character(len=*), parameter :: marked = "marked(column(1)) ? "
+      character(len=*), parameter :: marked = "marked(column(0), column(1)) ? "
       character(len=:), allocatable :: lines, x, y
 
       associate (place => forces(shown(i))%place)
@@ -65,12 +65,28 @@ contains
           & // " noenhanced" // newline // "set xlabel " // quoted(x_label) // " noenhanced; set ylabel " // quoted(y_label) &
           & // " noenhanced" // newline
       end associate
+      lines = lines // square_range(forces(shown(i))%statistics(magnitude)%peak)
       lines = lines // "plot '" // histories%name // ".csv' using (" // x // "):(" // y // ") with lines lt 1 notitle, '' using (" &
         & // marked // x // " : NaN):(" // y // ") with points lt 1 pt 7 ps 0.5 notitle, '' using (" // marked // x // " : NaN):(" &
         & // y // "):(sprintf('%g', column(1))) with labels offset 0.8,0.5 notitle" // newline
     end function polar
 
   end function plot_loads
+
+  !> Gnuplot line that sets equal ranges of both axes for a vector with this peak.
+  pure function square_range(peak) result(line)
+    real(dp), intent(in) :: peak
+    character(len=:), allocatable :: line
+    real(dp) :: decade, most, step
+
+    most = 1
+    if (peak > 0) most = 1.25_dp * peak
+    decade = 10.0_dp**floor(log10(most))
+    step = decade * merge(0.5_dp, merge(1.0_dp, 2.5_dp, most < 5 * decade), most < 2 * decade)
+    associate (range => "range [-" // concise(most, 3) // ":" // concise(most, 3) // "]; ")
+      line = "set x" // range // "set y" // range // "set xtics " // concise(step, 3) // "; set ytics " // concise(step, 3) // newline
+    end associate
+  end function square_range
 
   !> The picture of the table joints_history.csv: magnitudes of the forces, and moments if there are any.
   type(figure_type) function plot_histories(table, forces, frame, ground) result(figure)
@@ -133,10 +149,10 @@ contains
     lines = "set title heading noenhanced" // newline // "set xrange [-0.6:" // text(size(forces) - 1) // ".6]; set boxwidth " &
       & // concise(0.8_dp / size(sources), 3) // "; set xtics (" // tics((forces%place%name), 0) // ") rotate by -40 noenhanced" &
       & // newline // "set ylabel 'part of the peak force (N)'" // newline // "set grid noxtics ytics; set xtics scale 0" &
-      & // newline // "set key top right" // newline // "plot "
+      & // newline // "set bmargin 8; set key at screen 0.5,screen 0.01 bottom center horizontal samplen 2" // newline // "plot "
     do i = 1, size(sources)
       lines = lines // either(", \" // newline // "  ", "", i > 1) // "'" // table%name // ".csv' every " // text(size(sources)) &
-        & // "::" // text(i) // " using ($0 + " // concise(0.8_dp / size(sources) * (i - (size(sources) + 1) / 2.0_dp), 3) &
+        & // "::" // text(i - 1) // " using ($0 + " // concise(0.8_dp / size(sources) * (i - (size(sources) + 1) / 2.0_dp), 3) &
         & // "):(column('" // table%key_of("at_peak") // "')) with " // bar_style(i, 5) // " border lt -1 title '" &
         & // trim(sources(i)%name) // "'"
     end do

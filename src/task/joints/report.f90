@@ -24,6 +24,7 @@ contains
     !> The two components to report (gestell_model_pairs_forces)
     integer, intent(in) :: axes(2)
     character(len=:), allocatable :: lines
+    real(dp), parameter :: rounding = 1.0e-14_dp
     real(dp) :: greatest
     integer :: i, k, most
 
@@ -36,7 +37,9 @@ contains
         if (force%place%kind /= pin) lines = lines // " (" // trim(pair_words(force%place%kind)) // ")"
         do k = 1, 2
           associate (part => force%statistics(axes(k)))
-            lines = lines // tab // concise(part%peak * zero_if_noise(part%peak, part%peak_error, greatest), 5)
+            ! the direction of a guide is rounded
+            lines = lines // tab // concise(merge(part%peak, 0.0_dp, part%peak > rounding * greatest) &
+              & * zero_if_noise(part%peak, part%peak_error, greatest), 5)
           end associate
         end do
         lines = lines // tab // concise(whole%peak, 5) // tab // concise(whole%peak_error, 1) // tab &
