@@ -43,8 +43,8 @@ contains
       & // "marked(row, angle) = row > 0 && abs(angle / 30 - floor(angle / 30 + 0.5)) < 1e-6" // newline
     do i = 1, size(shown)
       associate (place => forces(shown(i))%place)
-        lines = lines // polar("fx", "fy", "fx (N)", "fy (N)") // polar("axial", "transverse", "along " // trim(place%body) &
-          & // " (N)", "across (N)")
+        lines = lines // polar("fx", "fy", "fx and fy (N)") // polar("axial", "transverse", "along and across " &
+          & // trim(place%body) // " (N)")
       end associate
     end do
     figure = new_figure(table%name, "Load diagrams of the machine " // ground // " (crank angle in degrees)", &
@@ -53,17 +53,16 @@ contains
   contains
 
     !> Panel with one component of the force over the other.
-    function polar(across, up, x_label, y_label) result(lines)
-      character(len=*), intent(in) :: across, up, x_label, y_label
+    function polar(across, up, label) result(lines)
+      character(len=*), intent(in) :: across, up, label
       character(len=*), parameter :: marked = "marked(column(0), column(1)) ? "
       character(len=:), allocatable :: lines, x, y
 
       associate (place => forces(shown(i))%place)
         x = "column('" // histories%key_of(across // "_" // trim(place%name)) // "')"
         y = "column('" // histories%key_of(up // "_" // trim(place%name)) // "')"
-        lines = "set title " // quoted(trim(place%other) // " on " // trim(place%body) // " at " // trim(place%joint)) &
-          & // " noenhanced" // newline // "set xlabel " // quoted(x_label) // " noenhanced; set ylabel " // quoted(y_label) &
-          & // " noenhanced" // newline
+        lines = "set title " // quoted(trim(place%other) // " on " // trim(place%body) // " at " // trim(place%joint) // ": " &
+          & // label) // " noenhanced" // newline
       end associate
       lines = lines // square_range(forces(shown(i))%statistics(magnitude)%peak)
       lines = lines // "plot '" // histories%name // ".csv' using (" // x // "):(" // y // ") with lines lt 1 notitle, '' using (" &
@@ -84,7 +83,8 @@ contains
     decade = 10.0_dp**floor(log10(most))
     step = decade * merge(0.5_dp, merge(1.0_dp, 2.5_dp, most < 5 * decade), most < 2 * decade)
     associate (range => "range [-" // concise(most, 3) // ":" // concise(most, 3) // "]; ")
-      line = "set x" // range // "set y" // range // "set xtics " // concise(step, 3) // "; set ytics " // concise(step, 3) // newline
+      line = "set x" // range // "set y" // range // "set xtics " // concise(step, 3) // "; set ytics " // concise(step, 3) &
+        & // newline
     end associate
   end function square_range
 
