@@ -4,7 +4,7 @@ module gestell_math_matrix
   implicit none (type, external)
   private
 
-  public :: balanced, solve_semidefinite, unit_matrix
+  public :: balanced, solve_semidefinite, solve_small, unit_matrix
 
 contains
 
@@ -30,6 +30,43 @@ contains
       e(i, i) = 1
     end do
   end function unit_matrix
+
+  !> Solves A X = B by elimination with partial pivoting: for systems so small that a call of LAPACK would cost more. `a`, shape (n,
+  !> n), is destroyed; `b`, shape (n, columns), becomes X. `singular`: true if a pivot is 0; X is then undefined.
+  pure subroutine solve_small(a, b, singular)
+    real(dp), intent(inout) :: a(:, :), b(:, :)
+    logical, intent(out) :: singular
+    real(dp) :: row(size(a, 1)), sides(size(b, 2)), factor
+    integer :: i, k, n, pivot
+
+    n = size(a, 1)
+    singular = .true.
+    do k = 1, n
+      pivot = k - 1 + maxloc(abs(a(k:, k)), dim=1)
+      if (.not. abs(a(pivot, k)) > 0) return
+      if (pivot /= k) then
+        row = a(k, :)
+        a(k, :) = a(pivot, :)
+        a(pivot, :) = row
+        sides = b(k, :)
+        b(k, :) = b(pivot, :)
+        b(pivot, :) = sides
+      end if
+      do i = k + 1, n
+        if (.not. abs(a(i, k)) > 0) cycle
+        factor = a(i, k) / a(k, k)
+        a(i, k + 1:) = a(i, k + 1:) - factor * a(k, k + 1:)
+        b(i, :) = b(i, :) - factor * b(k, :)
+      end do
+    end do
+    do k = n, 1, -1
+      b(k, :) = b(k, :) / a(k, k)
+      do i = 1, k - 1
+        if (abs(a(i, k)) > 0) b(i, :) = b(i, :) - a(i, k) * b(k, :)
+      end do
+    end do
+    singular = .false.
+  end subroutine solve_small
 
   !> Solves C q = load for a positive semi-definite C, by elimination with full pivoting, in units in which the diagonal is 1.
   !> Components of q that the equations do not determine are set to 0.

@@ -3,9 +3,9 @@
 !> The groups of the joints are solved in reverse order. The bodies of a group carry known forces: inertia, weight, loads, and the
 !> reactions of later groups. The unknowns are the forces of the group's pairs. Moments refer to the joint that adds the group.
 module gestell_model_pairs_forces
-  use gestell_base_error, only: error_type
+  use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
-  use gestell_math_lapack, only: inverse
+  use gestell_math_matrix, only: solve_small, unit_matrix
   use gestell_model_joints_joint, only: point_type
   use gestell_model_joints_pairs, only: contact, pair_type, pin, shaft, slide, slot
   use gestell_model_joints_path, only: carried, direction
@@ -25,6 +25,8 @@ module gestell_model_pairs_forces
   type, public :: applied_type
     real(dp), allocatable :: on_bodies(:, :), on_pins(:, :), body_errors(:, :), pin_errors(:, :)
     real(dp) :: relative = 0
+    !> True if bounds on the errors of the joint forces are requested
+    logical :: bounded = .false.
   end type applied_type
 
 contains
@@ -105,7 +107,9 @@ contains
     !> A dyad has two bodies and a pin, hence 2 x 3 + 2 equations
     integer, parameter :: most = 8
     real(dp) :: a(most, most), known(most), errors(most), x(most), bound(most), columns(3, 2), action(3), wrong_by(3)
-    real(dp), allocatable :: inverted(:, :)
+    real(dp) :: sides(most, most + 1)
+    real(dp), allocatable :: sizes(:, :)
+    logical :: singular
     integer :: k, n, row, equations, unknowns, first(most)
 
     associate (group => structure%groups(j))
@@ -136,11 +140,22 @@ contains
           & = reshape([-1, 0, 0, -1], [2, 2])
         unknowns = unknowns + n
       end do
-      call inverse(a(:unknowns, :unknowns), inverted, error)
-      if (allocated(error)) return
-      x(:unknowns) = -matmul(inverted, known(:unknowns))
-      bound(:unknowns) = matmul(abs(inverted), errors(:unknowns) &
-        & + applied%relative * matmul(abs(a(:unknowns, :unknowns)), abs(x(:unknowns))))
+      associate (a => a(:unknowns, :unknowns))
+        if (applied%bounded) then
+          sides(:unknowns, 2:unknowns + 1) = unit_matrix(unknowns)
+          sizes = abs(a)
+        end if
+        sides(:unknowns, 1) = -known(:unknowns)
+        call solve_small(a, sides(:unknowns, :merge(unknowns + 1, 1, applied%bounded)), singular)
+        x(:unknowns) = sides(:unknowns, 1)
+        bound = 0
+        if (applied%bounded) bound(:unknowns) = matmul(abs(sides(:unknowns, 2:unknowns + 1)), errors(:unknowns) &
+          & + applied%relative * matmul(sizes, abs(x(:unknowns))))
+      end associate
+      if (singular) then
+        call fatal_error(error, "the forces at a joint are not determined at a dead point", failed_computation)
+        return
+      end if
       do k = 1, size(group%pairs)
         associate (pair => group%pairs(k))
           call find_columns(pair, at, j, columns, n)

@@ -94,6 +94,7 @@ contains
             & "joints from which the joint, or its guide or cam, is built", invalid_input)
           return
         end if
+        call align_sliders(structure, at, i)
         if (structure%hosts(i) <= frame_body) cycle
         call add_point(structure%bodies(structure%hosts(i)), i)
         ! a further crank on a shaft may name another joint in the shaft's place
@@ -162,6 +163,34 @@ contains
 
     if (.not. any(body%joints == joint)) body%joints = [body%joints, joint]
   end subroutine add_point
+
+  !> Lists the joints toward which the sliders of joint `i` point: the joints of the body that carries the guide, or of the frame, if
+  !> they lie on the line of the guide. `at`: points of all joints at one crank angle.
+  pure subroutine align_sliders(structure, at, i)
+    type(structure_type), intent(inout) :: structure
+    type(point_type), intent(in) :: at(:)
+    integer, intent(in) :: i
+    real(dp), parameter :: rounding = 1.0e-12_dp
+    type(point_type) :: origin, along
+    real(dp) :: x, y
+    integer :: carrier, j, k
+
+    do k = structure%groups(i)%first + 1, structure%groups(i)%first + structure%groups(i)%bodies
+      if (.not. allocated(structure%bodies(k)%guide)) cycle
+      carrier = carrier_of(structure, structure%bodies(k)%guide)
+      call structure%bodies(k)%guide%line(at, origin, along)
+      do j = 1, i - 1
+        if (carrier == frame_body .and. structure%hosts(j) /= frame_body) cycle
+        if (carrier > frame_body) then
+          if (.not. any(structure%bodies(carrier)%joints == j)) cycle
+        end if
+        x = at(j)%x%v - origin%x%v
+        y = at(j)%y%v - origin%y%v
+        if (abs(along%x%v * y - along%y%v * x) <= rounding * hypot(x, y)) structure%bodies(k)%aligned &
+          & = [structure%bodies(k)%aligned, j]
+      end do
+    end do
+  end subroutine align_sliders
 
   !> The body of which joint `i` is a point, `frame_body`, `on_pin`, or `no_body` if its body is unknown.
   pure integer function host_of(linkage, structure, at, i) result(host)

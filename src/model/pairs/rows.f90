@@ -141,6 +141,7 @@ contains
           call linkage%points(angle, at)
           call new_applied(structure, applied)
           applied%relative = uncertainty%relative + uncertainty%turn
+          applied%bounded = present(bounds)
           do n = 1, merge(size(linkage%links), 0, source <= before_loads)
             call add_inertia(pairs(i)%plane, structure, n, at, moved, uncertainty, applied)
           end do

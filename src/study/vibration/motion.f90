@@ -114,13 +114,19 @@ contains
     real(dp), intent(inout) :: errors(:)
     type(plane_pairs_type), allocatable :: pairs(:)
     type(error_type), allocatable :: error
+    !> Number of phases at which the bounds are evaluated, unless the period has fewer
+    integer, parameter :: enough = 32
     real(dp), allocatable :: forces(:, :)
+    integer :: every
 
     call find_machine_pairs(frame, pairs, error)
     if (allocated(error)) return
-    allocate(forces(size(errors) - exact_rows(frame), size(phases)))
-    call compute_joint_forces(frame, pairs, phases, motion(:, :size(phases)), all_sources, forces, error, &
-      & errors(:3 * frame%dofs()), relative, errors(exact_rows(frame) + 1:))
+    every = max(1, size(phases) / enough)
+    associate (some => phases(::every))
+      allocate(forces(size(errors) - exact_rows(frame), size(some)))
+      call compute_joint_forces(frame, pairs, some, motion(:, :size(phases):every), all_sources, forces, error, &
+        & errors(:3 * frame%dofs()), relative, errors(exact_rows(frame) + 1:))
+    end associate
   end subroutine bound_joint_forces
 
   !> Computes the accelerations q'' from the states x and the equations x' = P x + f (doc/theory.md, equations 20 to 22).
