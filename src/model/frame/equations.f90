@@ -1,8 +1,10 @@
 !> Equations (9) to (12) of doc/theory.md: matrices and load of a frame in the plane with its mechanism, linearised about rest.
 module gestell_model_frame_equations
   use gestell_base_kinds, only: dp, pi
-  use gestell_model_mechanism, only: a1_d, a1_dd, a1_v, a2_d, a2_dd, a2_v, a3_d, a3_v, mechanism_type, table_columns
-  use gestell_model_mechanism_held, only: tabulate_effective
+  use gestell_model_mechanism, only: a1_d, a1_dd, a1_v, a2_d, a2_dd, a2_v, a3_d, a3_v, load_sums_type, mechanism_type, &
+    & table_columns
+  use gestell_model_mechanism_loads, only: effect_of
+  use gestell_model_mechanism_held, only: part_of_turn, tabulate_effective
   implicit none (type, external)
   private
 
@@ -102,7 +104,7 @@ contains
   !> largest load, minus 1. The value 0 means that nothing cancels. The maxima are over the degrees of freedom `free`. To make
   !> forces and moments comparable, forces are divided by the square root of the machine's mass, moments by the square root of its
   !> moment of inertia.
-  real(dp) function cancellation(mechanism, free, origin, mass, inertia, uniform_in_space)
+  real(dp) function cancellation(mechanism, free, origin, mass, inertia, uniform_in_space, speed)
     class(mechanism_type), intent(in) :: mechanism
     integer, intent(in) :: free(:)
     !> `origin`: origin of the mechanism relative to the frame's centre of mass (m). `mass` (kg), `inertia` (kg m^2): mass and
@@ -110,14 +112,25 @@ contains
     real(dp), intent(in) :: origin(2), mass, inertia
     !> True if the crank turns uniformly relative to the ground, false if it turns uniformly relative to the frame
     logical, intent(in) :: uniform_in_space
+    !> Crank speed (rad/s) at which loads (forces and moments between links, frame and ground) are added to the inertia forces
+    real(dp), intent(in) :: speed
     integer, parameter :: angles = 16
     real(dp) :: effective(angles, table_columns), load(angles, 3), h(angles, size(free)), terms(3), weights(3), maximum
+    type(load_sums_type) :: sums(angles)
     integer :: i
 
     cancellation = 0
     if (.not. any(mechanism%terms > 0)) return
     call tabulate_effective(mechanism, origin, uniform_in_space, [(2 * pi * i / angles, i = 1, angles)], effective, load)
     call set_load(free, 1.0_dp, origin, load, h)
+    if (mechanism%load_order >= 0) then
+      call mechanism%sum_loads([(2 * pi * i / angles, i = 1, angles)], origin, sums)
+      associate (effects => effect_of(sums, (1.0_dp, 0.0_dp), part_of_turn(mechanism, uniform_in_space)))
+        do i = 1, size(free)
+          h(:, i) = h(:, i) + effects%force(free(i)) / speed**2
+        end do
+      end associate
+    end if
     terms = mechanism%terms(:3)
     terms(3) = abs(origin(1)) * terms(2) + abs(origin(2)) * terms(1) + terms(3)
     weights = 1 / sqrt(max(tiny(1.0_dp), inertia + mechanism%inertia))

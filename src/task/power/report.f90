@@ -32,6 +32,7 @@ contains
       & torque_row("on the vibrating frame", drive%actual, concise(drive%peak_error, 1), angle_per_period) &
       & // torque_row("on a frame at rest", rigid, "", angle_per_period)) // "  counter-clockwise positive" // newline &
       & // "  mean power: drive " // concise(drive%drive_mean, 5) // " W, dampers " // concise(drive%dampers_mean, 5) &
+      & // either(" W, loads " // concise(drive%loads_mean, 5), "", frame%mechanism%load_order >= 0) &
       & // " W; maximum of the drive " // concise(drive%maximum, 4) // " W" // newline
     if (.not. allocated(drive%fluctuation)) return
     associate (fluctuation => drive%fluctuation, speed => frame%drive_speed())
