@@ -113,7 +113,7 @@ contains
     type(linkage_type), intent(inout) :: linkage
     type(error_type), allocatable, intent(out) :: error
     type(load_type) :: load
-    character(len=:), allocatable :: word, against
+    character(len=:), allocatable :: word, usual
     logical :: known
     integer :: cycles, n
 
@@ -122,11 +122,11 @@ contains
     if (allocated(error)) return
     call find_body(group, "on", word, linkage, load%on, error)
     if (allocated(error)) return
-    against = "frame"
-    if (load%on == frame_body) against = "ground"
-    call read(group, load_keys, "against", against, error, default=(against))
+    usual = "frame"
+    if (load%on == frame_body) usual = "ground"
+    call read(group, load_keys, "against", word, error, default=usual)
     if (allocated(error)) return
-    call find_body(group, "against", against, linkage, load%against, error)
+    call find_body(group, "against", word, linkage, load%against, error)
     if (allocated(error)) return
     if (load%on == ground_body) then
       call input_error(group, "on", "must be a link or 'frame'", error)
@@ -209,15 +209,15 @@ contains
     type(load_type), intent(inout) :: load
     type(error_type), allocatable, intent(out) :: error
     type(form_type) :: form
-    character(len=:), allocatable :: name, axes
+    character(len=:), allocatable :: name, axes, usual
     real(dp) :: angle(1)
     logical :: is_force
     integer :: n
 
     is_force = allocated(load%force) .or. allocated(load%gas)
-    axes = "frame"
-    if (allocated(load%gas)) axes = "guide"
-    call read(group, load_keys, "axes", axes, error, default=(axes))
+    usual = "frame"
+    if (allocated(load%gas)) usual = "guide"
+    call read(group, load_keys, "axes", axes, error, default=usual)
     n = count_values(group, "direction")
     if (n > 1) then
       call read(group, load_keys, "direction", load%vector, error)
@@ -278,7 +278,7 @@ contains
     type(load_type), intent(inout) :: load
     type(error_type), allocatable, intent(out) :: error
     character(len=11), parameter :: forces(3) = [character(len=11) :: "force", "force_table", "table"]
-    character(len=:), allocatable :: type, file, interpolation
+    character(len=:), allocatable :: type, file, interpolation, usual
     type(load_table_type) :: table
     real(dp) :: area, bore
     integer :: cycles, i, n
@@ -309,7 +309,7 @@ contains
       call read(group, load_keys, "force_table", table%values, error, units)
       if (allocated(error)) return
       table%angles = [(2 * pi * i / n, i = 0, n - 1)]
-      interpolation = "fourier"
+      usual = "fourier"
     else if (has(group, "table")) then
       call read(group, load_keys, "table", file, error)
       call read(group, load_keys, "cycle", cycles, error)
@@ -317,10 +317,10 @@ contains
       if (index(file, "/") /= 1) file = group%file(:index(group%file, "/", back=.true.)) // file
       call read_load_table(file, cycles, table, error)
       if (allocated(error)) return
-      interpolation = "spline"
+      usual = "spline"
     end if
     if (allocated(table%values)) then
-      call read(group, load_keys, "interpolation", interpolation, error, default=(interpolation))
+      call read(group, load_keys, "interpolation", interpolation, error, default=usual)
       if (.not. allocated(error)) call represent(group, table, interpolation, load, error)
     else if (has(group, "interpolation") .or. has(group, "harmonics")) then
       call input_error(group, "", "'interpolation' and 'harmonics' apply only to tables and type='polytropic'", error)

@@ -38,7 +38,8 @@ contains
     associate (fluctuation => drive%fluctuation, speed => frame%drive_speed())
       ends = (abs(speed) + sign(1.0_dp, speed) * [fluctuation%least, fluctuation%maximum]) * 30 / pi
       lines = lines // "  speed with the flywheel: " // concise(minval(ends), 6) // " to " // concise(maxval(ends), 6) &
-        & // " rpm (to first order), coefficient of irregularity " // concise(fluctuation%irregularity, 4) // " +- " &
+        & // " rpm" // either("", " (to first order)", frame%mechanism%load_order >= 0) &
+        & // ", coefficient of irregularity " // concise(fluctuation%irregularity, 4) // " +- " &
         & // concise(fluctuation%error, 1) // newline
       if (fluctuation%irregularity > max_irregularity) lines = lines &
         & // "  note: the speed fluctuates by more than 1 %, so results may be wrong by up to about " &
