@@ -32,56 +32,51 @@ module gestell_input_machine_loading
   type(range_type), parameter :: whole_turns = range_type(least=1.0_dp, most=real(max_turns, dp))
 
   type(key_type), parameter, public :: load_keys(*) = [ &
-    & key_type("load", "name", text_key, "name of the load in messages, reports and paths such as `load(NAME).scale`", &
-    &   required=.true.), &
+    & key_type("load", "name", text_key, "name in messages and in paths such as `load(NAME).scale`", required=.true.), &
     & key_type("load", "on", text_key, "name of the link on which the load acts, or `'frame'`", required=.true.), &
-    & key_type("load", "against", text_key, "body on which the opposite force and moment act: another link, `'frame'` or " // &
-    &   "`'ground'`", otherwise="`'frame'`; `'ground'` if `on='frame'`"), &
+    & key_type("load", "against", text_key, "body that carries the reaction: another link, `'frame'` or `'ground'`", &
+    &   otherwise="`'frame'`; `'ground'` if `on='frame'`"), &
     & key_type("load", "joint", text_key, "joint at which the force acts", otherwise="none"), &
-    & key_type("load", "point", real_key, "replaces `joint`: point at which the force acts, in the axes of the link `on`. If " // &
-    &   "`on='frame'`, relative to the frame's centre of mass F, along xi, eta (for a frame in space also zeta)", 1, 2, 3, &
-    &   unit=of_length, otherwise="none"), &
+    & key_type("load", "point", real_key, "replaces `joint`: point in the axes of the link `on`; if `on='frame'`, relative " // &
+    &   "to F, along xi, eta (in space also zeta)", 1, 2, 3, unit=of_length, otherwise="none"), &
     & key_type("load", "axes", text_key, "axes to which `direction` refers", otherwise="`'frame'`; `'guide'` if " // &
     &   "`type='polytropic'`", words="frame, link, guide, ground"), &
-    & key_type("load", "direction", real_key, "direction in which a positive force acts: angle from the first of the `axes`. " // &
-    &   "With `on='frame'`, for a frame in space, also a vector of any length along xi, eta, zeta, which is also the axis of " // &
-    &   "`moment`", 1, 1, 3, unit=of_angle, default=0.0_dp), &
+    & key_type("load", "direction", real_key, "direction of a positive force: angle from the first of the `axes`. For a " // &
+    &   "frame in space and `on='frame'` also a vector along xi, eta, zeta, then also the axis of `moment`", 1, 1, 3, &
+    &   unit=of_angle, default=0.0_dp), &
     & key_type("load", "type", text_key, "how the course of the load is given", word="given", words="given, polytropic"), &
-    & key_type("load", "force", real_key, "Fourier coefficients of the force as a function of the crank angle theta: the " // &
-    &   "mean, then the factors of cos theta, sin theta, cos 2 theta, sin 2 theta, ... With `cycle=2` the orders are 1/2, 1, ...", &
-    &   1, 1, most, unit=of_force, otherwise="none"), &
-    & key_type("load", "moment", real_key, "Fourier coefficients of the moment, like `force`; positive: counter-clockwise", 1, 1, &
-    &   most, unit=of_moment, otherwise="none"), &
-    & key_type("load", "force_table", real_key, "replaces `force`: values of the force at equally spaced crank angles over " // &
-    &   "the cycle, the first at the angle 0", 1, 3, most, unit=of_force, otherwise="none"), &
-    & key_type("load", "table", text_key, "replaces `force` or `moment`: CSV file with a row of names and units, then crank " // &
-    &   "angles and values; relative to the folder of the input", otherwise="none"), &
-    & key_type("load", "area", real_key, "area on which `force`, `force_table` (then in Pa with `units force='N'`) or the " // &
-    &   "pressure of `table` acts", symbol="m^2", range=positive, otherwise="none"), &
+    & key_type("load", "force", real_key, "Fourier coefficients of the force over the crank angle theta: the mean, then the " // &
+    &   "factors of cos theta, sin theta, cos 2 theta, ... (theta/2 with `cycle=2`)", 1, 1, most, unit=of_force, &
+    &   otherwise="none"), &
+    & key_type("load", "moment", real_key, "Fourier coefficients of the moment, like `force`; positive: counter-clockwise", &
+    &   1, 1, most, unit=of_moment, otherwise="none"), &
+    & key_type("load", "force_table", real_key, "replaces `force`: values at equal steps of the crank angle over the cycle, " // &
+    &   "the first at 0", 1, 3, most, unit=of_force, otherwise="none"), &
+    & key_type("load", "table", text_key, "replaces `force` or `moment`: CSV file, relative to the folder of the input", &
+    &   otherwise="none"), &
+    & key_type("load", "area", real_key, "area that turns a pressure in `force`, `force_table` (Pa) or `table` into a " // &
+    &   "force", symbol="m^2", range=positive, otherwise="none"), &
     & key_type("load", "bore", real_key, "replaces `area`: diameter of a piston", unit=of_length, range=positive, &
     &   otherwise="none"), &
-    & key_type("load", "cycle", integer_key, "number of turns of the crank in which the load repeats: 2 for a four-stroke " // &
-    &   "engine", default=1.0_dp, range=whole_turns), &
-    & key_type("load", "order", real_key, "only with `on='frame'`: cycles of the load per turn of the drive (a frequency in " // &
-    &   "Hz times 60, divided by the speed), as a number such as 2 or 0.5, or numerator and denominator", 1, 1, 2, default=1.0_dp, &
+    & key_type("load", "cycle", integer_key, "turns of the crank after which the load repeats: 2 for a four-stroke engine", &
+    &   default=1.0_dp, range=whole_turns), &
+    & key_type("load", "order", real_key, "only with `on='frame'`: cycles per turn of the drive, that is 60 times the " // &
+    &   "frequency divided by the speed; a number such as 0.5, or numerator and denominator", 1, 1, 2, default=1.0_dp, &
     &   range=nonzero), &
     & key_type("load", "phase", real_key, "constant angle that is added to the crank angle", unit=of_angle, default=0.0_dp), &
     & key_type("load", "interpolation", text_key, "curve through the values of a table", otherwise="`'fourier'` for " // &
     &   "`force_table`, `'spline'` for `table`", words="fourier, spline, linear"), &
-    & key_type("load", "harmonics", integer_key, "highest order, in cycles per `cycle`, by which a table or a polytropic " // &
-    &   "cycle is represented", range=range_type(least=1.0_dp, most=500.0_dp), &
-    &   otherwise="64, for a table at most what its rows allow"), &
+    & key_type("load", "harmonics", integer_key, "highest multiple of the cycle's frequency that represents a table or " // &
+    &   "polytropic cycle", range=range_type(least=1.0_dp, most=500.0_dp), otherwise="64, for a table at most what its rows " // &
+    &   "allow"), &
     & key_type("load", "scale", real_key, "factor by which force and moment are multiplied", default=1.0_dp), &
-    & key_type("load", "clearance", real_key, "clearance volume as a fraction of the swept volume; `type='polytropic'` " // &
-    &   "requires it", range=positive, otherwise="none"), &
-    & key_type("load", "suction", real_key, "absolute suction pressure; `type='polytropic'` requires it", symbol="bar", &
-    &   range=positive, otherwise="none"), &
-    & key_type("load", "discharge", real_key, "absolute discharge pressure; `type='polytropic'` requires it", symbol="bar", &
-    &   range=positive, otherwise="none"), &
-    & key_type("load", "exponent", real_key, "exponent of compression and expansion, p V^n = const; only `type='polytropic'`", &
-    &   default=1.3_dp, range=positive), &
-    & key_type("load", "ambient", real_key, "absolute pressure on the other side of the piston; only `type='polytropic'`", &
-    &   symbol="bar", default=1.0_dp, range=nonnegative)]
+    & key_type("load", "clearance", real_key, "clearance volume divided by swept volume", range=positive, otherwise="none"), &
+    & key_type("load", "suction", real_key, "absolute suction pressure", symbol="bar", range=positive, otherwise="none"), &
+    & key_type("load", "discharge", real_key, "absolute discharge pressure", symbol="bar", range=positive, otherwise="none"), &
+    & key_type("load", "exponent", real_key, "exponent n of compression and expansion, p V^n = const", default=1.3_dp, &
+    &   range=positive), &
+    & key_type("load", "ambient", real_key, "absolute pressure on the other side of the piston", symbol="bar", &
+    &   default=1.0_dp, range=nonnegative)]
 
   !> Words that keys of &load accept, and the meaning of each.
   type(variant_type), parameter, public :: load_words(*) = [ &
@@ -91,9 +86,8 @@ module gestell_input_machine_loading
     & variant_type("load", "axes", "ground", "x and y of the mechanism at rest; only for `against='ground'`: the force keeps " // &
     &   "its direction when the frame turns"), &
     & variant_type("load", "type", "given", "by `force`, `moment`, `force_table` or `table`"), &
-    & variant_type("load", "type", "polytropic", "gas force of a compressor: compression, discharge, expansion and suction, " // &
-    &   "from `bore`, `clearance`, `suction`, `discharge`, `exponent`. The force on the piston acts along `direction` from " // &
-    &   "the guide, away from the cylinder head; its volume of gas follows from the travel of `joint`"), &
+    & variant_type("load", "type", "polytropic", "gas force of a compressor, from `bore`, `clearance`, `suction`, " // &
+    &   "`discharge`, `exponent`, `ambient` and the travel of `joint`. `direction` points from the cylinder head to the piston"), &
     & variant_type("load", "interpolation", "fourier", "trigonometric polynomial; the angles must be equally spaced"), &
     & variant_type("load", "interpolation", "spline", "periodic cubic spline"), &
     & variant_type("load", "interpolation", "linear", "straight lines")]

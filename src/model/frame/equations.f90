@@ -3,12 +3,13 @@ module gestell_model_frame_equations
   use gestell_base_kinds, only: dp, pi
   use gestell_model_mechanism, only: a1_d, a1_dd, a1_v, a2_d, a2_dd, a2_v, a3_d, a3_v, load_sums_type, mechanism_type, &
     & table_columns
-  use gestell_model_mechanism_loads, only: effect_of
+  use gestell_model_mechanism_loads, only: effect_of, load_effect_type
+  use gestell_model_mounting_weights, only: weights_type
   use gestell_model_mechanism_held, only: part_of_turn, tabulate_effective
   implicit none (type, external)
   private
 
-  public :: cancellation, mass_matrix, set_load, set_matrices
+  public :: add_loads, add_weights, cancellation, mass_matrix, set_load, set_matrices
 
 contains
 
@@ -99,6 +100,51 @@ contains
       end do
     end associate
   end subroutine set_load
+
+  !> Adds the loads (forces and moments between links, frame and ground) to the matrix C and the load h.
+  pure subroutine add_loads(mechanism, origin, motor_torque, part, angles, free, c, h)
+    class(mechanism_type), intent(in) :: mechanism
+    !> `origin`: origin of the mechanism relative to the frame's centre of mass (m). `motor_torque`: mean torque of a flywheel's
+    !> motor (N m). `part`: factor p in the crank angle phi = Omega t - p psi
+    real(dp), intent(in) :: origin(2), motor_torque, part, angles(:)
+    integer, intent(in) :: free(:)
+    real(dp), contiguous, intent(inout) :: c(:, :, :)
+    real(dp), contiguous, intent(inout), optional :: h(:, :)
+    type(load_sums_type) :: sums(size(angles))
+    type(load_effect_type) :: effect
+    integer :: k, psi
+
+    psi = findloc(free, 3, dim=1)
+    call mechanism%sum_loads(angles, origin, sums)
+    do k = 1, size(angles)
+      effect = effect_of(sums(k), (1.0_dp, 0.0_dp), part)
+      effect%force(3) = effect%force(3) - motor_torque
+      if (present(h)) h(k, :) = h(k, :) + effect%force(free)
+      if (psi > 0) c(k, :, psi) = c(k, :, psi) - effect%force_psi(free)
+    end do
+  end subroutine add_loads
+
+  !> Adds the moment of the weights to row `psi` of the matrix C and the load h. If the crank angle lags by p psi,
+  !> the first moment of the masses is S + i p S'. Its derivative with respect to psi involves S + 2 i p S' - p^2 S''.
+  pure subroutine add_weights(weights, moment, part, table, psi, c, h)
+    type(weights_type), intent(in) :: weights
+    !> `moment`: first moment of the mechanism's mass at its origin (kg m). `part`: factor p. `table`: effective mass functions,
+    !> shape (angles, table_columns)
+    real(dp), intent(in) :: moment(2), part
+    real(dp), contiguous, intent(in) :: table(:, :)
+    integer, intent(in) :: psi
+    real(dp), contiguous, intent(inout) :: c(:, :, :)
+    real(dp), contiguous, intent(inout), optional :: h(:, :)
+    complex(dp), parameter :: i = (0.0_dp, 1.0_dp)
+    complex(dp) :: unbalance(size(table, 1)), rest
+
+    associate (g => weights%gravity_in_plane(), mean => weights%mean)
+      rest = cmplx(moment(1), moment(2), dp) - cmplx(mean(1), mean(2), dp)
+      unbalance = cmplx(table(:, a1_v), table(:, a2_v), dp) + rest
+      c(:, psi, psi) = c(:, psi, psi) + real(conjg(unbalance + i * part * cmplx(table(:, a1_d), table(:, a2_d), dp)) * g)
+      if (present(h)) h(:, psi) = h(:, psi) + aimag(conjg(unbalance) * g)
+    end associate
+  end subroutine add_weights
 
   !> Measures how strongly the terms of the load cancel (dimensionless): the largest sum of their absolute values, divided by the
   !> largest load, minus 1. The value 0 means that nothing cancels. The maxima are over the degrees of freedom `free`. To make

@@ -5,9 +5,9 @@ module gestell_model_frame
   use gestell_base_kinds, only: dp, pi
   use gestell_model_mechanism_held, only: check_held, part_of_turn, tabulate_effective
   use gestell_model_frame_data, only: check_frame_data, check_free, check_turning
-  use gestell_model_frame_equations, only: cancellation, mass_matrix, set_load, set_matrices
-  use gestell_model_mechanism, only: a1_d, a1_v, a2_d, a2_v, load_sums_type, mechanism_type, table_columns
-  use gestell_model_mechanism_loads, only: effect_of, load_effect_type, mean_load_torque
+  use gestell_model_frame_equations, only: add_loads, add_weights, cancellation, mass_matrix, set_load, set_matrices
+  use gestell_model_mechanism, only: mechanism_type, table_columns
+  use gestell_model_mechanism_loads, only: mean_load_torque
   use gestell_model_mechanism_mean_moment, only: average_masses
   use gestell_model_mounting, only: is_rotation, load_matrix, load_rounding, support_type
   use gestell_model_mounting_mounted, only: mounted_system
@@ -217,8 +217,6 @@ contains
     real(dp), contiguous, intent(out) :: m(:, :, :), b(:, :, :), c(:, :, :)
     real(dp), contiguous, intent(out), optional :: h(:, :)
     real(dp) :: effective(size(angles), table_columns), load(size(angles), 3), slope(size(angles)), part
-    complex(dp) :: unbalance(size(angles)), rest
-    complex(dp), parameter :: i = (0.0_dp, 1.0_dp)
     integer :: psi
 
     if (allocated(self%space)) then
@@ -231,39 +229,11 @@ contains
     psi = findloc(free, 3, dim=1)
     if (self%uniform_in_space() .and. psi > 0) c(:, psi, psi) = c(:, psi, psi) - self%speed**2 * slope
     if (present(h)) call set_load(free, self%speed, self%origin, load, h)
-    if (self%loads_act()) call add_loads(self, angles, free, c, h)
-    if (.not. self%weights%act .or. psi == 0) return
-    ! If the crank angle lags by p psi, the first moment of the masses is S + i p S'. Its derivative with respect to psi
-    ! involves S + 2 i p S' - p^2 S''.
-    associate (g => self%weights%gravity_in_plane(), mean => self%weights%mean)
-      part = part_of_turn(self%mechanism, self%uniform_in_space())
-      rest = self%mechanism%mass * cmplx(self%origin(1), self%origin(2), dp) - cmplx(mean(1), mean(2), dp)
-      unbalance = cmplx(effective(:, a1_v), effective(:, a2_v), dp) + rest
-      c(:, psi, psi) = c(:, psi, psi) + real(conjg(unbalance + i * part * cmplx(effective(:, a1_d), effective(:, a2_d), dp)) * g)
-      if (present(h)) h(:, psi) = h(:, psi) + aimag(conjg(unbalance) * g)
-    end associate
+    part = part_of_turn(self%mechanism, self%uniform_in_space())
+    if (self%loads_act()) call add_loads(self%mechanism, self%origin, self%motor_torque, part, angles, free, c, h)
+    if (self%weights%act .and. psi > 0) call add_weights(self%weights, self%mechanism%mass * self%origin, part, effective, psi, c, &
+      & h)
   end subroutine sample_at_rest
-
-  !> Adds the effect of the loads on the frame to the matrix C and the load h.
-  pure subroutine add_loads(self, angles, free, c, h)
-    class(frame_type), intent(in) :: self
-    real(dp), intent(in) :: angles(:)
-    integer, intent(in) :: free(:)
-    real(dp), intent(inout) :: c(:, :, :)
-    real(dp), intent(inout), optional :: h(:, :)
-    type(load_sums_type) :: sums(size(angles))
-    type(load_effect_type) :: effect
-    integer :: k, psi
-
-    psi = findloc(free, 3, dim=1)
-    call self%mechanism%sum_loads(angles, self%origin, sums)
-    do k = 1, size(angles)
-      effect = effect_of(sums(k), (1.0_dp, 0.0_dp), part_of_turn(self%mechanism, self%uniform_in_space()))
-      effect%force(3) = effect%force(3) - self%motor_torque
-      if (present(h)) h(k, :) = h(k, :) + effect%force(free)
-      if (psi > 0) c(k, :, psi) = c(k, :, psi) - effect%force_psi(free)
-    end do
-  end subroutine add_loads
 
   !> True if loads (forces and moments between links, frame and ground) move the frame. If a motor on the frame holds the speed,
   !> loads between links and frame only change the driving torque.
