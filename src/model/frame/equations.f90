@@ -9,7 +9,7 @@ module gestell_model_frame_equations
   implicit none (type, external)
   private
 
-  public :: add_loads, add_weights, cancellation, mass_matrix, set_load, set_matrices
+  public :: add_loads, add_weights, all_connected, cancellation, mass_matrix, set_load, set_matrices
 
 contains
 
@@ -145,6 +145,21 @@ contains
       if (present(h)) h(:, psi) = h(:, psi) + aimag(conjg(unbalance) * g)
     end associate
   end subroutine add_weights
+
+  !> True if the first degree of freedom is coupled to all others, directly or through other degrees of freedom.
+  pure logical function all_connected(coupled)
+    logical, intent(in) :: coupled(:, :)
+    logical :: reached(size(coupled, 1))
+    integer :: i, k
+
+    reached = coupled(:, 1)
+    do i = 2, size(reached)
+      do k = 2, size(reached)
+        if (reached(k)) reached = reached .or. coupled(:, k)
+      end do
+    end do
+    all_connected = all(reached)
+  end function all_connected
 
   !> Measures how strongly the terms of the load cancel (dimensionless): the largest sum of their absolute values, divided by the
   !> largest load, minus 1. The value 0 means that nothing cancels. The maxima are over the degrees of freedom `free`. To make

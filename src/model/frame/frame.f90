@@ -5,7 +5,7 @@ module gestell_model_frame
   use gestell_base_kinds, only: dp, pi
   use gestell_model_mechanism_held, only: check_held, part_of_turn, tabulate_effective
   use gestell_model_frame_data, only: check_frame_data, check_free, check_turning
-  use gestell_model_frame_equations, only: add_loads, add_weights, cancellation, mass_matrix, set_load, set_matrices
+  use gestell_model_frame_equations, only: add_loads, add_weights, all_connected, cancellation, mass_matrix, set_load, set_matrices
   use gestell_model_mechanism, only: mechanism_type, table_columns
   use gestell_model_mechanism_loads, only: mean_load_torque
   use gestell_model_mechanism_mean_moment, only: average_masses
@@ -331,21 +331,6 @@ contains
       if (all_connected(coupled)) exit
     end do
   end function connections
-
-  !> True if the first degree of freedom is coupled to all others, directly or through other degrees of freedom.
-  pure logical function all_connected(coupled)
-    logical, intent(in) :: coupled(:, :)
-    logical :: reached(size(coupled, 1))
-    integer :: i, k
-
-    reached = coupled(:, 1)
-    do i = 2, size(reached)
-      do k = 2, size(reached)
-        if (reached(k)) reached = reached .or. coupled(:, k)
-      end do
-    end do
-    all_connected = all(reached)
-  end function all_connected
 
   !> Computes the model with the matrices M, B and C averaged over the period, and bounds on its rounding errors. The periodic
   !> parts of B and C in (10) and (11) are derivatives with respect to the crank angle, so their means are zero. The mean of the
