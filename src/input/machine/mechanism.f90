@@ -148,7 +148,7 @@ contains
     type(members_type) :: joints, links, loads
     type(placement_type), allocatable :: placements(:)
     type(dictionary_type) :: names, link_names, load_names
-    integer :: i
+    integer :: i, k
 
     call read_members(doc, units, joints, links, loads, placements, error)
     if (allocated(error)) return
@@ -190,8 +190,19 @@ contains
       call read_load(loads%groups(i), joints%groups, names, units, placement_of(placements, loads%mechanism(i)), linkage, &
         & error)
       if (allocated(error)) return
+      associate (load => linkage%loads(i))
+        k = load%joint
+        if (k > 0) k = placements(joints%mechanism(k))%plane - load%plane
+        if (k /= 0) call input_error(loads%groups(i), "joint", "must belong to a mechanism in the plane of the link in 'on'", &
+          & error)
+        if (load%against > 0) k = linkage%links(max(1, load%against))%plane - load%plane
+        if (k /= 0 .and. .not. allocated(error)) call input_error(loads%groups(i), "against", "must name a link that " // &
+          &   "moves in the plane of the link in 'on'", error)
+      end associate
+      if (allocated(error)) return
     end do
     call gear(linkage%joints, linkage%loads, linkage%turns, linkage%crank_turns, i)
+    if (size(linkage%loads) == 0) deallocate(linkage%loads)
     if (i == 0) return
     if (i > size(joints%groups)) then
       call input_error(loads%groups(i - size(joints%groups)), "", "together with the other loads and mechanisms it repeats only " &

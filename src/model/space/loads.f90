@@ -53,7 +53,7 @@ contains
 
     n = 0
     do i = 1, size(planes)
-      if (.not. allocated(planes(i)%linkage%loads)) cycle
+      if (count_loads(planes(i:i)) == 0) cycle
       allocate(at(size(planes(i)%linkage%joints)))
       call planes(i)%linkage%points(angle, at)
       do k = 1, size(planes(i)%linkage%loads)
