@@ -47,6 +47,7 @@ program main
   use test_ground, only: collect_ground
   use test_safeguards, only: collect_safeguards
   use test_held_speed, only: collect_held_speed
+  use test_loads, only: collect_loads
   use test_hill, only: collect_hill
   use test_invalid_arguments, only: collect_invalid_arguments
   use test_html, only: collect_html
@@ -194,6 +195,7 @@ program main
     & new_testsuite("balance", collect_balance), &
     & new_testsuite("balance-single", collect_balance_single), &
     & new_testsuite("held-speed", collect_held_speed), &
+    & new_testsuite("loads", collect_loads), &
     & new_testsuite("trade", collect_trade), &
     & new_testsuite("averaged", collect_averaged), &
     & new_testsuite("model-trade", collect_model_trade), &

@@ -47,6 +47,7 @@ from interruption import INTERRUPTION_TESTS  # noqa: E402
 from joints import JOINT_TESTS  # noqa: E402
 from json_output import JSON_TESTS  # noqa: E402
 from level_borders import LEVEL_BORDER_TESTS  # noqa: E402
+from loads import LOAD_TESTS  # noqa: E402
 from mechanisms import MECHANISM_TESTS  # noqa: E402
 from models import MODEL_TESTS  # noqa: E402
 from moments import MOMENT_TESTS  # noqa: E402
@@ -649,7 +650,8 @@ def main():
              *RESONANCE_TESTS, *BALANCE_TESTS, *DESIGN_TESTS, *SENSITIVITY_TESTS, *SEPARATION_TESTS, *SEVERAL_MECHANISM_TESTS,
              *SPACE_TESTS, *ENGINE_BALANCE_TESTS, *SPACE_STUDIES_TESTS, *SPACE_BALANCE_TESTS, *RATIO_TESTS,
              *REPORT_CONSISTENCY_TESTS, *HEADLINE_TESTS, *VERDICT_TESTS, *FAULT_TESTS, *FILE_PROTECTION_TESTS, *WEIGHT_TESTS,
-             *HELD_SPEED_TESTS, *JOINT_TESTS, *JSON_TESTS, *REPORT_LAYOUT_TESTS, *RECORD_TESTS, *SCALING_TESTS)
+             *HELD_SPEED_TESTS, *JOINT_TESTS, *LOAD_TESTS, *JSON_TESTS, *REPORT_LAYOUT_TESTS, *RECORD_TESTS,
+             *SCALING_TESTS)
     titles = {test: title_of(test) for test in tests}
     files_of = {test: Path(inspect.getfile(test)).stem for test in tests}
     unknown = set(names) - set(files_of.values())

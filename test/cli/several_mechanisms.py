@@ -237,7 +237,7 @@ REFUSED = (
     ("copy of nothing", CYLINDER + "&repeat of='m', name='n' /\n", "the input has no &mechanism: to copy a mechanism, first give it a name: &mechanism name='m' /"),
     ("no joints", "&mechanism name='m' /\n&mechanism name='n' /\n" + own(CYLINDER, "m"), "no joint belongs to this mechanism"),
     ("no turning", "&mechanism name='m', ratio=0 /\n" + CYLINDER, "ratio"),
-    ("mass functions", "&mechanism name='m' /\n&mass_functions mass=1, inertia=0.1 /\n", "cannot be combined with &joint, &link, &mechanism or &repeat"),
+    ("mass functions", "&mechanism name='m' /\n&mass_functions mass=1, inertia=0.1 /\n", "cannot be combined with &joint, &link, &load, &mechanism or &repeat"),
     ("no fraction", "&mechanism name='m', ratio=0.3001 /\n" + CYLINDER, "must be a fraction"),
     ("parts that are not whole", "&mechanism name='m', ratio=1.5,2 /\n" + CYLINDER, "must be a fraction"),
     ("too many turns", "&mechanism name='m', ratio=1,67 /\n" + CYLINDER, "the mechanism repeats only after 67 turns of the drive; at most 64 are allowed"),

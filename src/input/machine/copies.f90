@@ -1,4 +1,4 @@
-!> Copies mechanisms as requested by the groups &repeat. The joints and links of each copy receive names of their own.
+!> Copies mechanisms as requested by the groups &repeat. The joints, links and loads of each copy receive names of their own.
 module gestell_input_machine_copies
   use gestell_base_dictionary, only: dictionary_type
   use gestell_base_error, only: error_type
@@ -11,10 +11,10 @@ module gestell_input_machine_copies
 
   public :: add_copies, list_names
 
-  !> Joints or links of the input, including those of copied mechanisms
+  !> Joints, links or loads of the input, including those of copied mechanisms
   type, public :: members_type
     type(group_type), allocatable :: groups(:)
-    !> For each joint or link: number of the mechanism, or copy of a mechanism, to which it belongs
+    !> For each joint, link or load: number of the mechanism, or copy of a mechanism, to which it belongs
     integer, allocatable :: mechanism(:)
   end type members_type
 
@@ -31,10 +31,10 @@ contains
     end do
   end subroutine list_names
 
-  !> Adds the joints or links of each copied mechanism (&repeat). In a copy called PART, the copy of joint or link NAME is called
-  !> PART.NAME, and its keys refer to joints of the copy. Fails if a name becomes too long.
-  subroutine add_copies(members, parts, originals, joints, copies, error)
-    !> Joints or links of the input, to which the procedure appends the joints or links of the copies
+  !> Adds the joints, links or loads of each copied mechanism (&repeat). In a copy called PART, the copy of joint, link or load NAME
+  !> is called PART.NAME, and its keys refer to joints and links of the copy. Fails if a name becomes too long.
+  subroutine add_copies(members, parts, originals, joints, copies, error, links)
+    !> Joints, links or loads of the input, to which the procedure appends those of the copies
     type(members_type), intent(inout) :: members
     !> Names of all mechanisms, then names of all copies
     character(len=*), intent(in) :: parts(:)
@@ -46,12 +46,15 @@ contains
     !> The groups &repeat
     type(group_type), intent(in) :: copies(:)
     type(error_type), allocatable, intent(out) :: error
+    !> Links of the mechanisms that are copied; required if `members` are loads
+    type(members_type), intent(in), optional :: links
     type(group_type), allocatable :: longer(:)
-    type(dictionary_type) :: names
+    type(dictionary_type) :: names, link_names
     integer, allocatable :: mechanism(:)
     integer :: first, c, i, n
 
     call list_names(joints%groups, names)
+    if (present(links)) call list_names(links%groups, link_names)
     first = size(parts) - size(copies)
     n = size(members%groups)
     allocate(longer(n + sum([(count(members%mechanism == originals(first + c)), c = 1, size(copies))])))
@@ -65,6 +68,8 @@ contains
         longer(n) = members%groups(i)
         mechanism(n) = first + c
         call rename(longer(n), trim(parts(first + c)), originals(first + c), joints, names, copies(c), error)
+        if (present(links) .and. .not. allocated(error)) call rename(longer(n), trim(parts(first + c)), originals(first + c), &
+          & links, link_names, copies(c), error, .true.)
         if (allocated(error)) return
       end do
     end do
@@ -72,9 +77,9 @@ contains
     call move_alloc(mechanism, members%mechanism)
   end subroutine add_copies
 
-  !> Converts `member`, a joint or link of mechanism `original`, to the joint or link of the copy called `part`: renames it, and
-  !> the joints to which its keys refer. Fails if a name becomes too long.
-  subroutine rename(member, part, original, joints, names, copy, error)
+  !> Converts `member`, a joint, link or load of mechanism `original`, to that of the copy called `part`: renames it, and the joints
+  !> to which its keys refer. Fails if a name becomes too long.
+  subroutine rename(member, part, original, joints, names, copy, error, only_bodies)
     type(group_type), intent(inout) :: member
     character(len=*), intent(in) :: part
     integer, intent(in) :: original
@@ -82,12 +87,17 @@ contains
     type(dictionary_type), intent(in) :: names
     type(group_type), intent(in) :: copy
     type(error_type), allocatable, intent(out) :: error
+    !> Present: `joints` and `names` are those of links, and only the bodies of a load are renamed
+    logical, intent(in), optional :: only_bodies
+    character(len=13), parameter :: words(6) = [character(len=13) :: "type", "mechanism", "law", "axes", "interpolation", &
+      & "table"], bodies(2) = [character(len=13) :: "on", "against"]
     integer :: e, v, k
 
     do e = 1, size(member%entries)
       associate (entry => member%entries(e))
+        if (any(bodies == entry%key) .neqv. present(only_bodies)) cycle
         if (entry%key == "mechanism") entry%values(1)%text = part
-        if (any(entry%key == [character(len=9) :: "type", "mechanism", "law"])) cycle
+        if (any(words == entry%key)) cycle
         do v = 1, size(entry%values)
           if (.not. entry%values(v)%quoted) cycle
           if (entry%key /= "name") then

@@ -258,8 +258,8 @@ contains
   subroutine refuse_tilted(doc, error)
     type(document_type), intent(in) :: doc
     type(error_type), allocatable, intent(out) :: error
-    character(len=9), parameter :: names(3) = [character(len=9) :: "support", "mechanism", "repeat"]
-    character(len=6), parameter :: keys(3) = [character(len=6) :: "angle", "axis", "axis"]
+    character(len=9), parameter :: names(4) = [character(len=9) :: "support", "mechanism", "repeat", "load"]
+    character(len=9), parameter :: keys(4) = [character(len=9) :: "angle", "axis", "axis", "direction"]
     integer :: i, k
 
     do k = 1, size(names)

@@ -4,6 +4,7 @@ module gestell_input_machine_groups
   use gestell_base_key, only: joined, key_type, quantities, text_key
   use gestell_input_machine_frame, only: drive_keys, foundation_keys, frame_keys, frame_words, gravity_keys, support_keys
   use gestell_input_machine_joints, only: joint_keys, joint_variants
+  use gestell_input_machine_loading, only: load_keys, load_words
   use gestell_input_machine_mechanism, only: link_keys, mass_function_keys
   use gestell_input_machine_mechanisms, only: mechanism_keys, repeat_keys
   use gestell_input_machine_quantities, only: probe_keys
@@ -25,6 +26,8 @@ module gestell_input_machine_groups
     & group_rule("joint", "a joint of the mechanism: fixed pivot, crank pin, slider, ...", repeatable=.true., &
     &   subject=mechanism_group), &
     & group_rule("link", "a rigid body attached to joints of the mechanism", repeatable=.true., subject=mechanism_group), &
+    & group_rule("load", "a force or moment between links, frame and ground over the crank angle", repeatable=.true., &
+    &   subject=mechanism_group), &
     & group_rule("mass_functions", "sums over the moving masses, in SI units; replaces joints and links", &
     &   subject=mechanism_group), &
     & group_rule("frame", "mass, inertia and degrees of freedom of the elastically mounted frame", required=.true., &
@@ -53,9 +56,9 @@ contains
     type(schema_type) :: schema
 
     schema%groups = groups
-    schema%keys = [drive_keys, unit_keys(), mechanism_keys, repeat_keys, joint_keys(), link_keys, mass_function_keys, frame_keys, &
-      & support_keys, foundation_keys, gravity_keys, probe_keys]
-    schema%variants = [joint_variants(), frame_words]
+    schema%keys = [drive_keys, unit_keys(), mechanism_keys, repeat_keys, joint_keys(), link_keys, load_keys, &
+      & mass_function_keys, frame_keys, support_keys, foundation_keys, gravity_keys, probe_keys]
+    schema%variants = [joint_variants(), load_words, frame_words]
   end function machine_schema
 
   !> Keys of the group &units. Each record lists the unit names that the key accepts.

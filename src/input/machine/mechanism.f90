@@ -9,6 +9,7 @@ module gestell_input_machine_mechanism
   use gestell_input_schema_read, only: count_values, read
   use gestell_input_machine_joints, only: check_joint_references, read_joint, type_of_joint
   use gestell_input_machine_copies, only: members_type
+  use gestell_input_machine_loading, only: read_load
   use gestell_input_machine_mechanisms, only: claim_name, membership_key, read_members
   use gestell_input_namelist_message, only: locate_in_group, input_error, location
   use gestell_input_schema_units, only: units_type
@@ -100,12 +101,12 @@ contains
     type(group_type) :: group
     real(dp), allocatable :: a1(:), a2(:), a3(:), moment(:), energy(:)
     real(dp) :: mass, inertia
-    character(len=9), parameter :: linkage_groups(4) = [character(len=9) :: "joint", "link", "mechanism", "repeat"]
+    character(len=9), parameter :: linkage_groups(5) = [character(len=9) :: "joint", "link", "mechanism", "repeat", "load"]
     integer :: i
 
     group = group_named(doc, "mass_functions")
     if (sum([(count_groups(doc, trim(linkage_groups(i))), i = 1, size(linkage_groups))]) > 0) then
-      call input_error(group, "", "cannot be combined with &joint, &link, &mechanism or &repeat", error)
+      call input_error(group, "", "cannot be combined with &joint, &link, &load, &mechanism or &repeat", error)
       return
     end if
     call read(group, mass_function_keys, "mass", mass, error)
@@ -144,12 +145,12 @@ contains
     type(form_type), intent(in) :: forms(:)
     type(linkage_type), intent(out) :: linkage
     type(error_type), allocatable, intent(out) :: error
-    type(members_type) :: joints, links
+    type(members_type) :: joints, links, loads
     type(placement_type), allocatable :: placements(:)
-    type(dictionary_type) :: names, link_names
-    integer :: i
+    type(dictionary_type) :: names, link_names, load_names
+    integer :: i, k
 
-    call read_members(doc, units, joints, links, placements, error)
+    call read_members(doc, units, joints, links, loads, placements, error)
     if (allocated(error)) return
     if (size(joints%groups) == 0) then
       call fatal_error(error, doc%file // ": the mechanism is missing: groups &joint and &link (or &mass_functions) are " // &
@@ -164,6 +165,10 @@ contains
       call claim_name(links%groups(i), link_names, error)
       if (allocated(error)) return
     end do
+    do i = 1, size(loads%groups)
+      call claim_name(loads%groups(i), load_names, error)
+      if (allocated(error)) return
+    end do
     do i = 1, size(placements)
       call check_crank(joints, i, forms, error)
       if (allocated(error)) return
@@ -172,17 +177,6 @@ contains
       call read_joint(joints%groups, names, i, forms, units, placements(joints%mechanism(i)), linkage, error)
       if (allocated(error)) return
     end do
-    call gear(linkage%joints, linkage%turns, linkage%crank_turns, i)
-    if (i > 0) then
-      if (linkage%turns > max_turns) then
-        call input_error(group_of_ratio(doc, joints, i), "ratio", "the mechanism repeats only after " // text(linkage%turns) &
-          & // " turns of the drive; at most " // text(max_turns) // " are allowed", error)
-      else
-        call input_error(group_of_ratio(doc, joints, i), "ratio", "before the motion of the mechanism repeats, the crank " // &
-          & "turns more than the permitted " // text(max_crank_turns) // " times", error)
-      end if
-      return
-    end if
     if (size(links%groups) == 0) then
       call fatal_error(error, doc%file // ": the mechanism has no mass: a group &link is required", invalid_input)
       return
@@ -191,7 +185,44 @@ contains
       call read_link(links%groups(i), joints%groups, names, units, placements(links%mechanism(i)), linkage, error)
       if (allocated(error)) return
     end do
+    allocate(linkage%loads(0))
+    do i = 1, size(loads%groups)
+      call read_load(loads%groups(i), joints%groups, names, units, placement_of(placements, loads%mechanism(i)), linkage, &
+        & error)
+      if (allocated(error)) return
+      associate (load => linkage%loads(i))
+        k = load%joint
+        if (k > 0) k = placements(joints%mechanism(k))%plane - load%plane
+        if (k /= 0) call input_error(loads%groups(i), "joint", "must belong to a mechanism in the plane of the link in 'on'", &
+          & error)
+        if (load%against > 0) k = linkage%links(max(1, load%against))%plane - load%plane
+        if (k /= 0 .and. .not. allocated(error)) call input_error(loads%groups(i), "against", "must name a link that " // &
+          &   "moves in the plane of the link in 'on'", error)
+      end associate
+      if (allocated(error)) return
+    end do
+    call gear(linkage%joints, linkage%loads, linkage%turns, linkage%crank_turns, i)
+    if (size(linkage%loads) == 0) deallocate(linkage%loads)
+    if (i == 0) return
+    if (i > size(joints%groups)) then
+      call input_error(loads%groups(i - size(joints%groups)), "", "together with the other loads and mechanisms it repeats only " &
+        & // "after " // text(linkage%turns) // " turns of the drive; at most " // text(max_turns) // " are allowed", error)
+    else if (linkage%turns > max_turns) then
+      call input_error(group_of_ratio(doc, joints, i), "ratio", "the mechanism repeats only after " // text(linkage%turns) &
+        & // " turns of the drive; at most " // text(max_turns) // " are allowed", error)
+    else
+      call input_error(group_of_ratio(doc, joints, i), "ratio", "before the motion of the mechanism repeats, the crank " // &
+        &   "turns more than the permitted " // text(max_crank_turns) // " times", error)
+    end if
   end subroutine read_linkage
+
+  !> Position of the mechanism with this number; for 0, the position of the frame's own axes.
+  pure type(placement_type) function placement_of(placements, mechanism) result(placement)
+    type(placement_type), intent(in) :: placements(:)
+    integer, intent(in) :: mechanism
+
+    if (mechanism > 0) placement = placements(mechanism)
+  end function placement_of
 
   !> Returns the group whose key `ratio` sets the gear ratio of joint `i`: the group of the joint, or that of its mechanism or copy.
   pure function group_of_ratio(doc, joints, i) result(group)

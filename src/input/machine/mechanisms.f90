@@ -3,8 +3,8 @@ module gestell_input_machine_mechanisms
   use gestell_base_dictionary, only: dictionary_type
   use gestell_base_error, only: error_type
   use gestell_base_key, only: key_type, nonzero, of_angle, of_length, real_key, text_key
-  use gestell_base_kinds, only: dp
-  use gestell_base_text, only: text
+  use gestell_base_kinds, only: dp, pi
+  use gestell_base_text, only: concise, text
   use gestell_base_words, only: word_length
   use gestell_input_machine_copies, only: add_copies, list_names, members_type
   use gestell_input_namelist_document, only: document_type, group_names, group_type, groups_named, has, name_of
@@ -52,7 +52,10 @@ module gestell_input_machine_mechanisms
     & key_type("repeat", "x_axis", real_key, as_there, 1, 3, 3, otherwise=as_original), &
     & key_type("repeat", "angle", real_key, as_there, unit=of_angle, otherwise=as_original), &
     & key_type("repeat", "phase", real_key, as_there, unit=of_angle, otherwise=as_original), &
-    & key_type("repeat", "ratio", real_key, as_there, 1, 1, 2, range=nonzero, otherwise=as_original)]
+    & key_type("repeat", "ratio", real_key, as_there, 1, 1, 2, range=nonzero, otherwise=as_original), &
+    & key_type("repeat", "firing", real_key, "angle of the drive by which the loads of the copy lag behind those of the " // &
+    &   "original. It decides in which turn of a `cycle` of several turns the copy fires, and must agree with `phase`", &
+    &   unit=of_angle, otherwise="from `phase`")]
 
   type(key_type), parameter, public :: membership_key(2) = [ &
     & key_type("joint", "mechanism", text_key, "name of the mechanism to which the joint belongs, if the input has several " // &
@@ -60,7 +63,7 @@ module gestell_input_machine_mechanisms
     & key_type("link", "mechanism", text_key, "name of the mechanism to which the link belongs, if the input has several " // &
     &   "mechanisms", otherwise="that of `from`")]
 
-  type(key_type), parameter :: from_key = key_type("link", "from", text_key, "")
+  type(key_type), parameter :: from_key = key_type("link", "from", text_key, ""), on_key = key_type("load", "on", text_key, "")
 
   !> A mechanism, or a copy of a mechanism
   type :: placed_mechanism_type
@@ -79,20 +82,20 @@ module gestell_input_machine_mechanisms
 
 contains
 
-  !> Reads the joints and links of a checked document, including those of copies. Fails if a mechanism is unknown or has no joints,
-  !> or a name is used twice. Also fails if a link is assigned to another mechanism than its joint `from`.
-  subroutine read_members(doc, units, joints, links, placements, error)
+  !> Reads the joints, links and loads of a checked document, including those of copies. Fails if a mechanism is unknown or has no
+  !> joints, or a name is used twice. Also fails if a link is assigned to another mechanism than its joint `from`.
+  subroutine read_members(doc, units, joints, links, loads, placements, error)
     type(document_type), intent(in) :: doc
     !> Units of the input
     type(units_type), intent(in) :: units
-    !> Joints and links in the order of the document; those of the copies follow
-    type(members_type), intent(out) :: joints, links
+    !> Joints, links and loads in the order of the document; those of the copies follow. A load on the frame belongs to mechanism 0
+    type(members_type), intent(out) :: joints, links, loads
     !> Position of each mechanism. If the input contains no &mechanism, its only mechanism is at the point O of the frame
     type(placement_type), allocatable, intent(out) :: placements(:)
     type(error_type), allocatable, intent(out) :: error
     type(group_type), allocatable :: mechanisms(:), copies(:)
     type(placed_mechanism_type), allocatable :: parts(:)
-    type(members_type) :: originals
+    type(members_type) :: originals, original_links
     integer :: i
 
     call read_placed_mechanisms(doc, units, mechanisms, copies, parts, error)
@@ -106,9 +109,13 @@ contains
     end do
     allocate(links%groups, source=groups_named(doc, "link"))
     call assign_links(joints, links)
+    allocate(loads%groups, source=groups_named(doc, "load"))
+    call assign_loads(links, loads)
     originals = joints
+    original_links = links
     call add_copies(links, (parts%name), (parts%original), originals, copies, error)
     if (.not. allocated(error)) call add_copies(joints, (parts%name), (parts%original), originals, copies, error)
+    if (.not. allocated(error)) call add_copies(loads, (parts%name), (parts%original), originals, copies, error, original_links)
     if (allocated(error)) return
     call assign_links(joints, links)
     call check_links(links, (parts%name), error)
@@ -299,7 +306,29 @@ contains
     copy = before(i)
     copy%name = name_of(group)
     call read_placement(group, repeat_keys, units, copy, error)
+    if (has(group, "firing") .and. .not. allocated(error)) call read_firing(group, units, before(i)%placement, copy%placement, &
+      & error)
   end subroutine read_copy
+
+  !> Reads by which angle of the drive the loads of a copy lag behind those of the original, and converts it to whole turns of the
+  !> copy's crank. Fails if the copy's crank does not lag by this angle, up to whole turns.
+  subroutine read_firing(group, units, original, copy, error)
+    type(group_type), intent(in) :: group
+    type(units_type), intent(in) :: units
+    type(placement_type), intent(in) :: original
+    type(placement_type), intent(inout) :: copy
+    type(error_type), allocatable, intent(inout) :: error
+    real(dp), parameter :: rounding = 1.0e-6_dp
+    real(dp) :: firing, turns
+
+    call read(group, repeat_keys, "firing", firing, error, units)
+    if (allocated(error)) return
+    turns = (original%phase + 2 * pi * original%load_turns - copy%phase - firing * copy%ratio / copy%denominator) / (2 * pi)
+    copy%load_turns = nint(turns)
+    if (abs(turns - copy%load_turns) <= rounding) return
+    call input_error(group, "firing", "does not agree with 'phase': the crank of the copy lags behind that of the original by " &
+      & // concise((original%phase - copy%phase) * copy%denominator / copy%ratio * 180 / pi) // " deg", error)
+  end subroutine read_firing
 
   !> Determines for each joint of the document the mechanism to which it belongs.
   subroutine assign_joints(groups, mechanisms, joints, error)
@@ -352,6 +381,25 @@ contains
       if (k > 0) links%mechanism(i) = joints%mechanism(k)
     end do
   end subroutine assign_links
+
+  !> Assigns each load to the mechanism of its link `on`; 0 if it acts on the frame or the link is unknown.
+  subroutine assign_loads(links, loads)
+    type(members_type), intent(in) :: links
+    type(members_type), intent(inout) :: loads
+    type(dictionary_type) :: names
+    character(len=:), allocatable :: on
+    type(error_type), allocatable :: none
+    integer :: i, k
+
+    allocate(loads%mechanism(size(loads%groups)), source=0)
+    call list_names(links%groups, names)
+    do i = 1, size(loads%groups)
+      if (.not. has(loads%groups(i), "on")) cycle
+      call read(loads%groups(i), [on_key], "on", on, none)
+      k = names%position(on)
+      if (k > 0) loads%mechanism(i) = links%mechanism(k)
+    end do
+  end subroutine assign_loads
 
   !> Fails if the key `mechanism` of a link names a mechanism to which the link's joint `from` does not belong. Unknown joints are
   !> not reported here, but by `read_link`.

@@ -1,5 +1,6 @@
 !> Computes a hash of the content of an input, which does not depend on the input's layout.
 module gestell_input_schema_fingerprint
+  use gestell_base_files, only: read_file
   use gestell_base_hash, only: hash_start, mix, mix_text
   use gestell_input_namelist_document, only: document_type, find_entry, group_type
   use gestell_base_key, only: text_key
@@ -13,8 +14,9 @@ module gestell_input_schema_fingerprint
 contains
 
   !> Hash of the groups, keys and values of a checked document; it includes values set by --set. It does not depend on the order of
-  !> the keys in a group, the order of groups with different names, or the notation of the numbers.
-  pure integer(int64) function content_hash(doc, schema) result(hash)
+  !> the keys in a group, the order of groups with different names, or the notation of the numbers. Of files that the input names,
+  !> the content counts.
+  integer(int64) function content_hash(doc, schema) result(hash)
     type(document_type), intent(in) :: doc
     type(schema_type), intent(in) :: schema
     integer :: i, k
@@ -29,10 +31,11 @@ contains
     end do
   end function content_hash
 
-  pure subroutine mix_group(hash, group, schema)
+  subroutine mix_group(hash, group, schema)
     integer(int64), intent(inout) :: hash
     type(group_type), intent(in) :: group
     type(schema_type), intent(in) :: schema
+    character(len=:), allocatable :: bytes, file
     integer :: k, e, v
 
     do k = 1, size(schema%keys)
@@ -46,6 +49,12 @@ contains
             call mix_text(hash, "")
           else if (schema%keys(k)%kind == text_key) then
             call mix_text(hash, value%text)
+            if (schema%keys(k)%group == "load" .and. schema%keys(k)%name == "table") then
+              file = value%text
+              if (index(file, "/") /= 1) file = group%file(:index(group%file, "/", back=.true.)) // file
+              call read_file(file, bytes)
+              call mix_text(hash, bytes)
+            end if
           else
             call mix(hash, [transfer(value%number, hash)])
           end if

@@ -38,8 +38,11 @@ module gestell_model_exact_varied_frame
   use gestell_model_space, only: in_frame, is_rotation
   use gestell_model_space_drive, only: driven_type, follow_frame
   use gestell_model_space_energy, only: mounting_power
+  use gestell_model_space_loads, only: count_loads, find_loads, load_power, space_load_type
   use gestell_model_space_variation, only: ground_in_space, sample_varied
   use gestell_model_mechanism_held, only: part_of_turn
+  use gestell_model_mechanism, only: load_sums_type
+  use gestell_model_mechanism_loads, only: effect_of, load_effect_type, power_of_loads
   use gestell_model_exact_moving_masses, only: find_masses, masses_type
   implicit none (type, external)
   private
@@ -84,12 +87,13 @@ contains
   end function varied_frame
 
   !> Linearises the frame about another motion. With a flywheel, also computes the mean torque of the motor, which must replace the
-  !> power that the dampers dissipate in a period.
+  !> power that the dampers dissipate in a period, less the power of the loads.
   pure subroutine linearise_about(self, motion)
     class(varied_frame_type), intent(inout) :: self
     type(series_type), intent(in) :: motion
     real(dp), allocatable :: q(:, :), v(:, :), a(:, :)
-    real(dp) :: displacement(3), rate(3)
+    type(load_sums_type), allocatable :: sums(:)
+    real(dp) :: displacement(3), rate(3), watts
     integer :: k, points
 
     self%motion = motion
@@ -98,16 +102,23 @@ contains
     if (self%held_by /= "flywheel") return
     ! The dissipated power is of second order in the motion; this number of points integrates it exactly up to terms of tenth order.
     points = 8 * (ubound(motion%cosine, 1) + 1)
+    if (self%loads_act()) points = max(points, 2 * (self%mechanism%load_order + self%least_steps))
     if (self%drive_lags()) then
       call spin_flywheel(self, points)
       return
     end if
     allocate(q(points, 3), v(points, 3), a(points, 3))
+    allocate(sums(merge(points, 0, self%loads_act())))
     call motion%values([(real(k, dp) / points, k = 1, points)], q, v, a)
+    if (self%loads_act()) call self%mechanism%sum_loads(self%crank_angles([(real(k, dp) / points, k = 1, points)]) &
+      & - q(:, 3) / self%mechanism%turns, self%origin, sums)
     do k = 1, points
       displacement = q(k, :)
       rate = v(k, :) * (2 * pi / self%period)
-      self%motor_torque = self%motor_torque + self%dissipation(displacement, rate) / (points * self%speed * self%mechanism%turns)
+      watts = self%dissipation(displacement, rate)
+      if (self%loads_act()) watts = watts - power_of_loads(sums(k), exp(i * q(k, 3)), self%speed - rate(3) / self%mechanism%turns, &
+        & rate)
+      self%motor_torque = self%motor_torque + watts / (points * self%speed * self%mechanism%turns)
     end do
   end subroutine linearise_about
 
@@ -118,7 +129,8 @@ contains
     integer, intent(in) :: points
     real(dp), dimension(points, 6) :: q, v, a
     real(dp) :: rate(points, 1), cosine
-    type(driven_type) :: driven
+    type(driven_type) :: driven(points)
+    type(space_load_type), allocatable :: loads(:)
     integer :: k
 
     call self%motion%values([(real(k - 1, dp) / points, k = 1, points)], q, v, a)
@@ -126,8 +138,8 @@ contains
     a = a * (2 * pi / self%period)**2
     do k = 1, points
       call follow_frame(self%space%drive, self%speed, a(k, in_frame(:3)), reshape([q(k, in_frame(4:)), v(k, in_frame(4:)), &
-        & a(k, in_frame(4:))], [3, 3]), driven%moved, driven%turn)
-      rate(k, 1) = driven%turn%chi(1) * self%mechanism%turns
+        & a(k, in_frame(4:))], [3, 3]), driven(k)%moved, driven(k)%turn)
+      rate(k, 1) = driven(k)%turn%chi(1) * self%mechanism%turns
       self%motor_torque = self%motor_torque + mounting_power(self, q(k, in_frame), v(k, in_frame)) &
         & / (points * self%speed * self%mechanism%turns)
     end do
@@ -144,6 +156,17 @@ contains
       end associate
     end do
     call self%flywheel_series%tabulate()
+    if (.not. self%loads_act()) return
+    allocate(loads(count_loads(self%space%planes)))
+    associate (lags => self%lag([(real(k - 1, dp) / points, k = 1, points)]), turns => self%mechanism%turns)
+      do k = 1, points
+        call find_loads(self%space%planes, sign(2 * pi, self%speed) * (k - 1) / points - lags(k, 1) / turns, loads)
+        associate (moved => driven(k)%moved)
+          self%motor_torque = self%motor_torque - load_power(loads, moved%rotation, moved%rate + self%drift / turns, &
+            & v(k, in_frame(:3)), moved%w) / (points * self%speed * turns)
+        end associate
+      end do
+    end associate
   end subroutine spin_flywheel
 
   !> Argument `lag` of `follow_frame` at phases of the period, shape (phases, 3). Columns: angle chi by which the drive lags
@@ -262,7 +285,29 @@ contains
       r(:, 3) = r(:, 3) - frame%weights%moment(turn, at%s_1)
       c(:, 3, 3) = c(:, 3, 3) + frame%weights%moment_stiffness(turn, at%s_2)
     end if
+    if (frame%loads_act()) call subtract_loads(frame, phases, q(:, 3), turn, r, c)
   end subroutine vary_inertia
+
+  !> Subtracts the forces of the loads from the left sides r, and their derivatives from c. `psi`: rotation of the frame. `turn`:
+  !> E = exp(i psi).
+  pure subroutine subtract_loads(frame, phases, psi, turn, r, c)
+    type(varied_frame_type), intent(in) :: frame
+    real(dp), intent(in) :: phases(:), psi(:)
+    complex(dp), intent(in) :: turn(:)
+    real(dp), intent(inout) :: r(:, :), c(:, :, :)
+    type(load_sums_type) :: sums(size(phases))
+    type(load_effect_type) :: effect
+    integer :: k
+
+    associate (part => part_of_turn(frame%mechanism, frame%uniform_in_space()))
+      call frame%mechanism%sum_loads(frame%crank_angles(phases) - part * psi, frame%origin, sums)
+      do k = 1, size(phases)
+        effect = effect_of(sums(k), turn(k), part)
+        r(k, :) = r(k, :) - effect%force
+        c(k, :, 3) = c(k, :, 3) - effect%force_psi
+      end do
+    end associate
+  end subroutine subtract_loads
 
   !> True for each pair of free degrees of freedom that the equations couple. Usually a rotation counts as coupled to all other
   !> degrees of freedom, and displacements count as coupled if the equations about rest couple them. If only some degrees of freedom

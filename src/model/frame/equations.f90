@@ -1,12 +1,15 @@
 !> Equations (9) to (12) of doc/theory.md: matrices and load of a frame in the plane with its mechanism, linearised about rest.
 module gestell_model_frame_equations
   use gestell_base_kinds, only: dp, pi
-  use gestell_model_mechanism, only: a1_d, a1_dd, a1_v, a2_d, a2_dd, a2_v, a3_d, a3_v, mechanism_type, table_columns
-  use gestell_model_mechanism_held, only: tabulate_effective
+  use gestell_model_mechanism, only: a1_d, a1_dd, a1_v, a2_d, a2_dd, a2_v, a3_d, a3_v, load_sums_type, mechanism_type, &
+    & table_columns
+  use gestell_model_mechanism_loads, only: effect_of, load_effect_type
+  use gestell_model_mounting_weights, only: weights_type
+  use gestell_model_mechanism_held, only: part_of_turn, tabulate_effective
   implicit none (type, external)
   private
 
-  public :: cancellation, mass_matrix, set_load, set_matrices
+  public :: add_loads, add_weights, all_connected, cancellation, mass_matrix, set_load, set_matrices
 
 contains
 
@@ -98,11 +101,71 @@ contains
     end associate
   end subroutine set_load
 
+  !> Adds the loads (forces and moments between links, frame and ground) to the matrix C and the load h.
+  pure subroutine add_loads(mechanism, origin, motor_torque, part, angles, free, c, h)
+    class(mechanism_type), intent(in) :: mechanism
+    !> `origin`: origin of the mechanism relative to the frame's centre of mass (m). `motor_torque`: mean torque of a flywheel's
+    !> motor (N m). `part`: factor p in the crank angle phi = Omega t - p psi
+    real(dp), intent(in) :: origin(2), motor_torque, part, angles(:)
+    integer, intent(in) :: free(:)
+    real(dp), contiguous, intent(inout) :: c(:, :, :)
+    real(dp), contiguous, intent(inout), optional :: h(:, :)
+    type(load_sums_type) :: sums(size(angles))
+    type(load_effect_type) :: effect
+    integer :: k, psi
+
+    psi = findloc(free, 3, dim=1)
+    call mechanism%sum_loads(angles, origin, sums)
+    do k = 1, size(angles)
+      effect = effect_of(sums(k), (1.0_dp, 0.0_dp), part)
+      effect%force(3) = effect%force(3) - motor_torque
+      if (present(h)) h(k, :) = h(k, :) + effect%force(free)
+      if (psi > 0) c(k, :, psi) = c(k, :, psi) - effect%force_psi(free)
+    end do
+  end subroutine add_loads
+
+  !> Adds the moment of the weights to row `psi` of the matrix C and the load h. If the crank angle lags by p psi,
+  !> the first moment of the masses is S + i p S'. Its derivative with respect to psi involves S + 2 i p S' - p^2 S''.
+  pure subroutine add_weights(weights, moment, part, table, psi, c, h)
+    type(weights_type), intent(in) :: weights
+    !> `moment`: first moment of the mechanism's mass at its origin (kg m). `part`: factor p. `table`: effective mass functions,
+    !> shape (angles, table_columns)
+    real(dp), intent(in) :: moment(2), part
+    real(dp), contiguous, intent(in) :: table(:, :)
+    integer, intent(in) :: psi
+    real(dp), contiguous, intent(inout) :: c(:, :, :)
+    real(dp), contiguous, intent(inout), optional :: h(:, :)
+    complex(dp), parameter :: i = (0.0_dp, 1.0_dp)
+    complex(dp) :: unbalance(size(table, 1)), rest
+
+    associate (g => weights%gravity_in_plane(), mean => weights%mean)
+      rest = cmplx(moment(1), moment(2), dp) - cmplx(mean(1), mean(2), dp)
+      unbalance = cmplx(table(:, a1_v), table(:, a2_v), dp) + rest
+      c(:, psi, psi) = c(:, psi, psi) + real(conjg(unbalance + i * part * cmplx(table(:, a1_d), table(:, a2_d), dp)) * g)
+      if (present(h)) h(:, psi) = h(:, psi) + aimag(conjg(unbalance) * g)
+    end associate
+  end subroutine add_weights
+
+  !> True if the first degree of freedom is coupled to all others, directly or through other degrees of freedom.
+  pure logical function all_connected(coupled)
+    logical, intent(in) :: coupled(:, :)
+    logical :: reached(size(coupled, 1))
+    integer :: i, k
+
+    reached = coupled(:, 1)
+    do i = 2, size(reached)
+      do k = 2, size(reached)
+        if (reached(k)) reached = reached .or. coupled(:, k)
+      end do
+    end do
+    all_connected = all(reached)
+  end function all_connected
+
   !> Measures how strongly the terms of the load cancel (dimensionless): the largest sum of their absolute values, divided by the
   !> largest load, minus 1. The value 0 means that nothing cancels. The maxima are over the degrees of freedom `free`. To make
   !> forces and moments comparable, forces are divided by the square root of the machine's mass, moments by the square root of its
   !> moment of inertia.
-  real(dp) function cancellation(mechanism, free, origin, mass, inertia, uniform_in_space)
+  real(dp) function cancellation(mechanism, free, origin, mass, inertia, uniform_in_space, speed)
     class(mechanism_type), intent(in) :: mechanism
     integer, intent(in) :: free(:)
     !> `origin`: origin of the mechanism relative to the frame's centre of mass (m). `mass` (kg), `inertia` (kg m^2): mass and
@@ -110,14 +173,25 @@ contains
     real(dp), intent(in) :: origin(2), mass, inertia
     !> True if the crank turns uniformly relative to the ground, false if it turns uniformly relative to the frame
     logical, intent(in) :: uniform_in_space
+    !> Crank speed (rad/s) at which loads (forces and moments between links, frame and ground) are added to the inertia forces
+    real(dp), intent(in) :: speed
     integer, parameter :: angles = 16
     real(dp) :: effective(angles, table_columns), load(angles, 3), h(angles, size(free)), terms(3), weights(3), maximum
+    type(load_sums_type) :: sums(angles)
     integer :: i
 
     cancellation = 0
     if (.not. any(mechanism%terms > 0)) return
     call tabulate_effective(mechanism, origin, uniform_in_space, [(2 * pi * i / angles, i = 1, angles)], effective, load)
     call set_load(free, 1.0_dp, origin, load, h)
+    if (mechanism%load_order >= 0) then
+      call mechanism%sum_loads([(2 * pi * i / angles, i = 1, angles)], origin, sums)
+      associate (effects => effect_of(sums, (1.0_dp, 0.0_dp), part_of_turn(mechanism, uniform_in_space)))
+        do i = 1, size(free)
+          h(:, i) = h(:, i) + effects%force(free(i)) / speed**2
+        end do
+      end associate
+    end if
     terms = mechanism%terms(:3)
     terms(3) = abs(origin(1)) * terms(2) + abs(origin(2)) * terms(1) + terms(3)
     weights = 1 / sqrt(max(tiny(1.0_dp), inertia + mechanism%inertia))

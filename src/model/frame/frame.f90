@@ -5,8 +5,9 @@ module gestell_model_frame
   use gestell_base_kinds, only: dp, pi
   use gestell_model_mechanism_held, only: check_held, part_of_turn, tabulate_effective
   use gestell_model_frame_data, only: check_frame_data, check_free, check_turning
-  use gestell_model_frame_equations, only: cancellation, mass_matrix, set_load, set_matrices
-  use gestell_model_mechanism, only: a1_d, a1_v, a2_d, a2_v, mechanism_type, table_columns
+  use gestell_model_frame_equations, only: add_loads, add_weights, all_connected, cancellation, mass_matrix, set_load, set_matrices
+  use gestell_model_mechanism, only: mechanism_type, table_columns
+  use gestell_model_mechanism_loads, only: mean_load_torque
   use gestell_model_mechanism_mean_moment, only: average_masses
   use gestell_model_mounting, only: is_rotation, load_matrix, load_rounding, support_type
   use gestell_model_mounting_mounted, only: mounted_system
@@ -34,8 +35,8 @@ module gestell_model_frame
     character(len=8) :: held_by = "motor"
     !> Moment of inertia of the flywheel in addition to that of the links (kg m^2); 0 if unknown.
     real(dp) :: flywheel_inertia = 0
-    !> Mean torque of the motor (N m) if the motor stands on the frame and drives a flywheel; in all other cases 0. Only the exact
-    !> frame uses this torque: in the equations linearised about rest it is 0.
+    !> Mean torque of the motor (N m) if the motor stands on the frame and drives a flywheel; in all other cases 0. In the equations
+    !> linearised about rest it is 0 unless loads act.
     real(dp) :: motor_torque = 0
     class(mechanism_type), allocatable :: mechanism
     !> The mechanisms of a frame in space, which replace `mechanism` and `origin`. Not allocated for a frame in the plane. See
@@ -48,7 +49,7 @@ module gestell_model_frame
     !> True if the equations are linearised about rest, false if they are linearised about a motion.
     logical :: about_rest = .true.
   contains
-    procedure :: matrices, load, sample_second_order, sample_at_rest, crank_angles, uniform_in_space, remember
+    procedure :: matrices, load, sample_second_order, sample_at_rest, crank_angles, uniform_in_space, loads_act, remember
     procedure :: weigh => add_gravity
     procedure :: coupled, check, averaged, mean_matrices, natural_frequencies, conserves, ground_forces, dofs
     procedure :: run_at, drive_speed, drive_rpm, degrees_per_period
@@ -112,8 +113,11 @@ contains
     ! there.
     frame%rounding = epsilon(1.0_dp) / frame%mechanism%angle_scale**2
     frame%load_rounding = min(1.0_dp, share * frame%rounding * cancellation(frame%mechanism, frame%free, origin, mass, inertia, &
-      & frame%uniform_in_space()))
+      & frame%uniform_in_space(), speed))
     frame%least_steps = max(8, ceiling(2 * pi / frame%mechanism%angle_scale))
+    if (frame%loads_act()) frame%least_steps = max(frame%least_steps, ceiling(2 * pi * frame%mechanism%load_order))
+    if (frame%loads_act() .and. frame%held_by == "flywheel") frame%motor_torque = -mean_load_torque(frame%mechanism, origin) &
+      & / frame%mechanism%turns
     if (present(gravity)) call frame%weigh([gravity, 0.0_dp], error)
   end subroutine new_frame
 
@@ -213,8 +217,6 @@ contains
     real(dp), contiguous, intent(out) :: m(:, :, :), b(:, :, :), c(:, :, :)
     real(dp), contiguous, intent(out), optional :: h(:, :)
     real(dp) :: effective(size(angles), table_columns), load(size(angles), 3), slope(size(angles)), part
-    complex(dp) :: unbalance(size(angles)), rest
-    complex(dp), parameter :: i = (0.0_dp, 1.0_dp)
     integer :: psi
 
     if (allocated(self%space)) then
@@ -227,17 +229,19 @@ contains
     psi = findloc(free, 3, dim=1)
     if (self%uniform_in_space() .and. psi > 0) c(:, psi, psi) = c(:, psi, psi) - self%speed**2 * slope
     if (present(h)) call set_load(free, self%speed, self%origin, load, h)
-    if (.not. self%weights%act .or. psi == 0) return
-    ! If the crank angle lags by p psi, the first moment of the masses is S + i p S'. Its derivative with respect to psi
-    ! involves S + 2 i p S' - p^2 S''.
-    associate (g => self%weights%gravity_in_plane(), mean => self%weights%mean)
-      part = part_of_turn(self%mechanism, self%uniform_in_space())
-      rest = self%mechanism%mass * cmplx(self%origin(1), self%origin(2), dp) - cmplx(mean(1), mean(2), dp)
-      unbalance = cmplx(effective(:, a1_v), effective(:, a2_v), dp) + rest
-      c(:, psi, psi) = c(:, psi, psi) + real(conjg(unbalance + i * part * cmplx(effective(:, a1_d), effective(:, a2_d), dp)) * g)
-      if (present(h)) h(:, psi) = h(:, psi) + aimag(conjg(unbalance) * g)
-    end associate
+    part = part_of_turn(self%mechanism, self%uniform_in_space())
+    if (self%loads_act()) call add_loads(self%mechanism, self%origin, self%motor_torque, part, angles, free, c, h)
+    if (self%weights%act .and. psi > 0) call add_weights(self%weights, self%mechanism%mass * self%origin, part, effective, psi, c, &
+      & h)
   end subroutine sample_at_rest
+
+  !> True if loads (forces and moments between links, frame and ground) move the frame. If a motor on the frame holds the speed,
+  !> loads between links and frame only change the driving torque.
+  pure logical function loads_act(self)
+    class(frame_type), intent(in) :: self
+
+    loads_act = self%mechanism%load_order >= 0 .and. (self%uniform_in_space() .or. self%mechanism%has_ground_loads)
+  end function loads_act
 
   !> True if the crank turns uniformly relative to the ground, false if it turns uniformly relative to the frame.
   pure logical function uniform_in_space(self)
@@ -328,25 +332,11 @@ contains
     end do
   end function connections
 
-  !> True if the first degree of freedom is coupled to all others, directly or through other degrees of freedom.
-  pure logical function all_connected(coupled)
-    logical, intent(in) :: coupled(:, :)
-    logical :: reached(size(coupled, 1))
-    integer :: i, k
-
-    reached = coupled(:, 1)
-    do i = 2, size(reached)
-      do k = 2, size(reached)
-        if (reached(k)) reached = reached .or. coupled(:, k)
-      end do
-    end do
-    all_connected = all(reached)
-  end function all_connected
-
   !> Computes the model with the matrices M, B and C averaged over the period, and bounds on its rounding errors. The periodic
   !> parts of B and C in (10) and (11) are derivatives with respect to the crank angle, so their means are zero. The mean of the
   !> periodic part of the moment of the weights is zero as well. Hence the mean of B is the damping of the mounting. The mean of C
-  !> is the stiffness of the mounting, plus the contribution of the weights when the frame is at rest.
+  !> is the stiffness of the mounting, plus the contribution of the weights when the frame is at rest. Loads against the ground have
+  !> a mean stiffness too.
   subroutine averaged(self, model)
     class(frame_type), intent(in) :: self
     type(averaged_system), intent(out) :: model
@@ -354,7 +344,7 @@ contains
     real(dp) :: moved(3, 3)
 
     call average(self, model)
-    if (allocated(self%space)) return
+    if (allocated(self%space) .or. self%mechanism%has_ground_loads) return
     moved = -reshape([self%mass, 0.0_dp, 0.0_dp, 0.0_dp, self%mass, 0.0_dp, 0.0_dp, 0.0_dp, self%inertia], [3, 3])
     moved(self%free, self%free) = moved(self%free, self%free) + model%m
     moved = term_size(moved)
@@ -384,6 +374,7 @@ contains
     m = sum(all_m, dim=1) / angles
     c = self%rest_stiffness()
     c = c(free, free)
+    if (self%mechanism%has_ground_loads) c = sum(all_c, dim=1) / angles
     g = 0 * m
     if (.not. allocated(self%space)) return
     all_b = all_b - spread(self%damping(free, free), 1, angles)
@@ -426,6 +417,7 @@ contains
       ! If the frame rotates, dampers along its other degrees of freedom act too.
       if (any(is_rotation(free))) conserves = conserves &
         & .and. .not. any([(self%supports(i)%damping > 0, i = 1, size(self%supports))])
+      conserves = conserves .and. .not. self%mechanism%has_ground_loads
       if (.not. (allocated(self%space) .and. conserves)) return
       conserves = .not. self%uniform_in_space()
       if (conserves .and. self%about_rest .and. count(is_rotation(free)) > 1) conserves = is_gyroscopic(self, chosen)

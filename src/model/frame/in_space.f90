@@ -7,8 +7,10 @@ module gestell_model_frame_in_space
   use gestell_model_frame_data, only: check_free
   use gestell_model_frame, only: frame_type
   use gestell_model_linkage, only: linkage_type
+  use gestell_model_linkage_load, only: frame_body
   use gestell_model_mechanism_held, only: check_jumps
   use gestell_model_space_drive, only: drive_type
+  use gestell_model_space_loads, only: mean_load_torque
   use gestell_model_space_masses, only: plane_type
   use gestell_model_mounting, only: support_type
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
@@ -81,24 +83,28 @@ contains
     if (allocated(error)) return
     frame%space%drive%turns = frame%mechanism%turns
     frame%held_by = frame%space%drive%held_by
+    if (frame%loads_act()) frame%least_steps = max(frame%least_steps, ceiling(2 * pi * frame%mechanism%load_order))
+    if (frame%loads_act() .and. frame%held_by == "flywheel") frame%space%motor_torque = -mean_load_torque(frame%space%planes, &
+      & 4 * frame%least_steps) / frame%mechanism%turns
     frame%flywheel_inertia = frame%space%drive%flywheel_inertia
     frame%inertia = inertia(3, 3)
     if (size(planes) > 0) frame%shaft_axes = planes(1)%axes
     frame%mechanism_distance = maxval([(norm2(planes(i)%origin), i = 1, size(planes))])
     frame%free = free
     frame%states = 2 * size(free)
-    frame%load_rounding = min(1.0_dp, share * frame%rounding * frame%space%cancellation(frame%mass, free))
+    frame%load_rounding = min(1.0_dp, share * frame%rounding * frame%space%cancellation(frame%mass, frame%speed, &
+      & free))
   end subroutine put_in_space
 
   !> Splits a linkage by planes: plane 0, which is the plane of the frame, and the planes given by `origins` and `axes`. Each part
-  !> gets all joints, but only the links that move in its plane. Planes without links are omitted.
+  !> gets all joints, but only the links that move in its plane and the loads on them. Planes without links are omitted.
   subroutine split_into_planes(linkage, origin, origins, axes, planes)
     type(linkage_type), intent(in) :: linkage
     !> `origin`: origin of plane 0 relative to the frame's centre of mass (m). `origins`: origins of the other planes relative to
     !> `origin` (m), shape (3, planes). `axes`: axes of the other planes as columns, shape (3, 3, planes)
     real(dp), intent(in) :: origin(3), origins(:, :), axes(:, :, :)
     type(plane_type), allocatable, intent(out) :: planes(:)
-    integer :: k, n
+    integer :: i, k, n
 
     allocate(planes(count([(any(linkage%links%plane == k), k = 0, size(origins, 2))])))
     n = 0
@@ -109,6 +115,17 @@ contains
       if (any(linkage%links%plane /= k)) then
         planes(n)%linkage%links = pack(linkage%links, linkage%links%plane == k)
         planes(n)%linkage%prepared = .false.
+      end if
+      if (allocated(linkage%loads)) then
+        ! loads on the frame belong to no plane
+        planes(n)%linkage%loads = pack(linkage%loads, merge(n == 1, linkage%loads%plane == k, linkage%loads%on == frame_body))
+        ! links are numbered anew
+        do i = 1, size(planes(n)%linkage%loads)
+          associate (load => planes(n)%linkage%loads(i), in_plane => linkage%links%plane == k)
+            load%on = min(load%on, count(in_plane(:load%on)))
+            load%against = min(load%against, count(in_plane(:load%against)))
+          end associate
+        end do
       end if
       planes(n)%origin = origin
       if (k == 0) cycle

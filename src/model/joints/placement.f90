@@ -12,6 +12,8 @@ module gestell_model_joints_placement
     !> `ratio`/`denominator`: turns of the crank per turn of the drive. `plane`: number of the mechanism's plane; 0 is the plane of
     !> the frame.
     integer :: ratio = 1, denominator = 1, plane = 0
+    !> Whole turns of the crank that are added to the crank angle of loads that repeat only after several turns.
+    integer :: load_turns = 0
   contains
     procedure :: point, vector
   end type placement_type

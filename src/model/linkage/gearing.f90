@@ -1,8 +1,10 @@
-!> Period of a linkage in which at least one crank does not turn a whole number of times per turn of the drive.
+!> Period of a linkage in which at least one crank does not turn, or one load does not repeat, a whole number of times per turn of
+!> the drive.
 module gestell_model_linkage_gearing
   use gestell_math_rational, only: common_multiple
   use gestell_model_joints_joint, only: named_joint_type
   use gestell_model_joints_types_crank, only: crank_joint
+  use gestell_model_linkage_load, only: load_type
   implicit none (type, external)
   private
 
@@ -13,13 +15,14 @@ module gestell_model_linkage_gearing
 
 contains
 
-  !> Finds the smallest number of turns of the drive after which all cranks are back at their initial angles. The linkage's crank
-  !> angle is then redefined as the angle of a shaft that turns once in this period, so that every crank turns a whole number of
-  !> times.
-  pure subroutine gear(joints, turns, crank_turns, joint)
+  !> Finds the smallest number of turns of the drive after which all cranks are back at their initial angles and all loads repeat.
+  !> The linkage's crank angle is then redefined as the angle of a shaft that turns once in this period, so that every crank turns,
+  !> and every load repeats, a whole number of times.
+  pure subroutine gear(joints, loads, turns, crank_turns, joint)
     type(named_joint_type), intent(inout) :: joints(:)
-    !> `turns`: number of turns of the drive in the period. `joint`: index of a joint whose ratio would require too many turns; 0 if
-    !> there is no such joint
+    type(load_type), intent(inout) :: loads(:)
+    !> `turns`: number of turns of the drive in the period. `joint`: index of a joint whose ratio would require too many turns, or
+    !> number of joints plus index of such a load; 0 if there is none
     integer, intent(out) :: turns, joint
     !> Number of turns of each crank in the period, regardless of direction; allocated if `turns` > 1
     integer, allocatable, intent(out) :: crank_turns(:)
@@ -31,6 +34,10 @@ contains
       type is (crank_joint)
         turns = common_multiple(turns, crank%denominator)
       end select
+      if (turns > max_turns) return
+    end do
+    do joint = size(joints) + 1, size(joints) + size(loads)
+      turns = common_multiple(turns, loads(joint - size(joints))%denominator)
       if (turns > max_turns) return
     end do
     do joint = 1, size(joints)
@@ -49,6 +56,9 @@ contains
         if (turns > 1) crank_turns = [crank_turns, abs(crank%ratio)]
       end select
     end do
+    loads%ratio = loads%ratio * (turns / loads%denominator)
+    loads%denominator = 1
+    if (turns > 1) crank_turns = [crank_turns, abs(loads%ratio)]
   end subroutine gear
 
 end module gestell_model_linkage_gearing

@@ -49,8 +49,9 @@ module gestell_model_linkage_load
     !> If allocated, `force` is computed from this cycle times `scale` when the linkage is prepared.
     type(gas_type), allocatable :: gas
     real(dp) :: scale = 1
-    !> For a frame in space only: position along the normal of the plane (m), and number of the plane.
-    real(dp) :: z = 0
+    !> For a frame in space only: position along the normal of the plane (m), and number of the plane. `vector`: direction of a
+    !> load on the frame, if it is not given by `angle`.
+    real(dp) :: z = 0, vector(3) = 0
     integer :: plane = 0
   contains
     procedure :: highest_order

@@ -3,7 +3,7 @@
 module gestell_model_mechanism_tabulated
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
-  use gestell_model_mechanism, only: drive_columns, mass_functions_type, mechanism_type, table_columns
+  use gestell_model_mechanism, only: drive_columns, load_sums_type, mass_functions_type, mechanism_type, table_columns
   implicit none (type, external)
   private
 
@@ -24,7 +24,7 @@ module gestell_model_mechanism_tabulated
     class(mechanism_type), allocatable :: source
     type(table_type), allocatable, private :: tables(:)
   contains
-    procedure :: remember, set_drive_functions, mass_functions, tabulate, tabulate_drive, prepare, link_offset
+    procedure :: remember, set_drive_functions, mass_functions, tabulate, tabulate_drive, sum_loads, prepare, link_offset
   end type tabulated_type
 
 contains
@@ -136,6 +136,8 @@ contains
     self%angle_scale = self%source%angle_scale
     self%terms = self%source%terms
     self%turns = self%source%turns
+    self%load_order = self%source%load_order
+    self%has_ground_loads = self%source%has_ground_loads
     if (allocated(self%source%crank_turns)) self%crank_turns = self%source%crank_turns
     if (allocated(self%source%kinks)) self%kinks = self%source%kinks
     self%jumps = self%source%jumps
@@ -157,5 +159,14 @@ contains
       call self%source%tabulate_drive(angles, table, known)
     end if
   end subroutine tabulate_drive
+
+  !> Sums the loads, which are in no table.
+  pure subroutine sum_loads(self, angles, origin, sums)
+    class(tabulated_type), intent(in) :: self
+    real(dp), intent(in) :: angles(:), origin(2)
+    type(load_sums_type), intent(out) :: sums(:)
+
+    call self%source%sum_loads(angles, origin, sums)
+  end subroutine sum_loads
 
 end module gestell_model_mechanism_tabulated

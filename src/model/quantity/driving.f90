@@ -32,13 +32,16 @@
 !>
 !> and the balance of the equations linearised about rest has a remainder of third order. The power that reaches crank and flywheel
 !> is M_d Omega minus the power that the motor's torque delivers to the rotating frame.
+!>
+!> Loads (gestell_model_mechanism_loads) reduce M_d by their torque on the crank, and their power enters the balance.
 module gestell_model_quantity_driving
   use gestell_base_kinds, only: dp
   use gestell_model_frame, only: frame_type
   use gestell_model_quantity_driving_in_space, only: drive_power_in_space, torque_roundings
   use gestell_model_mechanism_held, only: part_of_turn
+  use gestell_model_mechanism_loads, only: effect_of, load_effect_type, power_of_loads
   use gestell_model_mechanism, only: a1_d, a1_dd, a1_v, a2_d, a2_dd, a2_v, a3_d, a3_dd, a3_v, a4_v, drive_columns, energy_d, &
-    & energy_dd, energy_v, spin_v, table_columns
+    & energy_dd, energy_v, load_sums_type, spin_v, table_columns
   implicit none (type, external)
   private
 
@@ -46,8 +49,9 @@ module gestell_model_quantity_driving
 
   !> Rows of `power`. `torque`: torque on the crank (N m), counter-clockwise positive. `rigid_torque`: torque on the crank if the
   !> frame were rigid (N m). `drive_watts`: power of the drive (W). `damper_watts`: power dissipated by the dampers (W).
-  !> `stored_energy`: energy of mechanism, frame and springs (J).
-  integer, parameter, public :: torque = 1, rigid_torque = 2, drive_watts = 3, damper_watts = 4, stored_energy = 5, power_rows = 5
+  !> `stored_energy`: energy of mechanism, frame and springs (J). `load_watts`: power of the loads (W).
+  integer, parameter, public :: torque = 1, rigid_torque = 2, drive_watts = 3, damper_watts = 4, stored_energy = 5, &
+    & load_watts = 6, power_rows = 6
 
 contains
 
@@ -56,7 +60,7 @@ contains
     class(frame_type), intent(in) :: frame
     !> `phases`: phases of the period. `motion`: q, q', q'' at these phases, shape (9, phases) in the plane, (18, phases) in space
     real(dp), contiguous, intent(in) :: phases(:), motion(:, :)
-    !> The computed rows `torque` to `stored_energy`, shape (power_rows, phases)
+    !> The computed rows `torque` to `load_watts`, shape (power_rows, phases)
     real(dp), intent(out) :: power(:, :)
     !> False if the mechanism has no data on its kinetic energy; `power` is 0 in this case
     logical, intent(out) :: known
@@ -65,6 +69,8 @@ contains
     !> Error bound of the torque (N m) due to `errors` and rounding errors
     real(dp), intent(out), optional :: torque_error
     real(dp), allocatable :: masses(:, :), drive(:, :)
+    type(load_sums_type), allocatable :: loads(:)
+    type(load_effect_type) :: effect
     real(dp) :: spin, spin_d, inertia, inertia_d, inertia_dd, rate, by_turn, by_rate, even, terms
     complex(dp) :: origin, s, s_d, s_dd, u_d, u_dd, e(3)
     complex(dp), parameter :: i = (0.0_dp, 1.0_dp)
@@ -82,14 +88,18 @@ contains
     call frame%mechanism%tabulate(frame%crank_angles(phases), masses)
     call frame%mechanism%tabulate_drive(frame%crank_angles(phases), drive, known)
     if (.not. known) return
+    allocate(loads(size(phases)))
+    call frame%mechanism%sum_loads(frame%crank_angles(phases), frame%origin, loads)
     do k = 1, size(phases)
-      power(rigid_torque, k) = frame%speed**2 * drive(k, energy_d) / 2
+      effect = effect_of(loads(k), (1.0_dp, 0.0_dp), even)
+      power(rigid_torque, k) = frame%speed**2 * drive(k, energy_d) / 2 - effect%torque
       if (frame%weights%act) power(rigid_torque, k) = power(rigid_torque, k) &
         & + frame%weights%torque((1.0_dp, 0.0_dp), cmplx(masses(k, a1_d), masses(k, a2_d), dp))
     end do
     if (frame%uniform_in_space()) then
       call frame%mechanism%tabulate(frame%crank_angles(phases) - even * motion(3, :), masses)
       call frame%mechanism%tabulate_drive(frame%crank_angles(phases) - even * motion(3, :), drive, known)
+      call frame%mechanism%sum_loads(frame%crank_angles(phases) - even * motion(3, :), frame%origin, loads)
     end if
     origin = cmplx(frame%origin(1), frame%origin(2), dp)
     associate (omega => frame%speed, mass => frame%mechanism%mass)
@@ -123,11 +133,16 @@ contains
             power(stored_energy, k) = power(stored_energy, k) + frame%weights%potential(e(3), q(3), s)
             by_turn = by_turn + frame%weights%torque(e(3), i * s_d - even * s_dd)
           end if
+          effect = effect_of(loads(k), e(1), even)
+          power(torque, k) = power(torque, k) - effect%torque
+          by_turn = by_turn - effect%torque_psi
+          power(load_watts, k) = power_of_loads(loads(k), e(1), rate, v)
           power(drive_watts, k) = omega * power(torque, k) - frame%motor_torque * v(3)
           if (present(errors) .and. present(torque_error)) then
             terms = rate**2 * max(abs(drive(k, energy_d)), frame%mechanism%terms(4)) / 2 + v(3)**2 * abs(inertia_d) / 2 &
               & + dot_product(abs(acceleration(:2)), abs([real(e(1) * s_d), aimag(e(1) * s_d)]) + frame%mechanism%terms(:2)) &
               & + abs(acceleration(3)) * (abs(spin) + even * drive(k, energy_v))
+            terms = terms + abs(effect%torque)
             if (frame%weights%act) terms = terms + norm2(frame%weights%gravity) * (abs(s_d) + norm2(frame%mechanism%terms(:2)))
             torque_error = max(torque_error, dot_product(abs([real(e(1) * s_d), aimag(e(1) * s_d)]), errors(7:8)) &
               & + abs(spin - even * drive(k, energy_v)) * errors(9) + abs(by_turn) * errors(3) + abs(by_rate) * errors(6) &

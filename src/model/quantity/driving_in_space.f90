@@ -18,9 +18,10 @@ module gestell_model_quantity_driving_in_space
   use gestell_model_space, only: in_frame, in_space
   use gestell_model_space_drive, only: driven_type, find_torque, follow_frame
   use gestell_model_space_energy, only: mounting_energy, mounting_power
+  use gestell_model_space_loads, only: count_loads, find_loads, load_power, load_torque, space_load_type
   use gestell_model_space_masses, only: masses_type
   use gestell_model_space_moving, only: find_moving, moving_type
-  use gestell_math_rotation, only: cross, turning_matrices
+  use gestell_math_rotation, only: cross, identity, turning_matrices
   implicit none (type, external)
   private
 
@@ -37,8 +38,8 @@ contains
     class(frame_type), intent(in) :: frame
     !> `phases`: phases of the period. `motion`: q, q', q'' at these phases, shape (18, phases)
     real(dp), contiguous, intent(in) :: phases(:), motion(:, :)
-    !> Rows, shape (5, phases). 1: torque on the drive's shaft (N m). 2: this torque if the frame were rigid (N m). 3: power of the
-    !> drive (W). 4: power dissipated by the dampers (W). 5: energy of mechanisms, frame and springs (J)
+    !> Rows, shape (6, phases). 1: torque on the drive's shaft (N m). 2: this torque if the frame were rigid (N m). 3: power of the
+    !> drive (W). 4: power dissipated by the dampers (W). 5: energy of mechanisms, frame and springs (J). 6: power of the loads (W)
     real(dp), intent(out) :: power(:, :)
     !> Error bounds of the rows of `motion`, shape (18)
     real(dp), intent(in), optional :: errors(:)
@@ -46,7 +47,9 @@ contains
     real(dp), intent(out), optional :: torque_error
     type(driven_type) :: driven
     type(moving_type) :: rigid
-    real(dp) :: angles(size(phases)), lag(size(phases), 3), q(6, 0:2), v(3), falling(3), by_gain(6), by_rate(6), by_place(6)
+    type(space_load_type) :: loads(count_loads(frame%space%planes))
+    real(dp) :: angles(size(phases)), lag(size(phases), 3), q(6, 0:2), v(3), falling(3), by_gain(6), by_rate(6), by_place(6), &
+      & of_loads, by_loads(3)
     type(masses_type) :: at
     logical :: has_errors
     integer :: k
@@ -71,6 +74,14 @@ contains
       call find_moving(frame%space%planes, angles(k) - driven%turn%chi(0), driven%moving)
       call find_torque(driven%turn, driven%moving, driven%moved, power(1, k), by_gain, by_rate, by_place)
       power(2, k) = frame%speed**2 * rigid%k(1) / 2 - dot_product(frame%weights%gravity, rigid%s(:, 1))
+      call find_loads(frame%space%planes, angles(k), loads)
+      call load_torque(loads, driven%turn%b, identity(), of_loads, by_loads)
+      power(2, k) = power(2, k) - of_loads
+      call find_loads(frame%space%planes, angles(k) - driven%turn%chi(0), loads)
+      call load_torque(loads, driven%turn%b, driven%moved%rotation, of_loads, by_loads)
+      power(1, k) = power(1, k) - of_loads
+      by_place(4:) = by_place(4:) - by_loads
+      power(6, k) = load_power(loads, driven%moved%rotation, driven%moved%rate, q(:3, 1), driven%moved%w)
       ! with a flywheel chi' is w n minus its mean: phi' + w n = Omega + c
       power(3, k) = power(1, k) * (driven%moved%rate + dot_product(driven%turn%b, driven%moved%w)) &
         & - dot_product(driven%moved%motor, driven%moved%w)
@@ -103,7 +114,7 @@ contains
       associate (moving => driven%moving, moved => driven%moved)
         absolute_terms = norm2(moved%a) * (norm2(moving%s(:, 1)) + of_forces) + norm2(moved%w_d) * norm2(moving%a(:, 0)) &
           & + norm2(moved%w) * norm2(matmul(moving%j(:, :, 1), moved%w)) / 2 + abs(moved%gain) * moving%k(0) &
-          & + moved%rate**2 * max(abs(moving%k(1)), of_energy) / 2
+          & + moved%rate**2 * max(abs(moving%k(1)), of_energy) / 2 + abs(of_loads)
       end associate
     end function absolute_terms
 

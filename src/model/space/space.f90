@@ -18,13 +18,14 @@
 !> these equations are (8) to (12).
 module gestell_model_space
   use gestell_base_kinds, only: dp, pi
-  use gestell_math_rotation, only: cross_matrix
+  use gestell_math_rotation, only: cross_matrix, identity
   use gestell_model_mechanism_held, only: sum_or_zero
   use gestell_model_mechanism_mean_moment, only: average_masses
   use gestell_model_mounting, only: in_frame, in_space, is_rotation
   use gestell_model_mounting_mounted, only: mounted_system
   use gestell_model_space_drive, only: add_drive, drive_type, driven_type, find_torque, follow_frame
   use gestell_model_space_masses, only: masses_type, plane_type, sum_planes
+  use gestell_model_space_loads, only: add_loads, count_loads, find_loads, space_load_type
   use gestell_model_space_moving, only: find_moving
   implicit none (type, external)
   private
@@ -47,9 +48,12 @@ module gestell_model_space
     real(dp) :: inertia(3, 3) = 0, origin(3) = 0
     type(plane_type), allocatable :: planes(:)
     type(drive_type) :: drive
+    !> Mean torque of a flywheel's motor that replaces the power of loads (forces and moments between links, frame and ground) on a
+    !> frame at rest (N m).
+    real(dp) :: motor_torque = 0
     type(table_type), allocatable, private :: tables(:)
   contains
-    procedure :: average, remember, masses_at, sample_at_rest, shake, terms, cancellation
+    procedure :: average, remember, masses_at, sample_at_rest, loads_at_rest, shake, terms, cancellation
   end type space_type
 
 contains
@@ -156,6 +160,7 @@ contains
     real(dp), contiguous, intent(out) :: m(:, :, :), b(:, :, :), c(:, :, :)
     real(dp), contiguous, intent(out), optional :: h(:, :)
     type(masses_type) :: masses
+    real(dp) :: r(6), all_c(6, 6)
     integer :: at(size(free)), place(6), i, k
 
     call self%masses_at(frame%mass, frame%speed, angles, masses)
@@ -188,7 +193,31 @@ contains
       if (frame%weights%act) call frame%weights%add_load(place(4:), masses%s(:, :, 0), h)
     end if
     if (self%drive%uniform_in_space()) call add_drive_at_rest(self, frame, angles, at, m, b, c, h)
+    if (count_loads(self%planes) > 0) then
+      do k = 1, size(angles)
+        call self%loads_at_rest(frame%speed, angles(k), r, all_c)
+        c(k, :, :) = c(k, :, :) + all_c(at, at)
+        if (present(h)) h(k, :) = h(k, :) - r(at)
+      end do
+    end if
   end subroutine sample_at_rest
+
+  !> Effect of the loads, at an angle of the drive (rad), on the left sides r of the frame at rest, and on their derivatives c with
+  !> respect to displacements and rotations, in the order (u, theta). `speed`: speed of the drive (rad/s).
+  pure subroutine loads_at_rest(self, speed, angle, r, c)
+    class(space_type), intent(in) :: self
+    real(dp), intent(in) :: speed, angle
+    real(dp), intent(out) :: r(6), c(6, 6)
+    type(space_load_type) :: loads(count_loads(self%planes))
+    type(driven_type) :: driven
+
+    call follow_frame(self%drive, speed, upright(:, 0), upright, driven%moved, driven%turn)
+    call find_loads(self%planes, angle, loads)
+    r = 0
+    c = 0
+    call add_loads(loads, driven%turn, identity(), r, c)
+    r(4:) = r(4:) + self%motor_torque * self%drive%axis
+  end subroutine loads_at_rest
 
   !> Adds the effect of a drive that turns uniformly relative to the ground to the matrices M, B, C and the load h.
   pure subroutine add_drive_at_rest(self, frame, angles, at, m, b, c, h)
@@ -262,14 +291,14 @@ contains
   !> Measures how strongly the terms of the load cancel (dimensionless): the largest sum of their absolute values, divided by the
   !> largest load for the degrees of freedom `free`, minus 1. The value 0 means that nothing cancels. To make forces and moments
   !> comparable, forces are divided by the square root of the machine's mass, moments by the square root of its moment of inertia.
-  !> `mass`: mass of the frame (kg).
-  pure real(dp) function cancellation(self, mass, free)
+  !> `mass`: mass of the frame (kg). `speed`: speed of the drive (rad/s) at which loads are added to the inertia forces.
+  pure real(dp) function cancellation(self, mass, speed, free)
     class(space_type), intent(in) :: self
-    real(dp), intent(in) :: mass
+    real(dp), intent(in) :: mass, speed
     integer, intent(in) :: free(:)
     integer, parameter :: angles = 16
     type(masses_type) :: all
-    real(dp) :: maximum, weights(6), turn(angles), loads(angles, 6)
+    real(dp) :: maximum, weights(6), turn(angles), loads(angles, 6), r(6), c(6, 6)
     integer :: i, k, at(size(free))
 
     at = in_space(free)
@@ -277,6 +306,10 @@ contains
     turn = [(2 * pi * k / angles, k = 1, angles)]
     call self%masses_at(mass, 1.0_dp, turn, all)
     call self%shake(1.0_dp, turn, loads)
+    do k = 1, merge(angles, 0, count_loads(self%planes) > 0)
+      call self%loads_at_rest(speed, turn(k), r, c)
+      loads(k, :) = loads(k, :) - r / speed**2
+    end do
     weights(:3) = 1 / sqrt(max(tiny(1.0_dp), all%mass))
     do k = 1, angles
       weights(4:) = 1 / sqrt(max(tiny(1.0_dp), [(all%j(k, i, i, 0), i = 1, 3)]))

@@ -15,7 +15,8 @@ module gestell_model_space_variation
   use gestell_model_mounting, only: damping_matrix, in_frame, in_space, stiffness_matrix, turned_loads
   use gestell_model_mounting_mounted, only: mounted_system
   use gestell_model_space, only: space_type
-  use gestell_model_space_drive, only: add_drive, drive_type, driven_type, follow_frame, shift_time
+  use gestell_model_space_drive, only: add_drive, drive_type, driven_type, follow_frame, shift_time, turn_type
+  use gestell_model_space_loads, only: add_loads, count_loads, find_loads, space_load_type
   use gestell_model_space_masses, only: masses_type
   use gestell_model_space_mounting, only: add_supports, support_force
   use gestell_model_space_moving, only: find_moving
@@ -40,6 +41,7 @@ contains
     real(dp), intent(out) :: r(:, :), m(:, :, :), b(:, :, :), c(:, :, :)
     type(masses_type) :: masses
     type(driven_type), allocatable :: driven(:)
+    type(space_load_type), allocatable :: loads(:)
     real(dp) :: motion(6, 0:2), all_r(6), all_m(6, 6), all_b(6, 6), all_c(6, 6)
     integer :: k
 
@@ -49,12 +51,15 @@ contains
     else
       call space%masses_at(frame%mass, frame%speed, angles, masses)
     end if
+    allocate(loads(count_loads(space%planes)))
     do k = 1, size(angles)
       motion = in_order(q(k, :), v(k, :), a(k, :))
       if (allocated(driven)) then
-        call vary(frame, space%drive, masses, k, motion, all_r, all_m, all_b, all_c, driven(k))
+        call find_loads(space%planes, angles(k) - driven(k)%turn%chi(0), loads)
+        call vary(frame, space%drive, masses, k, motion, all_r, all_m, all_b, all_c, driven(k), loads)
       else
-        call vary(frame, space%drive, masses, k, motion, all_r, all_m, all_b, all_c)
+        call find_loads(space%planes, angles(k), loads)
+        call vary(frame, space%drive, masses, k, motion, all_r, all_m, all_b, all_c, loads=loads)
       end if
       r(k, :) = all_r(in_space)
       m(k, :, :) = all_m(in_space, in_space)
@@ -153,7 +158,7 @@ contains
 
   !> Computes the left sides r of the exact equations of a frame and their derivatives m, b, c with respect to q'', q' and q, all in
   !> the order (u, theta).
-  pure subroutine vary(frame, drive, masses, k, q, r, m, b, c, driven)
+  pure subroutine vary(frame, drive, masses, k, q, r, m, b, c, driven, loads)
     class(mounted_system), intent(in) :: frame
     type(drive_type), intent(in) :: drive
     !> Sums over the masses at many angles; the procedure uses only the sums at angle number `k`
@@ -164,6 +169,9 @@ contains
     real(dp), intent(out) :: r(6), m(6, 6), b(6, 6), c(6, 6)
     !> State of the drive; required if the drive turns uniformly relative to the ground
     type(driven_type), intent(in), optional :: driven
+    !> Loads (forces and moments between links, frame and ground) at this angle
+    type(space_load_type), intent(in), optional :: loads(:)
+    type(turn_type) :: lag
     real(dp), dimension(3, 3) :: turn, rotation, back, s, spin, wheel, change
     real(dp), dimension(3, 3, 0:2) :: turning, varied
     real(dp), dimension(3, 0:2) :: theta, sums
@@ -210,7 +218,9 @@ contains
     if (present(driven)) then
       call add_drive(driven%turn, driven%moving, driven%moved, r, m, b, c)
       r(4:) = r(4:) + driven%moved%motor
+      lag = driven%turn
     end if
+    if (present(loads)) call add_loads(loads, lag, rotation, r, c)
     ! derivatives with respect to dtheta'', dtheta', dtheta, and the moments T^T r along the directions of theta, since some of
     ! these directions may be locked. r excludes the remaining static moment, which foundation and guides carry
     c(:, 4:) = matmul(m(:, 4:), turning(:, :, 2)) + matmul(b(:, 4:), turning(:, :, 1)) + matmul(c(:, 4:), turning(:, :, 0))

@@ -98,7 +98,8 @@ contains
 
     ! The points of the history serve as samples, together with as many points between them as the harmonics require. If the history
     ! has very many points, the harmonics are computed from separate samples.
-    samples = max(64, 2 * harmonics + 2, min(4 * frame%least_steps, max_samples))
+    samples = max(64, 2 * harmonics + 2, min(max(4 * frame%least_steps, 2 * (frame%least_steps &
+      & + frame%mechanism%load_order)), max_samples))
     if (points <= max_shared) samples = points * ceiling(samples / real(points, dp))
     numbers = 3 * frame%dofs()
     if (present(rows)) vibration%last_rows = rows

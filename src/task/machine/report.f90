@@ -19,6 +19,7 @@ module gestell_task_machine_report
   use gestell_task_stability_report, only: modulus_of, out_of_range
   use gestell_model_frame, only: frame_type, dof_names
   use gestell_model_linkage, only: linkage_type
+  use gestell_model_linkage_load, only: ground_body
   use gestell_study_vibration_analysis, only: analysis_type
   use gestell_study_frame_model, only: newton_type
   use gestell_study_vibration_free_directions, only: describe_free_directions
@@ -84,7 +85,7 @@ contains
       case default
         report = report // "  motor      on the frame: relative speed constant, torque acts on the frame" // newline
       end select
-      report = report // gravity_line(frame)
+      report = report // load_lines(frame) // gravity_line(frame)
       warnings = input_warnings(configuration)
       do while (warnings /= "")
         i = index(warnings, newline)
@@ -114,6 +115,39 @@ contains
     if (lines /= "") lines = lines // newline
     lines = lines // implausible_values(configuration%frame) // note_on_ignored_values(configuration%document)
   end function input_warnings
+
+  !> Lines on the loads: what they move depends on what keeps the speed constant.
+  function load_lines(frame) result(lines)
+    class(frame_type), intent(in) :: frame
+    character(len=:), allocatable :: lines, within, outside
+    integer :: i
+
+    lines = ""
+    within = ""
+    outside = ""
+    select type (mechanism => frame%mechanism)
+    type is (linkage_type)
+      if (.not. allocated(mechanism%loads)) return
+      do i = 1, size(mechanism%loads)
+        associate (load => mechanism%loads(i))
+          if (load%against == ground_body) outside = outside // ", " // load%name
+          if (load%against /= ground_body) within = within // ", " // load%name
+        end associate
+      end do
+    end select
+    if (within /= "") then
+      lines = "  load       " // within(3:) // ": within the machine; changes the driving torque"
+      select case (frame%held_by)
+      case ("flywheel")
+        lines = lines // ", whose fluctuation moves the frame" // newline
+      case ("outside")
+        lines = lines // ", and all of this change acts on the frame" // newline
+      case default
+        lines = lines // ", does not move the frame" // newline
+      end select
+    end if
+    if (outside /= "") lines = lines // "  load       " // outside(3:) // ": against the ground; moves the frame" // newline
+  end function load_lines
 
   !> Lines on gravity, total weight and, in space, static deflection; empty if there is no gravity.
   pure function gravity_line(frame) result(line)

@@ -3,7 +3,7 @@ module gestell_task_power_drive
   use gestell_base_error, only: error_type
   use gestell_math_series_fourier, only: fourier_series, fourier_type
   use gestell_base_kinds, only: dp
-  use gestell_model_quantity_driving, only: damper_watts, drive_power, drive_watts, power_rows, rigid_torque, torque
+  use gestell_model_quantity_driving, only: damper_watts, drive_power, drive_watts, load_watts, power_rows, rigid_torque, torque
   use gestell_model_frame, only: frame_type
   use gestell_model_quantity_rows, only: accelerations, rows_of
   use gestell_task_power_flywheel, only: find_fluctuation, fluctuation_type
@@ -31,9 +31,9 @@ module gestell_task_power_drive
     type(torque_type) :: actual, rigid
     !> Error bound of the peak torque of the drive on the vibrating frame (N m)
     real(dp) :: peak_error = 0
-    !> `drive_mean`: mean power of the drive (W). `dampers_mean`: mean power that the dampers absorb (W). `maximum`: magnitude of
-    !> the peak torque times the drive speed (W)
-    real(dp) :: drive_mean = 0, dampers_mean = 0, maximum = 0
+    !> `drive_mean`: mean power of the drive (W). `dampers_mean`: mean power that the dampers absorb (W). `loads_mean`: mean power
+    !> of the loads (W). `maximum`: magnitude of the peak torque times the drive speed (W)
+    real(dp) :: drive_mean = 0, dampers_mean = 0, loads_mean = 0, maximum = 0
     !> Fluctuation of the drive speed. Allocated only if the input gives the moment of inertia of a flywheel
     type(fluctuation_type), allocatable :: fluctuation
   contains
@@ -68,6 +68,7 @@ contains
         & torque_error)
       drive%drive_mean = sum(samples(drive_watts, :)) / n
       drive%dampers_mean = sum(samples(damper_watts, :)) / n
+      drive%loads_mean = sum(samples(load_watts, :)) / n
     end associate
     ! The linkage's crank angle is that of a shaft that makes one turn in the period. The drive turns faster than this shaft; its
     ! power is the same.
@@ -100,13 +101,13 @@ contains
     between = series%beyond()
   end subroutine compute_torque
 
-  !> Magnitude of the difference between the mean powers of drive and dampers, relative to the maximum power of the drive. Without
-  !> numerical errors it would be zero.
+  !> Magnitude of the difference between the mean powers of drive and loads and that of the dampers, relative to the
+  !> maximum power of the drive. Without numerical errors it would be zero.
   pure real(dp) function defect(self)
     class(drive_type), intent(in) :: self
 
     defect = 0
-    if (self%maximum > 0) defect = abs(self%drive_mean - self%dampers_mean) / self%maximum
+    if (self%maximum > 0) defect = abs(self%drive_mean + self%loads_mean - self%dampers_mean) / self%maximum
   end function defect
 
   !> True if all results for the drive are finite.

@@ -5,7 +5,7 @@ module gestell_task_power
   use gestell_base_text, only: concise, either, newline
   use gestell_input_namelist_document, only: group_named
   use gestell_input_namelist_message, only: input_error
-  use gestell_model_quantity_driving, only: damper_watts, drive_watts, rigid_torque, stored_energy, torque
+  use gestell_model_quantity_driving, only: damper_watts, drive_watts, load_watts, rigid_torque, stored_energy, torque
   use gestell_model_quantity_rows, only: accelerations
   use gestell_model_mechanism, only: drive_columns
   use gestell_output_report_orders, only: turns_in_words
@@ -72,6 +72,7 @@ contains
     type(error_type), allocatable :: failure
     real(dp) :: peak
     logical :: known
+    character(len=:), allocatable :: conditions
 
     known = .false.
     associate (frame => context%analysis%frame, unused => self)
@@ -97,9 +98,15 @@ contains
       call table%add("energy", joule, "kinetic plus potential energy, up to an additive constant", drive%history(stored_energy, :))
       if (allocated(drive%fluctuation)) call table%add("speed_fluctuation", radian_per_s, "crank speed minus its mean", &
         & drive%fluctuation%history)
+      if (frame%mechanism%load_order >= 0) call table%add("load_power", watt, "power of the loads on links and frame", &
+        & drive%history(load_watts, :))
       call result%add(table, plot_power(table, frame))
-      call result%write_section("DRIVE, torque on the crank, " // either("with gravity, without process forces", &
-        & "without gravity and process forces", frame%weights%act), drive_lines(drive, frame))
+      if (frame%mechanism%load_order >= 0) then
+        conditions = either("with gravity and loads", "with loads, without gravity", frame%weights%act)
+      else
+        conditions = either("with gravity, without process forces", "without gravity and process forces", frame%weights%act)
+      end if
+      call result%write_section("DRIVE, torque on the crank, " // conditions, drive_lines(drive, frame))
       call result%detail("  power balance: the mean powers of drive and dampers differ by " // concise(drive%defect(), 1) &
         & // " of the drive's maximum power" // newline)
     end associate

@@ -32,12 +32,14 @@ contains
       & torque_row("on the vibrating frame", drive%actual, concise(drive%peak_error, 1), angle_per_period) &
       & // torque_row("on a frame at rest", rigid, "", angle_per_period)) // "  counter-clockwise positive" // newline &
       & // "  mean power: drive " // concise(drive%drive_mean, 5) // " W, dampers " // concise(drive%dampers_mean, 5) &
+      & // either(" W, loads " // concise(drive%loads_mean, 5), "", frame%mechanism%load_order >= 0) &
       & // " W; maximum of the drive " // concise(drive%maximum, 4) // " W" // newline
     if (.not. allocated(drive%fluctuation)) return
     associate (fluctuation => drive%fluctuation, speed => frame%drive_speed())
       ends = (abs(speed) + sign(1.0_dp, speed) * [fluctuation%least, fluctuation%maximum]) * 30 / pi
       lines = lines // "  speed with the flywheel: " // concise(minval(ends), 6) // " to " // concise(maxval(ends), 6) &
-        & // " rpm (to first order), coefficient of irregularity " // concise(fluctuation%irregularity, 4) // " +- " &
+        & // " rpm" // either("", " (to first order)", frame%mechanism%load_order >= 0) &
+        & // ", coefficient of irregularity " // concise(fluctuation%irregularity, 4) // " +- " &
         & // concise(fluctuation%error, 1) // newline
       if (fluctuation%irregularity > max_irregularity) lines = lines &
         & // "  note: the speed fluctuates by more than 1 %, so results may be wrong by up to about " &
