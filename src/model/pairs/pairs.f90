@@ -164,8 +164,8 @@ contains
     if (.not. any(body%joints == joint)) body%joints = [body%joints, joint]
   end subroutine add_point
 
-  !> Lists the joints toward which the sliders of joint `i` point: the joints of the body that carries the guide, or of the frame, if
-  !> they lie on the line of the guide. `at`: points of all joints at one crank angle.
+  !> Lists the joints toward which the sliders of joint `i` point: the joints of the body that carries the guide, or of the frame,
+  !> if they lie on the line of the guide. `at`: points of all joints at one crank angle.
   pure subroutine align_sliders(structure, at, i)
     type(structure_type), intent(inout) :: structure
     type(point_type), intent(in) :: at(:)
