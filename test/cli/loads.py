@@ -9,21 +9,22 @@ from harness import Folder, Run, Table, check, equal, near
 from held_speed import COMPRESSOR
 
 HOLDERS = ("motor", "flywheel", "outside")
-GAS = ("&load name='gas', on='piston', joint='B', type='polytropic', direction=180, bore=0.07, clearance=0.06, suction=1, discharge=8 "
-       "/\n")
+GAS = ("&load name='gas', on='piston', joint='B', type='polytropic', direction=180, bore=0.07, clearance=0.06, "
+       "suction=1, discharge=8 /\n")
 # A massless slider-crank that fires every second turn, on a frame that only rolls.
 ROLLING = ("&case tasks='response','power' /\n&drive speed_rpm=1500, held_by='outside' /\n&joint name='O', type='ground', "
            "position=0,0 /\n&joint name='A', type='crank', pivot='O', radius=0.05 /\n&joint name='B', type='RRP', ends='A', "
-           "lengths=0.2, guide_point=0,0, guide_angle=90, branch=1 /\n&link name='rod', from='A', to='B', mass=0, inertia=0 /\n&link "
-           "name='piston', from='B', mass=0, inertia=0 /\n&frame mass=1, inertia=2, origin=0,0, dof='psi' /\n&foundation "
+           "lengths=0.2, guide_point=0,0, guide_angle=90, branch=1 /\n&link name='rod', from='A', to='B', mass=0, inertia=0 "
+           "/\n&link name='piston', from='B', mass=0, inertia=0 /\n&frame mass=1, inertia=2, origin=0,0, dof='psi' /\n&foundation "
            "stiffness(3,3)=3000, damping(3)=12 /\n"
            "&response harmonics=20, points=720 /\n")
 FIRING = "&load name='gas', on='piston', joint='B', axes='guide', direction=180, bore=0.07, cycle=2, {} /\n"
 # Loads of every kind on the compressor.
-LOADS = ("&load name='within', on='rod', against='crank', point=0.05,0.02, axes='link', direction=30, force=40,30,10,0,20, moment=3,1,2 "
-         "/\n&load name='frame', on='piston', joint='B', axes='guide', force=-200,150,80 /\n&load name='ground', on='rod', "
-         "against='ground', point=0.1,0.03, axes='ground', direction=200, force=20,30,15,5,5, moment=1,0,2 /\n&load name='follows', "
-         "on='rod', against='ground', point=0.1,0.03, axes='link', direction=50, force=20,30,15,5,5, cycle=2 /\n")
+LOADS = ("&load name='within', on='rod', against='crank', point=0.05,0.02, axes='link', direction=30, force=40,30,10,0,20, "
+         "moment=3,1,2 /\n&load name='frame', on='piston', joint='B', axes='guide', force=-200,150,80 /\n&load "
+         "name='ground', on='rod', "
+         "against='ground', point=0.1,0.03, axes='ground', direction=200, force=20,30,15,5,5, moment=1,0,2 /\n&load "
+         "name='follows', on='rod', against='ground', point=0.1,0.03, axes='link', direction=50, force=20,30,15,5,5, cycle=2 /\n")
 SHAKER = "&load name='shaker', on='frame', point=0.2,0.1, direction=20, force=10,30,15, moment=2,4,3, order=3,2 /\n"
 
 
@@ -140,7 +141,8 @@ def test_gas_cycle():
             near("gas cycle: mean torque", mean_of(folder / "input", "rigid_torque_Nm"), 12.47119717787, 1e-8)
             near("gas cycle: power", mean_of(folder / "input", "drive_W"), 1893.672036, 1e-5)
             near("gas cycle: power of the load", mean_of(folder / "input", "load_power_W"), -1893.672036, 1e-5)
-        run = Run(folder, "-s", "case.tasks='power'", "-s", "drive.held_by='flywheel'", "-s", "drive.flywheel_inertia=0.2", "fly.nml")
+        run = Run(folder, "-s", "case.tasks='power'", "-s", "drive.held_by='flywheel'", "-s", "drive.flywheel_inertia=0.2",
+                  "fly.nml")
         if run.done("gas cycle, flywheel"):
             speed = Table(folder / "fly" / "power.csv")["speed_fluctuation_rad_s"]
             found = (max(speed) - min(speed)) / (1450 * math.pi / 30)
@@ -154,10 +156,12 @@ def test_motor():
         for name in ("bare", "loaded"):
             run = Run(folder, "-s", "response.points=90", f"{name}.nml")
             run.done(f"motor, {name}")
-        check("motor: report", "gas: within the machine; changes the driving torque, does not move the frame" in run.flat, "line", run.out)
+        line = "gas: within the machine; changes the driving torque, does not move the frame"
+        check("motor: report", line in run.flat, line, run.out)
         one, other = (Table(folder / name / "response.csv")["psi_rad"] for name in ("bare", "loaded"))
         near("motor: psi", max(abs(x - y) for x, y in zip(one, other)), 0, 1e-12 * max(one))
-        near("motor: rigid torque without gas at 0 deg", Table(folder / "bare" / "power.csv")["rigid_torque_Nm"][0], 10.34361683076, 1e-9)
+        near("motor: rigid torque without gas at 0 deg", Table(folder / "bare" / "power.csv")["rigid_torque_Nm"][0],
+             10.34361683076, 1e-9)
 
 
 def test_power():
@@ -189,7 +193,8 @@ def test_plane_in_space():
                 for name in ("plane", "space"):
                     Run(folder, "-q", "-s", f"drive.held_by='{holder}'", "-s", f"model.frame='{model}'", "-s", "response.points=90",
                         f"{name}.nml").done(f"{holder}, {model}, {name}")
-                for table, key in (("response", "psi_rad"), ("response", "xi_m"), ("power", "torque_Nm"), ("power", "load_power_W")):
+                for table, key in (("response", "psi_rad"), ("response", "xi_m"), ("power", "torque_Nm"),
+                                   ("power", "load_power_W")):
                     one, other = (Table(folder / name / f"{table}.csv")[key] for name in ("plane", "space"))
                     worst = max(abs(x - y) for x, y in zip(one, other)) / max(map(abs, one))
                     # the torque about rest follows the exact kinematics only in space
@@ -219,8 +224,8 @@ def test_copies():
         near("copies: both at once", abs(size["same"][0] / size["one"][0] - 2), 0, 1e-9)
         near("copies: 450 deg later", abs(size["vee"][0] / size["one"][0] - 1 - cmath.exp(-1j * math.radians(225))), 0, 1e-9)
         Run(folder, "bad.nml").refused("copies: firing", 2, re.compile(
-            r"bad.nml:\d+: &repeat 'b': firing = 180: does not agree with 'phase': the crank of the copy lags behind that of the original by "
-            r"0 deg"))
+            r"bad.nml:\d+: &repeat 'b': firing = 180: does not agree with 'phase': the crank of the copy lags behind "
+            r"that of the original by 0 deg"))
 
 
 def test_tables():
@@ -229,8 +234,8 @@ def test_tables():
     faulty = [("descending", good[:5] + [good[3]] + good[5:], "gas.csv:6: the angle must be greater than that of the row before"),
               ("not a number", good[:9] + ["80,nan"] + good[10:], "gas.csv:10: column 2 must be finite"),
               ("one column", good[:9] + ["80"] + good[10:], "gas.csv:10: must contain two numbers separated by a comma"),
-              ("unit", ["crank_deg,pressure_psi"] + good[1:], "gas.csv:1: the unit of the second column is unknown: use N, kN, N m, "
-               "kN m, Pa, kPa, MPa or bar, such as pressure_bar"),
+              ("unit", ["crank_deg,pressure_psi"] + good[1:], "gas.csv:1: the unit of the second column is unknown: use N, kN, "
+               "N m, kN m, Pa, kPa, MPa or bar, such as pressure_bar"),
               ("angle", ["crank,pressure_bar"] + good[1:], "gas.csv:1: the first column must be an angle in deg or rad, such as "
                "angle_deg"),
               ("jump", good[:-1] + ["720,25"], "gas.csv:74: the course jumps at the ends: 25 in the last row, 1.6e-12 in the first "
@@ -238,7 +243,8 @@ def test_tables():
               ("part", good[:50], "gas.csv:50: the angles span only 480 deg of the cycle of 720 deg"),
               ("long", good + ["730,0"], "gas.csv:75: the angles span 730 deg, more than the cycle of 720 deg"),
               ("empty", good[:2], "gas.csv: a table of a load needs a row of names and at least 4 rows of numbers")]
-    with Folder(input=ROLLING + FIRING.format("table='gas.csv'"), many=ROLLING + FIRING.format("table='gas.csv', harmonics=40")) as folder:
+    with Folder(input=ROLLING + FIRING.format("table='gas.csv'"),
+                many=ROLLING + FIRING.format("table='gas.csv', harmonics=40")) as folder:
         Run(folder, "input.nml").refused("no table", 2, "gas.csv: there is no such file")
         for name, lines, message in faulty:
             (folder / "gas.csv").write_text("\n".join(lines) + "\n")
@@ -251,13 +257,16 @@ def test_tables():
 def test_keys():
     """Loads whose keys contradict each other are refused."""
     for load, message in (("on='pistn', joint='B', force=1", "on = 'pistn': there is no link 'pistn'; did you mean 'piston'?"),
-                          ("on='piston', against='piston', joint='B', force=1", "against = 'piston': must differ from the body in 'on'"),
+                          ("on='piston', against='piston', joint='B', force=1",
+                           "against = 'piston': must differ from the body in 'on'"),
                           ("on='piston', joint='B'", "give 'force', 'moment', 'force_table', 'table' or type='polytropic'"),
                           ("on='piston', force=1", "give either 'joint' or 'point', at which the force acts"),
-                          ("on='piston', joint='B', force=1,2", "force = 1, 2: must have an odd number of values: the mean, then one cosine "
-                           "and one sine coefficient for each order"),
+                          ("on='piston', joint='B', force=1,2",
+                           "force = 1, 2: must have an odd number of values: the mean, then one "
+                           "cosine and one sine coefficient for each order"),
                           ("on='piston', joint='B', axes='ground', force=1", "axes = 'ground': 'ground' requires against='ground'"),
-                          ("on='rod', joint='A', axes='guide', force=1", "axes = 'guide': 'guide' requires a 'joint' that slides on a guide"),
+                          ("on='rod', joint='A', axes='guide', force=1",
+                           "axes = 'guide': 'guide' requires a 'joint' that slides on a guide"),
                           ("on='frame', joint='B', force=1", "joint = 'B': a force on the frame needs 'point' instead"),
                           ("on='piston', joint='B', type='polytropic'", "type='polytropic' needs the key 'bore'"),
                           ("on='piston', joint='B', force=1, order=2", "order = 2: is allowed only with on='frame'")):
@@ -265,5 +274,5 @@ def test_keys():
             Run(folder, "input.nml").refused(load, 2, re.compile(r"input.nml:\d+: &load 'f': " + re.escape(message)))
 
 
-LOAD_TESTS = [test_four_stroke, test_ram_force, test_gas_cycle, test_motor, test_power, test_plane_in_space, test_copies, test_tables,
-              test_keys]
+LOAD_TESTS = [test_four_stroke, test_ram_force, test_gas_cycle, test_motor, test_power, test_plane_in_space, test_copies,
+              test_tables, test_keys]
