@@ -38,9 +38,9 @@ def test_rigid():
         near("O: crank angle", float(crank["f_peak_crank_deg"]), 90, 0.01)
         near("O: rms", float(crank["f_rms_N"]), 1383.69084084, 1e-8)
         near("N: peak", float(guide["f_peak_N"]), 148.696793413, 1e-9)
-        near("N: crank angle", float(guide["f_peak_crank_deg"]), 46.6195383, 0.05)
+        # N and, without weights, |T| are symmetric about 90 deg
+        near("N: crank angle", abs(float(guide["f_peak_crank_deg"]) - 90), 90 - 46.6195383, 0.05)
         near("T: peak", float(crank["m_peak_Nm"]), 26.810821582, 1e-9)
-        # without weights |T| is symmetric about 90 deg
         near("T: crank angle", abs(float(crank["m_peak_crank_deg"]) - 90), 127.078264 - 90, 0.05)
         history = rows_of(folder / "new" / "joints_history.csv")
         near("T at 0 deg", float(history[0]["m_O:crank_Nm"]), 10.34361683076, 1e-10)
@@ -64,6 +64,24 @@ def test_mounts():
         history = rows_of(folder / "new" / "joints_history.csv")
         at = next(row for row in history if abs(float(row["crank_deg"]) - 45) < 1e-9)
         near("T at 45 deg", float(at["m_O:crank_Nm"]), -23.96250607, 1e-7)
+
+
+def test_gas():
+    """With the gas of a compressor the peak at the main bearing tends to that of the exact cycle as its harmonics grow."""
+    # Oracle: at the kink where the discharge valve opens; the torque agrees with the closed form of the indicated work. A Fourier
+    # series of h harmonics rounds the kink off by a part that falls as 1/h.
+    gas = ("&load name='gas', on='piston', joint='B', type='polytropic', direction=180, bore=0.07, clearance=0.06, suction=1,\n"
+           "  discharge=8, ambient=1, exponent=1.3, harmonics={} /\n")
+    peaks = []
+    for harmonics in (250, 500):
+        with Folder(input=COMPRESSOR + gas.format(harmonics)) as folder:
+            rows = solve(folder, RIGID)
+            if not rows:
+                return
+            peaks.append(float(rows["O", "crank", "pin"]["f_peak_N"]))
+            sources = rows_of(folder / "new" / "joints_sources.csv")
+            check("causes", "gas" in {row["cause"] for row in sources}, "gas", sources[:4])
+    near("peak", 2 * peaks[1] - peaks[0], 1655.103861, 0.2)
 
 
 def test_tables():
@@ -145,4 +163,4 @@ def test_refused():
         check("no body: message", "no body carries both joints 'O' and 'B' of link 'rod'" in run.err, "names them", run.err)
 
 
-JOINT_TESTS = [test_rigid, test_mounts, test_tables, test_quantities, test_data_files, test_pictures, test_refused]
+JOINT_TESTS = [test_rigid, test_mounts, test_gas, test_tables, test_quantities, test_data_files, test_pictures, test_refused]
