@@ -23,7 +23,8 @@ module gestell_base_key
     logical :: above_zero = .false., not_zero = .false., unit_size = .false.
   end type range_type
 
-  type(range_type), parameter, public :: positive = range_type(above_zero=.true.), nonnegative = range_type(least=0.0_dp)
+  type(range_type), parameter, public :: positive = range_type(above_zero=.true.), nonnegative = range_type(least=0.0_dp), &
+    & fraction = range_type(least=0.0_dp, most=1.0_dp)
   type(range_type), parameter, public :: nonzero = range_type(not_zero=.true.), one_or_minus_one = range_type(unit_size=.true.)
 
   !> Describes an input key: its name, kind of values, unit, default and range.
