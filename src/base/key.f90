@@ -52,7 +52,7 @@ module gestell_base_key
     character(len=64) :: word = "", otherwise = ""
     type(range_type) :: range = range_type()
     !> Texts that the key accepts, separated by commas. If empty, the key accepts any text
-    character(len=160) :: words = ""
+    character(len=240) :: words = ""
     !> Number of rows, if the key is a matrix
     integer :: rows = 1
     !> True if --set with a single value assigns this value to all components of the key
@@ -87,7 +87,7 @@ contains
   end function all_words
 
   !> List of the words, separated by commas.
-  pure character(len=160) function joined(words) result(list)
+  pure character(len=240) function joined(words) result(list)
     character(len=*), intent(in) :: words(:)
     integer :: i
 
