@@ -248,7 +248,7 @@ contains
 
     call compare_gradients([character(len=80) :: "&model frame='first_order' /", "&model frame='exact' /", &
       & "&drive held_by='outside' /", "&drive held_by='flywheel' /", "&frame dof='xi','psi' /", &
-      & "&foundation damping=5e4,0,0 / &model frame='rest' /"], error)
+      & "&foundation damping=5e4,0,0 / &model frame='rest' /", "&foundation damping_ratio=0.05 / &model frame='rest' /"], error)
     if (.not. allocated(error)) call compare_in_space("first_order", "'outside'", error)
     if (.not. allocated(error)) call compare_in_space("exact", "'motor'", error)
     if (.not. allocated(error)) call compare_in_space("rest", "'flywheel', flywheel_inertia=0.3", error)

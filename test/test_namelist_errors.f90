@@ -96,7 +96,7 @@ contains
     call refused(error, "&drive xyz=1 /", "in.nml:1: &drive: unknown key 'xyz': allowed are speed_rpm, " &
       & // "held_by, flywheel_inertia")
     call refused(error, "&support/" // nl // "&support colour='red'/", &
-      "in.nml:2: &support 2: unknown key 'colour': allowed are position, stiffness, damping, angle, axes")
+      "in.nml:2: &support 2: unknown key 'colour': allowed are position, stiffness, damping, damping_ratio, angle, axes")
     call refused(error, "&drive speed_rpm=1/" // nl // "&frame/&drive speed_rpm=2/", &
       "in.nml:2: &drive: may occur only once (first in line 1)")
     call refused(error, "&frame mass=1," // nl // "inertia=2," // nl // "Mass=3/", &

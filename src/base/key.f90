@@ -23,7 +23,8 @@ module gestell_base_key
     logical :: above_zero = .false., not_zero = .false., unit_size = .false.
   end type range_type
 
-  type(range_type), parameter, public :: positive = range_type(above_zero=.true.), nonnegative = range_type(least=0.0_dp)
+  type(range_type), parameter, public :: positive = range_type(above_zero=.true.), nonnegative = range_type(least=0.0_dp), &
+    & fraction = range_type(least=0.0_dp, most=1.0_dp)
   type(range_type), parameter, public :: nonzero = range_type(not_zero=.true.), one_or_minus_one = range_type(unit_size=.true.)
 
   !> Describes an input key: its name, kind of values, unit, default and range.
@@ -51,7 +52,7 @@ module gestell_base_key
     character(len=64) :: word = "", otherwise = ""
     type(range_type) :: range = range_type()
     !> Texts that the key accepts, separated by commas. If empty, the key accepts any text
-    character(len=160) :: words = ""
+    character(len=240) :: words = ""
     !> Number of rows, if the key is a matrix
     integer :: rows = 1
     !> True if --set with a single value assigns this value to all components of the key
@@ -86,7 +87,7 @@ contains
   end function all_words
 
   !> List of the words, separated by commas.
-  pure character(len=160) function joined(words) result(list)
+  pure character(len=240) function joined(words) result(list)
     character(len=*), intent(in) :: words(:)
     integer :: i
 

@@ -436,6 +436,6 @@ OPTIONS = [
      "its ends are 0.33 m apart; lengths of 0.1 m and 0.16 m allow 0.06 m to 0.26 m; it cannot be assembled at any crank angle; the four-bar linkage is not a Grashof "
      "linkage: the shortest and the longest bar, together 0.47 m, are longer than the other two, together 0.26 m"),
     ("--fail-if-unstable without a verdict", ["input.nml", "--fail-if-unstable", "-s", "case.tasks='drawing'"], 1,
-     "--fail-if-unstable needs a task with a verdict: 'stability', 'modes', 'response', 'forces', 'joints', 'power', 'balance', "
-     "'sensitivity', 'separation', 'design', 'sweep', 'campbell', 'critical' or 'resonance'"),
+     "--fail-if-unstable needs a task with a verdict: 'stability', 'modes', 'matrices', 'response', 'forces', 'joints', 'power', "
+     "'balance', 'sensitivity', 'separation', 'design', 'sweep', 'campbell', 'critical' or 'resonance'"),
 ]

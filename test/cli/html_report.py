@@ -15,6 +15,8 @@ GNUPLOT = shutil.which("gnuplot")
 BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 VOID = {"meta", "img", "br"}
 FULL = SOUND.replace("'stability', 'response'", "'stability', 'modes', 'response', 'forces', 'power'")
+# Parts of every page with a picture of the machine.
+MACHINE = ["The machine", "Natural frequencies", "Shaking forces", "Unbalance of order 1"]
 FULL += "&probe name='a<b', position=0.1,0.2, limit_mm_s=5 /\n"
 
 
@@ -87,7 +89,7 @@ def test_report():
         equal("report: no external references", page.outside, [])
         check("report: title", page.headings[0].startswith('A & <B> "C" '), "the input's title", page.headings[0])
         equal("report: parts", page.headings[1:], [
-            "The machine", "Stability", "Modes", "Vibration over a turn", "Spectrum", "Forces on the ground",
+            *MACHINE, "Stability", "Modes", "Vibration over a turn", "Spectrum", "Forces on the ground",
             "Forces over a turn", "Forces by orders", "Probes", "Probes over a turn", "Harmonics at the probes", "Drive", "Input",
             "Report"])
         for picture in page.pictures:
@@ -115,11 +117,11 @@ def test_report_of_a_part():
     with Folder(input=FULL) as folder:
         Run(folder, "-q", "input.nml").done("a full run")
         Run(folder, "-q", "--report", "--set", "case.tasks=stability", "input.nml").done("only stability")
-        equal("only stability: parts", read(folder / "input").headings[1:], ["The machine", "Stability", "Input", "Report"])
+        equal("only stability: parts", read(folder / "input").headings[1:], [*MACHINE, "Stability", "Input", "Report"])
     sweep = "&sweep parameter='drive.speed_rpm', from=200, to=300, count=40 /\n"
     with Folder(input=SOUND.replace("'stability', 'response'", "'sweep'") + sweep) as folder:
         Run(folder, "-q", "--report", "input.nml").done("report of a sweep")
-        equal("sweep: parts", read(folder / "input").headings[1:], ["The machine", "Sweep", "Input", "Report"])
+        equal("sweep: parts", read(folder / "input").headings[1:], [*MACHINE, "Sweep", "Input", "Report"])
 
 
 def test_report_refused():
@@ -132,7 +134,7 @@ def test_report_refused():
         run = Run(folder, "--report", "input.nml", environment={"PATH": ""})
         equal("--report without gnuplot", (run.code, run.err.count("\n"), "gnuplot-nox" in run.err), (4, 1, True))
         page = read(folder / "input")
-        equal("--report without gnuplot, the page", (page.headings[1:3], page.pictures), (["The machine", "Stability"], []))
+        equal("--report without gnuplot, the page", (page.headings[1:6], page.pictures), ([*MACHINE, "Stability"], []))
 
 
 HTML_REPORT_TESTS = (test_report, test_report_of_a_part, test_report_refused)

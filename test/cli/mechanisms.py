@@ -134,8 +134,8 @@ def test_slider_crank():
           f"smallest transmission angle {90 - swing:.1f} deg at joint 'B'",
           "nearest dead point: reached if a link length at joint 'B' changes by 0.15 m", "translates")
     # the acceleration is largest at the outer dead centre, r Omega^2 (1 + r/l); half a turn each way
-    row = re.search(r"^  B +0\.1 +\S+ +(\S+) +180\.00 +1$", report, re.MULTILINE)
-    check("slider-crank, sliders", row, "stroke 0.1, 180.00 deg, ratio 1", report)
+    row = re.search(r"^  B +0\.1 +\S+ +(\S+) +180 +1$", report, re.MULTILINE)
+    check("slider-crank, sliders", row, "stroke 0.1, 180 deg, ratio 1", report)
     if row:
         near("slider-crank, acceleration", float(row[1]), RADIUS * (SPEED * math.pi / 30) ** 2 * 1.25, 6e-5 * float(row[1]))
     # the slider's m r, half with the crank and half against it; its peak is 1 + r/l of the first order

@@ -49,7 +49,7 @@ def multipliers(report):
 
 def naturals(report):
     lines = re.search(r"NATURAL FREQUENCIES.*\n.*\n.*\n((?:  \d .*\n)+)", report)[1].splitlines()
-    return [float(line.split()[2]) for line in lines]
+    return [2 * math.pi * float(line.split()[1]) for line in lines]
 
 
 def test_frequencies():

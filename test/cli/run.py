@@ -32,6 +32,7 @@ from broken_inputs import INPUTS, OPTIONS, SOUND  # noqa: E402
 from broken_mechanisms import BROKEN_MECHANISMS  # noqa: E402
 from cam_laws import CAM_LAW_TESTS  # noqa: E402
 from critical import CRITICAL_TESTS  # noqa: E402
+from damping_ratios import DAMPING_RATIO_TESTS  # noqa: E402
 from design import DESIGN_TESTS  # noqa: E402
 from engine_balance import ENGINE_BALANCE_TESTS  # noqa: E402
 from faults import FAULT_TESTS  # noqa: E402
@@ -51,6 +52,7 @@ from loads import LOAD_TESTS  # noqa: E402
 from mechanisms import MECHANISM_TESTS  # noqa: E402
 from models import MODEL_TESTS  # noqa: E402
 from moments import MOMENT_TESTS  # noqa: E402
+from other_programs import OTHER_PROGRAM_TESTS  # noqa: E402
 from overflow import OVERFLOW_TESTS  # noqa: E402
 from plots import PLOT_TESTS  # noqa: E402
 from quantities import QUANTITY_TESTS  # noqa: E402
@@ -650,8 +652,8 @@ def main():
              *RESONANCE_TESTS, *BALANCE_TESTS, *DESIGN_TESTS, *SENSITIVITY_TESTS, *SEPARATION_TESTS, *SEVERAL_MECHANISM_TESTS,
              *SPACE_TESTS, *ENGINE_BALANCE_TESTS, *SPACE_STUDIES_TESTS, *SPACE_BALANCE_TESTS, *RATIO_TESTS,
              *REPORT_CONSISTENCY_TESTS, *HEADLINE_TESTS, *VERDICT_TESTS, *FAULT_TESTS, *FILE_PROTECTION_TESTS, *WEIGHT_TESTS,
-             *HELD_SPEED_TESTS, *JOINT_TESTS, *LOAD_TESTS, *JSON_TESTS, *REPORT_LAYOUT_TESTS, *RECORD_TESTS,
-             *SCALING_TESTS)
+             *HELD_SPEED_TESTS, *JOINT_TESTS, *LOAD_TESTS, *DAMPING_RATIO_TESTS, *OTHER_PROGRAM_TESTS, *JSON_TESTS,
+             *REPORT_LAYOUT_TESTS, *RECORD_TESTS, *SCALING_TESTS)
     titles = {test: title_of(test) for test in tests}
     files_of = {test: Path(inspect.getfile(test)).stem for test in tests}
     unknown = set(names) - set(files_of.values())

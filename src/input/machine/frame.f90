@@ -1,8 +1,8 @@
 !> Reads the drive, the frame and its mounts from an input file.
 module gestell_input_machine_frame
   use gestell_base_error, only: error_type
-  use gestell_base_key, only: key_type, nonnegative, nonzero, of_angle, of_damping, of_inertia, of_length, of_mass, of_stiffness, &
-    & positive, real_key, text_key
+  use gestell_base_key, only: fraction, key_type, nonnegative, nonzero, of_angle, of_damping, of_inertia, of_length, of_mass, &
+    & of_stiffness, positive, real_key, text_key
   use gestell_base_kinds, only: dp, pi
   use gestell_base_text, only: text
   use gestell_base_words, only: word_length
@@ -15,6 +15,7 @@ module gestell_input_machine_frame
   use gestell_input_namelist_message, only: locate_in_group, input_error, label
   use gestell_input_schema_units, only: units_type
   use gestell_model_frame, only: frame_type, dof_names, new_frame
+  use gestell_model_frame_damping, only: add_damping_ratios
   use gestell_model_mechanism_held, only: held_subject, holders
   use gestell_model_mechanism, only: mechanism_type
   use gestell_model_frame_in_space, only: split_into_planes, put_in_space
@@ -57,6 +58,9 @@ module gestell_input_machine_frame
     &   "also along the third axis (0 if not given)", 1, 2, 3, unit=of_stiffness, range=nonnegative, alike=.true.), &
     & key_type("support", "damping", real_key, "damping along the support's first and second axis; for a frame in space also " // &
     &   "along the third axis (0 if not given)", 1, 2, 3, unit=of_damping, default=0.0_dp, range=nonnegative, alike=.true.), &
+    & key_type("support", "damping_ratio", real_key, "damping ratio D along each axis of the support, which adds 2 D k/w to " // &
+    &   "`damping`: k is the stiffness along the axis, w the natural angular frequency of the machine on its mounts if it " // &
+    &   "moves along this axis without rotating", default=0.0_dp, range=fraction), &
     & key_type("support", "angle", real_key, "angle by which the support's axes are rotated about zeta; for a frame in space " // &
     &   "up to 3 successive angles: about zeta, about the rotated eta-axis, about the rotated xi-axis", 1, 1, 3, unit=of_angle, &
     &   default=0.0_dp), &
@@ -89,6 +93,9 @@ module gestell_input_machine_frame
     !> freedom
     real(dp) :: mass = 0, inertia(3, 3) = 0, origin(3) = 0, stiffness(6, 6) = 0, damping(6, 6) = 0, speed = 0, gravity(3) = 0, &
       & flywheel_inertia = 0
+    !> Damping ratio of each mode of the mounting, and damping ratio of each support
+    real(dp) :: damping_ratio = 0
+    real(dp), allocatable :: support_ratios(:)
     !> What keeps the drive speed constant: 'motor', 'flywheel' or 'outside'. Value of the key `held_by`
     character(len=8) :: held_by = "motor"
     !> Indices of the free degrees of freedom, in ascending order
@@ -118,8 +125,10 @@ contains
       call read_frame_in_space(doc, units, data, mechanism, frame, error)
     else
       call new_frame(frame, mechanism, data%mass, data%inertia(3, 3), data%origin(:2), (data%stiffness(:3, :3)), &
-        & (data%damping(:3, :3)), data%speed, error, data%free, data%supports, data%gravity(:2), trim(data%held_by))
+        & (data%damping(:3, :3)), data%speed, error, data%free, data%supports, held_by=trim(data%held_by))
     end if
+    if (.not. allocated(error)) call add_damping_ratios(frame, data%damping_ratio, data%support_ratios, error)
+    if (.not. allocated(error)) call frame%weigh(data%gravity, error)
     frame%flywheel_inertia = data%flywheel_inertia
     if (.not. allocated(error)) return
     if (allocated(error%subject)) then
@@ -166,7 +175,6 @@ contains
     if (.not. allocated(error)) call put_in_space(frame, data%inertia, planes, data%supports, data%free, error, data%stiffness, &
       & data%damping, drive)
     if (.not. allocated(error)) frame%space%origin = data%origin
-    if (.not. allocated(error)) call frame%weigh(data%gravity, error)
   end subroutine read_frame_in_space
 
   !> Reads drive, frame, foundation, supports and gravity. Fails if a value is invalid. Also fails if the frame moves in its plane
@@ -191,11 +199,12 @@ contains
     if (size(data%free) /= size(names)) call input_error(group, "dof", "names a degree of freedom twice", error)
     if (allocated(error)) return
     in_space = any(data%free > 3)
-    call read_foundation(group_named(doc, "foundation"), units, in_space, data%stiffness, data%damping, error)
+    call read_foundation(group_named(doc, "foundation"), units, in_space, data%stiffness, data%damping, &
+      & data%damping_ratio, error)
     if (.not. allocated(error)) call read_gravity(groups_named(doc, "gravity"), units, in_space, data%gravity, error)
     if (.not. allocated(error)) call read_inertia(group, units, any(data%free > 4), data%inertia, error)
     call read_axis_values(group, frame_keys, "origin", units, data%origin, error)
-    if (.not. allocated(error)) call read_supports(doc, units, in_space, data%supports, error)
+    if (.not. allocated(error)) call read_supports(doc, units, in_space, data%supports, data%support_ratios, error)
     if (.not. allocated(error) .and. .not. in_space) call refuse_tilted(doc, error)
   end subroutine read_drive_and_frame
 
@@ -300,11 +309,13 @@ contains
   !> Reads the supports. Their axes can be tilted out of the plane only if the frame moves in three dimensions (`in_space`). Fails
   !> if a value is invalid, or if a support is so far from the frame's centre of mass F that its stiffness or damping about F
   !> overflows.
-  subroutine read_supports(doc, units, in_space, supports, error)
+  subroutine read_supports(doc, units, in_space, supports, ratios, error)
     type(document_type), intent(in) :: doc
     type(units_type), intent(in) :: units
     logical, intent(in) :: in_space
     type(support_type), allocatable, intent(out) :: supports(:)
+    !> Damping ratios of the supports
+    real(dp), allocatable, intent(out) :: ratios(:)
     type(error_type), allocatable, intent(out) :: error
     character(len=:), allocatable :: axes
     real(dp), dimension(3) :: position, stiffness, damping, angles
@@ -312,12 +323,13 @@ contains
     integer :: i, n
 
     allocate(at, source=indices_named(doc, "support"))
-    allocate(supports(size(at)))
+    allocate(supports(size(at)), ratios(size(at)))
     do i = 1, size(at)
       associate (group => doc%groups(at(i)))
         call read_axis_values(group, support_keys, "position", units, position, error)
         call read_axis_values(group, support_keys, "stiffness", units, stiffness, error)
         call read_axis_values(group, support_keys, "damping", units, damping, error)
+        call read(group, support_keys, "damping_ratio", ratios(i), error)
         angles = 0
         n = max(1, count_values(group, "angle"))
         call read(group, support_keys, "angle", angles(:n), error, units)

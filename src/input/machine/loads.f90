@@ -1,7 +1,7 @@
 !> Reads the foundation and gravity from an input file.
 module gestell_input_machine_loads
   use gestell_base_error, only: error_type
-  use gestell_base_key, only: key_type, nonnegative, of_angle, of_damping_diagonal, of_stiffness_matrix, real_key
+  use gestell_base_key, only: fraction, key_type, nonnegative, of_angle, of_damping_diagonal, of_stiffness_matrix, real_key
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, text
   use gestell_input_namelist_document, only: find_entry, group_type
@@ -20,7 +20,9 @@ module gestell_input_machine_loads
     &   36, 36, shorter=9, unit=of_stiffness_matrix, default=0.0_dp, rows=6), &
     & key_type("foundation", "damping", real_key, "damping coefficients of xi, eta, psi (for a frame in space also zeta, " // &
     &   "rot_xi, rot_eta) about the frame's centre of mass F; they are added to the diagonal of the supports' damping matrix", &
-    &   1, 6, 6, shorter=3, unit=of_damping_diagonal, default=0.0_dp, range=nonnegative)]
+    &   1, 6, 6, shorter=3, unit=of_damping_diagonal, default=0.0_dp, range=nonnegative), &
+    & key_type("foundation", "damping_ratio", real_key, "damping ratio of the whole mounting: each of its modes gets this " // &
+    &   "ratio, in addition to `damping` and to the damping of the supports", default=0.0_dp, range=fraction)]
 
   type(key_type), parameter, public :: gravity_keys(*) = [ &
     & key_type("gravity", "acceleration", real_key, "acceleration of gravity; with `0` nothing has weight", symbol="m/s^2", &
@@ -33,18 +35,21 @@ contains
 
   !> Reads the stiffness and damping matrices of the foundation in SI units. Fails if the stiffness matrix is not symmetric or not
   !> positive semidefinite. Also fails if elements for zeta, rot_xi or rot_eta are given although the frame moves in its plane.
-  subroutine read_foundation(group, units, in_space, stiffness, damping, error)
+  subroutine read_foundation(group, units, in_space, stiffness, damping, ratio, error)
     type(group_type), intent(in) :: group
     type(units_type), intent(in) :: units
     !> True if the frame moves in three dimensions, not only in its plane
     logical, intent(in) :: in_space
     !> Matrices of the foundation, in the order of the frame's degrees of freedom
     real(dp), intent(out) :: stiffness(6, 6), damping(6, 6)
+    !> Damping ratio of each mode of the mounting
+    real(dp), intent(out) :: ratio
     type(error_type), allocatable, intent(out) :: error
     real(dp) :: b(6)
     integer :: i, k, row, column
 
     damping = 0
+    ratio = 0
     if (.not. in_space) call refuse_space_elements(group, error)
     call read(group, foundation_keys, "stiffness", stiffness, error)
     if (allocated(error)) return
@@ -66,6 +71,7 @@ contains
       return
     end if
     call read(group, foundation_keys, "damping", b, error, units)
+    call read(group, foundation_keys, "damping_ratio", ratio, error)
     if (allocated(error)) return
     do i = 1, 6
       damping(i, i) = b(i)

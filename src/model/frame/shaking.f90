@@ -30,9 +30,18 @@ module gestell_model_frame_shaking
     !> The part of force and couple perpendicular to the shaft is the sum of two rotating vectors for each order. `force` (N),
     !> `couple` (N m): magnitudes of these vectors, shape (orders, 2). Column 1 rotates with the crank, column 2 against it.
     real(dp), allocatable :: force(:, :), couple(:, :)
+  contains
+    procedure :: is_finite
   end type space_shaking_type
 
 contains
+
+  !> True if no force overflows double precision.
+  pure logical function is_finite(self)
+    class(space_shaking_type), intent(in) :: self
+
+    is_finite = all(ieee_is_finite(self%rms) .and. ieee_is_finite(self%peak))
+  end function is_finite
 
   !> Computes the load h, linearised about rest and without gravity, for all degrees of freedom in the frame's order: forces (N)
   !> and moments (N m) about the rest position of the frame's centre of mass, shape (phases, dofs).

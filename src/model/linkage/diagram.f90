@@ -5,6 +5,7 @@ module gestell_model_linkage_diagram
   use gestell_model_joints_guide, only: guide_type
   use gestell_model_joints_joint, only: form_type, itself, point_type
   use gestell_model_linkage, only: linkage_type
+  use gestell_model_linkage_bodies, only: body_motion
   implicit none (type, external)
   private
 
@@ -35,6 +36,9 @@ module gestell_model_linkage_diagram
     !> Positions in the x-y plane (m) of the joints, shape (2, joints, angles), and of the links' centres of mass, shape (2, links,
     !> angles).
     real(dp), allocatable :: joints(:, :, :), centers(:, :, :)
+    !> First and second derivatives of these positions with respect to the crank angle (m), of the joints and then of the centres of
+    !> mass, shape (2, joints + links, angles, 2).
+    real(dp), allocatable :: rates(:, :, :, :)
   end type diagram_type
 
 contains
@@ -44,16 +48,19 @@ contains
     class(linkage_type), intent(in) :: linkage
     real(dp), intent(in) :: angles(:)
     type(diagram_type), intent(out) :: diagram
-    type(point_type) :: at(size(linkage%joints)), origin, along
-    real(dp) :: lengths(size(angles)), travel, e(2)
-    integer :: i, k
+    type(point_type) :: at(size(linkage%joints)), origin, along, center
+    real(dp) :: lengths(size(angles)), travel, rate, turn
+    integer :: i, k, n
 
     call list_bars_and_guides(linkage, diagram)
-    allocate(diagram%joints(2, size(linkage%joints), size(angles)), diagram%centers(2, size(linkage%links), size(angles)))
+    n = size(linkage%joints)
+    allocate(diagram%joints(2, n, size(angles)), diagram%centers(2, size(linkage%links), size(angles)))
+    allocate(diagram%rates(2, n + size(linkage%links), size(angles), 2))
     do k = 1, size(angles)
       call linkage%points(angles(k), at)
       do i = 1, size(at)
         diagram%joints(:, i, k) = [at(i)%x%v, at(i)%y%v]
+        diagram%rates(:, i, k, :) = rates_of(at(i))
       end do
       do i = 1, size(diagram%sliders)
         associate (slider => diagram%sliders(i), here => at(diagram%sliders(i)%joint))
@@ -64,12 +71,9 @@ contains
         end associate
       end do
       do i = 1, size(linkage%links)
-        associate (link => linkage%links(i), points => diagram%joints(:, :, k))
-          e = [1, 0]
-          if (link%to > 0) e = points(:, link%to) - points(:, link%from)
-          e = e / norm2(e)
-          diagram%centers(:, i, k) = points(:, link%from) + link%center(1) * e + link%center(2) * [-e(2), e(1)]
-        end associate
+        call body_motion(linkage%links(i), at, center, rate, turn)
+        diagram%centers(:, i, k) = [center%x%v, center%y%v]
+        diagram%rates(:, n + i, k, :) = rates_of(center)
       end do
     end do
     do i = 1, size(diagram%bars)
@@ -78,6 +82,17 @@ contains
         bar%slides = maxval(lengths) - minval(lengths) > 1.0e-6_dp * maxval(lengths)
       end associate
     end do
+
+  contains
+
+    !> First and second derivatives of a point's position with respect to the crank angle, shape (2, 2).
+    pure function rates_of(point)
+      type(point_type), intent(in) :: point
+      real(dp) :: rates_of(2, 2)
+
+      rates_of = reshape([point%x%d, point%y%d, point%x%dd, point%y%dd], [2, 2])
+    end function rates_of
+
   end subroutine trace_diagram
 
   !> Finds the bars of joints and links, and the sliders. A joint that adds no link is a point of an existing body; the bars to this

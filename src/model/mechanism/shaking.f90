@@ -22,9 +22,18 @@ module gestell_model_mechanism_shaking
     !> rotating vectors: the first rotates with the crank, the second against it. For a mass m at the radius r on the crank they are
     !> m r and 0.
     complex(dp) :: unbalance(2) = 0
+  contains
+    procedure :: is_finite
   end type shaking_type
 
 contains
+
+  !> True if no force overflows double precision.
+  pure logical function is_finite(self)
+    class(shaking_type), intent(in) :: self
+
+    is_finite = all(ieee_is_finite(self%rms) .and. ieee_is_finite(self%peak))
+  end function is_finite
 
   !> Computes the shaking forces at a speed (rad/s): the force -Omega^2 S'' with the first moment S = (a1, a2), and the moment about
   !> O. The moment is -Omega^2 a4, or -Omega^2 (a4 - K'/2) if the drive's torque does not act on the frame. Fails if the mechanism's

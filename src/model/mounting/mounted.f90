@@ -15,6 +15,8 @@ module gestell_model_mounting_mounted
     !> `foundation_stiffness`, `foundation_damping`: matrices of the foundation alone. Shapes (dofs, dofs).
     real(dp), allocatable, dimension(:, :) :: stiffness, damping, foundation_stiffness, foundation_damping
     type(support_type), allocatable :: supports(:)
+    !> True if some of the dampers result from damping ratios, and thus from the masses of frame and links.
+    logical :: has_damping_ratios = .false.
     !> Indices of the free degrees of freedom.
     integer, allocatable :: free(:)
     type(weights_type) :: weights

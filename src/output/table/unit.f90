@@ -15,7 +15,8 @@ module gestell_output_table_unit
     & hertz = unit_type("Hz", "Hz"), per_second = unit_type("1_per_s", "1/s"), &
     & newton = unit_type("N", "N"), newton_metre = unit_type("Nm", "N m"), joule = unit_type("J", "J"), &
     & watt = unit_type("W", "W"), rpm = unit_type("rpm", "rpm"), metre_per_s = unit_type("m_s", "m/s"), &
-    & metre_per_s2 = unit_type("m_s2", "m/s^2"), radian_per_s = unit_type("rad_s", "rad/s")
+    & metre_per_s2 = unit_type("m_s2", "m/s^2"), radian_per_s = unit_type("rad_s", "rad/s"), &
+    & kilogram_metre = unit_type("kg_m", "kg m"), percent = unit_type("percent", "%")
 
 contains
 

@@ -109,8 +109,9 @@ contains
     class default
       members%steps%link = 0
     end select
-    ! in space each link belongs to a plane: the neighbours are built as members of the family
-    if (members%frame%dofs() > 3) members%steps%link = 0
+    ! In space each link belongs to a plane. If damping ratios are given, the link's mass changes the dampers too. In both cases the
+    ! neighbours are built as members of the family.
+    if (members%frame%dofs() > 3 .or. members%frame%has_damping_ratios) members%steps%link = 0
     associate (n => size(parameters))
       allocate(members%perturbed(2, n), members%distance(2, n), members%weight(0:2, n))
     end associate

@@ -17,7 +17,7 @@ module gestell_task_balance
   use gestell_output_result, only: result_type
   use gestell_output_table, only: new_table, table_type
   use gestell_output_table_turn, only: add_order_column
-  use gestell_output_table_unit, only: metre, newton, newton_metre, radian, unit_type
+  use gestell_output_table_unit, only: kilogram_metre, metre, newton, newton_metre, radian, unit_type
   use gestell_study_balance, only: examine, rigid_ground_type
   use gestell_task_common_task, only: longest_table, task_type
   use gestell_task_balance_keys, only: balance_keys, balance_options, read_balance
@@ -38,7 +38,7 @@ module gestell_task_balance
     procedure, nopass :: extend
   end type balance_task
 
-  type(unit_type), parameter :: kilogram = unit_type("kg", "kg"), kilogram_metre = unit_type("kg_m", "kg m")
+  type(unit_type), parameter :: kilogram = unit_type("kg", "kg")
   !> Maximum length of texts in the tables, which are lists of links or names of links and joints
   integer, parameter :: longest = 4 * word_length
 

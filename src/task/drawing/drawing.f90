@@ -1,4 +1,4 @@
-!> The task `drawing`: computes the positions of the mechanism over the period, and writes them as a table and a picture.
+!> The task `drawing`: writes the motion of the mechanism as a table and a picture, and the tables that --check reports.
 module gestell_task_drawing
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp, pi
@@ -7,17 +7,23 @@ module gestell_task_drawing
   use gestell_input_namelist_message, only: input_error
   use gestell_model_frame, only: frame_type
   use gestell_model_linkage, only: linkage_type
+  use gestell_model_frame_shaking, only: shaking_in_space, space_shaking_type
+  use gestell_model_linkage_diagnosis, only: diagnose_joints, diagnosis_type
   use gestell_model_linkage_diagram, only: diagram_type, trace_diagram
+  use gestell_model_mechanism_shaking, only: shaking, shaking_type
   use gestell_output_report_orders, only: turns_in_words
   use gestell_output_result, only: result_type
   use gestell_output_table, only: new_table, table_type
-  use gestell_output_table_unit, only: degree, metre
+  use gestell_output_table_unit, only: degree, metre, metre_per_s, metre_per_s2
   use gestell_task_common_task, only: longest_table, task_type
   use gestell_task_common_configuration, only: configuration_type
   use gestell_task_common_context, only: context_type
+  use gestell_task_drawing_balance_table, only: tabulate_plane, tabulate_space
   use gestell_task_drawing_elements, only: axes
+  use gestell_task_drawing_frequencies, only: tabulate_frequencies
   use gestell_task_drawing_placed, only: place_in_space, placed_type
   use gestell_task_drawing_plot, only: plot_mechanism
+  use gestell_task_drawing_strokes, only: stroke_table
   use gestell_task_drawing_views, only: plot_views
   implicit none (type, external)
   private
@@ -36,8 +42,9 @@ contains
     class(drawing_task), intent(inout) :: self
 
     self%name = "drawing"
-    self%meaning = "positions of the mechanism's joints and links over one period, as a table and a picture"
-    self%tables = [character(len=longest_table) :: "mechanism"]
+    self%meaning = "motion of joints and links over one period, with a picture; tables of frequencies, strokes and shaking forces"
+    self%tables = [character(len=longest_table) :: "mechanism", "frequencies", "strokes", "balance_table", &
+      & "unbalance"]
     self%drawn_with_plot = .true.
   end subroutine describe
 
@@ -67,37 +74,73 @@ contains
     type(table_type) :: table
     integer :: i, k
 
-    associate (frame => context%configuration%frame, unused => self)
+    associate (frame => context%configuration%frame, probes => context%configuration%probes, unused => self)
       select type (mechanism => frame%mechanism)
       class is (linkage_type)
         call trace_diagram(mechanism, [(sign(2 * pi, frame%speed) * k / rows, k = 0, rows)], diagram)
         if (frame%dofs() > 3) then
           call place_in_space(frame, mechanism, diagram, placed)
-          table = table_of(frame, mechanism, placed%joints, placed%centers)
-          call result%add(table, plot_views(table, frame, mechanism, diagram, placed, context%configuration%probes))
-          return
+          table = table_of(frame, mechanism, placed%joints, placed%centers, placed%rates)
+          call result%add(table, plot_views(table, frame, mechanism, diagram, placed, probes))
+        else
+          do i = 1, 2
+            diagram%joints(i, :, :) = diagram%joints(i, :, :) + frame%origin(i)
+            diagram%centers(i, :, :) = diagram%centers(i, :, :) + frame%origin(i)
+          end do
+          table = table_of(frame, mechanism, diagram%joints, diagram%centers, diagram%rates)
+          call result%add(table, plot_mechanism(table, frame, mechanism, diagram, probes))
         end if
-        do i = 1, 2
-          diagram%joints(i, :, :) = diagram%joints(i, :, :) + frame%origin(i)
-          diagram%centers(i, :, :) = diagram%centers(i, :, :) + frame%origin(i)
-        end do
-        table = table_of(frame, mechanism, diagram%joints, diagram%centers)
-        call result%add(table, plot_mechanism(table, frame, mechanism, diagram, context%configuration%probes))
       end select
+      call add_tables(frame, result)
     end associate
   end subroutine run
 
-  !> The table mechanism.csv: positions of all joints and centres of mass in the frame's axes, with one row for each crank angle.
-  pure type(table_type) function table_of(frame, linkage, joints, centers) result(table)
+  !> Adds those tables of --check that other programs may need. A table is omitted if it cannot be computed.
+  subroutine add_tables(frame, result)
+    class(frame_type), intent(in) :: frame
+    type(result_type), intent(inout) :: result
+    type(shaking_type) :: forces
+    type(space_shaking_type) :: forces_in_space
+    type(diagnosis_type) :: diagnosis
+    type(table_type) :: table, unbalance
+    type(error_type), allocatable :: failure
+    real(dp), allocatable :: frequencies(:)
+
+    call tabulate_frequencies(frame, table, frequencies, failure)
+    if (.not. allocated(failure)) call result%add(table)
+    select type (mechanism => frame%mechanism)
+    class is (linkage_type)
+      call diagnose_joints(mechanism, diagnosis)
+      if (any(diagnosis%joints%slides)) call result%add(stroke_table(frame, mechanism, diagnosis))
+    end select
+    if (frame%dofs() > 3) then
+      call shaking_in_space(frame, forces_in_space)
+      if (.not. forces_in_space%is_finite()) return
+      call tabulate_space(frame, forces_in_space, table)
+      call result%add(table)
+    else
+      call shaking(frame%mechanism, frame%speed, forces, failure, frame%uniform_in_space())
+      if (.not. forces%is_finite()) return
+      call tabulate_plane(frame, forces, table, unbalance)
+      call result%add(table)
+      call result%add(unbalance)
+    end if
+  end subroutine add_tables
+
+  !> The table mechanism.csv: motion of all joints and centres of mass relative to the frame, with one row for each crank angle.
+  pure type(table_type) function table_of(frame, linkage, joints, centers, rates) result(table)
     class(frame_type), intent(in) :: frame
     class(linkage_type), intent(in) :: linkage
     !> `joints`: positions of the joints (m), shape (axes, joints, rows). `centers`: positions of the centres of mass (m), shape
-    !> (axes, links, rows). There are two or three axes
-    real(dp), intent(in) :: joints(:, :, :), centers(:, :, :)
+    !> (axes, links, rows). `rates`: their first and second derivatives with respect to the crank angle (m), shape (axes, joints +
+    !> links, rows, 2). There are two or three axes
+    real(dp), intent(in) :: joints(:, :, :), centers(:, :, :), rates(:, :, :, :)
+    character(len=:), allocatable :: name
     integer :: i, k
 
     table = new_table("mechanism", "The machine", "The mechanism during " &
       & // turns_in_words(frame%mechanism%turns) // ", drawn to scale with its frame and mounts.", unjudged)
+    call table%expect(1 + 3 * size(joints, 1) * size(rates, 2))
     call table%add("crank", degree, "crank angle, negative for a clockwise crank", &
       & [(frame%degrees_per_period() * k / rows, k = 0, rows)])
     do i = 1, size(linkage%joints)
@@ -109,6 +152,20 @@ contains
       do k = 1, size(centers, 1)
         call table%add("link(" // linkage%links(i)%name // ")." // axes(k), metre, "position of the link's centre of mass", &
           & centers(k, i, :))
+      end do
+    end do
+    do i = 1, size(rates, 2)
+      if (i <= size(linkage%joints)) then
+        name = "joint(" // linkage%joints(i)%name // ")."
+      else
+        name = "link(" // linkage%links(i - size(linkage%joints))%name // ")."
+      end if
+      do k = 1, size(rates, 1)
+        call table%add(name // "v" // axes(k), metre_per_s, "velocity relative to the frame", frame%speed * rates(k, i, :, 1))
+      end do
+      do k = 1, size(rates, 1)
+        call table%add(name // "a" // axes(k), metre_per_s2, "acceleration relative to the frame", &
+          & frame%speed**2 * rates(k, i, :, 2))
       end do
     end do
   end function table_of

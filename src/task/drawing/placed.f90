@@ -11,9 +11,10 @@ module gestell_task_drawing_placed
 
   !> Positions in the frame's axes, measured from F (m). `joints`: shape (3, joints, angles). `centers`: centres of mass, shape (3,
   !> links, angles). `guides`: both ends of each slider's travel, shape (3, 2, sliders). If a slider's guide moves, both ends equal
-  !> the slider's first position.
+  !> the slider's first position. `rates`: derivatives of `joints` and `centers` with respect to the crank angle, as in
+  !> diagram_type, shape (3, joints + links, angles, 2).
   type, public :: placed_type
-    real(dp), allocatable :: joints(:, :, :), centers(:, :, :), guides(:, :, :)
+    real(dp), allocatable :: joints(:, :, :), centers(:, :, :), guides(:, :, :), rates(:, :, :, :)
   end type placed_type
 
 contains
@@ -27,7 +28,7 @@ contains
     !> Positions of joints and centres of mass in the planes of the mechanisms
     type(diagram_type), intent(in) :: diagram
     type(placed_type), intent(out) :: placed
-    integer :: mechanism(size(linkage%joints)), plane(size(linkage%joints)), i, k, n
+    integer :: mechanism(size(linkage%joints)), plane(size(linkage%joints)), of_point(size(diagram%rates, 2)), i, k, n, order
     real(dp) :: z(size(linkage%joints)), end_point(2)
     logical, dimension(size(linkage%links)) :: own, between
 
@@ -60,6 +61,15 @@ contains
         placed%centers(:, i, k) = point_in_space(linkage%links(i)%plane, [diagram%centers(:, i, k), linkage%links(i)%z])
       end do
     end do
+    allocate(placed%rates(3, size(of_point), n, 2))
+    of_point = [plane, linkage%links%plane]
+    do order = 1, 2
+      do k = 1, n
+        do i = 1, size(of_point)
+          placed%rates(:, i, k, order) = vector_in_space(of_point(i), [diagram%rates(:, i, k, order), 0.0_dp])
+        end do
+      end do
+    end do
     do i = 1, size(diagram%sliders)
       associate (slider => diagram%sliders(i))
         do k = 1, 2
@@ -86,6 +96,21 @@ contains
         end associate
       end do
     end function point_in_space
+
+    !> Components along the frame's axes of a vector in the plane that has this `number`.
+    pure function vector_in_space(number, vector)
+      integer, intent(in) :: number
+      real(dp), intent(in) :: vector(3)
+      real(dp) :: vector_in_space(3)
+      integer :: p
+
+      vector_in_space = vector
+      do p = 1, size(frame%space%planes)
+        associate (own => frame%space%planes(p))
+          if (own%linkage%links(1)%plane == number) vector_in_space = matmul(own%axes, vector)
+        end associate
+      end do
+    end function vector_in_space
 
   end subroutine place_in_space
 

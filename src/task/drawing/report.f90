@@ -8,18 +8,21 @@ module gestell_task_drawing_report
   use gestell_model_joints_law, only: law_names
   use gestell_model_joints_types_follower, only: follower_joint
   use gestell_model_linkage_diagnosis, only: diagnose, diagnose_joints, diagnosis_type
-  use gestell_model_mechanism_shaking, only: shaking, shaking_type
-  use gestell_output_report_orders, only: order_of
-  use gestell_output_report_text_table, only: listed, number_cells, tab, tabulated
   use gestell_model_frame, only: frame_type
+  use gestell_model_frame_shaking, only: shaking_in_space, space_shaking_type
+  use gestell_model_mechanism_shaking, only: shaking, shaking_type
+  use gestell_output_report_table_lines, only: in_degrees, table_lines
+  use gestell_output_report_text_table, only: listed, number_cells, tab, tabulated
+  use gestell_output_report_wrapping, only: wrapped
+  use gestell_output_table, only: table_type
   use gestell_model_linkage, only: linkage_type
   use gestell_study_balance, only: examine, rigid_ground_type
   use gestell_study_balance_bodies, only: counterweight_type
   use gestell_study_balance_complete, only: balance_force, balanced, balanced_already
   use gestell_task_forces_reactions, only: static_force, support_positions
-  use gestell_task_drawing_balance_table, only: balance_table
+  use gestell_task_drawing_balance_table, only: tabulate_plane, tabulate_space
+  use gestell_task_drawing_strokes, only: stroke_table
   use gestell_task_separation_torque_roll, only: axis_line
-  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none (type, external)
   private
 
@@ -72,10 +75,10 @@ contains
         rows = rows // trim(mechanism%links(i)%name) // tab // motion // newline
       end do
       lines = lines // tabulated("ll", "link,motion", rows) // transmission_line(mechanism, diagnosis) &
-        & // slider_lines(mechanism, diagnosis, frame%speed) // law_lines(mechanism)
+        & // slider_lines(mechanism, diagnosis, frame) // law_lines(mechanism)
     end select
     if (frame%dofs() > 3) then
-      lines = lines // balance_table(frame) // axis_line(frame)
+      lines = lines // shaking_lines_in_space(frame) // axis_line(frame)
     else
       lines = lines // shaking_lines(frame)
     end if
@@ -140,46 +143,17 @@ contains
       & // mechanism%joints(nearest)%name // "' changes by " // concise(diagnosis%joints(nearest)%margin, 3) // " m" // newline
   end function transmission_line
 
-  !> Table of the sliders: stroke, maximum speed and acceleration, and the time ratio of forward to return motion. `speed`: angular
-  !> velocity (rad/s) of a shaft that makes one turn in the period.
-  function slider_lines(mechanism, diagnosis, speed) result(lines)
+  !> Section on the motion of the sliders; empty if there are none.
+  function slider_lines(mechanism, diagnosis, frame) result(lines)
     class(linkage_type), intent(in) :: mechanism
     type(diagnosis_type), intent(in) :: diagnosis
-    real(dp), intent(in) :: speed
-    character(len=:), allocatable :: lines, rows
-    real(dp) :: forward
-    integer :: i
+    class(frame_type), intent(in) :: frame
+    character(len=:), allocatable :: lines
 
     lines = ""
-    if (.not. any(diagnosis%joints%slides)) return
-    rows = ""
-    do i = 1, size(mechanism%joints)
-      associate (joint => diagnosis%joints(i))
-        if (.not. joint%slides) cycle
-        rows = rows // mechanism%joints(i)%name // tab // concise(joint%travel(2) - joint%travel(1), 5) // tab &
-          & // in_range(joint%rate * abs(speed)) // tab // in_range(joint%second_rate * speed**2)
-        forward = joint%forward
-        ! if the crank turns in the opposite direction, the return motion becomes the forward motion
-        if (speed < 0 .and. forward > 0) forward = 2 * pi - forward
-        if (forward > 0) rows = rows // tab // fixed(forward * mechanism%turns * 180 / pi, 2) // tab &
-          & // concise(forward / (2 * pi - forward), 5)
-        rows = rows // newline
-      end associate
-    end do
-    lines = newline // "SLIDERS at " // concise(abs(speed) * mechanism%turns * 30 / pi) // " rpm, maximum speed and " &
-      & // "acceleration along their guides" // newline // tabulated("lrrrrr", "slider,stroke,speed,acceleration,forward,time" &
-      & // newline // ",m,m/s,m/s^2,deg,forward/back", rows)
-
-  contains
-
-    !> The number as text, or "overflow" if it is not finite.
-    pure function in_range(value) result(words)
-      real(dp), intent(in) :: value
-      character(len=:), allocatable :: words
-
-      words = either(concise(value, 5), "overflow", ieee_is_finite(value))
-    end function in_range
-
+    if (any(diagnosis%joints%slides)) lines = newline // "SLIDERS at " // concise(abs(frame%drive_rpm())) // " rpm, maximum " &
+      & // "speed and acceleration along their guides" // newline // table_lines(stroke_table(frame, mechanism, diagnosis), &
+      & "lrrrrr", "slider,stroke,speed,acceleration,forward,time" // newline // ",m,m/s,m/s^2,deg,forward/back", [1, 5, 5, 5, 5, 5])
   end function slider_lines
 
   !> Table of the segments of all cam laws; empty if there are none.
@@ -209,79 +183,74 @@ contains
       & "slider,law,angle,lift,jump" // newline // ",,deg,m,m", rows)
   end function law_lines
 
-  !> Table of the shaking forces and the shaking moment of a planar frame, for each order of the crank.
+  !> Section on the shaking forces and the shaking moment of a planar frame, for each order of the crank.
   function shaking_lines(frame) result(lines)
     class(frame_type), intent(in) :: frame
-    character(len=:), allocatable :: lines, rows
+    character(len=:), allocatable :: lines
     type(shaking_type) :: forces
+    type(table_type) :: balance, unbalance
     type(error_type), allocatable :: failure
     character(len=*), parameter :: ratios(3) = [character(len=8) :: "fx", ", fy", ", moment"]
-    real(dp) :: noise(3)
-    integer :: k, i
+    integer :: i
 
     call shaking(frame%mechanism, frame%speed, forces, failure, frame%uniform_in_space())
     lines = newline // "SHAKING FORCES of the mechanism on a frame at rest"
-    if (.not. all(ieee_is_finite(forces%rms) .and. ieee_is_finite(forces%peak))) then
+    if (.not. forces%is_finite()) then
       lines = lines // ": they overflow double precision" // newline
       return
     end if
-    ! Amplitudes below this limit are rounding errors. The limit is relative to the larger of the two forces, and to the terms that
-    ! the forces are the sums of.
-    noise(:2) = 1.0e-11_dp * max(maxval(forces%series(1)%amplitude), maxval(forces%series(2)%amplitude))
-    noise(3) = 1.0e-11_dp * maxval(forces%series(3)%amplitude)
-    noise = max(noise, 1.0e-12_dp * frame%speed**2 * frame%mechanism%terms(:3))
-    rows = ""
-    do k = 1, min(8 * frame%mechanism%turns, size(forces%series(1)%amplitude))
-      ! fractional orders are listed only if their forces are not zero
-      if (modulo(k, frame%mechanism%turns) > 0 .and. all([(forces%series(i)%amplitude(k) < noise(i), i = 1, 3)])) cycle
-      rows = rows // order_of(k, frame%mechanism%turns)
-      do i = 1, 3
-        associate (amplitude => forces%series(i)%amplitude(k))
-          rows = rows // tab // either(concise(amplitude, 5) // tab // degrees(forces%series(i)%phase(k)), "0" // tab // "-", &
-            & amplitude >= noise(i) .and. amplitude > 0)
-        end associate
-      end do
-      rows = rows // newline
-    end do
-    rows = rows // "peak" // sizes(forces%peak(:3)) // "rms" // sizes(forces%rms(:3))
+    call tabulate_plane(frame, forces, balance, unbalance)
     lines = lines // ", amplitudes and phases" // newline &
-      & // tabulated("rrrrrrr", "order,fx,,fy,,moment about O" // newline // ",N,deg,N,deg,N m,deg", rows) &
+      & // table_lines(balance, "rrrrrrr", "order,fx,,fy,,moment about O" // newline // ",N,deg,N,deg,N m,deg", spread(5, 1, 7)) &
       & // "  resultant force: peak " // concise(forces%peak(4), 5) // " N, rms " // concise(forces%rms(4), 5) // " N" // newline &
       & // "  mean ratio of successive amplitudes: "
     do i = 1, 3
       lines = lines // trim(ratios(i)) // " " // concise(amplitude_ratio(forces%series(i)%amplitude), 2)
     end do
-    lines = lines // newline // "  unbalance of order 1  rotating with the crank     " // vector(forces%unbalance(1)) // newline &
-      & // "                        rotating against the crank  " // vector(forces%unbalance(2)) // newline // balance_lines(frame)
+    lines = lines // newline // "  unbalance of order 1  rotating with the crank     " // vector(1) // newline &
+      & // "                        rotating against the crank  " // vector(2) // newline // balance_lines(frame)
 
   contains
 
-    !> The three values as table cells. A value below its rounding error is written as 0. An empty cell follows each of the first
-    !> two, because the next column of the table is for a phase.
-    pure function sizes(values) result(words)
-      real(dp), intent(in) :: values(3)
-      character(len=:), allocatable :: words
-      integer :: i
-
-      words = ""
-      do i = 1, 3
-        words = words // tab // concise(merge(0.0_dp, values(i), values(i) < noise(i)), 5)
-        if (i < 3) words = words // tab
-      end do
-      words = words // newline
-    end function sizes
-
     !> An unbalance as text: its magnitude in kg mm, and its direction when the crank angle is zero.
-    pure function vector(unbalance) result(words)
-      complex(dp), intent(in) :: unbalance
+    pure function vector(row) result(words)
+      integer, intent(in) :: row
       character(len=:), allocatable :: words
 
-      words = "0"
-      if (abs(unbalance) * frame%drive_speed()**2 > noise(1)) words = concise(1000 * abs(unbalance), 5) &
-        & // " kg mm at " // degrees(atan2(aimag(unbalance), real(unbalance))) // " deg"
+      associate (magnitude => unbalance%columns(2)%numbers(row), angle => unbalance%columns(3)%numbers(row))
+        words = "0"
+        if (magnitude > 0) words = concise(1000 * magnitude, 5) // " kg mm at " // in_degrees(angle) // " deg"
+      end associate
     end function vector
 
   end function shaking_lines
+
+  !> Section on the shaking forces and couples of a frame in space, for each order of the crank.
+  function shaking_lines_in_space(frame) result(lines)
+    class(frame_type), intent(in) :: frame
+    character(len=:), allocatable :: lines, rotating, shaft
+    type(space_shaking_type) :: forces
+    type(table_type) :: balance
+    integer :: i
+
+    lines = newline // "SHAKING FORCES AND COUPLES of all mechanisms on a frame at rest"
+    call shaking_in_space(frame, forces)
+    if (.not. forces%is_finite()) then
+      lines = lines // ":" // newline // "  they overflow double precision" // newline
+      return
+    end if
+    call tabulate_space(frame, forces, balance)
+    lines = lines // ", amplitudes" // newline // table_lines(balance, "rrrrrrr", "order,fx,fy,fz,mx,my,mz" // newline &
+      & // ",N,N,N,N m,N m,N m", [1, (5, 0, i = 1, 6), 0, 0, 0, 0]) // "  couples are about the origin O; orders are multiples " &
+      & // "of the crank speed" // newline
+    ! the axis of the shaft is mentioned only if it is not the zeta axis
+    shaft = ""
+    if (forces%shaft(3) < 1) shaft = " (" // listed(forces%shaft, 3, ", ") // ")"
+    rotating = table_lines(balance, "rrrrr", "order,force with,against,couple with,against" // newline // ",N,N,N m,N m", &
+      & [1, (0, i = 1, 12), 5, 5, 5, 5], omit_zeros=.true.)
+    if (rotating /= "") lines = lines // wrapped("  components normal to the first shaft" // shaft // ", rotating with and " &
+      & // "against the crank:" // newline) // rotating
+  end function shaking_lines_in_space
 
   !> Lines on the counterweights that balance the shaking force completely: unbalance and direction of each, in the axes of its
   !> link.
@@ -307,7 +276,7 @@ contains
           associate (weight => weights(k))
             lines = lines // merge(head, repeat(" ", len(head)), k == 1) // "link '" &
               & // mechanism%links(rigid%bodies(weight%body)%link)%name // "' " // concise(1000 * weight%unbalance, 5) &
-              & // " kg mm at " // degrees(weight%angle) // " deg" // newline
+              & // " kg mm at " // in_degrees(weight%angle) // " deg" // newline
           end associate
         end do
         lines = lines // repeat(" ", len(head)) // "by counterweights; angles are measured from the link's first axis" // newline
@@ -316,18 +285,6 @@ contains
       end if
     end select
   end function balance_lines
-
-  !> An angle (rad) as text in degrees with one decimal, in the range -180 < angle <= 180.
-  pure function degrees(angle) result(words)
-    real(dp), intent(in) :: angle
-    character(len=:), allocatable :: words
-    real(dp) :: rounded
-
-    rounded = anint(angle * 1800 / pi)
-    if (rounded <= -1800) rounded = 1800
-    words = fixed(rounded / 10 + 0.0_dp, 1)
-    if (words == "-0.0") words = "0.0"
-  end function degrees
 
   !> Geometric mean of the ratios of successive amplitudes, from the largest amplitude to the last one above rounding error.
   pure real(dp) function amplitude_ratio(amplitude)

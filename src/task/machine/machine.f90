@@ -20,7 +20,7 @@ module gestell_task_machine
   use gestell_task_common_context, only: context_type
   use gestell_task_drawing_report, only: report_transmission
   use gestell_task_machine_report, only: model_warning, evidence_lines, newton_line, tolerance_note, verdict_lines, verdict_sentence
-  use gestell_task_machine_frequencies, only: report_frequencies, resonance_lines
+  use gestell_task_drawing_frequencies, only: report_frequencies, resonance_lines
   use gestell_task_machine_vibrations, only: mention_others, several_lines
   implicit none (type, external)
   private

@@ -8,6 +8,7 @@ use gestell_task_design_task, only: design_task
 use gestell_task_drawing, only: drawing_task
 use gestell_task_forces, only: forces_task
 use gestell_task_joints, only: joints_task
+use gestell_task_matrices, only: matrices_task
 use gestell_task_modes, only: modes_task
 use gestell_task_power, only: power_task
 use gestell_task_probes, only: probes_task
@@ -35,6 +36,7 @@ module subroutine all_tasks(tasks)
   call add(drawing_task())
   call add(stability_task())
   call add(modes_task())
+  call add(matrices_task())
   call add(response_task())
   call add(forces_task())
   call add(joints_task())

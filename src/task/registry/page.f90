@@ -8,7 +8,7 @@ module gestell_task_registry_page
   use gestell_task_common_configuration, only: configuration_type
   use gestell_task_common_context, only: context_type
   use gestell_task_forces_reactions, only: along_x, along_y, along_z, find_reactions, reaction_type, force_magnitude
-  use gestell_task_machine_frequencies, only: frequency_list
+  use gestell_task_drawing_frequencies, only: frequency_list
   use gestell_task_machine_report, only: report_machine
   use gestell_output_head, only: setting_type
   use gestell_output_result, only: result_type

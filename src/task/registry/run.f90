@@ -7,7 +7,7 @@ module gestell_task_registry_run
   use gestell_task_common_context, only: context_type
   use gestell_task_drawing_report, only: report_mechanism
   use gestell_task_machine, only: add_machine_columns, solve_machine
-  use gestell_task_machine_frequencies, only: list_frequencies
+  use gestell_task_drawing_frequencies, only: report_frequencies
   use gestell_task_machine_report, only: input_warnings
   use gestell_task_registry, only: requests_any
   implicit none (type, external)
@@ -85,7 +85,7 @@ contains
 
     is_possible = .not. allocated(context%configuration%impossible)
     associate (frame => context%configuration%frame)
-      if (is_possible) call result%write_lines(report_mechanism(frame) // list_frequencies(frame))
+      if (is_possible) call result%write_lines(report_mechanism(frame) // report_frequencies(frame))
     end associate
     do i = 1, size(tasks)
       associate (task => tasks(i)%task)

@@ -108,12 +108,12 @@ contains
     type(schema_type), intent(in) :: schema
     character(len=word_length), allocatable, intent(out) :: paths(:)
     character(len=*), parameter :: single(*) = [character(len=20) :: "drive.speed_rpm", "frame.mass", "frame.inertia"]
-    character(len=*), parameter :: mounting(*) = [character(len=20) :: "support.stiffness", "support.damping", &
-      & "foundation.stiffness", "foundation.damping"]
+    character(len=*), parameter :: mounting(*) = [character(len=24) :: "support.stiffness", "support.damping", &
+      & "support.damping_ratio", "foundation.stiffness", "foundation.damping", "foundation.damping_ratio"]
     integer :: i, n, used, supports
 
     supports = count_groups(doc, "support")
-    allocate(paths(size(single) + 2 * count_groups(doc, "link") + size(mounting) + 2 * supports))
+    allocate(paths(size(single) + 2 * count_groups(doc, "link") + size(mounting) + 3 * supports))
     used = 0
     do i = 1, size(single)
       call add(trim(single(i)))
