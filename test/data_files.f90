@@ -107,6 +107,7 @@ contains
       call read(group, keys, "lift", joint%lift, error, units, default=0.0_dp)
       call read(group, keys, "lift_phase", joint%phase_deg, error)
     end if
+    if (kind == "cylinder") call read(group, keys, "stroke", joint%lift, error, units, default=0.0_dp)
     if (has(group, "pivot")) then
       call read(group, keys, "pivot", pivot, error)
       joint%ends(1) = findloc(group_names(joints) == pivot, .true., dim=1)

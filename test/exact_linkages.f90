@@ -9,8 +9,9 @@ module exact_linkages
 
   public :: draw_linkage
 
-  character(len=14), parameter, public :: linkage_names(10) = [character(len=14) :: "four-bar", "press", "slider-crank", &
-    & "Scotch yoke", "slotted lever", "V twin", "geared", "cam", "swinging guide", "six-bar"]
+  character(len=14), parameter, public :: linkage_names(11) = [character(len=14) :: "four-bar", "press", "slider-crank", &
+    & "Scotch yoke", "slotted lever", "V twin", "geared", "cam", "swinging guide", "six-bar", &
+    & "cylinders"]
 
 contains
 
@@ -65,6 +66,8 @@ contains
         & guide2_point=[machine%joints(3)%position(1), brief(length * (1.5_dp + random%draw()))], guide2_angle_deg=brief(20 &
         & * (2 * random%draw() - 1))))
       call add_link(random, machine, 5, 0, mass, length)
+    case ("cylinders")
+      call add_cylinders(random, length, mass, machine)
     case default ! six-bar
       call add_four_bar(random, length, mass, machine)
       call add(machine, joint_data("rigid", ends=[2, 4], offset=[brief(2 * length * random%draw()), brief(length * (0.5_dp &
@@ -149,7 +152,39 @@ contains
     call add_link(random, machine, 3, 0, mass, length)
   end subroutine add_follower
 
-  !> `turns`: number of turns of a crank in a period.
+  !> A cylinder between the crank pin and a lever, and a cylinder that moves a slider along this lever. The ends are 3 to 5 cranks
+  !> apart; lever and cylinder have 2.9 to 4.1.
+  subroutine add_cylinders(random, length, mass, machine)
+    type(random_type), intent(inout) :: random
+    real(dp), intent(in) :: length, mass
+    type(exact_machine), intent(inout) :: machine
+
+    call add(machine, joint_data("ground", position=[4 * length, 0.0_dp]))
+    call add(machine, joint_data("cylinder", ends=[3, 2], lengths=[brief(length * (3.2_dp + 0.6_dp * random%draw())), 0.0_dp], &
+      & branch=sign_of(random), lift=harmonics(3.5_dp, 0.3_dp), phase_deg=brief(360 * random%draw())), 1)
+    call add_link(random, machine, 3, 4, mass, 3 * length)
+    call add_link(random, machine, 2, 4, mass, 3 * length)
+    call add(machine, joint_data("cylinder", guide=[3, 4], guide_point=random_pair(random, length), guide_angle_deg= &
+      & brief(360 * random%draw()), lift=harmonics(1.0_dp, 1.0_dp)), 1)
+    call add_link(random, machine, 5, 0, mass, length)
+
+  contains
+
+    !> Three orders about a mean, both in cranks.
+    function harmonics(mean, amplitude) result(stroke)
+      real(dp), intent(in) :: mean, amplitude
+      real(dp) :: stroke(7)
+      integer :: k
+
+      stroke(1) = brief(mean * length)
+      do k = 2, 7
+        stroke(k) = brief(amplitude * length * (2 * random%draw() - 1) / (k / 2)**2)
+      end do
+    end function harmonics
+
+  end subroutine add_cylinders
+
+  !> `turns`: number of turns of a crank or cylinder in a period.
   subroutine add(machine, joint, turns)
     type(exact_machine), intent(inout) :: machine
     type(joint_data), intent(in) :: joint

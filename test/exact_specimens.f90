@@ -45,7 +45,9 @@ contains
     one%number = number
     one%trait = traits(random%pick(size(traits)))
     if (random%chance(0.3_dp)) one%trait = "plain"
-    kind = random%pick(size(linkage_names))
+    kind = random%pick(size(linkage_names) - 1)
+    ! The last kind came later; all other machines stay as they were.
+    if (modulo(number, 11) == 0) kind = size(linkage_names)
     one%linkage = linkage_names(kind)
     length = brief(0.01_dp * 10**random%draw())
     moving = brief(0.05_dp * 100**random%draw())

@@ -93,6 +93,13 @@ contains
       case ("RPP")
         text = text // ", ends='" // name("j", joint%ends(1)) // "', slot_angle=" // numbers([joint%slot_angle_deg]) &
           & // guide("guide", joint%guide, joint%guide_point, joint%guide_angle_deg)
+      case ("cylinder")
+        text = text // ", stroke=" // numbers(joint%lift) // ", phase=" // numbers([joint%phase_deg])
+        if (joint%ends(1) > 0) then
+          text = text // ends() // ", lengths=" // numbers(joint%lengths(:1)) // branch()
+        else
+          text = text // guide("guide", joint%guide, joint%guide_point, joint%guide_angle_deg)
+        end if
       case default ! follower
         n = size(joint%lift)
         text = text // ", cam='" // name("j", joint%ends(1)) // "','" // name("j", joint%ends(2)) // "', lift=" &

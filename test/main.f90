@@ -28,6 +28,7 @@ program main
   use test_checks, only: collect_checks
   use test_composition, only: collect_composition
   use test_cost, only: collect_cost
+  use test_cylinder, only: collect_cylinder
   use test_data, only: collect_data
   use test_digits, only: collect_digits
   use test_discs, only: collect_discs
@@ -168,6 +169,7 @@ program main
     & new_testsuite("shaking", collect_shaking), &
     & new_testsuite("cam_laws", collect_cam_laws), &
     & new_testsuite("follower", collect_follower), &
+    & new_testsuite("cylinder", collect_cylinder), &
     & new_testsuite("undamped", collect_undamped), &
     & new_testsuite("user-joint", collect_user_joint), &
     & new_testsuite("motion-bounds", collect_motion_bounds), &

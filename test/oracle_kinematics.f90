@@ -79,7 +79,7 @@ contains
     complex(xp), intent(inout) :: z(0:, :)
     complex(xp) :: along(0:3)
     type(line_type) :: line
-    real(xp) :: spin(3)
+    real(xp) :: spin(3), length(0:3)
     integer :: k
 
     associate (joint => machine%joints(n))
@@ -110,6 +110,15 @@ contains
       case ("RPP")
         line = line_of(joint%guide, joint%guide_point, machine%directions(guide, n), z)
         call meet_lines(line, line_type(z(:, joint%ends(1)), line%along * machine%directions(slot, n)), z(:, n))
+      case ("cylinder")
+        length = harmonics(joint%lift, machine%directions(phase, n) * turn**machine%turns_of(n)) &
+          & * [((machine%turns_of(n) / real(machine%turns, xp))**k, k = 0, 3)]
+        if (joint%ends(1) > 0) then
+          call meet_circles(z(:, joint%ends(1)), z(:, joint%ends(2)), [real(joint%lengths(1), xp), length(0)], joint%branch, &
+            & z(:, n), length)
+        else
+          call slide_along(line_of(joint%guide, joint%guide_point, machine%directions(guide, n), z), length, z(:, n))
+        end if
       case default ! follower
         line = line_of(joint%guide, joint%guide_point, machine%directions(guide, n), z)
         call follow(z(:, joint%ends(2)) - z(:, joint%ends(1)), joint%lift, machine%directions(phase, n), line, z(:, n))
@@ -155,21 +164,26 @@ contains
     along(3) = cmplx(-3 * spin(1) * spin(2), spin(3) - spin(1)**3, xp) * along(0)
   end subroutine direction
 
-  pure subroutine meet_circles(p1, p2, lengths, branch, p)
+  !> `length`: the second length with its derivatives, if it changes.
+  pure subroutine meet_circles(p1, p2, lengths, branch, p, length)
     complex(xp), intent(in) :: p1(0:), p2(0:)
     real(xp), intent(in) :: lengths(2)
     integer, intent(in) :: branch
     complex(xp), intent(inout) :: p(0:)
+    real(xp), intent(in), optional :: length(0:)
     complex(xp) :: e
+    type(condition_type) :: second
     real(xp) :: d, part
-    integer :: k
+    integer :: j, k
 
     e = p2(0) - p1(0)
     d = abs(e)
     part = ((lengths(1) - lengths(2)) * (lengths(1) + lengths(2)) / d**2 + 1) / 2
     p(0) = p1(0) + e * cmplx(part, branch * sqrt((lengths(1) / d - part) * (lengths(1) / d + part)), xp)
     do k = 1, 3
-      p(k) = solution(on_circle(p1, p, k), on_circle(p2, p, k))
+      second = on_circle(p2, p, k)
+      if (present(length)) second%value = second%value + sum([(binomial(k, j) * length(j) * length(k - j), j = 0, k)]) / 2
+      p(k) = solution(on_circle(p1, p, k), second)
     end do
   end subroutine meet_circles
 
@@ -213,32 +227,50 @@ contains
     real(dp), intent(in) :: lift(:)
     type(line_type), intent(in) :: line
     complex(xp), intent(inout) :: p(0:)
-    complex(xp) :: along(0:3), wave
+    complex(xp) :: along(0:3)
     real(xp) :: spin(3), slide(3), by_angle(0:3), travel(0:3)
-    integer :: j, k, m
 
     call direction(e, along, spin)
     call direction(line%along, along, slide)
     spin = spin - slide
-    wave = e(0) / abs(e(0)) / line%along(0) * ahead
-    by_angle = 0
-    by_angle(0) = lift(1)
-    do k = 1, size(lift) / 2
-      do m = 0, 3
-        by_angle(m) = by_angle(m) + real(cmplx(lift(2 * k), -lift(2 * k + 1), xp) * (i * k)**m * wave**k)
-      end do
-    end do
+    by_angle = harmonics(lift, e(0) / abs(e(0)) / line%along(0) * ahead)
     travel(0) = by_angle(0)
     travel(1) = by_angle(1) * spin(1)
     travel(2) = by_angle(2) * spin(1)**2 + by_angle(1) * spin(2)
     travel(3) = by_angle(3) * spin(1)**3 + 3 * by_angle(2) * spin(1) * spin(2) + by_angle(1) * spin(3)
+    call slide_along(line, travel, p)
+  end subroutine follow
+
+  !> Fourier series and its derivatives with respect to theta; `wave`: exp(i theta).
+  pure function harmonics(coefficients, wave) result(series)
+    real(dp), intent(in) :: coefficients(:)
+    complex(xp), intent(in) :: wave
+    real(xp) :: series(0:3)
+    integer :: k, m
+
+    series = 0
+    series(0) = coefficients(1)
+    do k = 1, size(coefficients) / 2
+      do m = 0, 3
+        series(m) = series(m) + real(cmplx(coefficients(2 * k), -coefficients(2 * k + 1), xp) * (i * k)**m * wave**k)
+      end do
+    end do
+  end function harmonics
+
+  !> The point at the distance `travel` along a line.
+  pure subroutine slide_along(line, travel, p)
+    type(line_type), intent(in) :: line
+    real(xp), intent(in) :: travel(0:)
+    complex(xp), intent(inout) :: p(0:)
+    integer :: j, k
+
     do k = 0, 3
       p(k) = line%point(k)
       do j = 0, k
         p(k) = p(k) + binomial(k, j) * travel(j) * line%along(k - j)
       end do
     end do
-  end subroutine follow
+  end subroutine slide_along
 
   pure type(condition_type) function on_circle(center, p, k)
     complex(xp), intent(in) :: center(0:), p(0:)

@@ -4,7 +4,7 @@
 !> twice, which are linear in them. They are not derivatives of a formula for the position.
 module reference_joints
   use reference_linear, only: qp
-  use reference_machine, only: joint_data, pi_qp
+  use reference_machine, only: dp, joint_data, pi_qp
   implicit none (type, external)
   private
 
@@ -20,7 +20,7 @@ contains
     real(qp), intent(in) :: angle, scale, p(:, 0:, :)
     real(qp), intent(out) :: s(2, 0:2), margin
     real(qp), dimension(2, 0:2) :: g, u, g2, u2
-    real(qp) :: margin2
+    real(qp) :: margin2, lift(0:2)
 
     s = 0
     margin = 1
@@ -51,6 +51,14 @@ contains
       call guide_of(joint%guide, joint%guide_point*1.0_qp, joint%guide_angle_deg*1.0_qp, scale, p, g, u, margin2)
       call meet_lines(g, u, p(:, :, joint%ends(1)), turned(u, joint%slot_angle_deg*1.0_qp), s, margin)
       margin = min(margin, margin2)
+    case ('cylinder')
+      lift = harmonics(joint%lift, [angle + joint%phase_deg*pi_qp/180, 1.0_qp, 0.0_qp])
+      if (joint%ends(1) > 0) then
+        call meet_circles(joint, p(:, :, joint%ends(1)), p(:, :, joint%ends(2)), s, margin, lift)
+      else
+        call guide_of(joint%guide, joint%guide_point*1.0_qp, joint%guide_angle_deg*1.0_qp, scale, p, g, u, margin)
+        s = slid(lift, g, u)
+      end if
     case ('follower')
       call guide_of(joint%guide, joint%guide_point*1.0_qp, joint%guide_angle_deg*1.0_qp, scale, p, g, u, margin)
       call body_axis(p, joint%ends(1), joint%ends(2), scale, u2, margin2)
@@ -74,18 +82,24 @@ contains
     s(:, 2) = pivot(:, 2) - arm
   end subroutine turn_crank
 
-  !> RRR: |s - a| = l1, |s - b| = l2.
-  subroutine meet_circles(joint, a, b, s, margin)
+  !> RRR: |s - a| = l1, |s - b| = l2; `length`: l2 with its derivatives, if it changes.
+  subroutine meet_circles(joint, a, b, s, margin, length)
     type(joint_data), intent(in) :: joint
     real(qp), intent(in) :: a(2, 0:2), b(2, 0:2)
     real(qp), intent(out) :: s(2, 0:2), margin
-    real(qp) :: l1, l2, way(2), distance, along, across_squared, d1(2), d2(2)
+    real(qp), intent(in), optional :: length(0:2)
+    real(qp) :: l1, l2, way(2), distance, along, across_squared, d1(2), d2(2), growth(2)
     integer :: k
 
     s = 0
     margin = 0
     l1 = joint%lengths(1)
     l2 = joint%lengths(2)
+    growth = 0
+    if (present(length)) then
+      l2 = length(0)
+      growth = [length(0)*length(1), length(1)**2 + length(0)*length(2)]
+    end if
     way = b(:, 0) - a(:, 0)
     distance = norm2(way)
     if (.not. distance > 0) return
@@ -97,7 +111,7 @@ contains
     d2 = s(:, 0) - b(:, 0)
     margin = abs(cross(d1, d2))/(l1*l2)
     do k = 1, 2
-      s(:, k) = by_projections(d1, d2, on_circle(a, s, k), on_circle(b, s, k))
+      s(:, k) = by_projections(d1, d2, on_circle(a, s, k), on_circle(b, s, k) + growth(k))
     end do
   end subroutine meet_circles
 
@@ -142,22 +156,39 @@ contains
   pure function lifted(joint, g, u, e) result(s)
     type(joint_data), intent(in) :: joint
     real(qp), dimension(2, 0:2), intent(in) :: g, u, e
-    real(qp) :: s(2, 0:2), theta(0:2), lift(0:2)
+    real(qp) :: s(2, 0:2), theta(0:2)
     integer :: k
 
     theta(0) = atan2(cross(u(:, 0), e(:, 0)), dot_product(u(:, 0), e(:, 0))) + joint%phase_deg*pi_qp/180
     theta(1:2) = [(cross(e(:, 0), e(:, k)) - cross(u(:, 0), u(:, k)), k = 1, 2)]
-    lift = [joint%lift(1)*1.0_qp, 0.0_qp, 0.0_qp]
-    do k = 1, (size(joint%lift) - 1)/2
-      associate (c => joint%lift(2*k)*cos(k*theta(0)), d => joint%lift(2*k)*sin(k*theta(0)), &
-        & p => joint%lift(2*k + 1)*sin(k*theta(0)), q => joint%lift(2*k + 1)*cos(k*theta(0)))
+    s = slid(harmonics(joint%lift, theta), g, u)
+  end function lifted
+
+  !> Fourier series of an angle theta, with two derivatives.
+  pure function harmonics(coefficients, theta) result(lift)
+    real(dp), intent(in) :: coefficients(:)
+    real(qp), intent(in) :: theta(0:2)
+    real(qp) :: lift(0:2)
+    integer :: k
+
+    lift = [coefficients(1)*1.0_qp, 0.0_qp, 0.0_qp]
+    do k = 1, (size(coefficients) - 1)/2
+      associate (c => coefficients(2*k)*cos(k*theta(0)), d => coefficients(2*k)*sin(k*theta(0)), &
+        & p => coefficients(2*k + 1)*sin(k*theta(0)), q => coefficients(2*k + 1)*cos(k*theta(0)))
         lift = lift + [c + p, k*(q - d)*theta(1), k*(q - d)*theta(2) - k**2*(c + p)*theta(1)**2]
       end associate
     end do
+  end function harmonics
+
+  !> The point at the distance `lift` along a line.
+  pure function slid(lift, g, u) result(s)
+    real(qp), intent(in) :: lift(0:2), g(2, 0:2), u(2, 0:2)
+    real(qp) :: s(2, 0:2)
+
     s(:, 0) = g(:, 0) + lift(0)*u(:, 0)
     s(:, 1) = g(:, 1) + lift(0)*u(:, 1) + lift(1)*u(:, 0)
     s(:, 2) = g(:, 2) + lift(0)*u(:, 2) + 2*lift(1)*u(:, 1) + lift(2)*u(:, 0)
-  end function lifted
+  end function slid
 
   !> Unit vector e from joint `from` toward joint `to`; the x-axis if to = 0. With the way r between them its closure
   !> is e.e = 1 and left(r).e = 0, hence e.e' = 0, left(r).e' = -left(r').e, and so on; |r| may vary.

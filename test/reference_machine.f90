@@ -24,6 +24,8 @@ module reference_machine
   !>           by `slot_angle_deg` counter-clockwise
   !>   follower on the guide, by the lift from its point: lift(1) + lift(2) cos + lift(3) sin + lift(4) cos 2 + ... of the
   !>           angle from the guide's direction to the way from ends(1) to ends(2), plus `phase_deg`
+  !>   cylinder at lengths(1) from ends(1) and L from ends(2), branch as for RRR, or, if ends(1) = 0, at L along the guide;
+  !>           L: the Fourier series `lift` of the crank angle plus `phase_deg`
   !>
   !> A guide is a directed line through `guide_point` at `guide_angle_deg`: in x-y, or, if the numbers of two joints
   !> stand in `guide` (P, Q), in the system with origin P and x-axis toward Q. The second guide in the same way.

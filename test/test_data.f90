@@ -39,7 +39,7 @@ contains
   subroutine test_machines(error)
     type(error_type), allocatable, intent(out) :: error
     character(len=*), parameter :: names(*) = [character(len=24) :: "khang_four_bar", "khang_four_bar_printed", &
-      & "compressor", "watt_six_bar", "shaper", "flying_press", "cam_press", "rocking_sieve"]
+      & "compressor", "watt_six_bar", "shaper", "flying_press", "cam_press", "rocking_sieve", "tilting_table"]
     integer :: i
 
     do i = 1, size(names)

@@ -6,6 +6,7 @@ module test_motion_bounds
   use gestell_model_joints_guide, only: guide_type
   use gestell_model_joints_joint, only: joint_type, point_type, reach_type
   use gestell_model_joints_types_crank, only: crank_joint
+  use gestell_model_joints_types_cylinder, only: cylinder_joint
   use gestell_model_joints_types_follower, only: follower_joint
   use gestell_model_joints_types_prp, only: prp_joint
   use gestell_model_joints_types_rigid, only: rigid_joint
@@ -43,7 +44,8 @@ contains
       & new_unittest("bounds on the motion of two sliders hold", test_prp), &
       & new_unittest("bounds on the motion of yokes hold", test_rpp), &
       & new_unittest("bounds on the motion of cam followers hold", test_follower), &
-      & new_unittest("bounds on the motion of a crank on a moving pivot hold", test_crank)]
+      & new_unittest("bounds on the motion of a crank on a moving pivot hold", test_crank), &
+      & new_unittest("bounds on the motion of cylinders hold", test_cylinder)]
   end subroutine collect_motion_bounds
 
   !> Uniformly in [low, high].
@@ -90,13 +92,13 @@ contains
     real(dp) :: speed
     integer :: k
 
-    claim = joint%reach(moved(0.0_dp), norm2(velocities, dim=1), spread(0.0_dp, 1, earlier), half_width)
+    claim = joint%reach_at(0.0_dp, moved(0.0_dp), norm2(velocities, dim=1), spread(0.0_dp, 1, earlier), half_width)
     if (.not. claim%assembled) return
     proved = proved + 1
     call check_that(error, claim%angle_scale, ">", 0.0_dp, "angle scale")
     if (allocated(error)) return
     do k = -samples, samples
-      call joint%locate(0.0_dp, moved(half_width * k / samples), here)
+      call joint%locate(half_width * k / samples, moved(half_width * k / samples), here)
       speed = hypot(here%x%d, here%y%d)
       call check_that(error, hypot(here%x%dd, here%y%dd), "<=", claim%acceleration * (1 + 1.0e-9_dp) + 1.0e-9_dp, "acceleration")
       if (allocated(error)) return
@@ -330,12 +332,47 @@ contains
     proved = 0
     do i = 1, 1000
       call scatter(random, i, places, velocities)
-      call check_claims(crank_joint(3, draw(random, 0.1_dp, 1.0_dp), draw(random, 0.0_dp, 6.3_dp)), places, velocities, &
-        & width(i), tightest, proved, error)
+      call check_claims(crank_joint(pivot=3, radius=draw(random, 0.1_dp, 1.0_dp), phase=draw(random, 0.0_dp, 6.3_dp)), &
+        & places, velocities, width(i), tightest, proved, error)
       if (allocated(error)) return
     end do
     call check_use(tightest, 0.95_dp, proved, error)
   end subroutine test_crank
 
+  !> Levers with lengths of all sizes or close to a dead point, and sliders on fixed and carried guides.
+  subroutine test_cylinder(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(random_type) :: random
+    type(guide_type) :: guide
+    real(dp) :: places(2, earlier), velocities(2, earlier), tightest(2), stroke(5), lever, phase
+    integer :: i, k, proved(2)
+
+    tightest = 0
+    proved = 0
+    do i = 1, 8000
+      call scatter(random, i, places, velocities)
+      stroke = [draw(random, 0.3_dp, 1.0_dp), (draw(random, -0.2_dp, 0.2_dp), k = 2, 5)]
+      lever = draw(random, 0.3_dp, 1.0_dp)
+      phase = draw(random, 0.0_dp, 6.3_dp)
+      if (modulo(i, 3) == 0) stroke(4:) = 0
+      if (modulo(i, 5) == 0) stroke(1) = norm2(places(:, 2) - places(:, 1)) - lever
+      if (modulo(i, 5) == 1) stroke(1) = norm2(places(:, 2) - places(:, 1)) + lever
+      guide = carried(random)
+      if (modulo(i, 3) == 0) guide%carriers = 0
+      if (modulo(i, 4) < 3) then
+        call check_claims(cylinder_joint(stroke=stroke, ends=[1, 2], lever=lever, branch=merge(1, -1, modulo(i, 2) == 0), &
+          & phase=phase), places, velocities, width(i), tightest(1), proved(1), error)
+      else
+        call check_claims(cylinder_joint(stroke=stroke, guide=guide, phase=phase, ratio=2), places, velocities, width(i), &
+          & tightest(2), proved(2), error)
+      end if
+      if (allocated(error)) return
+    end do
+    ! |v| = |L'| / sin mu where both ends rest and L changes fastest; on a fixed guide |v| = |L'|.
+    do k = 1, 2
+      call check_use(tightest(k), 0.9_dp, proved(k), error)
+      if (allocated(error)) return
+    end do
+  end subroutine test_cylinder
 
 end module test_motion_bounds

@@ -294,7 +294,7 @@ INPUTS = [
      "'rrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrrr...': must not be longer than 64 "
      "characters"),
     ("no crank", changed("type='crank', pivot='A0', radius=0.07, phase=0.0", "type='ground', position=0.07, 0.0"), 2,
-     "input.nml: every mechanism needs a joint of type 'crank'"),
+     "input.nml: every mechanism needs a joint of type 'crank' or 'cylinder'"),
     ("key of another type", changed("position=0.40, 0.0", "position=0.40, 0.0, radius=1.0"), 2,
      "input.nml:4: &joint 'B0': radius = 1.0: is not a key of a joint of type 'ground'; its keys are position"),
     ("key that the type needs", changed(", radius=0.07", ""), 2,

@@ -32,6 +32,7 @@ from broken_inputs import INPUTS, OPTIONS, SOUND  # noqa: E402
 from broken_mechanisms import BROKEN_MECHANISMS  # noqa: E402
 from cam_laws import CAM_LAW_TESTS  # noqa: E402
 from critical import CRITICAL_TESTS  # noqa: E402
+from cylinder import CYLINDER_TESTS  # noqa: E402
 from damping_ratios import DAMPING_RATIO_TESTS  # noqa: E402
 from design import DESIGN_TESTS  # noqa: E402
 from engine_balance import ENGINE_BALANCE_TESTS  # noqa: E402
@@ -646,7 +647,8 @@ def main():
     program, *names = [word for word in sys.argv[1:] if word != "--write-golden"] or [""]
     tests = (test_numbers, test_same_bytes, test_mirrored, test_variants, test_help_and_version, test_set, test_output,
              test_quiet_and_check, test_fail_if_unstable, test_tasks, test_freedoms, test_unwritable, test_broken, test_extremes,
-             *AVERAGED_TESTS, *MECHANISM_TESTS, *CAM_LAW_TESTS, *FOLLOWER_TESTS, *UNUSUAL_NAME_TESTS, *OVERFLOW_TESTS,
+             *AVERAGED_TESTS, *MECHANISM_TESTS, *CAM_LAW_TESTS, *FOLLOWER_TESTS, *CYLINDER_TESTS, *UNUSUAL_NAME_TESTS,
+             *OVERFLOW_TESTS,
              *SOLUTION_METHOD_TESTS, *SWEEP_TESTS, *QUANTITY_TESTS, *INTERRUPTION_TESTS, *STABILITY_BORDER_TESTS, *LEVEL_BORDER_TESTS,
              *FORCE_AND_PROBE_TESTS, *PLOT_TESTS, *HTML_REPORT_TESTS, *MODEL_TESTS, *MOMENT_TESTS, *AXES_TESTS, *CRITICAL_TESTS,
              *RESONANCE_TESTS, *BALANCE_TESTS, *DESIGN_TESTS, *SENSITIVITY_TESTS, *SEPARATION_TESTS, *SEVERAL_MECHANISM_TESTS,

@@ -117,12 +117,14 @@ FIXED = """\
 &joint name='Y', type='RPP', ends='A', slot_angle=80, guide_point={1[0]},{1[1]}, guide_angle={5} /
 &joint name='F', type='follower', cam='O','A', lift=0.02,-0.01,0.002,0.001,0.0, guide_point={2[0]},{2[1]}, guide_angle={6} /
 &joint name='P', type='PRP', guide='Y','F', guide_angle=40, guide2_point={3[0]},{3[1]}, guide2_angle={7} /
+&joint name='H', type='cylinder', stroke=0.2,0.05,0.01, guide_point={9[0]},{9[1]}, guide_angle={10}, phase={11} /
 &link name='crank', from='O', to='A', mass=0.5, inertia=0.003, center=0.02,0.01 /
 &link name='yoke', from='Y', mass=0.4, inertia=0.001, center={8[0]},{8[1]} /
 &link name='ram', from='F', mass=0.4, inertia=0.001, center={8[0]},{8[1]} /
+&link name='table', from='H', mass=0.4, inertia=0.001, center={8[0]},{8[1]} /
 &link name='block', from='P', mass=0.4, inertia=0.001, center={8[0]},{8[1]} /
 """
-FIXED_PLACES = ((0.0, 0.0), (0.0, 0.02), (0.0, -0.1), (0.0, 0.3), 0, 0, -90, -170, (0.02, 0.01))
+FIXED_PLACES = ((0.0, 0.0), (0.0, 0.02), (0.0, -0.1), (0.0, 0.3), 0, 0, -90, -170, (0.02, 0.01), (0.1, 0.05), 20, 10)
 PLACES = ((0.0, 0.0), (0.40, 0.0), 20, (0.5, 0.1), 5, (0.02, 0.01))
 FRAME = ("&frame mass=18, inertia=0.78, origin=-0.20,0.20 /\n"
          "&support position=-0.30,-0.20, stiffness=4e4,4e4, damping=60,60 /\n"
@@ -169,7 +171,8 @@ def placed_tests():
     # all types of joints with something on the frame
     same("several, all types", solve("several, all types placed", there + FIXED.format(*FIXED_PLACES)),
          solve("several, all types by hand", FIXED.format(*(moved(point) for point in FIXED_PLACES[:4]), 35 + 70, 35, 35 - 90, 35 - 170,
-                                                          moved(FIXED_PLACES[8], False))))
+                                                          moved(FIXED_PLACES[8], False), moved(FIXED_PLACES[9]), 35 + 20,
+                                                          10 + 70)))
     # a number of a mechanism in a sweep
     with Folder(input=TASKS.format("rest", 240, "motor").replace("'stability','response','power'", "'sweep'") + there + text + FRAME
                 + "&sweep parameter='mechanism(m).phase', from=10, to=70, count=2 /\n") as folder:

@@ -17,8 +17,8 @@ module gestell_input_machine_loading
   use gestell_math_rational, only: greatest_divisor, to_rational
   use gestell_math_series_piecewise, only: harmonics_of, interpolate, quadrature_nodes, trimmed
   use gestell_model_joints_joint, only: form_type
+  use gestell_model_joints_driven, only: no_ratio
   use gestell_model_joints_placement, only: placement_type
-  use gestell_model_joints_types_crank, only: no_ratio
   use gestell_model_linkage, only: linkage_type
   use gestell_model_linkage_gearing, only: max_turns
   use gestell_model_linkage_load, only: frame_body, ground_body, load_type

@@ -241,7 +241,7 @@ contains
     end associate
   end function group_of_ratio
 
-  !> Fails if the mechanism with this number contains no crank.
+  !> Fails if the mechanism with this number contains no crank and no cylinder.
   subroutine check_crank(joints, mechanism, forms, error)
     type(members_type), intent(in) :: joints
     integer, intent(in) :: mechanism
@@ -253,10 +253,10 @@ contains
       if (joints%mechanism(i) /= mechanism) cycle
       call type_of_joint(joints%groups(i), forms, number, error)
       if (allocated(error)) return
-      if (forms(number)%name == "crank") return
+      if (any(forms(number)%name == [character(len=8) :: "crank", "cylinder"])) return
     end do
     call fatal_error(error, joints%groups(findloc(joints%mechanism, mechanism, dim=1))%file // ": every mechanism needs a joint " &
-      & // "of type 'crank'", invalid_input)
+      & // "of type 'crank' or 'cylinder'", invalid_input)
   end subroutine check_crank
 
   !> Reads the link that a group describes and adds it to the linkage.

@@ -13,8 +13,8 @@ module gestell_input_machine_mechanisms
   use gestell_input_schema_read, only: count_values, read, read_axis_values
   use gestell_input_schema_units, only: units_type
   use gestell_math_rational, only: to_rational
+  use gestell_model_joints_driven, only: no_ratio
   use gestell_model_joints_placement, only: placement_type
-  use gestell_model_joints_types_crank, only: no_ratio
   implicit none (type, external)
   private
 

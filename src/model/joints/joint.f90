@@ -83,7 +83,7 @@ module gestell_model_joints_joint
     procedure(describe_joint), deferred :: describe
     procedure(locate_joint), deferred :: locate
     procedure(reach_joint), deferred :: reach
-    procedure :: deviation, trace, transmission, explain, define, check, carriers, move, pairs
+    procedure :: deviation, trace, transmission, explain, define, check, carriers, move, pairs, reach_at
   end type joint_type
 
   !> A joint on a guide. If the guide is fixed to the frame, the joint moves with it.
@@ -145,6 +145,20 @@ contains
 
     change = slack * half_width * min(speed, abs(speed_in_middle) + second_derivative * half_width / 2)
   end function largest_change
+
+  !> Bounds on the joint's motion near a crank angle (rad), like `reach`. Types of joints that the drive moves by a given law
+  !> override this function, because their bounds depend on the crank angle.
+  pure function reach_at(self, crank_angle, points, speeds, accelerations, half_width) result(reach)
+    class(joint_type), intent(in) :: self
+    real(dp), intent(in) :: crank_angle
+    type(point_type), intent(in) :: points(:)
+    real(dp), intent(in) :: speeds(:), accelerations(:), half_width
+    type(reach_type) :: reach
+
+    associate (unused => crank_angle)
+    end associate
+    reach = self%reach(points, speeds, accelerations, half_width)
+  end function reach_at
 
   !> Set that contains the deviation of the joint's acceleration within an interval from the acceleration in the middle. `here`:
   !> position of the joint in the middle. By default the set is a disc that follows from `acceleration`, the bound on the joint's

@@ -11,14 +11,14 @@ module gestell_model_joints_pairs
   !> Kinds of pairs, with the unknown components of their action on the new body.
   !> `pin`: a force in any direction. `slide`: a force perpendicular to the guide and a moment. `slot`: the same between a block
   !> and the slot of another new body. `contact`: a force along the common normal of a cam and the centre of its roller. `shaft`:
-  !> the torque of the drive.
-  integer, parameter, public :: pin = 1, slide = 2, slot = 3, contact = 4, shaft = 5
+  !> the torque of the drive. `thrust`: the force of a drive along the guide.
+  integer, parameter, public :: pin = 1, slide = 2, slot = 3, contact = 4, shaft = 5, thrust = 6
 
   !> A pair between a new body of a joint and an earlier part or another new body.
   type, public :: pair_type
     !> `kind`: see the constants above. `body`: number of the new body. `joint`: joint at which the force acts
     integer :: kind = pin, body = 1, joint = 0
-    !> `slide`: the guide. `slot`: the line of the slot. `contact`: the line that is fixed to the cam
+    !> `slide`, `thrust`: the guide. `slot`: the line of the slot. `contact`: the line that is fixed to the cam
     type(guide_type) :: guide
     !> `slot`: number of the new body that has the slot. The block is a point of its pin; its axis is that of the slot
     integer :: against = 0

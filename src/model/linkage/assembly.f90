@@ -87,7 +87,7 @@ contains
     bad_joint = 0
     bad_link = 0
     do i = 1, size(joints)
-      reach = joints(i)%joint%reach(at(:i - 1), speeds(:i - 1), accelerations(:i - 1), half_width)
+      reach = joints(i)%joint%reach_at(middle, at(:i - 1), speeds(:i - 1), accelerations(:i - 1), half_width)
       if (.not. reach%assembled) then
         bad_joint = i
         return
@@ -228,7 +228,7 @@ contains
     still = 0
     assembled = .true.
     do i = 1, bad
-      reach = joints(i)%joint%reach(at(:i - 1), still(:i - 1), still(:i - 1), 0.0_dp)
+      reach = joints(i)%joint%reach_at(angle, at(:i - 1), still(:i - 1), still(:i - 1), 0.0_dp)
       assembled = reach%assembled
       if (.not. assembled) return
       call joints(i)%joint%locate(angle, at(:i - 1), at(i))

@@ -6,6 +6,7 @@ module gestell_model_linkage_diagnosis
   use gestell_base_kinds, only: dp, pi
   use gestell_model_linkage_bodies, only: link_type
   use gestell_model_linkage_extremes, only: extremes_type
+  use gestell_model_joints_driven, only: driven_joint
   use gestell_model_joints_path, only: direction
   use gestell_model_joints_joint, only: form_type, named_joint_type, point_type, transmission_type
   use gestell_model_joints_types_crank, only: crank_joint
@@ -199,8 +200,8 @@ contains
     report%margin = track%margin%least
   end function joint_report
 
-  !> Computes Gruebler's count. The frame counts as one link, the links and pairs of all joints are added, and each shaft after the
-  !> first adds a pair of gears.
+  !> Computes Gruebler's count. The frame counts as one link, the links and pairs of all joints are added, and each shaft or
+  !> cylinder after the first adds a pair of gears.
   subroutine count_links(linkage, diagnosis)
     class(linkage_type), intent(in) :: linkage
     type(diagnosis_type), intent(inout) :: diagnosis
@@ -213,8 +214,8 @@ contains
     shafts = 0
     do i = 1, size(linkage%joints)
       if (shaft_of(linkage, at, i) > 0) cycle
-      select type (pin => linkage%joints(i)%joint)
-      class is (crank_joint)
+      select type (joint => linkage%joints(i)%joint)
+      class is (driven_joint)
         shafts = shafts + 1
       end select
       call linkage%joints(i)%joint%describe(form)

@@ -2,8 +2,8 @@
 !> the drive.
 module gestell_model_linkage_gearing
   use gestell_math_rational, only: common_multiple
+  use gestell_model_joints_driven, only: driven_joint
   use gestell_model_joints_joint, only: named_joint_type
-  use gestell_model_joints_types_crank, only: crank_joint
   use gestell_model_linkage_load, only: load_type
   implicit none (type, external)
   private
@@ -31,7 +31,7 @@ contains
     turns = 1
     do joint = 1, size(joints)
       select type (crank => joints(joint)%joint)
-      type is (crank_joint)
+      class is (driven_joint)
         turns = common_multiple(turns, crank%denominator)
       end select
       if (turns > max_turns) return
@@ -42,7 +42,7 @@ contains
     end do
     do joint = 1, size(joints)
       select type (crank => joints(joint)%joint)
-      type is (crank_joint)
+      class is (driven_joint)
         if (abs(crank%ratio) > max_crank_turns / (turns / crank%denominator)) return
       end select
     end do
@@ -50,7 +50,7 @@ contains
     if (turns > 1) allocate(crank_turns(0))
     do i = 1, size(joints)
       select type (crank => joints(i)%joint)
-      type is (crank_joint)
+      class is (driven_joint)
         crank%ratio = crank%ratio * (turns / crank%denominator)
         crank%denominator = 1
         if (turns > 1) crank_turns = [crank_turns, abs(crank%ratio)]

@@ -9,6 +9,7 @@ module gestell_model_linkage
   use gestell_model_linkage_kinks, only: find_kinks
   use gestell_model_linkage_bodies, only: link_type, move_link, sum_drive, sum_masses, tabulate_masses
   use gestell_model_joints_data, only: check_finite
+  use gestell_model_joints_driven, only: driven_joint
   use gestell_model_joints_guide, only: guide_type
   use gestell_model_joints_joint, only: joint_type, named_joint_type, point_type
   use gestell_model_joints_path, only: batch, path_type, copy_batch
@@ -72,7 +73,7 @@ contains
     integer :: joint
 
     call self%find(pivot, joint, error)
-    if (.not. allocated(error)) call self%add_joint(name, crank_joint(joint, radius, phase), error)
+    if (.not. allocated(error)) call self%add_joint(name, crank_joint(pivot=joint, radius=radius, phase=phase), error)
   end subroutine add_crank
 
   !> Adds the joint of a dyad RRR, at the distances `lengths` (m) from the joints `ends`. The joint is on the left of the line from
@@ -309,8 +310,8 @@ contains
     end do
   end subroutine points
 
-  !> Proves that the linkage can turn, and computes its `angle_scale`, `terms` and `kinks`. Fails if the linkage has no crank or no
-  !> link, or if it cannot be assembled at some crank angle (see `prove_assembly`).
+  !> Proves that the linkage can turn, and computes its `angle_scale`, `terms` and `kinks`. Fails if the linkage has no crank or
+  !> cylinder, if it has no link, or if it cannot be assembled at some crank angle (see `prove_assembly`).
   subroutine prepare(self, error)
     class(linkage_type), intent(inout) :: self
     type(error_type), allocatable, intent(out) :: error
@@ -319,14 +320,21 @@ contains
     type(mass_functions_type) :: a
     type(point_type), allocatable :: at(:)
     real(dp) :: terms(4)
-    logical :: has_crank
+    logical :: has_drive
     integer :: i
 
     if (self%prepared) return
-    has_crank = .false.
-    if (allocated(self%joints)) has_crank = any([(same_type_as(self%joints(i)%joint, crank_joint()), i = 1, size(self%joints))])
-    if (.not. has_crank) then
-      call fatal_error(error, "the mechanism has no crank", invalid_input)
+    has_drive = .false.
+    if (allocated(self%joints)) then
+      do i = 1, size(self%joints)
+        select type (joint => self%joints(i)%joint)
+        class is (driven_joint)
+          has_drive = .true.
+        end select
+      end do
+    end if
+    if (.not. has_drive) then
+      call fatal_error(error, "the mechanism has no crank or cylinder", invalid_input)
     else if (.not. allocated(self%links)) then
       call fatal_error(error, "the mechanism has no links", invalid_input)
     end if

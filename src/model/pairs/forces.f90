@@ -7,7 +7,7 @@ module gestell_model_pairs_forces
   use gestell_base_kinds, only: dp
   use gestell_math_matrix, only: solve_small, unit_matrix
   use gestell_model_joints_joint, only: point_type
-  use gestell_model_joints_pairs, only: contact, pair_type, pin, shaft, slide, slot
+  use gestell_model_joints_pairs, only: contact, pair_type, pin, shaft, slide, slot, thrust
   use gestell_model_joints_path, only: carried, direction
   use gestell_model_pairs, only: carrier_of, frame_body, group_type, on_pin, structure_type
   implicit none (type, external)
@@ -178,7 +178,7 @@ contains
           values(:moment, group%places(k)) = action
           bounds(:moment, group%places(k)) = wrong_by
           if (pair%kind == slot) cycle
-          if (pair%kind == slide .or. pair%kind == contact) then
+          if (any(pair%kind == [slide, contact, thrust])) then
             call add_force(structure, at, carrier_of(structure, pair%guide), place_of(at(j)), -action(:2), -action(3), applied, &
               & wrong_by)
           else if (pair%joint /= j) then
@@ -213,6 +213,9 @@ contains
     case (contact)
       normal = normal_of(pair, at)
       columns(:2, 1) = normal
+    case (thrust)
+      call pair%guide%line(at, origin, along)
+      columns(:2, 1) = [along%x%v, along%y%v]
     case default ! slide, slot
       call pair%guide%line(at, origin, along)
       normal = [-along%y%v, along%x%v]

@@ -6,7 +6,7 @@ module gestell_model_pairs
   use gestell_base_kinds, only: dp
   use gestell_model_joints_joint, only: point_type
   use gestell_model_joints_guide, only: guide_type
-  use gestell_model_joints_pairs, only: contact, pair_type, pin, shaft, slide, slot
+  use gestell_model_joints_pairs, only: contact, pair_type, pin, shaft, slide, slot, thrust
   use gestell_model_linkage, only: linkage_type
   use gestell_model_linkage_bodies, only: link_type
   use gestell_model_linkage_diagnosis, only: shaft_of
@@ -40,8 +40,8 @@ module gestell_model_pairs
 
   !> A place at which forces act on a body.
   type, public :: place_type
-    !> `kind`: pin, slide, slot or contact (gestell_model_joints_pairs). `joint`: joint at which the force acts. `body`: body on
-    !> which it acts. `other`: body that exerts it; `on_pin` if several bodies do
+    !> `kind`: pin, slide, slot, contact or thrust (gestell_model_joints_pairs). `joint`: joint at which the force acts. `body`:
+    !> body on which it acts. `other`: body that exerts it; `on_pin` if several bodies do
     integer :: kind = pin, joint = 0, body = 0, other = 0
     !> True if the drive's torque acts on the body
     logical :: driven = .false.
@@ -153,7 +153,7 @@ contains
     type(structure_type), intent(in) :: structure
     type(pair_type), intent(in) :: pair
 
-    lacks_carrier = (pair%kind == slide .or. pair%kind == contact) .and. pair%guide%carriers(1) > 0
+    lacks_carrier = any(pair%kind == [slide, contact, thrust]) .and. pair%guide%carriers(1) > 0
     if (lacks_carrier) lacks_carrier = body_with(structure, pair%guide%carriers(1), pair%guide%carriers(2)) == no_body
   end function lacks_carrier
 

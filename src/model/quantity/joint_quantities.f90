@@ -16,7 +16,7 @@ module gestell_model_quantity_joint_quantities
   public :: find_joint_force, list_joint_places, pair_words
 
   !> Names of the places at which other parts than pins act on a body, in the order of the constants of gestell_model_joints_pairs.
-  character(len=*), parameter :: kinds(4) = [character(len=5) :: "", "guide", "slot", "cam"]
+  character(len=*), parameter :: kinds(6) = [character(len=5) :: "", "guide", "slot", "cam", "", "drive"]
   !> Names of the components. `n` is the normal force of a guide, a slot or a cam.
   character(len=*), parameter :: parts(7) = [character(len=10) :: "fx", "fy", "m", "axial", "transverse", "f", "n"]
   integer, parameter :: columns_of(7) = [fx, fy, moment, axial, transverse, fx, transverse]

@@ -5,6 +5,7 @@ module gestell_output_report_plausibility
   use gestell_base_text, only: concise, either, newline
   use gestell_model_frame, only: frame_type
   use gestell_model_joints_joint, only: form_type, point_type
+  use gestell_model_joints_types_cylinder, only: cylinder_joint
   use gestell_model_joints_types_follower, only: follower_joint
   use gestell_model_joints_types_rpr, only: rpr_joint
   use gestell_model_linkage, only: linkage_type
@@ -211,7 +212,7 @@ contains
   end function link_warnings
 
   !> True if the distance between the joints `one` and `other` may change, because one of these joints slides along a moving body or
-  !> in the slot of a yoke.
+  !> in the slot of a yoke, or because a cylinder connects them.
   logical function slides(mechanism, one, other)
     class(linkage_type), intent(in) :: mechanism
     integer, intent(in) :: one, other
@@ -223,6 +224,8 @@ contains
       select type (joint => mechanism%joints(i)%joint)
       class is (rpr_joint)
         slides = slides .or. all(joint%ends == [one, other]) .or. all(joint%ends == [other, one])
+      class is (cylinder_joint)
+        slides = slides .or. all([joint%ends(2), i] == [one, other]) .or. all([i, joint%ends(2)] == [one, other])
       end select
       if (i /= one .and. i /= other) cycle
       call mechanism%joints(i)%joint%describe(form)

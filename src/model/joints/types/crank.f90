@@ -1,13 +1,13 @@
 !> The crank pin: a joint that the drive turns on a circle around another joint.
 module gestell_model_joints_types_crank
-  use gestell_base_key, only: key_type, nonzero, of_angle, of_length, positive, real_key, text_key
-  use gestell_base_kinds, only: dp, pi
+  use gestell_base_key, only: key_type, of_length, positive, real_key, text_key
+  use gestell_base_kinds, only: dp
   use gestell_math_cosine_sine, only: cosine_sine
   use gestell_math_jet, only: cos, jet, operator(*), operator(+), sin
-  use gestell_math_rational, only: greatest_divisor, to_rational
   use gestell_model_joints_data, only: check_finite, check_lengths, joint_data_type
   use gestell_model_joints_deviation, only: deviation_type, disc
-  use gestell_model_joints_joint, only: form_type, itself, joint_type, point_type, reach_type
+  use gestell_model_joints_driven, only: driven_joint, driven_keys
+  use gestell_model_joints_joint, only: form_type, itself, point_type, reach_type
   use gestell_model_joints_pairs, only: pair_type, pin, shaft
   use gestell_model_joints_path, only: batch, path_type
   use gestell_model_joints_placement, only: placement_type
@@ -16,21 +16,12 @@ module gestell_model_joints_types_crank
 
   type(key_type), parameter :: keys(*) = [ &
     & key_type("joint", "pivot", text_key, "joint about which the crank turns", required=.true.), &
-    & key_type("joint", "radius", real_key, "crank radius", required=.true., unit=of_length, range=positive), &
-    & key_type("joint", "phase", real_key, "angle of this crank when the drive's angle is 0", unit=of_angle, default=0.0_dp), &
-    & key_type("joint", "ratio", real_key, "turns of this crank per turn of the drive, negative if it turns in the opposite " // &
-    &   "direction; a decimal such as 0.5, or numerator and denominator such as 17,23", 1, 1, 2, default=1.0_dp, range=nonzero)]
+    & key_type("joint", "radius", real_key, "crank radius", required=.true., unit=of_length, range=positive)]
 
-  character(len=*), parameter, public :: no_ratio = "must be a fraction: either a decimal such as 0.5 that equals a " // &
-    & "fraction with a denominator up to 64, or numerator and denominator, whole numbers up to 4096"
-
-  !> A point at the distance `radius` (m) from the joint `pivot`. It turns about this joint by the angle phi `ratio`/`denominator`
-  !> + `phase` (rad), where phi is the linkage's crank angle. After the procedure `gear` (gestell_model_linkage_gearing) the
-  !> denominator is 1.
-  type, extends(joint_type), public :: crank_joint
+  !> A point at the distance `radius` (m) from the joint `pivot`, about which it turns.
+  type, extends(driven_joint), public :: crank_joint
     integer :: pivot = 0
-    real(dp) :: radius = 0, phase = 0
-    integer :: ratio = 1, denominator = 1
+    real(dp) :: radius = 0
   contains
     procedure :: describe, define, check, move, locate, trace, reach, deviation, pairs
   end type crank_joint
@@ -42,7 +33,7 @@ contains
     type(form_type), intent(out) :: form
 
     form = form_type("crank", "crank pin, at the distance `radius` from the joint `pivot`; the crank angle is `ratio` times " // &
-      &   "the drive's angle, plus `phase`", links=1, pairs=1, keys=keys, bars=[self%pivot, itself])
+      &   "the drive's angle, plus `phase`", links=1, pairs=1, keys=[keys, driven_keys], bars=[self%pivot, itself])
   end subroutine describe
 
   !> The crank is one body, on its pivot and driven by its shaft; the crank pin is a point of this body.
@@ -57,17 +48,10 @@ contains
   pure subroutine define(self, data)
     class(crank_joint), intent(inout) :: self
     type(joint_data_type), intent(inout) :: data
-    logical :: known
 
     self%pivot = sum(data%joints("pivot"))
     self%radius = data%number("radius")
-    self%phase = data%number("phase")
-    call to_rational(data%numbers("ratio"), self%ratio, self%denominator, known)
-    if (.not. known) then
-      data%key = "ratio"
-      data%reason = no_ratio
-    end if
-    if (abs(self%phase) > 2 * pi) self%phase = modulo(self%phase, 2 * pi)
+    call self%define_drive(data)
   end subroutine define
 
   pure subroutine check(self, reason)
@@ -81,14 +65,9 @@ contains
   pure subroutine move(self, placement)
     class(crank_joint), intent(inout) :: self
     type(placement_type), intent(in) :: placement
-    integer :: shared
 
-    self%phase = self%phase + self%ratio * placement%phase / self%denominator + placement%angle
-    self%ratio = self%ratio * placement%ratio
-    self%denominator = self%denominator * placement%denominator
-    shared = greatest_divisor(self%ratio, self%denominator)
-    self%ratio = self%ratio / shared
-    self%denominator = self%denominator / shared
+    call self%move_drive(placement)
+    self%phase = self%phase + placement%angle
   end subroutine move
 
   pure subroutine locate(self, crank_angle, points, here)

@@ -2,6 +2,7 @@
 module gestell_model_joints_types_registry
   use gestell_model_joints_joint, only: form_type, joint_type
   use gestell_model_joints_types_crank, only: crank_joint
+  use gestell_model_joints_types_cylinder, only: cylinder_joint
   use gestell_model_joints_types_follower, only: follower_joint
   use gestell_model_joints_types_ground, only: ground_joint
   use gestell_model_joints_types_prp, only: prp_joint
@@ -32,6 +33,7 @@ contains
     case (7); allocate(prp_joint :: joint)
     case (8); allocate(rpp_joint :: joint)
     case (9); allocate(follower_joint :: joint)
+    case (10); allocate(cylinder_joint :: joint)
     case default ! there are no more
     end select
   end subroutine new_joint
