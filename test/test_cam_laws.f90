@@ -44,7 +44,8 @@ contains
     integer, parameter :: samples = 20000
     real(dp) :: f(0:3, 0:samples), bounds(0:2)
     type(law_type) :: law
-    character(len=80) :: key, reason
+    character(len=16) :: key
+    character(len=200) :: reason
     integer :: i, k
 
     do i = 1, size(laws)
@@ -108,7 +109,8 @@ contains
     type(law_type) :: law
     type(point_type) :: at(3)
     type(gestell_error), allocatable :: failure
-    character(len=80) :: key, reason
+    character(len=16) :: key
+    character(len=200) :: reason
     real(dp), parameter :: h = 0.4_dp, tiny_part = 1.0e-13_dp
     real(dp) :: phi(72), table(72, table_columns), crank(72, table_columns), s(0:3), z
     type(linkage_type) :: bare
@@ -156,7 +158,8 @@ contains
     type(follower_joint) :: follower
     type(point_type) :: at(5)
     type(gestell_error), allocatable :: failure
-    character(len=80) :: key, reason
+    character(len=16) :: key
+    character(len=200) :: reason
     !> Ends of the parts in two segments of 120 deg, and of the dwell
     integer, parameter :: parts(*) = [15, 45, 75, 105, 120, 135, 165, 195, 225, 240, 360]
     real(dp), allocatable :: passed(:)
@@ -211,7 +214,8 @@ contains
     type(linkage_type) :: linkage
     type(gestell_error), allocatable :: failure
     type(frame_type) :: frame
-    character(len=80) :: key, reason
+    character(len=16) :: key
+    character(len=200) :: reason
     real(dp), parameter :: a = pi**2 / 2 * 0.3_dp
     integer :: i
 
@@ -240,7 +244,8 @@ contains
     type(linkage_type) :: linkage
     type(gestell_error), allocatable :: failure
     type(frame_type) :: frame
-    character(len=80) :: key, reason
+    character(len=16) :: key
+    character(len=200) :: reason
     real(dp), parameter :: expected(3) = [60, 100, 300] / 360.0_dp
     real(dp) :: stiffness(3, 3)
     integer :: k
@@ -285,7 +290,8 @@ contains
       real(dp), intent(in) :: widths(:), lifts(:)
       character(len=*), intent(in) :: key, reason
       type(law_type) :: law
-      character(len=80) :: found_key, found
+      character(len=16) :: found_key
+      character(len=200) :: found
 
       call new_law(law, segments, widths, lifts, found_key, found)
       call check_that(error, trim(found_key) // ": " // trim(found), "==", key // ": " // reason)

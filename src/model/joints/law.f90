@@ -41,7 +41,8 @@ contains
     integer, intent(in) :: laws(:)
     !> `widths`: width of each segment (rad). `lifts`: lift (m) at the end of each segment that is not a dwell
     real(dp), intent(in) :: widths(:), lifts(:)
-    character(len=*), intent(out) :: key, reason
+    character(len=16), intent(out) :: key
+    character(len=200), intent(out) :: reason
     real(dp), parameter :: rounding = 1.0e-9_dp
     integer :: k, n, moves
 
