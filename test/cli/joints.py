@@ -126,6 +126,38 @@ def test_quantities():
         near("sweep", float(swept[-1]["joint(O).f_peak_N"]), found["joint(O).f"], 1e-5)
 
 
+def test_studies():
+    """Level boundaries, sensitivity and design take joint forces, and their results agree with single machines."""
+    text = COMPRESSOR + ("&sensitivity quantities='joint(O).f' /\n&boundary quantity='joint(O).f', level=1800 /\n"
+                         "&sweep parameter='drive.speed_rpm', from=1300, to=1500, count=3 /\n")
+    goal = ("&design parameter='link(crank).center(1)', from=-0.03, to=0.03, starts=1 /\n"
+            "&objective quantity='joint(O).f', measure='rms' /\n")
+
+    def bearing(column, setting):
+        return float(solve(folder, setting)["O", "crank", "pin"][column])
+
+    with Folder(input=text) as folder:
+        run = Run(folder, "-q", "-s", "case.tasks='boundary','sensitivity'", "-o", "studies", "input.nml")
+        if not run.done("studies"):
+            return
+        border = rows_of(folder / "studies" / "boundary.csv")[0]
+        # the boundary is found to 1e-10 of the range of speeds
+        near("level", bearing("f_peak_N", f"drive.speed_rpm={border['drive.speed_rpm']}"), 1800, 1e-4)
+        row = next(row for row in rows_of(folder / "studies" / "sensitivity.csv") if row["parameter"] == "frame.mass")
+        change = bearing("f_peak_N", "frame.mass=45.045") - bearing("f_peak_N", "frame.mass=44.955")
+        # for 0.2 % of the mass; the quotient errs by terms of third order
+        near("sensitivity", float(row["peak_change_percent_per_percent"]), change / float(row["peak"]) / 0.002, 1e-5)
+    with Folder(input=COMPRESSOR + goal) as folder:
+        run = Run(folder, "-q", "-s", "case.tasks='design'", "-o", "studies", "input.nml")
+        if not run.done("design"):
+            return
+        found = rows_of(folder / "studies" / "design.csv")[0]
+        goals = rows_of(folder / "studies" / "design_goals.csv")[0]
+        # the optimum is flat; both solve the same machine to 1e-9
+        near("design", bearing("f_rms_N", f"link(crank).center={found['after']},0"), float(goals["after"]), 1e-4)
+        check("better", float(goals["after"]) < 0.4 * float(goals["before"]), "a third of the force", goals)
+
+
 def test_data_files():
     """On every machine in data/ the moment at the crank's pivot is the driving torque of the task power."""
     for path in sorted(DATA.glob("*.nml")):
@@ -163,4 +195,4 @@ def test_refused():
         check("no body: message", "no body carries both joints 'O' and 'B' of link 'rod'" in run.err, "names them", run.err)
 
 
-JOINT_TESTS = [test_rigid, test_mounts, test_gas, test_tables, test_quantities, test_data_files, test_pictures, test_refused]
+JOINT_TESTS = [test_rigid, test_mounts, test_gas, test_tables, test_quantities, test_studies, test_data_files, test_pictures, test_refused]
