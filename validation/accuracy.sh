@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Work-precision tables as Markdown, quoted in doc/accuracy.md, and the picture of that page, from task `trade`:
+# Work-precision tables as Markdown and the picture of doc/accuracy.md, from task `trade`:
 #
 #   ./bootstrap bash validation/accuracy.sh [PICTURE.svg]
 #
