@@ -43,6 +43,8 @@ contains
     motion%center = 0
     motion%turn = 0
     scale = maxval(machine%joints%radius)
+    ! a mechanism without a crank
+    if (.not. scale > 0) scale = 1
     least = 1
     do k = 1, size(machine%joints)
       call place_joint(machine%joints(k), angle, scale, motion%joint(:, :, :k - 1), motion%joint(:, :, k), one)

@@ -195,7 +195,7 @@ contains
         if (allocated(error)) return
         call check(error, index(text, "yes: &sweep") > 0 .eqv. (key%kind == real_key .and. any(key%group == &
           & [character(len=20) :: "drive", "joint", "link", "mass_functions", "frame", "support", "foundation", "gravity", &
-          & "mechanism", "repeat"])), text)
+          & "load", "mechanism", "repeat"])), text)
       end associate
     end do
     call help_on(schema, "groups", text, failure)

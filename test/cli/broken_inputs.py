@@ -55,7 +55,7 @@ INPUTS = [
     ("unknown group", changed("&drive speed", "&drve speed"), 2,
      "input.nml:2: unknown group &drve: did you mean &drive?"),
     ("unknown group, nothing near", added("&engine power=1 /"), 2,
-     "input.nml:16: unknown group &engine: allowed are &case, &drive, &units, &mechanism, &repeat, &joint, &link, "
+     "input.nml:16: unknown group &engine: allowed are &case, &drive, &units, &mechanism, &repeat, &joint, &link, &load, "
      "&mass_functions, &frame, &support, &foundation, &gravity, &probe, &model, &accuracy, &response, &sweep, &boundary, "
      "&resonance, &joints, &balance, &sensitivity, &separation, &design, &objective, &constraint, &robust"),
     ("group given twice", added("&drive speed_rpm=1 /"), 2,

@@ -12,7 +12,7 @@ module gestell_output_report_table_lines
 
 contains
 
-  !> Text of the columns of a table that have a number of `digits`. Missing values are shown as "-", angles in degrees.
+  !> Text of the columns of a table that have a number of `digits`. Missing values are blank, angles are in degrees.
   pure function table_lines(table, align, heads, digits, omit_zeros) result(lines)
     type(table_type), intent(in) :: table
     !> Alignment and headings of the shown columns, as for `tabulated`
@@ -34,8 +34,8 @@ contains
       do k = 1, size(digits)
         if (digits(k) == 0) cycle
         word = cell(table%columns(k), i, digits(k))
-        if (allocated(table%columns(k)%numbers)) is_zero = is_zero .and. (word == "0" .or. word == "-")
-        row = row // either(tab, "", row /= "") // word
+        if (allocated(table%columns(k)%numbers)) is_zero = is_zero .and. (word == "0" .or. word == "")
+        row = row // either(tab, "", k > findloc(digits > 0, .true., dim=1)) // word
       end do
       if (.not. is_zero) lines = lines // row // newline
     end do
@@ -48,7 +48,7 @@ contains
     integer, intent(in) :: i, digits
     character(len=:), allocatable :: words
 
-    words = "-"
+    words = ""
     if (allocated(column%numbers)) then
       associate (value => column%numbers(i))
         if (ieee_is_nan(value)) return

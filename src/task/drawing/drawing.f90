@@ -63,7 +63,8 @@ contains
     end select
   end subroutine read_drawing
 
-  !> Adds the table of positions and the picture to `result`. Does nothing if the mechanism is not a linkage.
+  !> Adds the table of positions and the picture to `result` if the mechanism is a linkage, and the tables of --check if they are
+  !> requested.
   subroutine run(self, context, result, error)
     class(drawing_task), intent(inout) :: self
     type(context_type), intent(inout) :: context
@@ -74,7 +75,7 @@ contains
     type(table_type) :: table
     integer :: i, k
 
-    associate (frame => context%configuration%frame, probes => context%configuration%probes, unused => self)
+    associate (frame => context%configuration%frame, probes => context%configuration%probes)
       select type (mechanism => frame%mechanism)
       class is (linkage_type)
         call trace_diagram(mechanism, [(sign(2 * pi, frame%speed) * k / rows, k = 0, rows)], diagram)
@@ -91,7 +92,7 @@ contains
           call result%add(table, plot_mechanism(table, frame, mechanism, diagram, probes))
         end if
       end select
-      call add_tables(frame, result)
+      if (self%requested .or. context%page) call add_tables(frame, result)
     end associate
   end subroutine run
 
