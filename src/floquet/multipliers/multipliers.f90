@@ -68,7 +68,7 @@ contains
       return
     end if
     n = size(monodromy%scale)
-    phi = balanced(monodromy%phi, monodromy%scale)
+    allocate(phi, source=balanced(monodromy%phi, monodromy%scale))
     call small_eigensystem(phi, rho, right, left)
     if (.not. allocated(rho)) call eigensystem(phi, rho, right, left, error)
     if (allocated(error)) return
