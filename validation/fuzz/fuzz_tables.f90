@@ -14,7 +14,7 @@ module fuzz_tables
   !> Columns of words.
   character(len=*), parameter :: word_columns(*) = [character(len=10) :: "verdict", "state", "kind", "below", "above", "outcome", &
     & "quantity", "unit", "role", "parameter", "support", "name", "method", "aim", "links", "on", "from", "to", &
-    & "meaning"]
+    & "meaning", "joint", "pair", "cause", "remark", "component", "rotation", "slider"]
   !> What a point of a sweep has: the numbers behind its parameters.
   character(len=*), parameter :: point_columns(*) = [character(len=16) :: "rho_max", "log_rho_max", "rho_error", "xi_peak_m", &
     & "eta_peak_m", "psi_peak_rad", "zeta_peak_m", "rot_xi_peak_rad", "rot_eta_peak_rad"]
@@ -162,6 +162,14 @@ contains
         may_miss = i > 7 .and. all(missing(8:21))
       case ("balance_harmonics")
         may_miss = i > 5 .and. all(missing(6:7))
+      case ("frequencies")
+        may_miss = i > 1 .and. value_of(heads, fields, "remark") /= "near" .or. head == "damping_ratio"
+      case ("balance_table", "unbalance")
+        ! phases of zero amplitudes; vectors that rotate have no peak
+        may_miss = has(head, "_phase_rad") .or. head == "angle_rad" &
+          & .or. any(value_of(heads, fields, "component") == ["peak", "rms "])
+      case ("strokes")
+        may_miss = head == "forward_deg" .or. head == "time_ratio"
       case ("campbell")
         may_miss = all(missing(3:15))
       case ("critical")
@@ -216,7 +224,7 @@ contains
 
     never_negative = head == "error" .or. head == "abs" .or. head == "share" .or. head == "prominence" .or. has(head, "_rms") &
       & .or. has(head, "error") .or. has(head, "peak_") .and. .not. has(head, "crank_deg") .and. .not. has(head, "change_percent") &
-      & .and. .not. has(head, "torque") .or. has(head, "frequency_Hz")
+      & .and. .not. has(head, "torque") .and. .not. has(head, "at_peak") .or. has(head, "frequency_Hz")
   end function never_negative
 
   !> A column's name without what the input has given to it: names of probes and joints, numbers of supports.
