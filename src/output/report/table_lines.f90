@@ -12,7 +12,8 @@ module gestell_output_report_table_lines
 
 contains
 
-  !> Text of the columns of a table that have a number of `digits`. Missing values are blank, angles are in degrees.
+  !> Text of the columns of a table that have a number of `digits`. Missing values are shown as "-", angles in degrees. Rows of
+  !> peaks and rms values are blank where they have no value.
   pure function table_lines(table, align, heads, digits, omit_zeros) result(lines)
     type(table_type), intent(in) :: table
     !> Alignment and headings of the shown columns, as for `tabulated`
@@ -23,7 +24,7 @@ contains
     logical, intent(in), optional :: omit_zeros
     character(len=:), allocatable :: lines
     character(len=:), allocatable :: row, word
-    logical :: is_zero
+    logical :: is_zero, is_summary
     integer :: i, k
 
     lines = ""
@@ -31,10 +32,13 @@ contains
       row = ""
       is_zero = .false.
       if (present(omit_zeros)) is_zero = omit_zeros
+      is_summary = .false.
+      if (allocated(table%columns(1)%words)) is_summary = any(table%columns(1)%word(i) == ["peak", "rms "])
       do k = 1, size(digits)
         if (digits(k) == 0) cycle
         word = cell(table%columns(k), i, digits(k))
-        if (allocated(table%columns(k)%numbers)) is_zero = is_zero .and. (word == "0" .or. word == "")
+        if (allocated(table%columns(k)%numbers)) is_zero = is_zero .and. (word == "0" .or. word == "-")
+        if (word == "-" .and. is_summary) word = ""
         row = row // either(tab, "", k > findloc(digits > 0, .true., dim=1)) // word
       end do
       if (.not. is_zero) lines = lines // row // newline
@@ -48,7 +52,7 @@ contains
     integer, intent(in) :: i, digits
     character(len=:), allocatable :: words
 
-    words = ""
+    words = "-"
     if (allocated(column%numbers)) then
       associate (value => column%numbers(i))
         if (ieee_is_nan(value)) return
