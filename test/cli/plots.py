@@ -11,7 +11,7 @@ from harness import SECONDS, Folder, Run, Table, check, equal, near, series
 
 GNUPLOT = shutil.which("gnuplot")
 ALL = SOUND.replace("'stability', 'response'", "'stability', 'modes', 'response', 'drawing'")
-# Files without a picture that are written together with mechanism.csv.
+# Files without a picture that the task drawing writes besides mechanism.csv.
 CHECKED = ["balance_table.csv", "frequencies.csv", "unbalance.csv"]
 SWEEP = SOUND.replace("'stability', 'response'", "'sweep'")
 BORDERS = SOUND.replace("'stability', 'response'", "'sweep', 'boundary'")
@@ -327,7 +327,7 @@ def test_plot_option():
         return
     endings = ("csv", "gp", "png", "svg")
     names = ("harmonics", "mechanism", "multipliers", "response")
-    every = sorted([*CHECKED, *(f"{name}.{end}" for name in names for end in endings)])
+    every = sorted(f"{name}.{end}" for name in names for end in endings)
     with Folder(input=SOUND, given=MASS_FUNCTIONS, sweep=SWEEP + SPEEDS.format(200, 300, 6, "")) as folder:
         run = Run(folder, "input.nml", "--plot")
         run.done("--plot")
@@ -395,8 +395,7 @@ def test_no_gnuplot():
               "gnuplot-nox, or ./bootstrap --with gnuplot); all other files are written\n"))
         check("no gnuplot, report", "pictures in input/, .svg and .png: none\nVERDICT" in run.out, "none", run.out[-200:])
         equal("no gnuplot, all other files are written", bare(folder / "input"),
-              sorted([*CHECKED, *(f"{name}.{end}" for name in ("harmonics", "mechanism", "multipliers", "response")
-                                  for end in ("csv", "gp"))]))
+              sorted(f"{name}.{end}" for name in ("harmonics", "mechanism", "multipliers", "response") for end in ("csv", "gp")))
         Run(folder, "-q", "input.nml", environment={"PATH": str(folder / "empty")}).done("no gnuplot, no --plot")
         fake = folder / "empty" / "gnuplot"
         fake.write_text("#!/bin/sh\nexit 3\n")
