@@ -131,12 +131,14 @@ contains
 
   !> True if `one` is better than `other`. An optimum that meets the limits is better than one that does not. If both meet the
   !> limits, the one with the smaller objective is better. If neither meets them, the one with the smaller violation is better.
+  !> Differences of rounding errors do not count, so that the choice among equal optima does not depend on the processor.
   pure logical function better(one, other)
     type(optimum_type), intent(in) :: one, other
+    real(dp), parameter :: rounding = 1.0e-12_dp
 
     better = one%feasible .and. .not. other%feasible
-    if (one%feasible .eqv. other%feasible) better = merge(one%objective < other%objective, one%violation < other%violation, &
-      & one%feasible)
+    if (one%feasible .eqv. other%feasible) better = merge(other%objective - one%objective > rounding * abs(other%objective), &
+      & one%violation < other%violation, one%feasible)
   end function better
 
   !> True if the machine at the start of the search has a vibration.
