@@ -140,7 +140,7 @@ contains
     context%parts = options%parts
     context%in_parts = options%has("--part")
     context%merge = options%has("--merge")
-    context%page = options%has("--report")
+    context%describes_mechanism = options%has("--report") .or. options%has("--check")
     context%keep_all_rows = options%has("--json")
     context%verbose = options%has("--verbose")
     context%draws = options%has("--plot") .or. options%has("--report")

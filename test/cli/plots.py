@@ -343,11 +343,11 @@ def test_plot_option():
               ["mechanism.png", "mechanism.svg"])
         run = Run(folder, "--check", "--plot", "-o", "checked", "input.nml")
         run.done("--check --plot")
-        equal("--check --plot, files", bare(folder / "checked"), [f"mechanism.{end}" for end in endings])
+        equal("--check --plot, files", bare(folder / "checked"), sorted([*CHECKED, *(f"mechanism.{end}" for end in endings)]))
         check("--check --plot, report", "The input is valid" in run.out and run.out.endswith(": mechanism\n"), "both", run.out[-200:])
         run = Run(folder, "--check", "--plot", "-o", "checked_given", "given.nml")
         run.done("--check --plot of mass functions")
-        equal("--check --plot of mass functions, nothing", bare(folder / "checked_given"), [])
+        equal("--check --plot of mass functions, tables alone", bare(folder / "checked_given"), CHECKED)
         Run(folder, "-q", "--plot", "given.nml").done("--plot of mass functions")
         equal("--plot of mass functions, files", bare(folder / "given"),
               sorted(f"{name}.{end}" for name in ("harmonics", "multipliers", "response") for end in endings))

@@ -25,8 +25,9 @@ module gestell_task_common_context
     !> `verbose`: true if the report includes the diagnostics. `draws`: true if pictures are drawn. `only_checks`: true if the tasks
     !> report what they would compute, but compute nothing.
     logical :: verbose = .false., draws = .false., only_checks = .false.
-    !> True if an HTML page is requested.
-    logical :: page = .false.
+    !> True if the tables that describe the mechanism are written even if they are not requested: with --check, and for the HTML
+    !> page.
+    logical :: describes_mechanism = .false.
     !> True if all rows of all tables must be kept in memory after they have been written.
     logical :: keep_all_rows = .false.
     !> True if an unstable machine leads to a special exit code.

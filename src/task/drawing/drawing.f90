@@ -92,7 +92,7 @@ contains
           call result%add(table, plot_mechanism(table, frame, mechanism, diagram, probes))
         end if
       end select
-      if (self%requested .or. context%page) call add_tables(frame, result)
+      if (self%requested .or. context%describes_mechanism) call add_tables(frame, result)
     end associate
   end subroutine run
 
