@@ -209,7 +209,8 @@ def test_files_and_report():
             columns = [column for column in table[0] if column.endswith("_amplitude")]
             for row in table:
                 words = printed[row["component"]]
-                words = words[::2] if len(columns) == 3 else words[:6]
+                # the rows peak and rms have no phases
+                words = words[::2] if len(columns) == 3 and len(words) == 6 else words[:6]
                 if name == "engine_in_space" and len(words) < 6:
                     continue
                 for column, word in zip(columns, words):
