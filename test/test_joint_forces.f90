@@ -9,7 +9,7 @@ module test_joint_forces
   use gestell_model_joints_guide, only: guide_type
   use gestell_model_joints_pairs, only: contact, slide, slot
   use gestell_model_linkage, only: linkage_type
-  use gestell_model_pairs_forces, only: components, fx, fy, moment
+  use gestell_model_pairs_forces, only: fx, fy, moment
   use gestell_model_pairs_rows, only: all_sources, compute_joint_forces, find_machine_pairs, joint_rows, plane_pairs_type
   use gestell_model_quantity, only: find_quantity
   use gestell_model_quantity_driving, only: drive_power, power_rows, torque

@@ -8,7 +8,7 @@ module gestell_input_machine_loading
   use gestell_base_text, only: text
   use gestell_input_machine_joints, only: check_joint_references
   use gestell_input_machine_load_table, only: load_table_type, moment_table, pressure_table, read_load_table
-  use gestell_input_namelist_document, only: group_names, group_type, has, name_of
+  use gestell_input_namelist_document, only: group_type, has, name_of
   use gestell_input_namelist_message, only: input_error
   use gestell_input_namelist_suggest, only: suggestion
   use gestell_input_schema, only: variant_type

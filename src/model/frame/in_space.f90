@@ -119,7 +119,7 @@ contains
       if (allocated(linkage%loads)) then
         ! loads on the frame belong to no plane
         planes(n)%linkage%loads = pack(linkage%loads, merge(n == 1, linkage%loads%plane == k, linkage%loads%on == frame_body))
-        ! links are numbered anew
+        ! a plane counts its own links from 1
         do i = 1, size(planes(n)%linkage%loads)
           associate (load => planes(n)%linkage%loads(i), in_plane => linkage%links%plane == k)
             load%on = min(load%on, count(in_plane(:load%on)))

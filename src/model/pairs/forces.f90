@@ -8,8 +8,8 @@ module gestell_model_pairs_forces
   use gestell_math_matrix, only: solve_small, unit_matrix
   use gestell_model_joints_joint, only: point_type
   use gestell_model_joints_pairs, only: contact, pair_type, pin, shaft, slide, slot, thrust
-  use gestell_model_joints_path, only: carried, direction
-  use gestell_model_pairs, only: carrier_of, frame_body, group_type, on_pin, structure_type
+  use gestell_model_joints_path, only: direction
+  use gestell_model_pairs, only: carrier_of, frame_body, on_pin, structure_type
   implicit none (type, external)
   private
 

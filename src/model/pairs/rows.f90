@@ -24,8 +24,8 @@ module gestell_model_pairs_rows
 
   public :: compute_joint_forces, find_machine_pairs, joint_rows, load_count
 
-  !> What causes the forces. `all_sources`: everything. `inertia`: the links' inertia on a frame at rest. `weights`: the links'
-  !> weights. `before_loads` + k: load number k, counted over all planes. The motion of the frame causes the rest.
+  !> Sources of joint forces. `all_sources`: all of them. `inertia`: the links' inertia on a frame at rest. `weights`: the links'
+  !> weights. `before_loads` + k: load number k, counted over all planes. The motion of the frame is the source of the rest.
   integer, parameter, public :: all_sources = 0, inertia = 1, weights = 2, before_loads = 2
 
   !> A plane of the machine with the bodies and pairs of its linkage.
@@ -101,7 +101,7 @@ contains
     !> `phases`: phases of the period. `motion`: q, q', q'' at these phases, shape (3 dofs or more, phases)
     real(dp), contiguous, intent(in) :: phases(:)
     real(dp), intent(in) :: motion(:, :)
-    !> What causes the forces (see `all_sources`)
+    !> Source of the forces (see `all_sources`)
     integer, intent(in) :: source
     !> Forces and moments, shape (components of all places, phases)
     real(dp), intent(out) :: forces(:, :)
@@ -176,7 +176,7 @@ contains
   end function new_uncertainty
 
   !> The motion of the frame and of its drive at one phase, the angle of the mechanisms, and the rotation matrix of the frame there.
-  !> Of the motion only the part remains that causes the forces of `source`.
+  !> If `source` is `inertia` or `weights`, the terms of the motion that do not contribute to these forces are zero.
   pure subroutine move_frame(frame, crank_angle, motion, lag, source, moved, angle, rotation)
     class(frame_type), intent(in) :: frame
     real(dp), intent(in) :: crank_angle, motion(:), lag(:)

@@ -5,7 +5,7 @@ module gestell_task_machine
   use gestell_base_text, only: newline, text
   use gestell_base_verdict, only: not_judged, operator(/=), undecided
   use gestell_floquet_multipliers, only: multipliers_type
-  use gestell_model_frame, only: dof_names, frame_type
+  use gestell_model_frame, only: dof_names
   use gestell_model_space, only: is_rotation
   use gestell_output_report_warnings, only: motion_warning
   use gestell_output_result, only: result_type

@@ -2,7 +2,6 @@
 module gestell_task_sensitivity_task
   use gestell_base_error, only: error_type
   use gestell_base_verdict, only: judgement_type, not_judged, undecided
-  use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise
   use gestell_input_machine_quantities, only: read_quantities
   use gestell_input_namelist_document, only: count_groups
