@@ -33,7 +33,7 @@ module gestell_base_verdict
     !> True if the machines are the points of a sweep. A sweep has a headline of its own, which counts the points with each verdict
     logical :: of_sweep = .false.
   contains
-    procedure :: summary, sentence
+    procedure :: sentence
   end type judgement_type
   !> Stands for the absence of a verdict.
   type(judgement_type), parameter, public :: unjudged = judgement_type()
@@ -88,21 +88,18 @@ contains
     state_word = state_words(verdict%severity)
   end function state_word
 
-  !> The verdict and the machines to which it applies: "stable", or for example "UNSTABLE at 3 of 40 speeds".
-  pure function summary(self) result(words)
+  !> The sentence on the verdict; empty if there is no verdict. If `short`, only the verdict and the machines to which it applies:
+  !> "stable", or for example "UNSTABLE at 3 of 40 speeds".
+  pure function sentence(self, short) result(words)
     class(judgement_type), intent(in) :: self
+    logical, intent(in), optional :: short
     character(len=:), allocatable :: words
 
     words = trim(self%verdict%word())
     if (allocated(self%extent)) words = trim(self%verdict%alarm()) // self%extent
-  end function summary
-
-  !> The complete sentence on the verdict; empty if there is no verdict.
-  pure function sentence(self) result(words)
-    class(judgement_type), intent(in) :: self
-    character(len=:), allocatable :: words
-
-    words = self%summary()
+    if (present(short)) then
+      if (short) return
+    end if
     if (allocated(self%rest)) words = words // self%rest
   end function sentence
 

@@ -214,7 +214,7 @@ contains
     if (self%verdict == not_judged .and. .not. over_range) return
     line = "VERDICT  " // trim(self%verdict%word())
     if (over_range) then
-      line = "VERDICT  " // self%judgement%summary()
+      line = "VERDICT  " // self%judgement%sentence(short=.true.)
       if (self%judgement%verdict == stable) line = line // either(" at all speeds", " wherever a solution exists", self%all_stable)
       if (self%verdict /= not_judged) line = line // "; " // either("the machine of the input is", "at the speed of the input", &
         & self%judgement%of_sweep) // " " // trim(self%verdict%word())
