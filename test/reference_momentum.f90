@@ -80,31 +80,37 @@ contains
   function exact_torque(machine, angle, q, v, a) result(torque)
     type(machine_data), intent(in) :: machine
     real(qp), intent(in) :: angle, q(3), v(3), a(3)
-    real(qp) :: torque, omega
+    real(qp) :: torque, crank, rate, gain
     real(qp), parameter :: h = 1.0e-11_qp ! truncation h^2, roundings 1e-33/h
 
-    omega = crank_speed(machine)
-    torque = (impulse(h) - impulse(-h))/(2*h) - (energy(angle + h, q, v) - energy(angle - h, q, v))/(2*h)
+    crank = angle
+    rate = crank_speed(machine)
+    gain = 0
+    if (machine%held_by /= "motor") then
+      ! the crank turns uniformly in space: its angle against the frame is smaller by psi
+      crank = crank - q(3)
+      rate = rate - v(3)
+      gain = -a(3)
+    end if
+    torque = (impulse(h) - impulse(-h))/(2*h) - (energy(crank + h, rate, q, v) - energy(crank - h, rate, q, v))/(2*h)
 
   contains
 
-    !> dT/dOmega a time t later: T is a polynomial of degree two in Omega.
+    !> The derivative of T with respect to the crank's rate, a time t later: T is a polynomial of degree two in the rate.
     function impulse(t) result(p)
       real(qp), intent(in) :: t
-      real(qp) :: p, w, before, after
+      real(qp) :: p, phi, w, q_t(3), v_t(3)
 
-      w = omega
-      omega = w + 1
-      after = energy(angle + w*t, q + v*t + a*t**2/2, v + a*t)
-      omega = w - 1
-      before = energy(angle + w*t, q + v*t + a*t**2/2, v + a*t)
-      omega = w
-      p = (after - before)/2
+      phi = crank + rate*t + gain*t**2/2
+      w = rate + gain*t
+      q_t = q + v*t + a*t**2/2
+      v_t = v + a*t
+      p = (energy(phi, w + 1, q_t, v_t) - energy(phi, w - 1, q_t, v_t))/2
     end function impulse
 
     !> Kinetic energy of the links.
-    function energy(phi, q, v) result(t)
-      real(qp), intent(in) :: phi, q(3), v(3)
+    function energy(phi, w, q, v) result(t)
+      real(qp), intent(in) :: phi, w, q(3), v(3)
       real(qp) :: t, r(2), rd(2), velocity(2)
       type(motion_type) :: motion
       integer :: i
@@ -113,9 +119,9 @@ contains
       t = 0
       do i = 1, size(machine%links)
         r = turned(motion%center(:, 0, i) + machine%origin, q(3))
-        rd = turned(motion%center(:, 1, i), q(3))*omega
+        rd = turned(motion%center(:, 1, i), q(3))*w
         velocity = v(:2) + v(3)*left(r) + rd
-        t = t + (machine%links(i)%mass*sum(velocity**2) + machine%links(i)%inertia*(v(3) + omega*motion%turn(1, i))**2)/2
+        t = t + (machine%links(i)%mass*sum(velocity**2) + machine%links(i)%inertia*(v(3) + w*motion%turn(1, i))**2)/2
       end do
     end function energy
 

@@ -162,7 +162,8 @@ contains
 
   end subroutine test_four_bar
 
-  !> A frame with a random linkage, and a random motion at one phase: q, q', q'' of the size of radians and metres.
+  !> A frame with a random linkage, and a random motion at one phase: q, q', q'' of the size of radians and metres. The crank turns
+  !> uniformly against the frame if `number` is odd, in space if it is even.
   subroutine make_moving(number, machine, frame, phase, motion, error)
     integer, intent(in) :: number
     type(machine_data), intent(out) :: machine
@@ -174,6 +175,7 @@ contains
     integer :: i
 
     machine = random_linkage(number, 1.0_dp, 20.0_dp)
+    if (modulo(number, 2) == 0) machine%held_by = "outside"
     call make(machine, frame, error)
     if (allocated(error)) return
     call random%start(number, 11)
@@ -194,6 +196,7 @@ contains
     type(joint_place_type), allocatable :: places(:)
     real(dp), allocatable :: forces(:, :)
     real(dp) :: phase, motion(9, 1), sum_of(3), maximum, arm(2), action(3), own
+    real(qp) :: angle, rate, gain
     complex(qp) :: r(0:2), acceleration
     complex(qp), parameter :: i_qp = (0.0_qp, 1.0_qp)
     integer :: number, i, k, tested
@@ -207,7 +210,15 @@ contains
       tested = tested + 1
       call find(frame, [phase], motion, forces, places, error)
       if (allocated(error)) return
-      moved = move(machine, sign(1.0_qp, real(frame%speed, qp)) * 2 * pi_qp * phase)
+      angle = sign(1.0_qp, real(frame%speed, qp)) * 2 * pi_qp * phase
+      rate = frame%speed
+      gain = 0
+      if (frame%held_by == "outside") then
+        angle = angle - motion(3, 1)
+        rate = rate - motion(6, 1)
+        gain = -motion(9, 1)
+      end if
+      moved = move(machine, angle)
       maximum = maxval(abs(forces))
       do k = 1, size(machine%links)
         write (link, "(a, i0)") "l", k
@@ -218,13 +229,15 @@ contains
             if (joint%guide(1) > 0 .or. all(joint%kind /= ["RRP", "RPP"])) cycle
           end associate
         end if
-        r = cmplx(moved%center(1, :, k), moved%center(2, :, k), qp) * [1.0_qp, real(frame%speed, qp), real(frame%speed, qp)**2]
+        r = cmplx(moved%center(1, :, k), moved%center(2, :, k), qp)
+        r = [r(0), r(1) * rate, r(2) * rate**2 + r(1) * gain]
         r(0) = r(0) + cmplx(frame%origin(1), frame%origin(2), qp)
         associate (psi => real(motion(3, 1), qp), w => real(motion(6, 1), qp), w_d => real(motion(9, 1), qp))
           acceleration = cmplx(motion(7, 1), motion(8, 1), qp) * exp(-i_qp * psi) + (i_qp * w_d - w**2) * r(0) &
             & + 2 * i_qp * w * r(1) + r(2)
           sum_of(:2) = -machine%links(k)%mass * real([real(acceleration), aimag(acceleration)], dp)
-          sum_of(3) = -machine%links(k)%inertia * real(w_d + frame%speed**2 * moved%turn(2, k), dp)
+          sum_of(3) = -machine%links(k)%inertia * real(w_d + rate**2 * moved%turn(2, k) &
+            & + gain * moved%turn(1, k), dp)
         end associate
         if (machine%links(k)%to == 0) sum_of(3) = 0
         own = 0
