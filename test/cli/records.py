@@ -86,7 +86,8 @@ RUNS = {
     "design_speeds": (ROTOR + PLACES.replace("0.08", "0.04") + SPEEDS.format(550, 650, 3) + "&objective quantity='fx', "
                       "measure='peak' /\n&objective quantity='torque', measure='peak', weight=0.1 /\n"
                       "&constraint quantity='xi', measure='peak', at_most=2.0e-3 /\n", "design"),
-    "design": (ROTOR + PLACES + "&objective quantity='fx' /\n&constraint quantity='xi', at_most=1.0e-3 /\n", "design"),
+    "design": (ROTOR + PLACES.replace("0.08", "0.03") + "&objective quantity='fx' /\n&constraint quantity='xi', at_most=1.0e-3 /\n",
+               "design"),
 }
 # A number, but not the digit of a name.
 NUMBER = re.compile(r"(?<![\w.])[-+]?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?(?![\w(])")
