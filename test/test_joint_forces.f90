@@ -10,7 +10,7 @@ module test_joint_forces
   use gestell_model_joints_pairs, only: contact, slide, slot
   use gestell_model_linkage, only: linkage_type
   use gestell_model_pairs_forces, only: fx, fy, moment
-  use gestell_model_pairs_rows, only: all_sources, compute_joint_forces, find_machine_pairs, joint_rows, plane_pairs_type
+  use gestell_model_pairs_rows, only: compute_joint_forces, find_machine_pairs, joint_rows, plane_pairs_type
   use gestell_model_quantity, only: find_quantity
   use gestell_model_quantity_driving, only: drive_power, power_rows, torque
   use gestell_model_quantity_joint_quantities, only: joint_place_type, list_joint_places
@@ -120,7 +120,7 @@ contains
     if (.not. allocated(failure)) call list_joint_places(frame, places, failure)
     if (.not. allocated(failure)) then
       allocate(forces(joint_rows(frame), size(phases)))
-      call compute_joint_forces(frame, pairs, phases, motion, all_sources, forces, failure)
+      call compute_joint_forces(frame, pairs, phases, motion, forces, failure)
     end if
     if (allocated(failure)) call check_success(error, failure)
     if (allocated(places)) places%row = places%row - exact_rows(frame)

@@ -1,6 +1,7 @@
 """Forces at the joints, as a user runs them: oracles, tables, quantities in other tasks, refused input."""
 
 import csv
+import math
 from pathlib import Path
 
 from harness import Folder, Run, check, equal, near, series
@@ -9,6 +10,19 @@ from plots import drawn
 DATA = Path(__file__).resolve().parents[2] / "data"
 COMPRESSOR = (DATA / "compressor.nml").read_text()
 RIGID = "joints.on='rigid'"
+# At 0 and 180 deg the pin of the crank is the joint of the yoke.
+SCOTCH_YOKE = """\
+&drive speed_rpm=600 /
+&joint name='O', type='ground', position=0,0 /
+&joint name='A', type='crank', pivot='O', radius=0.06 /
+&joint name='Y', type='RPP', ends='A', guide_point=0,0, guide_angle=0, slot_angle=90 /
+&link name='crank', from='O', to='A', mass=1.6, inertia=0.004 /
+&link name='block', from='A', mass=0.3, inertia=2e-4 /
+&link name='yoke', from='Y', mass=2.4, inertia=0.012 /
+&frame mass=38, inertia=1.1, origin=0,0 /
+&support position=-0.25,-0.22, stiffness=1.4e5,5e4, damping=30,30 /
+&support position=0.27,-0.2, stiffness=1.5e5,6e4, damping=30,30 /
+"""
 
 
 def rows_of(path):
@@ -82,6 +96,29 @@ def test_gas():
             sources = rows_of(folder / "new" / "joints_sources.csv")
             check("causes", "gas" in {row["cause"] for row in sources}, "gas", sources[:4])
     near("peak", 2 * peaks[1] - peaks[0], 1655.103861, 0.2)
+
+
+def test_yoke():
+    """The block of a Scotch yoke, whose pin crosses the guide, carries its own mass; the axis of the block is that of the slot."""
+    radius, block, yoke, omega = 0.06, 0.3, 2.4, 20 * math.pi
+    with Folder(input=SCOTCH_YOKE) as folder:
+        rows = solve(folder, RIGID)
+        if not rows:
+            return
+        history = rows_of(folder / "new" / "joints_history.csv")
+        for what, column, law in (
+                ("crank on block, x", "fx_A:block", lambda turned: -(block + yoke) * math.cos(turned)),
+                ("crank on block, y", "fy_A:block", lambda turned: -block * math.sin(turned)),
+                ("along the slot", "axial_A:block", lambda turned: -block * math.sin(turned)),
+                ("block on yoke, x", "fx_A:slot", lambda turned: -yoke * math.cos(turned)),
+                ("block on yoke, across the slot", "transverse_A:slot", lambda turned: yoke * math.cos(turned)),
+                ("block on crank, y", "fy_A:crank", lambda turned: block * math.sin(turned))):
+            for row in history:
+                right = radius * omega**2 * law(math.radians(float(row["crank_deg"])))
+                # a force that is zero all the time has rounding errors of the others
+                near(f"yoke: {what} at {row['crank_deg']}", float(row[f"{column}_N"]), right, 1e-12 * 640)
+        equal("yoke: pairs", sorted(rows), [("A", "block", "pin"), ("A", "crank", "pin"), ("A", "yoke", "slot"), ("O", "crank", "pin"),
+                                            ("Y", "yoke", "guide")])
 
 
 def test_tables():
@@ -195,4 +232,5 @@ def test_refused():
         check("no body: message", "no body carries both joints 'O' and 'B' of link 'rod'" in run.err, "names them", run.err)
 
 
-JOINT_TESTS = [test_rigid, test_mounts, test_gas, test_tables, test_quantities, test_studies, test_data_files, test_pictures, test_refused]
+JOINT_TESTS = [test_rigid, test_mounts, test_gas, test_yoke, test_tables, test_quantities, test_studies, test_data_files,
+               test_pictures, test_refused]

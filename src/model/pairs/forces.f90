@@ -8,22 +8,23 @@ module gestell_model_pairs_forces
   use gestell_math_matrix, only: solve_small, unit_matrix
   use gestell_model_joints_joint, only: point_type
   use gestell_model_joints_pairs, only: contact, pair_type, pin, shaft, slide, slot, thrust
-  use gestell_model_joints_path, only: direction
   use gestell_model_pairs, only: carrier_of, frame_body, on_pin, structure_type
   implicit none (type, external)
   private
 
-  public :: add_force, new_applied, solve_pairs
+  public :: add_force, add_to_pin, clear, new_applied, solve_pairs
 
   !> Numbers that describe the action at a place: `fx`, `fy`: force along the axes of the linkage. `moment`. `axial`, `transverse`:
-  !> force along the body's axis and perpendicular to it, or along a slider's guide and perpendicular to it.
+  !> force along the body's axis and perpendicular to it; along a guide and perpendicular to it if the body slides there; along a
+  !> slot and perpendicular to it for the force in the slot.
   integer, parameter, public :: fx = 1, fy = 2, moment = 3, axial = 4, transverse = 5, components = 5
 
-  !> Known forces at one crank angle. `on_bodies`: force along x and y (N) and moment about the joint that adds the body (N m),
-  !> shape (3, bodies). `on_pins`: force on the pin of each joint (N), shape (2, joints). `body_errors`, `pin_errors`: bounds on
-  !> their errors. `relative`: bound on the relative errors of directions and lever arms.
+  !> Known forces at one crank angle, for each source: the last dimension runs from 0, which stands for all sources together.
+  !> `on_bodies`: force along x and y (N) and moment about the joint that adds the body (N m), shape (3, bodies, sources).
+  !> `on_pins`: force on the pin of each joint (N), shape (2, joints, sources). `body_errors`, `pin_errors`: bounds on the errors
+  !> of all sources together. `relative`: bound on the relative errors of directions and lever arms.
   type, public :: applied_type
-    real(dp), allocatable :: on_bodies(:, :), on_pins(:, :), body_errors(:, :), pin_errors(:, :)
+    real(dp), allocatable :: on_bodies(:, :, :), on_pins(:, :, :), body_errors(:, :), pin_errors(:, :)
     real(dp) :: relative = 0
     !> True if bounds on the errors of the joint forces are requested
     logical :: bounded = .false.
@@ -31,37 +32,62 @@ module gestell_model_pairs_forces
 
 contains
 
-  !> Creates the list of known forces without any force.
-  pure subroutine new_applied(structure, applied)
+  !> Creates the list of known forces. `sources`: number of sources that are distinguished.
+  pure subroutine new_applied(structure, sources, applied)
     type(structure_type), intent(in) :: structure
+    integer, intent(in) :: sources
     type(applied_type), intent(out) :: applied
 
-    allocate(applied%on_bodies(3, size(structure%bodies)), applied%on_pins(2, size(structure%groups)), source=0.0_dp)
-    applied%body_errors = applied%on_bodies
-    applied%pin_errors = applied%on_pins
+    associate (bodies => size(structure%bodies), joints => size(structure%groups))
+      allocate(applied%on_bodies(3, bodies, 0:sources), applied%body_errors(3, bodies))
+      allocate(applied%on_pins(2, joints, 0:sources), applied%pin_errors(2, joints))
+    end associate
+    call clear(applied)
   end subroutine new_applied
 
-  !> Adds a force (N) at a point (m) and a moment (N m) to the forces on a body; forces on the frame are ignored. `errors`: bounds
-  !> on the errors of force and moment.
-  pure subroutine add_force(structure, at, body, point, force, torque, applied, errors)
+  !> Removes all known forces.
+  pure subroutine clear(applied)
+    type(applied_type), intent(inout) :: applied
+
+    applied%on_bodies = 0
+    applied%on_pins = 0
+    applied%body_errors = 0
+    applied%pin_errors = 0
+  end subroutine clear
+
+  !> Adds a force (N) at a point (m) and a moment (N m) of a source to the forces on a body; forces on the frame are ignored.
+  !> `errors`: bounds on the errors of force and moment.
+  pure subroutine add_force(structure, at, body, source, point, force, torque, errors, applied)
     type(structure_type), intent(in) :: structure
     type(point_type), intent(in) :: at(:)
-    integer, intent(in) :: body
-    real(dp), intent(in) :: point(2), force(2), torque
+    integer, intent(in) :: body, source
+    real(dp), intent(in) :: point(2), force(2), torque, errors(3)
     type(applied_type), intent(inout) :: applied
-    real(dp), intent(in) :: errors(3)
     real(dp) :: arm(2)
 
     if (body <= frame_body) return
     associate (reference => at(structure%bodies(body)%joint))
       arm = point - [reference%x%v, reference%y%v]
     end associate
-    associate (sums => applied%on_bodies(:, body), bounds => applied%body_errors(:, body))
+    associate (sums => applied%on_bodies(:, body, source))
       sums = sums + [force, torque + arm(1) * force(2) - arm(2) * force(1)]
+    end associate
+    if (source > 0) return
+    associate (bounds => applied%body_errors(:, body))
       bounds = bounds + [errors(:2), errors(3) + abs(arm(1)) * (errors(2) + applied%relative * abs(force(2))) &
         & + abs(arm(2)) * (errors(1) + applied%relative * abs(force(1)))]
     end associate
   end subroutine add_force
+
+  !> Adds a force (N) of a source to the forces on the pin of a joint. `errors`: bounds on its errors.
+  pure subroutine add_to_pin(joint, source, force, errors, applied)
+    integer, intent(in) :: joint, source
+    real(dp), intent(in) :: force(2), errors(2)
+    type(applied_type), intent(inout) :: applied
+
+    applied%on_pins(:, joint, source) = applied%on_pins(:, joint, source) + force
+    if (source == 0) applied%pin_errors(:, joint) = applied%pin_errors(:, joint) + errors
+  end subroutine add_to_pin
 
   !> Computes the forces at all places. Fails if the linkage is at a dead point.
   subroutine solve_pairs(structure, at, applied, values, bounds, error)
@@ -70,21 +96,24 @@ contains
     type(point_type), intent(in) :: at(:)
     !> Known forces. The procedure adds the reactions of the pairs
     type(applied_type), intent(inout) :: applied
-    !> Forces and moments on the bodies and bounds on their errors, shape (components, places)
-    real(dp), intent(out) :: values(:, :), bounds(:, :)
+    !> `values`: forces and moments on the bodies, shape (components, places, sources), where the last dimension runs from 0 (all
+    !> sources together). `bounds`: bounds on the errors of all sources together, shape (components, places)
+    real(dp), intent(out) :: values(:, :, 0:), bounds(:, :)
     type(error_type), allocatable, intent(out) :: error
-    integer :: j, k
+    integer :: j, k, source
 
     values = 0
     bounds = 0
     do j = size(structure%groups), 1, -1
       if (structure%hosts(j) > frame_body) then
         ! the bodies on the pin act on the body of which the pin is a point
-        call add_force(structure, at, structure%hosts(j), place_of(at(j)), applied%on_pins(:, j), 0.0_dp, applied, &
-          & [applied%pin_errors(:, j), 0.0_dp])
+        do source = 0, ubound(values, 3)
+          call add_force(structure, at, structure%hosts(j), source, place_of(at(j)), applied%on_pins(:, j, source), 0.0_dp, &
+            & [applied%pin_errors(:, j), 0.0_dp], applied)
+        end do
         k = structure%host_places(j)
         if (k > 0) then
-          values(fx:fy, k) = applied%on_pins(:, j)
+          values(fx:fy, k, :) = applied%on_pins(:, j, :)
           bounds(fx:fy, k) = applied%pin_errors(:, j)
         end if
       end if
@@ -92,7 +121,7 @@ contains
       if (allocated(error)) return
     end do
     do k = 1, size(structure%places)
-      call resolve(structure, k, at, values(:, k), bounds(:, k))
+      call resolve(structure, k, at, values(:, k, :), bounds(:, k))
     end do
   end subroutine solve_pairs
 
@@ -102,89 +131,93 @@ contains
     integer, intent(in) :: j
     type(point_type), intent(in) :: at(:)
     type(applied_type), intent(inout) :: applied
-    real(dp), intent(inout) :: values(:, :), bounds(:, :)
+    real(dp), intent(inout) :: values(:, :, 0:), bounds(:, :)
     type(error_type), allocatable, intent(out) :: error
     !> A dyad has two bodies and a pin, hence 2 x 3 + 2 equations
     integer, parameter :: most = 8
-    real(dp) :: a(most, most), known(most), errors(most), x(most), bound(most), columns(3, 2), action(3), wrong_by(3)
-    real(dp) :: sides(most, most + 1)
-    real(dp), allocatable :: sizes(:, :)
+    !> `sides`: right-hand sides of all sources, then the unit matrix, which becomes the inverse of `a`
+    real(dp) :: a(most, most), sizes(most, most), sides(most, 0:ubound(values, 3) + most), errors(most), bound(most)
+    real(dp) :: columns(3, 2, most), action(3), wrong_by(3), second
     logical :: singular
-    integer :: k, n, row, equations, unknowns, first(most)
+    integer :: k, n, row, equations, unknowns, source, last, first(most), widths(most), carrier
 
+    last = ubound(values, 3)
     associate (group => structure%groups(j))
       a = 0
-      known = 0
+      sides = 0
       errors = 0
       equations = 3 * group%bodies
       do k = 1, group%bodies
-        known(3 * k - 2:3 * k) = applied%on_bodies(:, group%first + k)
+        sides(3 * k - 2:3 * k, :last) = -applied%on_bodies(:, group%first + k, :)
         errors(3 * k - 2:3 * k) = applied%body_errors(:, group%first + k)
       end do
       if (structure%hosts(j) == on_pin) then
-        known(equations + 1:equations + 2) = applied%on_pins(:, j)
+        sides(equations + 1:equations + 2, :last) = -applied%on_pins(:, j, :)
         errors(equations + 1:equations + 2) = applied%pin_errors(:, j)
       end if
       unknowns = 0
       do k = 1, size(group%pairs)
-        call find_columns(group%pairs(k), at, j, columns, n)
+        call find_columns(group%pairs(k), at, j, columns(:, :, k), n)
         row = 3 * group%pairs(k)%body - 2
         first(k) = unknowns + 1
-        a(row:row + 2, unknowns + 1:unknowns + n) = columns(:, :n)
+        widths(k) = n
+        a(row:row + 2, unknowns + 1:unknowns + n) = columns(:, :n, k)
         if (group%pairs(k)%kind == slot) then
           row = 3 * group%pairs(k)%against - 2
-          a(row:row + 2, unknowns + 1:unknowns + n) = -columns(:, :n)
+          a(row:row + 2, unknowns + 1:unknowns + n) = -columns(:, :n, k)
         end if
         ! the pin feels the opposite of the forces on the bodies
         if (group%pairs(k)%kind == pin .and. group%pairs(k)%joint == j) a(equations + 1:equations + 2, unknowns + 1:unknowns + 2) &
           & = reshape([-1, 0, 0, -1], [2, 2])
         unknowns = unknowns + n
       end do
-      associate (a => a(:unknowns, :unknowns))
-        if (applied%bounded) then
-          sides(:unknowns, 2:unknowns + 1) = unit_matrix(unknowns)
-          sizes = abs(a)
-        end if
-        sides(:unknowns, 1) = -known(:unknowns)
-        call solve_small(a, sides(:unknowns, :merge(unknowns + 1, 1, applied%bounded)), singular)
-        x(:unknowns) = sides(:unknowns, 1)
-        bound = 0
-        if (applied%bounded) bound(:unknowns) = matmul(abs(sides(:unknowns, 2:unknowns + 1)), errors(:unknowns) &
-          & + applied%relative * matmul(sizes, abs(x(:unknowns))))
-      end associate
+      bound = 0
+      n = last
+      if (applied%bounded) then
+        n = last + unknowns
+        sides(:unknowns, last + 1:n) = unit_matrix(unknowns)
+        sizes = abs(a)
+      end if
+      call solve_small(a(:unknowns, :unknowns), sides(:unknowns, :n), singular)
       if (singular) then
         call fatal_error(error, "the forces at a joint are not determined at a dead point", failed_computation)
         return
       end if
+      if (applied%bounded) bound(:unknowns) = matmul(abs(sides(:unknowns, last + 1:n)), errors(:unknowns) &
+        & + applied%relative * matmul(sizes(:unknowns, :unknowns), abs(sides(:unknowns, 0))))
       do k = 1, size(group%pairs)
-        associate (pair => group%pairs(k))
-          call find_columns(pair, at, j, columns, n)
-          associate (from => first(k), to => first(k) + n - 1)
-            action = matmul(columns(:, :n), x(from:to))
-            wrong_by = matmul(abs(columns(:, :n)), bound(from:to))
-          end associate
-          ! moments of the actions about the joint at which they act
-          if (pair%kind == pin) action(3) = 0
+        associate (pair => group%pairs(k), from => first(k))
+          carrier = frame_body
+          if (any(pair%kind == [slide, contact, thrust])) carrier = carrier_of(structure, pair%guide)
+          second = 0
+          if (widths(k) == 2) second = bound(from + 1)
+          wrong_by = abs(columns(:, 1, k)) * bound(from) + abs(columns(:, 2, k)) * second
           if (pair%kind == pin) wrong_by(3) = 0
-          if (pair%kind == slot) then
-            action = [-action(:2), -x(first(k) + 1)]
-            wrong_by(3) = bound(first(k) + 1)
-          end if
-          if (pair%kind == shaft) then
-            values(moment, group%places(1)) = action(3)
-            bounds(moment, group%places(1)) = wrong_by(3)
-            cycle
-          end if
-          values(:moment, group%places(k)) = action
-          bounds(:moment, group%places(k)) = wrong_by
-          if (pair%kind == slot) cycle
-          if (any(pair%kind == [slide, contact, thrust])) then
-            call add_force(structure, at, carrier_of(structure, pair%guide), place_of(at(j)), -action(:2), -action(3), applied, &
-              & wrong_by)
-          else if (pair%joint /= j) then
-            applied%on_pins(:, pair%joint) = applied%on_pins(:, pair%joint) - action(:2)
-            applied%pin_errors(:, pair%joint) = applied%pin_errors(:, pair%joint) + wrong_by(:2)
-          end if
+          if (pair%kind == slot) wrong_by(3) = second
+          if (pair%kind == shaft) bounds(moment, group%places(1)) = wrong_by(3)
+          if (pair%kind /= shaft) bounds(:moment, group%places(k)) = wrong_by
+          do source = 0, last
+            second = 0
+            if (widths(k) == 2) second = sides(from + 1, source)
+            action = columns(:, 1, k) * sides(from, source) + columns(:, 2, k) * second
+            ! moments of the actions about the joint at which they act
+            select case (pair%kind)
+            case (shaft)
+              values(moment, group%places(1), source) = action(3)
+              cycle
+            case (pin)
+              action(3) = 0
+            case (slot)
+              action = [-action(:2), -second]
+            end select
+            values(:moment, group%places(k), source) = action
+            if (pair%kind == slot) cycle
+            if (any(pair%kind == [slide, contact, thrust])) then
+              call add_force(structure, at, carrier, source, place_of(at(j)), -action(:2), -action(3), wrong_by, applied)
+            else if (pair%joint /= j) then
+              call add_to_pin(pair%joint, source, -action(:2), wrong_by(:2), applied)
+            end if
+          end do
         end associate
       end do
     end associate
@@ -243,23 +276,32 @@ contains
     normal = normal / norm2(normal)
   end function normal_of
 
-  !> Resolves the force at place `k` along the axis of its body, or along the guide of a slider.
+  !> Resolves the forces of each source at place `k` along the axis of its body, or along the guide or slot of a sliding body.
   pure subroutine resolve(structure, k, at, values, bounds)
     type(structure_type), intent(in) :: structure
     integer, intent(in) :: k
     type(point_type), intent(in) :: at(:)
-    real(dp), intent(inout) :: values(:), bounds(:)
+    real(dp), intent(inout) :: values(:, :), bounds(:)
     type(point_type) :: origin, along
+    real(dp) :: axis(2)
 
-    associate (body => structure%bodies(structure%places(k)%body))
-      if (allocated(body%guide)) then
+    associate (place => structure%places(k), body => structure%bodies(structure%places(k)%body))
+      if (place%kind == slot) then
+        call structure%bodies(place%other)%slot%line(at, origin, along)
+        axis = place_of(along)
+      else if (allocated(body%guide)) then
         call body%guide%line(at, origin, along)
+        axis = place_of(along)
+      else if (all(body%axis > 0)) then
+        axis = place_of(at(body%axis(2))) - place_of(at(body%axis(1)))
+        axis = axis / norm2(axis)
       else
-        along = direction(at(body%axis(1)), at(body%axis(2)))
+        call body%slot%line(at, origin, along)
+        axis = place_of(along)
       end if
     end associate
-    values(axial) = along%x%v * values(fx) + along%y%v * values(fy)
-    values(transverse) = along%x%v * values(fy) - along%y%v * values(fx)
+    values(axial, :) = axis(1) * values(fx, :) + axis(2) * values(fy, :)
+    values(transverse, :) = axis(1) * values(fy, :) - axis(2) * values(fx, :)
     bounds(axial:transverse) = sum(bounds(fx:fy))
   end subroutine resolve
 

@@ -34,8 +34,9 @@ module gestell_model_pairs
     integer, allocatable :: joints(:), aligned(:)
     !> The body's axis leads from the first of these joints to the second: from `from` to `to` of its first link
     integer :: axis(2) = 0
-    !> For a body that slides on a guide: this guide
-    type(guide_type), allocatable :: guide
+    !> `guide`: for a body that slides on a guide, this guide. `slot`: for a block, the line of the slot, which is the block's axis
+    !> unless a link defines another one
+    type(guide_type), allocatable :: guide, slot
   end type body_type
 
   !> A place at which forces act on a body.
@@ -140,6 +141,7 @@ contains
       do k = 1, size(group%pairs)
         if (group%pairs(k)%kind /= slot) cycle
         associate (block => longer(first + group%pairs(k)%body), slotted => longer(first + group%pairs(k)%against))
+          block%slot = group%pairs(k)%guide
           block%aligned = slotted%joints
           slotted%aligned = block%joints
         end associate
@@ -232,8 +234,7 @@ contains
     body = no_body
   end function body_with
 
-  !> Finds the body of each link. A link that only translates belongs to the slider at its joint. If there is no single slider, or
-  !> if its guide turns, the link's mass acts on the pin. Names the bodies after their first links.
+  !> Finds the body of each link, and names the bodies after their first links.
   pure subroutine place_links(linkage, structure, error)
     class(linkage_type), intent(in) :: linkage
     type(structure_type), intent(inout) :: structure
@@ -245,15 +246,13 @@ contains
         if (link%to > 0) then
           body = body_with(structure, link%from, link%to)
         else
-          body = on_pin
-          associate (group => structure%groups(link%from))
-            if (count(group%pairs%kind == slide) == 1) body = group%first &
-              & + group%pairs(findloc(group%pairs%kind, slide, dim=1))%body
-          end associate
+          body = translating_body(structure, link%from)
           if (body > 0) then
             if (.not. allocated(structure%bodies(body)%name)) structure%bodies(body)%name = link%name
-            ! the link does not turn with a guide that turns
-            if (structure%bodies(body)%guide%carriers(1) > 0) body = on_pin
+            if (allocated(structure%bodies(body)%guide)) then
+              ! the link does not turn with a guide that turns
+              if (structure%bodies(body)%guide%carriers(1) > 0) body = on_pin
+            end if
           end if
         end if
         if (body == no_body) then
@@ -273,9 +272,8 @@ contains
       associate (body => structure%bodies(k))
         if (allocated(body%name)) cycle
         body%has_link = .false.
-        if (size(body%aligned) > 0 .and. .not. any(body%joints == body%joint)) body%axis = [body%joints(1), body%aligned(1)]
         body%name = "block"
-        if (all(body%axis > 0)) cycle
+        if (allocated(body%slot)) cycle
         body%name = linkage%joints(body%joints(1))%name
         if (size(body%joints) == 1) cycle
         body%name = body%name // "-" // linkage%joints(body%joints(2))%name
@@ -283,6 +281,26 @@ contains
       end associate
     end do
   end subroutine place_links
+
+  !> The body of a link that only translates with a joint: the slider that the joint adds, or else the block on the joint's pin in
+  !> the slot of a yoke that does not turn. `on_pin` if there is no such body, or several; the link's mass then acts on the pin.
+  pure integer function translating_body(structure, joint) result(body)
+    type(structure_type), intent(in) :: structure
+    integer, intent(in) :: joint
+    logical, dimension(size(structure%bodies)) :: sliders, blocks
+    integer :: k
+
+    do k = 1, size(structure%bodies)
+      associate (candidate => structure%bodies(k))
+        sliders(k) = allocated(candidate%guide) .and. candidate%joint == joint
+        blocks(k) = .false.
+        if (allocated(candidate%slot)) blocks(k) = candidate%slot%carriers(1) == 0 .and. any(candidate%joints == joint)
+      end associate
+    end do
+    if (any(sliders)) blocks = sliders
+    body = on_pin
+    if (count(blocks) == 1) body = findloc(blocks, .true., dim=1)
+  end function translating_body
 
   !> Lists the places at which forces act on the bodies: first those of the pairs, joint by joint, then those at which bodies on a
   !> pin act on the body that carries the pin.

@@ -14,8 +14,8 @@ module gestell_model_pairs_rows
   use gestell_model_mechanism, only: mechanism_type
   use gestell_model_mechanism_held, only: part_of_turn
   use gestell_model_mechanism_tabulated, only: tabulated_type
-  use gestell_model_pairs, only: find_structure, on_pin, structure_type
-  use gestell_model_pairs_forces, only: add_force, applied_type, components, new_applied, solve_pairs
+  use gestell_model_pairs, only: find_structure, frame_body, on_pin, structure_type
+  use gestell_model_pairs_forces, only: add_force, add_to_pin, applied_type, clear, components, new_applied, solve_pairs
   use gestell_model_space, only: in_frame, is_rotation
   use gestell_model_space_drive, only: follow_frame, moved_type, turn_type
   use gestell_model_space_masses, only: plane_type
@@ -24,9 +24,10 @@ module gestell_model_pairs_rows
 
   public :: compute_joint_forces, find_machine_pairs, joint_rows, load_count
 
-  !> Sources of joint forces. `all_sources`: all of them. `inertia`: the links' inertia on a frame at rest. `weights`: the links'
-  !> weights. `before_loads` + k: load number k, counted over all planes. The motion of the frame is the source of the rest.
-  integer, parameter, public :: all_sources = 0, inertia = 1, weights = 2, before_loads = 2
+  !> Sources of joint forces. `all_sources`: all of them together. `inertia`: the links' inertia on a frame at rest. `weights`: the
+  !> links' weights. `before_loads` + k: load number k, counted over all planes. The motion of the frame is the source of the rest.
+  integer, parameter, public :: inertia = 1, weights = 2, before_loads = 2
+  integer, parameter :: all_sources = 0
 
   !> A plane of the machine with the bodies and pairs of its linkage.
   type, public :: plane_pairs_type
@@ -94,15 +95,13 @@ contains
   end subroutine copy_linkage
 
   !> Computes the forces and moments in all pairs at phases of the period. Fails if a linkage is at a dead point.
-  subroutine compute_joint_forces(frame, pairs, phases, motion, source, forces, error, errors, relative, bounds)
+  subroutine compute_joint_forces(frame, pairs, phases, motion, forces, error, errors, relative, bounds, parts)
     class(frame_type), intent(in) :: frame
     !> The pairs of the frame's mechanisms, by `find_machine_pairs`
     type(plane_pairs_type), intent(in) :: pairs(:)
     !> `phases`: phases of the period. `motion`: q, q', q'' at these phases, shape (3 dofs or more, phases)
     real(dp), contiguous, intent(in) :: phases(:)
     real(dp), intent(in) :: motion(:, :)
-    !> Source of the forces (see `all_sources`)
-    integer, intent(in) :: source
     !> Forces and moments, shape (components of all places, phases)
     real(dp), intent(out) :: forces(:, :)
     type(error_type), allocatable, intent(out) :: error
@@ -110,14 +109,15 @@ contains
     !> accelerations. They cause errors of the forces, up to `bounds`, shape (components of all places)
     real(dp), intent(in), optional :: errors(:), relative
     real(dp), intent(out), optional :: bounds(:)
-    type(moved_type) :: moved
+    !> Parts of the forces with one source each, shape (components of all places, phases, sources): inertia, weights, all loads
+    real(dp), intent(out), optional :: parts(:, :, :)
+    type(moved_type) :: moved(0:weights)
     type(applied_type) :: applied
     type(point_type), allocatable :: at(:)
     type(uncertainty_type) :: uncertainty
-    real(dp), allocatable :: values(:, :), wrong_by(:, :)
+    real(dp), allocatable :: values(:, :, :), wrong_by(:, :)
     real(dp) :: angles(size(phases)), lag(size(phases), 3), angle
-    real(dp) :: rotation(3, 3)
-    integer :: i, k, n, first, last
+    integer :: i, k, n, first, last, sources, load
 
     angles = frame%crank_angles(phases)
     lag = 0
@@ -129,31 +129,40 @@ contains
       bounds = 0
       uncertainty = new_uncertainty(frame, errors, relative)
     end if
+    sources = 0
+    if (present(parts)) then
+      sources = size(parts, 3)
+      parts = 0
+    end if
     last = 0
+    load = before_loads
     do i = 1, size(pairs)
       associate (linkage => pairs(i)%plane%linkage, structure => pairs(i)%structure)
         first = last + 1
         last = last + components * size(structure%places)
         allocate(at(size(linkage%joints)))
-        allocate(values(components, size(structure%places)), wrong_by(components, size(structure%places)))
+        allocate(values(components, size(structure%places), 0:sources), wrong_by(components, size(structure%places)))
+        call new_applied(structure, sources, applied)
+        applied%relative = uncertainty%relative + uncertainty%turn
+        applied%bounded = present(bounds)
         do k = 1, size(phases)
-          call move_frame(frame, angles(k), motion(:, k), lag(k, :), source, moved, angle, rotation)
+          call move_frame(frame, angles(k), motion(:, k), lag(k, :), moved, angle)
           call linkage%points(angle, at)
-          call new_applied(structure, applied)
-          applied%relative = uncertainty%relative + uncertainty%turn
-          applied%bounded = present(bounds)
-          do n = 1, merge(size(linkage%links), 0, source <= before_loads)
-            call add_inertia(pairs(i)%plane, structure, n, at, moved, uncertainty, applied)
+          call clear(applied)
+          do n = 1, size(linkage%links)
+            call add_inertia(pairs(i)%plane, structure, n, at, moved(:min(weights, sources)), uncertainty, applied)
           end do
           do n = 1, load_count(pairs(i:i))
-            if (source == all_sources .or. source == before_loads + load_count(pairs(:i - 1)) + n) call add_load(pairs(i)%plane, &
-              & structure, n, at, angle, rotation, applied)
+            call add_load(pairs(i)%plane, structure, n, at, angle, moved(all_sources)%rotation, pack([all_sources, load + n], &
+              & [.true., present(parts)]), applied)
           end do
           call solve_pairs(structure, at, applied, values, wrong_by, error)
           if (allocated(error)) return
-          forces(first:last, k) = reshape(values, [last - first + 1])
+          forces(first:last, k) = reshape(values(:, :, all_sources), [last - first + 1])
           if (present(bounds)) bounds(first:last) = max(bounds(first:last), reshape(wrong_by, [last - first + 1]))
+          if (present(parts)) parts(first:last, k, :) = reshape(values(:, :, 1:), [last - first + 1, sources])
         end do
+        load = load + load_count(pairs(i:i))
         deallocate(at, values, wrong_by)
       end associate
     end do
@@ -175,49 +184,42 @@ contains
     end associate
   end function new_uncertainty
 
-  !> The motion of the frame and of its drive at one phase, the angle of the mechanisms, and the rotation matrix of the frame there.
-  !> If `source` is `inertia` or `weights`, the terms of the motion that do not contribute to these forces are zero.
-  pure subroutine move_frame(frame, crank_angle, motion, lag, source, moved, angle, rotation)
+  !> The motion of the frame and of its drive at one phase, and the angle of the mechanisms. `moved(all_sources)`: the whole motion;
+  !> `moved(inertia)` and `moved(weights)`: the terms that contribute to these parts of the forces.
+  pure subroutine move_frame(frame, crank_angle, motion, lag, moved, angle)
     class(frame_type), intent(in) :: frame
     real(dp), intent(in) :: crank_angle, motion(:), lag(:)
-    integer, intent(in) :: source
-    type(moved_type), intent(out) :: moved
-    real(dp), intent(out) :: angle, rotation(3, 3)
-    type(moved_type) :: whole
+    type(moved_type), intent(out) :: moved(0:weights)
+    real(dp), intent(out) :: angle
     type(turn_type) :: turn
     real(dp) :: part, c, s
 
-    if (allocated(frame%space)) then
-      associate (theta => reshape([motion(in_frame(4:)), motion(6 + in_frame(4:)), motion(12 + in_frame(4:))], [3, 3]))
-        if (any(abs(lag) > 0)) then
-          call follow_frame(frame%space%drive, frame%speed, motion(12 + in_frame(:3)) - frame%weights%gravity, theta, whole, turn, &
-            & lag)
-        else
-          call follow_frame(frame%space%drive, frame%speed, motion(12 + in_frame(:3)) - frame%weights%gravity, theta, whole, turn)
-        end if
-      end associate
-      angle = crank_angle - turn%chi(0)
-    else
-      part = part_of_turn(frame%mechanism, frame%uniform_in_space())
-      c = cos(motion(3))
-      s = sin(motion(3))
-      whole%rotation(:2, :2) = reshape([c, s, -s, c], [2, 2])
-      whole%a = matmul([motion(7:8), 0.0_dp] - frame%weights%gravity, whole%rotation)
-      whole%w(3) = motion(6)
-      whole%w_d(3) = motion(9)
-      whole%rate = frame%speed - part * motion(6)
-      whole%gain = -part * motion(9)
-      angle = crank_angle - part * motion(3)
-    end if
-    rotation = whole%rotation
-    select case (source)
-    case (inertia)
-      moved%rate = frame%speed
-    case (weights)
-      moved%a = -matmul(frame%weights%gravity, whole%rotation)
-    case default
-      moved = whole
-    end select
+    associate (whole => moved(all_sources))
+      if (allocated(frame%space)) then
+        associate (theta => reshape([motion(in_frame(4:)), motion(6 + in_frame(4:)), motion(12 + in_frame(4:))], [3, 3]), &
+          & u_dd => motion(12 + in_frame(:3)) - frame%weights%gravity)
+          if (any(abs(lag) > 0)) then
+            call follow_frame(frame%space%drive, frame%speed, u_dd, theta, whole, turn, lag)
+          else
+            call follow_frame(frame%space%drive, frame%speed, u_dd, theta, whole, turn)
+          end if
+        end associate
+        angle = crank_angle - turn%chi(0)
+      else
+        part = part_of_turn(frame%mechanism, frame%uniform_in_space())
+        c = cos(motion(3))
+        s = sin(motion(3))
+        whole%rotation(:2, :2) = reshape([c, s, -s, c], [2, 2])
+        whole%a = matmul([motion(7:8), 0.0_dp] - frame%weights%gravity, whole%rotation)
+        whole%w(3) = motion(6)
+        whole%w_d(3) = motion(9)
+        whole%rate = frame%speed - part * motion(6)
+        whole%gain = -part * motion(9)
+        angle = crank_angle - part * motion(3)
+      end if
+      moved(inertia)%rate = frame%speed
+      moved(weights)%a = -matmul(frame%weights%gravity, whole%rotation)
+    end associate
   end subroutine move_frame
 
   !> Adds inertia and weight of a link to the known forces. The acceleration of its centre of mass r, minus gravity, is
@@ -231,40 +233,66 @@ contains
     type(structure_type), intent(in) :: structure
     integer, intent(in) :: number
     type(point_type), intent(in) :: at(:)
-    type(moved_type), intent(in) :: moved
+    !> The motion that each source of the forces requires (see `move_frame`)
+    type(moved_type), intent(in) :: moved(0:)
     type(uncertainty_type), intent(in) :: uncertainty
     type(applied_type), intent(inout) :: applied
     type(point_type) :: center
-    real(dp) :: r(3), r_d(3), acceleration(3), force(2), torque, rate, turn, u(3), v(3), terms, errors(3)
+    real(dp) :: r(3), dr(3), ddr(3), r_d(3), acceleration(3), force(2), torque, rate, turn, unequal, u(3), v(3), terms, errors(3)
+    integer :: source
 
-    associate (link => plane%linkage%links(number), q => plane%axes, w => moved%w)
-      if (structure%links(number) == 0) return
+    associate (link => plane%linkage%links(number), q => plane%axes)
+      if (structure%links(number) == frame_body) return
       call body_motion(link, at, center, rate, turn)
-      r = plane%origin + matmul(q, [center%x%v, center%y%v, link%z])
-      r_d = matmul(q(:, :2), [center%x%d, center%y%d]) * moved%rate
-      acceleration = moved%a + cross(moved%w_d, r) + cross(w, cross(w, r)) + 2 * cross(w, r_d) &
-        & + matmul(q(:, :2), [center%x%dd, center%y%dd] * moved%rate**2 + [center%x%d, center%y%d] * moved%gain)
-      terms = norm2(moved%a) + (norm2(moved%w_d) + norm2(w)**2) * norm2(r) + 2 * norm2(w) * norm2(r_d) &
-        & + hypot(center%x%dd, center%y%dd) * moved%rate**2 + hypot(center%x%d, center%y%d) * abs(moved%gain)
-      force = -link%mass * matmul(acceleration, q(:, :2))
-      u = matmul(q(:, :2), axis_of(link, at))
-      v = cross(q(:, 3), u)
-      torque = -link%inertia * (dot_product(moved%w_d, q(:, 3)) + turn * moved%rate**2 + rate * moved%gain) &
-        & + (link%along - link%across) * dot_product(w, u) * dot_product(w, v)
-      associate (e => uncertainty, fast => norm2(w) + abs(moved%rate))
-        errors(:2) = link%mass * ((e%relative + e%turn) * terms + e%a + e%w_d * (norm2(r) + norm2([center%x%d, center%y%d])) &
-          & + 2 * e%w * fast * (norm2(r) + norm2([center%x%d, center%y%d, center%x%dd, center%y%dd])))
-        errors(3) = link%inertia * ((e%relative + e%turn) * (norm2(moved%w_d) + abs(turn) * moved%rate**2 &
-          & + abs(rate * moved%gain)) + e%w_d * (1 + abs(rate)) + 2 * e%w * fast * abs(turn)) &
-          & + abs(link%along - link%across) * norm2(w) * (2 * e%w + (e%relative + e%turn) * norm2(w))
-      end associate
-      if (structure%links(number) == on_pin) then
-        applied%on_pins(:, link%from) = applied%on_pins(:, link%from) + force
-        applied%pin_errors(:, link%from) = applied%pin_errors(:, link%from) + errors(:2)
-      else
-        call add_force(structure, at, structure%links(number), [center%x%v, center%y%v], force, torque, applied, errors)
+      r = plane%origin + in_plane(center%x%v, center%y%v) + q(:, 3) * link%z
+      dr = in_plane(center%x%d, center%y%d)
+      ddr = in_plane(center%x%dd, center%y%dd)
+      unequal = link%along - link%across
+      errors = 0
+      u = 0
+      v = 0
+      if (abs(unequal) > 0) then
+        u = matmul(q(:, :2), axis_of(link, at))
+        v = cross(q(:, 3), u)
       end if
+      do source = 0, ubound(moved, 1)
+        associate (m => moved(source), w => moved(source)%w)
+          r_d = dr * m%rate
+          acceleration = m%a + ddr * m%rate**2 + dr * m%gain
+          if (source == all_sources) acceleration = acceleration + cross(m%w_d, r) + cross(w, cross(w, r)) + 2 * cross(w, r_d)
+          force = -link%mass * [dot_product(acceleration, q(:, 1)), dot_product(acceleration, q(:, 2))]
+          torque = -link%inertia * (dot_product(m%w_d, q(:, 3)) + turn * m%rate**2 + rate * m%gain) &
+            & + unequal * dot_product(w, u) * dot_product(w, v)
+          if (applied%bounded .and. source == all_sources) then
+            associate (e => uncertainty, fast => norm2(w) + abs(m%rate))
+              terms = norm2(m%a) + (norm2(m%w_d) + norm2(w)**2) * norm2(r) + 2 * norm2(w) * norm2(r_d) + norm2(ddr) * m%rate**2 &
+                & + norm2(dr) * abs(m%gain)
+              errors(:2) = link%mass * ((e%relative + e%turn) * terms + e%a + e%w_d * (norm2(r) + norm2(dr)) &
+                & + 2 * e%w * fast * (norm2(r) + norm2([dr, ddr])))
+              errors(3) = link%inertia * ((e%relative + e%turn) * (norm2(m%w_d) + abs(turn) * m%rate**2 &
+                & + abs(rate * m%gain)) + e%w_d * (1 + abs(rate)) + 2 * e%w * fast * abs(turn)) &
+                & + abs(unequal) * norm2(w) * (2 * e%w + (e%relative + e%turn) * norm2(w))
+            end associate
+          end if
+          if (structure%links(number) == on_pin) then
+            call add_to_pin(link%from, source, force, errors(:2), applied)
+          else
+            call add_force(structure, at, structure%links(number), source, [center%x%v, center%y%v], force, torque, errors, applied)
+          end if
+        end associate
+      end do
     end associate
+
+  contains
+
+    !> A vector in the plane along the frame's axes.
+    pure function in_plane(x, y)
+      real(dp), intent(in) :: x, y
+      real(dp) :: in_plane(3)
+
+      in_plane = plane%axes(:, 1) * x + plane%axes(:, 2) * y
+    end function in_plane
+
   end subroutine add_inertia
 
   !> Number of loads in these planes.
@@ -280,13 +308,15 @@ contains
 
   !> Adds load `number` of a plane to the known forces on its two bodies. A force whose direction is fixed in space turns against
   !> the frame.
-  pure subroutine add_load(plane, structure, number, at, crank_angle, rotation, applied)
+  pure subroutine add_load(plane, structure, number, at, crank_angle, rotation, sources, applied)
     type(plane_type), intent(in) :: plane
     type(structure_type), intent(in) :: structure
     integer, intent(in) :: number
     type(point_type), intent(in) :: at(:)
     !> Angle of the mechanisms (rad), and rotation matrix of the frame
     real(dp), intent(in) :: crank_angle, rotation(3, 3)
+    !> Sources to whose forces the load belongs
+    integer, intent(in) :: sources(:)
     type(applied_type), intent(inout) :: applied
     type(action_type) :: action
     real(dp) :: force(2)
@@ -305,17 +335,19 @@ contains
       integer, intent(in) :: link
       real(dp), intent(in) :: direction
       type(applied_type), intent(inout) :: applied
+      integer :: i
 
       if (link <= 0) return
-      associate (body => structure%links(link), joint => plane%linkage%links(link)%from)
-        if (body == on_pin) then
-          applied%on_pins(:, joint) = applied%on_pins(:, joint) + direction * force
-          applied%pin_errors(:, joint) = applied%pin_errors(:, joint) + applied%relative * norm2(force)
-        else
-          call add_force(structure, at, body, [action%point%x%v, action%point%y%v], direction * force, direction &
-            & * action%moment%v, applied, applied%relative * [norm2(force), norm2(force), abs(action%moment%v)])
-        end if
-      end associate
+      do i = 1, size(sources)
+        associate (body => structure%links(link), errors => applied%relative * [norm2(force), norm2(force), abs(action%moment%v)])
+          if (body == on_pin) then
+            call add_to_pin(plane%linkage%links(link)%from, sources(i), direction * force, errors(:2), applied)
+          else
+            call add_force(structure, at, body, sources(i), [action%point%x%v, action%point%y%v], direction * force, direction &
+              & * action%moment%v, errors, applied)
+          end if
+        end associate
+      end do
     end subroutine add_to_body
 
   end subroutine add_load

@@ -6,7 +6,7 @@ module gestell_study_vibration_motion
   use gestell_model_exact_varied_frame, only: varied_frame_type
   use gestell_model_frame, only: frame_type
   use gestell_model_frame_shaking, only: shaking_terms
-  use gestell_model_pairs_rows, only: all_sources, compute_joint_forces, find_machine_pairs, joint_rows, plane_pairs_type
+  use gestell_model_pairs_rows, only: compute_joint_forces, find_machine_pairs, joint_rows, plane_pairs_type
   use gestell_model_quantity_excess, only: add_moment_errors, add_turned, add_turned_errors, move_moments
   use gestell_model_quantity_rows, only: exact_rows, guide_forces, joint_forces, rows_of, velocities
   use gestell_system_averaged, only: averaged_system
@@ -98,8 +98,8 @@ contains
 
     associate (forces => motion(exact_rows(frame) + 1:, :))
       call find_machine_pairs(frame, pairs, error)
-      if (.not. allocated(error)) call compute_joint_forces(frame, pairs, phases, (motion(:3 * frame%dofs(), :)), all_sources, &
-        & forces, error)
+      if (.not. allocated(error)) call compute_joint_forces(frame, pairs, phases, (motion(:3 * frame%dofs(), :)), forces, &
+        & error)
       ! not reached: `find_quantity` has found the pairs, and a mechanism that turns has no dead point
       if (allocated(error)) forces = ieee_value(1.0_dp, ieee_quiet_nan)
     end associate
@@ -124,7 +124,7 @@ contains
     every = max(1, size(phases) / enough)
     associate (some => phases(::every))
       allocate(forces(size(errors) - exact_rows(frame), size(some)))
-      call compute_joint_forces(frame, pairs, some, motion(:, :size(phases):every), all_sources, forces, error, &
+      call compute_joint_forces(frame, pairs, some, motion(:, :size(phases):every), forces, error, &
         & errors(:3 * frame%dofs()), relative, errors(exact_rows(frame) + 1:))
     end associate
   end subroutine bound_joint_forces

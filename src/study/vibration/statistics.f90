@@ -171,16 +171,19 @@ contains
     phase_of_maximum = modulo(phase_of_maximum / n, 1.0_dp)
   end function phase_of_maximum
 
-  !> Components of the quantity, computed from the samples of a motion, shape (samples, components).
+  !> Components of the quantity, computed from the samples of a motion, shape (samples, components). Most weights are zero.
   pure subroutine components(quantity, motion, samples)
     type(quantity_type), intent(in) :: quantity
     real(dp), intent(in) :: motion(:, :)
     real(dp), allocatable, intent(out) :: samples(:, :)
+    integer :: i, k
 
-    integer :: n
-
-    n = used_rows(quantity, motion)
-    samples = matmul(transpose(motion(:n, :)), quantity%weights(:n, :))
+    allocate(samples(size(motion, 2), size(quantity%weights, 2)), source=0.0_dp)
+    do i = 1, size(samples, 2)
+      do k = 1, used_rows(quantity, motion)
+        if (abs(quantity%weights(k, i)) > 0) samples(:, i) = samples(:, i) + quantity%weights(k, i) * motion(k, :)
+      end do
+    end do
   end subroutine components
 
   !> Number of rows that the motion and the weights of a quantity have in common. Only joint forces have weights for the last rows.

@@ -24,7 +24,7 @@ module gestell_task_joints_forces
   !> The force at one place, over the period.
   type, public :: joint_force_type
     type(joint_place_type) :: place
-    !> One element for each of `component_names`
+    !> One element for each of `component_names`; those of components that were not requested are empty
     type(statistics_type) :: statistics(magnitude)
     !> Values at the times of the history, shape (points + 1, magnitude)
     real(dp), allocatable :: history(:, :)
@@ -59,11 +59,13 @@ contains
 
   !> Computes the forces at all places, or at the joints `names`. Fails if the joint forces are not determined, or if they are not
   !> in the motion of the vibration.
-  subroutine find_joint_forces(frame, vibration, names, forces, error)
+  subroutine find_joint_forces(frame, vibration, names, axes, forces, error)
     class(frame_type), intent(in) :: frame
     type(vibration_type), intent(in) :: vibration
     !> Names of joints; empty for all joints
     character(len=*), intent(in) :: names(:)
+    !> Components of the force whose statistics are required in addition to those of magnitude and moment
+    integer, intent(in) :: axes(2)
     type(joint_force_type), allocatable, intent(out) :: forces(:)
     type(error_type), allocatable, intent(out) :: error
     type(joint_place_type), allocatable :: places(:)
@@ -86,7 +88,7 @@ contains
           allocate(quantity%weights(exact_rows(frame) + components * size(places), merge(2, 1, k == magnitude)), source=0.0_dp)
           quantity%weights(force%place%row + merge(fx, k, k == magnitude), 1) = 1
           if (k == magnitude) quantity%weights(force%place%row + fy, 2) = 1
-          call compute_statistics(vibration, quantity, force%statistics(k), error)
+          if (any(k == [axes, moment, magnitude])) call compute_statistics(vibration, quantity, force%statistics(k), error)
           if (.not. allocated(error)) call history_of(vibration, quantity, history, error)
           if (allocated(error)) return
           force%history(:, k) = history
@@ -106,7 +108,7 @@ contains
     type(source_type), allocatable, intent(out) :: sources(:)
     type(error_type), allocatable, intent(out) :: error
     type(plane_pairs_type), allocatable :: pairs(:)
-    real(dp), allocatable :: parts(:, :, :), motion(:, :)
+    real(dp), allocatable :: forces_of_all(:, :), parts(:, :, :)
     real(dp) :: along(2)
     integer :: i, k, last, load, n, peak, row
 
@@ -114,9 +116,8 @@ contains
     if (allocated(error)) return
     n = size(vibration%motion, 2)
     row = exact_rows(frame)
-    motion = vibration%motion(:3 * frame%dofs(), :)
     last = before_loads + load_count(pairs) + 1
-    allocate(sources(last), parts(size(vibration%motion, 1) - row, n, last))
+    allocate(sources(last), forces_of_all(size(vibration%motion, 1) - row, n), parts(size(vibration%motion, 1) - row, n, last))
     sources(inertia)%name = "inertia"
     sources(weights)%name = "weights"
     k = before_loads
@@ -127,11 +128,10 @@ contains
       end do
     end do
     sources(last)%name = "motion of the frame"
-    do i = 1, last - 1
-      call compute_joint_forces(frame, pairs, [(real(k, dp) / n, k = 0, n - 1)], motion, i, parts(:, :, i), error)
-      if (allocated(error)) return
-    end do
-    parts(:, :, last) = vibration%motion(row + 1:, :) - sum(parts(:, :, :last - 1), dim=3)
+    call compute_joint_forces(frame, pairs, [(real(k, dp) / n, k = 0, n - 1)], vibration%motion, forces_of_all, error, &
+      & parts=parts(:, :, :last - 1))
+    if (allocated(error)) return
+    parts(:, :, last) = forces_of_all - sum(parts(:, :, :last - 1), dim=3)
     do i = 1, last
       allocate(sources(i)%peak(size(forces)), sources(i)%at_peak(size(forces)), source=0.0_dp)
       do k = 1, size(forces)

@@ -131,7 +131,7 @@ contains
     character(len=:), allocatable :: column, ground, turn
     integer :: i, k
 
-    call find_joint_forces(frame, vibration, self%names, forces, error)
+    call find_joint_forces(frame, vibration, self%names, axes_of(self%of_links), forces, error)
     if (.not. allocated(error)) call find_sources(frame, vibration, forces, sources, error)
     if (allocated(error)) return
     if (.not. all([(all(forces(i)%statistics%finite()), i = 1, size(forces))])) then
