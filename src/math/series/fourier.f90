@@ -1,5 +1,6 @@
 !> Fourier series of periodic functions from equidistant samples, and their maxima between the samples.
 module gestell_math_series_fourier
+  use gestell_math_cosine_sine, only: cosine_sine
   use gestell_math_dft, only: dft
   use gestell_base_kinds, only: dp, pi
   use gestell_math_lanes_products, only: padded_to_four
@@ -32,15 +33,33 @@ contains
     series%phase = atan2(-sine, cosine)
   end function fourier_series
 
-  !> Computes the Fourier coefficients of cos(k theta) and sin(k theta), k = 1 ... size(cosine), from `samples`.
+  !> Computes the Fourier coefficients of cos(k theta) and sin(k theta), k = 1 ... size(cosine), from `samples`, n real numbers x_j.
+  !>
+  !> If n is even, the transform of half the length Z_k, of x_2j + i x_2j+1, gives those of the samples with even j, E_k = (Z_k +
+  !> conjg(Z_n/2-k)) / 2, and with odd j, O_k = (Z_k - conjg(Z_n/2-k)) / 2i. The transform of all samples is
+  !> E_k + exp(-2 pi i k / n) O_k.
   pure subroutine transform(samples, cosine, sine)
     real(dp), intent(in) :: samples(:)
     real(dp), intent(out) :: cosine(:), sine(:)
-    complex(dp) :: y(0:size(samples) - 1)
+    complex(dp) :: y(size(cosine)), z(0:size(samples) - 1), mirrored(size(cosine))
+    real(dp) :: c(size(cosine)), s(size(cosine))
+    integer :: n, orders, k
 
-    y = dft(cmplx(samples, 0, dp))
-    cosine = 2 * real(y(1:size(cosine))) / size(samples)
-    sine = -2 * aimag(y(1:size(sine))) / size(samples)
+    n = size(samples)
+    orders = size(cosine)
+    if (modulo(n, 2) == 0 .and. 2 * orders < n) then
+      z(:n / 2 - 1) = dft(cmplx(samples(1::2), samples(2::2), dp))
+      y = z(1:orders)
+      mirrored = conjg(z(n / 2 - 1:n / 2 - orders:-1))
+      call cosine_sine([(2 * pi * k / n, k = 1, orders)], c, s)
+      ! -s - i c = exp(-2 pi i k / n) / i
+      y = (y + mirrored) / 2 + cmplx(-s, -c, dp) * (y - mirrored) / 2
+    else
+      z = dft(cmplx(samples, 0, dp))
+      y = z(1:orders)
+    end if
+    cosine = 2 * real(y) / n
+    sine = -2 * aimag(y) / n
   end subroutine transform
 
   !> Matrix, shape (n, columns), by which n samples are multiplied to give their Fourier coefficients. The product samples * matrix
