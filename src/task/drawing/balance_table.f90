@@ -28,7 +28,7 @@ contains
     class(frame_type), intent(in) :: frame
     type(shaking_type), intent(in) :: forces
     type(table_type), intent(out) :: balance, unbalance
-    real(dp) :: noise(3), vectors(2)
+    real(dp) :: noise(3), vectors(2), across(2)
 
     ! Amplitudes below this limit are rounding errors. The limit is relative to the larger of the two forces, and to the terms that
     ! the forces are the sums of.
@@ -38,10 +38,13 @@ contains
     balance = table_of(["fx", "fy", "m "], forces%series, forces%peak(:3), forces%rms(:3), noise, frame%mechanism%turns)
     vectors = abs(forces%unbalance)
     where (.not. vectors * frame%drive_speed()**2 > noise(1)) vectors = 0
+    ! so that a vector along the negative x-axis has the angle pi, never -pi
+    across = aimag(forces%unbalance)
+    where (.not. abs(across) * frame%drive_speed()**2 > noise(1)) across = 0
     unbalance = new_table("unbalance", "Unbalance of order 1", caption, unjudged, shown=.true.)
     call unbalance%add("rotation", "sense of rotation: with the crank or against it", ["with   ", "against"])
     call unbalance%add("unbalance", kilogram_metre, "mass times radius", vectors)
-    call unbalance%add("angle", radian, "direction at crank angle 0, from the x-axis", merge(atan2(aimag(forces%unbalance), &
+    call unbalance%add("angle", radian, "direction at crank angle 0, from the x-axis", merge(atan2(across, &
       & real(forces%unbalance)), missing(), vectors > 0))
   end subroutine tabulate_plane
 
