@@ -6,9 +6,9 @@ needs numpy and Exudyn (pip install exudyn==1.13.6 numpy). The machine is built 
 arguments, such as '&gravity /': every link a rigid body, joined by constraints, the frame on springs and dampers; nothing of
 Gestell is used for it. The map of one turn comes from integration in time (trapezoidal rule, extrapolated from two numbers of
 steps), its fixed point is the vibration, its central differences give the multipliers. From that vibration on the forces of
-supports and foundation on the ground are measured over a turn, and the torque of the drive: the power of energy and dampers
-over the crank speed. With from=RPM the search for the fixed point starts from Gestell's state at that speed, for machines with
-several vibrations. Links without mass are not built.
+supports and foundation on the ground are measured over a turn, the forces in pins that join two bodies (Lagrange multipliers),
+and the torque of the drive: the power of energy and dampers over the crank speed. With from=RPM the search for the fixed point
+starts from Gestell's state at that speed, for machines with several vibrations. Links without mass are not built.
 """
 
 import csv
@@ -84,19 +84,23 @@ class Model:
             self.add_body(mass, inertia, place)
         self.add_mounting()
         # Bodies that share a point rotate about it.
+        self.pins = {}
         for name, bodies in points.items():
             for body in bodies[1:]:
-                mbs.AddObject(item.RevoluteJoint2D(markerNumbers=[self.marker(bodies[0], at[name]), self.marker(body, at[name])]))
+                pin = mbs.AddObject(item.RevoluteJoint2D(markerNumbers=[self.marker(bodies[0], at[name]), self.marker(body, at[name])]))
+                if len(bodies) == 2:
+                    self.pins[f"{name}:{machine.links[body - 1]['name'][0]}"] = pin
         for one, other in alike:
             mbs.AddObject(item.CoordinateConstraint(markerNumbers=self.angles(one, other)))
         # Without rotation the slider's line belongs to the body of the second marker.
         for point, body, place, along in lines:
+            # The last link of the point slides there and bears the guide's force.
             bodies = [k for k in points[point] if k != body]
             if not bodies:
                 raise SystemExit(f"no link holds joint {point} on its line")
             angle = math.atan2(along[1], along[0]) + math.pi / 2 - self.references[body][2]
             mbs.AddObject(item.PrismaticJoint2D(
-                markerNumbers=[self.marker(bodies[0], at[point]), self.marker(body, place)], axisMarker0=[1.0, 0.0, 0.0],
+                markerNumbers=[self.marker(bodies[-1], at[point]), self.marker(body, place)], axisMarker0=[1.0, 0.0, 0.0],
                 normalMarker1=[math.cos(angle), math.sin(angle), 0.0], constrainRotation=False))
         crank = next(name for name, joint in machine.joints.items() if joint["type"][0] == "crank")
         pivot = machine.joints[crank]["pivot"][0]
@@ -120,6 +124,9 @@ class Model:
                              for kind in (kinds.Coordinates, kinds.Coordinates_t)] for node in self.nodes]
             self.gauges = [[mbs.AddSensor(item.SensorObject(objectNumber=spring, storeInternal=True, outputVariableType=kinds.ForceLocal))
                             for spring in np.ravel(springs)] for springs in self.springs]
+            self.multipliers = mbs.AddSensor(item.SensorUserFunction(
+                sensorNumbers=[], factors=[], storeInternal=True,
+                sensorUserFunction=lambda mbs, *_: list(mbs.systemData.GetAECoordinates())))
         mbs.Assemble()
 
     def angles(self, *bodies):
@@ -242,6 +249,9 @@ class Model:
         settings.timeIntegration.numberOfSteps = steps
         settings.timeIntegration.endTime = self.period
         settings.timeIntegration.generalizedAlpha.spectralRadius = 1
+        # Constraints of the velocities: with those of the positions the multipliers oscillate from step to step.
+        settings.timeIntegration.generalizedAlpha.useNewmark = self.recording
+        settings.timeIntegration.generalizedAlpha.useIndex2Constraints = self.recording
         settings.timeIntegration.newton.relativeTolerance = 1e-9
         settings.timeIntegration.newton.absoluteTolerance = 1e-11
         settings.timeIntegration.verboseMode = 0
@@ -285,8 +295,8 @@ class Model:
         return state, phi
 
     def record(self, state, steps):
-        """Coordinates and velocities of all bodies, shape (rows, 2, bodies, 3), and the supports' forces on the ground, over a
-        turn."""
+        """Coordinates and velocities of all bodies, shape (rows, 2, bodies, 3), the supports' forces on the ground, and the forces
+        in the pins along the frame's axes, shape (pins, rows, 2), over a turn."""
         self.integrate(state, steps)
         data = np.array([[self.mbs.GetSensorStoredData(sensor) for sensor in pair] for pair in self.sensors])
         c, s = np.cos(data[0, 0, :, 3]), np.sin(data[0, 0, :, 3])
@@ -296,13 +306,16 @@ class Model:
             if len(gauges) > 1:
                 force = -np.array([c * force[:, 0] - s * force[:, 1], s * force[:, 0] + c * force[:, 1]]).T
             forces.append(force)
-        return data[..., 1:].transpose(2, 1, 0, 3), np.array(forces or np.zeros((0, data.shape[2], 2)))
+        found = self.mbs.GetSensorStoredData(self.multipliers)[:, 1:]
+        pins = [-found[:, self.mbs.systemData.GetObjectLTGAE(pin)] for pin in self.pins.values()]
+        pins = [np.array([c * x + s * y, c * y - s * x]).T for x, y in (pin.T for pin in pins)]
+        return data[..., 1:].transpose(2, 1, 0, 3), np.array(forces or np.zeros((0, data.shape[2], 2))), np.array(pins)
 
     def history(self, state):
         """Over a turn: forces on the ground due to the motion of each support, of the foundation with its moment; the moment of all
-        of them about F at rest; the driving torque. Also the supports' static forces."""
-        (coarse, pull), (fine, tug) = (self.record(state, steps) for steps in (STEPS, 2 * STEPS))
-        data, forces = fine + (fine - coarse) / 3, tug + (tug - pull) / 3
+        of them about F at rest; the driving torque. Also the supports' static forces, and the forces in the pins."""
+        found = zip(*(self.record(state, steps) for steps in (STEPS, 2 * STEPS)))
+        data, forces, pins = (fine + (fine - coarse) / 3 for coarse, fine in found)
         if len(data) != ROWS + 1:
             raise SystemExit(f"Exudyn returned {len(data)} rows")
         q, v = data[:, 0], data[:, 1]
@@ -340,14 +353,20 @@ class Model:
         orders[ROWS // 4:] = 0.0
         gain = np.fft.irfft(orders, ROWS) + drift / self.period
         torque = (np.append(gain, gain[0]) + lost + self.torque * v[:, 0, 2]) / self.machine.speed
-        return [*forces, ground[:, :2], ground[:, 2], moment], torque, np.array(static).reshape(-1, 2)
+        return [*forces, ground[:, :2], ground[:, 2], moment], torque, np.array(static).reshape(-1, 2), dict(zip(self.pins, pins))
 
 
 def gestell(program, file, speed, folder, *words):
-    subprocess.run([program, "-q", "-o", folder, "-s", "case.tasks=stability,response,forces,power", "-s", "model.frame=exact",
-                    "-s", f"response.points={ROWS}", "-s", f"drive.speed_rpm={speed!r}", *words, file], check=True)
+    def solve(tasks):
+        return subprocess.run([program, "-q", "-o", folder, "-s", f"case.tasks={tasks}", "-s", "model.frame=exact", "-s",
+                               f"response.points={ROWS}", "-s", f"drive.speed_rpm={speed!r}", *words, file]).returncode
+
+    if solve("stability,response,forces,power"):
+        raise SystemExit("Gestell failed")
     tables = {}
-    for name in ("multipliers", "response", "supports", "supports_history", "power"):
+    # The forces at a guide that no body carries are not determined.
+    joints = () if solve("joints") else ("joints_history",)
+    for name in ("multipliers", "response", "supports", "supports_history", "power", *joints):
         with open(Path(folder) / f"{name}.csv") as lines:
             tables[name] = list(csv.DictReader(line for line in lines if not line.startswith("#")))
     rho = np.array([complex(float(row["re"]), float(row["im"])) for row in tables["multipliers"]])
@@ -361,7 +380,9 @@ def gestell(program, file, speed, folder, *words):
     forces = [np.array([column(f"f{axis}_{place}_N") for axis in "xy"]).T for place in [*places, "foundation"]]
     forces += [column("m_foundation_Nm"), column("m_total_Nm")]
     static = np.array([[float(row.get(f"static_f{axis}_N", 0.0)) for axis in "xy"] for row in tables["supports"]])[:len(places)]
-    return rho, np.array([float(first[name]) for name in names]), (forces, column("torque_Nm", "power"), static)
+    pins = {name[3:-2]: np.array([column(name, "joints_history"), column("fy" + name[2:], "joints_history")]).T
+            for name in (tables["joints_history"][0] if joints else ()) if name.startswith("fx_")}
+    return rho, np.array([float(first[name]) for name in names]), (forces, column("torque_Nm", "power"), static, pins)
 
 
 def off(ours, theirs):
@@ -386,7 +407,7 @@ def main():
         with tempfile.TemporaryDirectory() as folder:
             case = Path(folder) / Path(file).name
             case.write_text(text)
-            rho, state, (forces, torque, static) = gestell(program, str(case), speed, folder)
+            rho, state, (forces, torque, static, joints) = gestell(program, str(case), speed, folder)
             start = gestell(program, str(case), origin[0], folder)[1] if origin else state
         state, start = (values[machine.free + [3 + k for k in machine.free]] for values in (state, start))
         scale = STEP * np.repeat([1.0, abs(machine.speed)], len(machine.free))
@@ -401,16 +422,18 @@ def main():
         miss = max(np.min(abs(theirs - value)) for value in ours)
         moved = np.max(abs(found - state) / np.max(abs(state.reshape(2, -1)), axis=1).repeat(len(machine.free)))
         recorder = Model(machine, recording=True, torque=mean)
-        pulls, drive, load = recorder.history(found)
+        pulls, drive, load, pins = recorder.history(found)
         if len(machine.free) < 3:
             # The total moment includes that of the frame's guides.
             forces, pulls = forces[:-1], pulls[:-1]
         pulled = max([off(mine, their) for mine, their in zip(forces, pulls)] + [off(static, load)])
         turned = off(torque, drive)
-        worst = max(worst, miss, moved, pulled, turned)
+        both = joints.keys() & pins.keys()
+        joined = max((off(joints[name], pins[name]) for name in both), default=0.0)
+        worst = max(worst, miss, moved, pulled, turned, joined)
         print(f"{Path(file).name} at {speed:g} rpm: |rho| {abs(ours[0]):.9f}, Exudyn {abs(theirs[0]):.9f}; multipliers differ by "
               f"{miss:.1e}, the vibration at the start by {moved:.1e} of its size, over the turn forces by {pulled:.1e} of their peaks, "
-              f"the torque by {turned:.1e} of {np.max(abs(torque)):.6g} N m", flush=True)
+              f"the torque by {turned:.1e} of {np.max(abs(torque)):.6g} N m, the forces in {len(both)} pins by {joined:.1e}", flush=True)
     return 0 if worst < 1e-6 else 1
 
 

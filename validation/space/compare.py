@@ -1,6 +1,7 @@
 """Compares the frame in space by Exudyn, a general program of multibody dynamics, with the reference of newton_euler.py.
 
     python compare.py INPUT [SPEED_RPM ...] ['&GROUP KEY=VALUE /' ...] [steps=N] [step=H] [scale=FACTOR] [damping=FACTOR]
+        [gestell=PROGRAM]
 
 needs numpy, SciPy and Exudyn (pip install exudyn==1.13.6 numpy scipy). The machine is built from the input: the frame and all
 links are rigid bodies, joined by revolute and prismatic joints to a tree, by constraints where loops close; supports are
@@ -9,12 +10,15 @@ is used from which the search for the fixed point starts. The map of one period 
 rule, extrapolated from three numbers of steps), its fixed point is the vibration, its central differences give the multipliers.
 From that vibration on six coordinates, forces of supports and torque of the drive are measured over the period. With scale= the
 masses of all links are multiplied: the model about rest then differs by the square of it. With damping= all dampers are
-multiplied.
+multiplied. With gestell= the forces in the pins that close loops (Lagrange multipliers) are compared with Gestell's joint forces.
 """
 
+import csv
 import math
 import re
+import subprocess
 import sys
+import tempfile
 from pathlib import Path
 
 import exudyn as exu
@@ -227,6 +231,8 @@ class Model:
             self.springs.append((axes, mbs.AddObject(item.RigidBodySpringDamper(
                 markerNumbers=ends, stiffness=np.diag([*stiffness, 0.0, 0.0, 0.0]), damping=np.diag([*damping, 0.0, 0.0, 0.0]),
                 offset=[*np.divide(axes.T @ static, stiffness, out=np.zeros(3), where=stiffness > 0), 0.0, 0.0, 0.0]))))
+        # Pins that close loops: their joints in Exudyn, under Gestell's names
+        self.pins = {}
         for part in self.parts:
             self.close(part)
         nothing = mbs.AddNode(item.NodePointGround())
@@ -242,6 +248,9 @@ class Model:
                             for kind in (kinds.Coordinates, kinds.Coordinates_t)]
             self.gauges = [mbs.AddSensor(item.SensorObject(objectNumber=spring, storeInternal=True, outputVariableType=kinds.ForceLocal))
                            for _, spring in self.springs]
+            self.multipliers = mbs.AddSensor(item.SensorUserFunction(
+                sensorNumbers=[], factors=[], storeInternal=True,
+                sensorUserFunction=lambda mbs, *_: list(mbs.systemData.GetAECoordinates())))
         mbs.Assemble()
 
     def marker(self, number, place, axes):
@@ -257,14 +266,19 @@ class Model:
     def close(self, part):
         """Closes the loops of a mechanism, in its plane only: the tree keeps its bodies there."""
         for name, one, other in part.meetings:
-            self.meet(part, one, other, part.at[name], part.at[name], part.within(one, np.array([1.0, 0.0])), [1, 1, 0, 0, 0, 0])
+            pin = self.meet(part, one, other, part.at[name], part.at[name], np.eye(3), [1, 1, 0, 0, 0, 0])
+            body = part.mechanism.links[one - 1]["name"][0]
+            # Gestell names the parts of copies after the copy.
+            copy = any(other.joints is part.mechanism.joints for other in self.machine.mechanisms[:self.parts.index(part)])
+            prefix = f"{part.mechanism.name}." if copy else ""
+            self.pins[f"{prefix}{name}:{prefix}{body}"] = pin
         for one, point, body, place, along in part.lines:
             self.meet(part, body, one, place, part.at[point], part.within(body, along), [0, 1, 0, 0, 0, 0])
 
     def meet(self, part, one, other, place, point, turned, axes):
         markers = [self.marker(part.number[one], part.local(one, place), turned),
                    self.marker(part.number[other], part.local(other, point), np.eye(3))]
-        self.mbs.AddObject(item.GenericJoint(markerNumbers=markers, constrainedAxes=axes))
+        return self.mbs.AddObject(item.GenericJoint(markerNumbers=markers, constrainedAxes=axes))
 
     def start(self, state):
         """Coordinates and velocities of the tree for the frame's state."""
@@ -293,6 +307,9 @@ class Model:
         settings.timeIntegration.numberOfSteps = steps
         settings.timeIntegration.endTime = self.machine.period
         settings.timeIntegration.generalizedAlpha.spectralRadius = 1
+        # Constraints of the velocities: with those of the positions the multipliers oscillate from step to step.
+        settings.timeIntegration.generalizedAlpha.useNewmark = self.recording
+        settings.timeIntegration.generalizedAlpha.useIndex2Constraints = self.recording
         settings.timeIntegration.newton.relativeTolerance = 1e-12
         settings.timeIntegration.newton.absoluteTolerance = 1e-12
         settings.timeIntegration.newton.useModifiedNewton = True
@@ -332,7 +349,9 @@ class Model:
         forces = np.array([self.mbs.GetSensorStoredData(gauge)[:, 1:4] @ axes.T + static
                            for gauge, (axes, _), static in zip(self.gauges, self.springs, self.static)])
         energy, lost = np.array([self.energy(*row) for row in zip(q, v)]).T
-        return moved, forces.transpose(1, 0, 2), energy, lost
+        found = self.mbs.GetSensorStoredData(self.multipliers)[:, 1:]
+        pins = np.array([found[:, self.mbs.systemData.GetObjectLTGAE(pin)[:2]] for pin in self.pins.values()])
+        return moved, forces.transpose(1, 0, 2), energy, lost, pins
 
     def energy(self, q, v):
         """Energy of bodies and springs, and the dampers' power."""
@@ -362,16 +381,16 @@ class Model:
         return kinetic + potential, lost
 
     def history(self, state):
-        """Six coordinates, forces on the ground of every support, and the torque from the power of energy and dampers, over a
-        period."""
+        """Six coordinates, forces on the ground of every support, the torque from the power of energy and dampers, and the forces in
+        the pins that close loops, along the axes of the body on which they act, over a period."""
         found = [self.record(state, k * STEPS * self.machine.turns) for k in (1, 2, 4)]
-        q, forces, energy, lost = (extrapolated(values) for values in zip(*found))
+        q, forces, energy, lost, pins = (extrapolated(values) for values in zip(*found))
         # The residual at the end of the period is spread over the period, so that it is no jump.
         drift = energy[-1] - energy[0]
         orders = np.fft.rfft(energy[:-1] - drift * np.arange(ROWS) / ROWS) * 2j * math.pi / self.machine.period * np.arange(ROWS // 2 + 1)
         orders[-1] = 0.0
         gain = np.fft.irfft(orders, ROWS) + drift / self.machine.period
-        return q, forces, (np.append(gain, gain[0]) + lost) / self.machine.speed
+        return q, forces, (np.append(gain, gain[0]) + lost) / self.machine.speed, dict(zip(self.pins, pins))
 
 
 def off(ours, theirs):
@@ -382,6 +401,19 @@ def off(ours, theirs):
 def moved(ours, theirs):
     """The largest change of positions, relative to their peak, or of rotations relative to theirs."""
     return max(off(ours[:, k], theirs[:, k]) for k in (slice(0, 3), slice(3, 6)))
+
+
+def joint_forces(program, text, speed):
+    """Gestell's joint forces over a period, along the axes of the body on which they act."""
+    with tempfile.TemporaryDirectory() as folder:
+        case = Path(folder) / "case.nml"
+        case.write_text(text)
+        subprocess.run([program, "-q", "-o", folder, "-s", "case.tasks=joints", "-s", "model.frame=exact", "-s", f"response.points={ROWS}",
+                        "-s", f"drive.speed_rpm={speed!r}", str(case)], check=True)
+        with open(Path(folder) / "joints_history.csv") as lines:
+            rows = list(csv.DictReader(line for line in lines if not line.startswith("#")))
+    return {name[6:-2]: np.array([[float(row[name]), float(row["transverse" + name[5:]])] for row in rows])
+            for name in rows[0] if name.startswith("axial_")}
 
 
 def beside(ours, theirs):
@@ -400,7 +432,7 @@ def main():
         machine.speed = speed * math.pi / 30
         rest_, exact = (Reference(machine, model).solve(rows=ROWS) for model in ("rest", "exact"))
         state, map_ = Model(machine).periodic(exact.state)
-        q, forces, torque = Model(machine, recording=True).history(state)
+        q, forces, torque, pins = Model(machine, recording=True).history(state)
         rho = np.linalg.eigvals(map_)
         misses = [[beside(found.multipliers, rho), moved(q, found.q), off(forces, found.forces[:, :-1]), off(torque, found.torque)]
                   for found in (rest_, exact)]
@@ -411,6 +443,11 @@ def main():
         for name, miss in zip(("rest ", "exact"), misses):
             print(f"    {name} off Exudyn: multipliers {miss[0]:.1e}, vibration {miss[1]:.1e}, forces {miss[2]:.1e}, torque {miss[3]:.1e}",
                   flush=True)
+        if "gestell" in options:
+            ours = joint_forces(options["gestell"], text, speed)
+            miss = max(off(ours[name], theirs) for name, theirs in pins.items())
+            worst = max(worst, miss)
+            print(f"    forces in {len(pins)} pins: Gestell off Exudyn {miss:.1e}", flush=True)
     return 0 if worst < 1e-5 else 1
 
 
