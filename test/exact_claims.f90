@@ -7,7 +7,7 @@ module exact_claims
   use gestell_input_schema, only: schema_type
   use gestell_input_schema_check, only: check_document
   use gestell_model_quantity, only: find_quantity
-  use gestell_model_quantity_rows, only: quantity_type
+  use gestell_model_quantity_rows, only: joint_forces, quantity_type
   use gestell_output_result, only: result_type
   use gestell_study_vibration_statistics, only: history_of, statistics_type, compute_statistics
   use gestell_task_common_task, only: any_task_type
@@ -85,6 +85,7 @@ contains
       return
     end if
     context%keep_all_rows = .true.
+    context%configuration%analysis%rows = joint_forces
     context%reports = .false.
     call prepare_tasks(tasks, context, result, error)
     if (.not. allocated(error)) call run_tasks(tasks, context, result, error)

@@ -21,7 +21,7 @@ module oracle_frame
   implicit none (type, external)
   private
 
-  public :: drive_torque, evaluate, ground_force, new_frame
+  public :: accelerations, drive_torque, evaluate, ground_force, new_frame
 
   !> A spring with a damper and a static force along one axis.
   type :: spring_type
@@ -134,6 +134,24 @@ contains
     call add_mounting(frame, q, v, changes, eq)
     eq%f(3) = eq%f(3) + motor
   end subroutine evaluate
+
+  !> z'' - g of the links' centres of mass, along the frame's axes, and their angular accelerations (psi + theta)''.
+  pure subroutine accelerations(frame, phi, q, v, a, linear, angular)
+    type(frame_type), intent(in) :: frame
+    real(xp), intent(in) :: phi, q(3), v(3), a(3)
+    complex(xp), intent(out) :: linear(:)
+    real(xp), intent(out) :: angular(:)
+    complex(xp), dimension(0:3, size(linear)) :: r
+    real(xp) :: spin(3, size(linear)), s, w
+
+    s = frame%even
+    w = frame%speed - s * v(3)
+    call trace(frame%machine, exp(i * (phi - s * q(3)) / frame%machine%turns), r, spin)
+    r(0, :) = r(0, :) + cmplx(frame%machine%origin(1), frame%machine%origin(2), xp)
+    linear = exp(-i * q(3)) * (cmplx(a(1), a(2), xp) - frame%gravity) + (i * r(0, :) - s * r(1, :)) * a(3) &
+      & - v(3)**2 * r(0, :) + 2 * i * v(3) * w * r(1, :) + w**2 * r(2, :)
+    angular = (1 - s * spin(1, :)) * a(3) + w**2 * spin(2, :)
+  end subroutine accelerations
 
   pure subroutine add_bodies(frame, r, spin, psi, p, changes, eq)
     type(frame_type), intent(in) :: frame

@@ -93,6 +93,9 @@ contains
           z(k, n) = z(k - 1, n) * i * machine%turns_of(n) / machine%turns
         end do
         z(:, n) = z(:, n) + z(:, joint%ends(1))
+      case ("slip") ! a virtual displacement (oracle_joints)
+        z(:, n) = z(:, joint%ends(1))
+        z(1, n) = z(1, n) + point(joint%offset)
       case ("rigid")
         call direction(z(:, joint%ends(2)) - z(:, joint%ends(1)), along, spin)
         z(:, n) = z(:, joint%ends(1)) + point(joint%offset) * along

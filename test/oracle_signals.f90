@@ -2,6 +2,7 @@
 !> square and harmonics, from Fourier series in extended precision.
 module oracle_signals
   use oracle_frame, only: drive_torque, evaluate, equations_type, frame_type, ground_force
+  use oracle_joints, only: list_pins, pin_forces, pin_type
   use oracle_machine, only: i, pi, xp
   use oracle_turn, only: acceleration_of, run_turn, turn_type
   use oracle_vibration, only: orbit_type
@@ -60,6 +61,7 @@ contains
     type(signal_type), allocatable, intent(out) :: signals(:)
     character(len=3), parameter :: coordinates(3) = ["xi ", "eta", "psi"]
     character(len=name_length) :: part
+    type(pin_type), allocatable :: pins(:)
     integer :: j, k
 
     allocate(signals(0))
@@ -85,6 +87,10 @@ contains
       call add("probe(p)." // trim(part) // "x", 1)
       call add("probe(p)." // trim(part) // "y", 1)
       call add("probe(p)." // merge("d", part(:1), k == 0), 2)
+    end do
+    call list_pins(frame%machine, pins)
+    do k = 1, size(pins)
+      call add_force(trim(pins(k)%name))
     end do
 
   contains
@@ -117,6 +123,8 @@ contains
     complex(xp) :: u, force, guide, supports, turned, place
     real(xp) :: moment, couple, guide_couple, own, held(3)
     type(equations_type) :: eq
+    type(pin_type), allocatable :: pins(:)
+    complex(xp), allocatable :: forces(:)
     integer :: j, n
 
     n = 0
@@ -161,6 +169,11 @@ contains
     call put_force(u + 2 * i * sin(q(3) / 2) * exp(i * q(3) / 2) * place)
     call put_force(cmplx(v(1), v(2), xp) + i * v(3) * turned)
     call put_force(cmplx(a(1), a(2), xp) + (i * a(3) - v(3)**2) * turned)
+    call list_pins(frame%machine, pins)
+    forces = pin_forces(frame, pins, phi, q, v, a)
+    do j = 1, size(pins)
+      call put_force(forces(j))
+    end do
 
   contains
 
