@@ -209,6 +209,7 @@ contains
               action(3) = 0
             case (slot)
               action = [-action(:2), -second]
+            case default
             end select
             values(:moment, group%places(k), source) = action
             if (pair%kind == slot) cycle
