@@ -158,9 +158,13 @@ contains
           end do
           call solve_pairs(structure, at, applied, values, wrong_by, error)
           if (allocated(error)) return
-          forces(first:last, k) = reshape(values(:, :, all_sources), [last - first + 1])
-          if (present(bounds)) bounds(first:last) = max(bounds(first:last), reshape(wrong_by, [last - first + 1]))
-          if (present(parts)) parts(first:last, k, :) = reshape(values(:, :, 1:), [last - first + 1, sources])
+          do n = 1, size(structure%places)
+            associate (from => first + components * (n - 1), to => first + components * n - 1)
+              forces(from:to, k) = values(:, n, all_sources)
+              if (present(bounds)) bounds(from:to) = max(bounds(from:to), wrong_by(:, n))
+              if (present(parts)) parts(from:to, k, :) = values(:, n, 1:)
+            end associate
+          end do
         end do
         load = load + load_count(pairs(i:i))
         deallocate(at, values, wrong_by)
