@@ -295,7 +295,7 @@ contains
         axis = place_of(along)
       else if (all(body%axis > 0)) then
         axis = place_of(at(body%axis(2))) - place_of(at(body%axis(1)))
-        axis = axis / sqrt(axis(1)**2 + axis(2)**2)
+        axis = axis / norm2(axis)
       else
         call body%slot%line(at, origin, along)
         axis = place_of(along)
