@@ -34,8 +34,10 @@ contains
       associate (joint => machine%joints(n), earlier => machine%joints(:n - 1))
         select case (joint%kind)
         case ("crank")
-          ! cranks on one pivot are one shaft
-          if (.not. any(earlier%kind == "crank" .and. earlier%ends(1) == joint%ends(1))) call add(joint%ends(1))
+          ! Cranks on one pivot are one shaft. If it carries a cam, it is left out: a cam that leaves its place would lift the
+          ! follower by a way that only the shape of the cam determines.
+          if (.not. any(earlier%kind == "crank" .and. earlier%ends(1) == joint%ends(1)) .and. .not. &
+            & any(machine%joints%kind == "follower" .and. machine%joints%ends(2) == n)) call add(joint%ends(1))
         case ("RRR")
           call add(joint%ends(1))
           call add(joint%ends(2))
