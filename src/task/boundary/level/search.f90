@@ -217,7 +217,9 @@ contains
     crossing%value = line%value(x)
     crossing%jumps = abs(search%f(1) - search%f(2)) > jump * line%level .and. minval(abs(search%f)) > 0
     crossing%kind = merge("jump ", "level", crossing%jumps)
-    call enclose(line, points, max(step, search%width()), crossing, error)
+    ! If the quantity equals its level at one end of the interval, the interval may be wide.
+    if (minval(abs(search%f)) > 0) step = max(step, search%width())
+    call enclose(line, points, step, crossing, error)
   end subroutine find_crossing
 
   !> Finds two points, one on each side of the crossing, that are certain to enclose it. Their distance from the crossing starts at
