@@ -118,6 +118,12 @@ def test_refused():
         Run(folder, "input.nml").refused("cylinder, too long a stroke", 3, re.compile(
             r"input.nml:5: joint 'T' cannot be assembled or is at a dead point at a crank angle of 0.000 deg: its ends are 0.03 m "
             r"apart; the lever is 0.4 m long, the cylinder 0.3 m to 0.5 m; it can be assembled from 7\d.*"))
+    # in the plane and in space
+    for machine in ((DATA / "tilting_table.nml").read_text(), SHAKER.replace("dof='eta'", "dof='eta','zeta'") + RAM):
+        with Folder(input=machine) as folder:
+            for holder in ("flywheel", "outside"):
+                Run(folder, "-s", f"drive.held_by={holder}", "input.nml").refused(f"a cylinder's drive, {holder}", 2, re.compile(
+                    rf".*&drive: held_by.*{holder}.* requires a (crank: a cylinder has no shaft|mechanism with ratio=1.*)"))
 
 
 CYLINDER_TESTS = (test_follower, test_harmonics, test_table, test_refused)

@@ -8,7 +8,7 @@ module gestell_model_frame_in_space
   use gestell_model_frame, only: frame_type
   use gestell_model_linkage, only: linkage_type
   use gestell_model_linkage_load, only: frame_body
-  use gestell_model_mechanism_held, only: check_jumps
+  use gestell_model_mechanism_held, only: check_uniform_turn
   use gestell_model_space_drive, only: drive_type
   use gestell_model_space_loads, only: mean_load_torque
   use gestell_model_space_masses, only: plane_type
@@ -23,7 +23,7 @@ contains
 
   !> Converts a frame that `new_frame` has created with its foundation to a frame in space. The frame gets an inertia tensor,
   !> mechanisms in several planes, supports and six degrees of freedom. Fails if a number is not finite or out of range, or if a
-  !> mechanism cannot turn, or if `check_jumps` fails.
+  !> mechanism cannot turn, or if `check_uniform_turn` fails.
   subroutine put_in_space(frame, inertia, planes, supports, free, error, stiffness, damping, drive)
     type(frame_type), intent(inout) :: frame
     !> Inertia tensor of the frame about its centre of mass (kg m^2)
@@ -79,7 +79,7 @@ contains
       return
     end if
     if (present(drive)) frame%space%drive = drive
-    call check_jumps(frame%space%drive%held_by, frame%mechanism, error)
+    call check_uniform_turn(frame%space%drive%held_by, frame%mechanism, error)
     if (allocated(error)) return
     frame%space%drive%turns = frame%mechanism%turns
     frame%held_by = frame%space%drive%held_by

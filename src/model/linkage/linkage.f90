@@ -325,9 +325,13 @@ contains
 
     if (self%prepared) return
     has_drive = .false.
+    self%has_crank = .false.
     if (allocated(self%joints)) then
       do i = 1, size(self%joints)
         select type (joint => self%joints(i)%joint)
+        class is (crank_joint)
+          has_drive = .true.
+          self%has_crank = .true.
         class is (driven_joint)
           has_drive = .true.
         end select

@@ -25,7 +25,7 @@ module gestell_model_mechanism_held
   implicit none (type, external)
   private
 
-  public :: check_held, check_jumps, part_of_turn, sum_or_zero, tabulate_effective
+  public :: check_held, check_uniform_turn, part_of_turn, sum_or_zero, tabulate_effective
 
   character(len=8), parameter, public :: holders(3) = [character(len=8) :: "motor", "flywheel", "outside"]
   !> Name of the input key to which the error messages of `check_held` refer.
@@ -33,8 +33,8 @@ module gestell_model_mechanism_held
 
 contains
 
-  !> Checks what keeps the speed constant. Fails if `held_by` is unknown, if `check_jumps` fails, if the mechanism has no data on
-  !> its energy, or if its mass functions are physically impossible (no set of masses has these functions).
+  !> Checks what keeps the speed constant. Fails if `held_by` is unknown, if `check_uniform_turn` fails, if the mechanism has no
+  !> data on its energy, or if its mass functions are physically impossible (no set of masses has these functions).
   subroutine check_held(held_by, mechanism, error)
     character(len=*), intent(in) :: held_by
     class(mechanism_type), intent(in) :: mechanism
@@ -50,7 +50,7 @@ contains
       call fatal_error(error, "held_by must be 'motor', 'flywheel' or 'outside', not '" // held_by // "'", invalid_input, &
         & held_subject)
     else if (held_by /= "motor") then
-      call check_jumps(held_by, mechanism, error)
+      call check_uniform_turn(held_by, mechanism, error)
       if (allocated(error)) return
       call mechanism%tabulate_drive([0.0_dp], drive, known)
       if (.not. known) then
@@ -66,16 +66,22 @@ contains
     end if
   end subroutine check_held
 
-  !> Fails if accelerations jump although the crank turns uniformly relative to the ground: the equations of the frame then contain
-  !> the derivatives of the accelerations.
-  pure subroutine check_jumps(held_by, mechanism, error)
+  !> Fails if the drive should turn uniformly relative to the ground, but there is no crank, or accelerations jump: the equations of
+  !> the frame then contain the derivatives of the accelerations.
+  pure subroutine check_uniform_turn(held_by, mechanism, error)
     character(len=*), intent(in) :: held_by
     class(mechanism_type), intent(in) :: mechanism
     type(error_type), allocatable, intent(out) :: error
 
-    if (held_by /= "motor" .and. mechanism%jumps) call fatal_error(error, "held_by = '" // trim(held_by) // "' requires cam " // &
-      &   "laws without jumps of the acceleration", invalid_input, held_subject)
-  end subroutine check_jumps
+    if (held_by == "motor") return
+    if (.not. mechanism%has_crank) then
+      call fatal_error(error, "held_by = '" // trim(held_by) // "' requires a crank: a cylinder has no shaft", invalid_input, &
+        & held_subject)
+    else if (mechanism%jumps) then
+      call fatal_error(error, "held_by = '" // trim(held_by) // "' requires cam laws without jumps of the acceleration", &
+        & invalid_input, held_subject)
+    end if
+  end subroutine check_uniform_turn
 
   !> Tabulates the effective mass functions (the moving masses as they act on the frame) and the load.
   subroutine tabulate_effective(mechanism, origin, uniform_in_space, angles, effective, load, slope)

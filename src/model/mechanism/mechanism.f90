@@ -65,6 +65,8 @@ module gestell_model_mechanism
     real(dp), allocatable :: kinks(:)
     !> True if accelerations jump at some of these angles or at the angle 0.
     logical :: jumps = .false.
+    !> False if only cylinders, which do not turn with a shaft, move the mechanism.
+    logical :: has_crank = .true.
   contains
     procedure(mass_functions_at), deferred :: mass_functions
     procedure :: tabulate => tabulate_one_by_one
