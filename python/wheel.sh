@@ -12,6 +12,6 @@ export PATH=$temporary/tools/bin:$PATH
 python -m pip -q install --require-hashes --only-binary :all: -r "$home/.ci/pinned/wheel.txt"
 # the wheel is made from the archive, with the tools above
 python -m build --no-isolation --outdir "$temporary/plain" "$home"
-# bundles gfortran's library, LAPACK and BLAS
+# bundles gfortran's library, OpenMP's, LAPACK and BLAS
 auditwheel repair "$temporary"/plain/gestell-*.whl --wheel-dir "$folder"
 cp "$temporary"/plain/gestell-*.tar.gz "$folder"

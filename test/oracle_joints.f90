@@ -97,7 +97,7 @@ contains
   end function pin_forces
 
   !> The machine whose drive stands still at `turn`, with an additional joint in the place of the pin that moves along d: the bar
-  !> and whatever is built on it refer to this joint. The derivatives of `trace` are those with respect to its way.
+  !> and whatever is built on it refer to this joint. The derivatives of `trace` are those with respect to the distance.
   function slipped(machine, pin, turn, d) result(other)
     type(exact_machine), intent(in) :: machine
     type(pin_type), intent(in) :: pin

@@ -222,7 +222,8 @@ contains
       maximum = maxval(abs(forces))
       do k = 1, size(machine%links)
         write (link, "(a, i0)") "l", k
-        ! several links may form one body; the mass of a link that only translates acts on a pin unless its guide is fixed
+        ! several links may form one body; a link that only translates acts on a pin unless it belongs to a slider on a fixed
+        ! guide, or to a block (test/cli/joints.py)
         if (count(places%body == link) == 0 .or. shares_body(frame, k)) cycle
         if (machine%links(k)%to == 0) then
           associate (joint => machine%joints(machine%links(k)%from))

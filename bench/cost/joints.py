@@ -16,7 +16,7 @@ MACHINES = ("data/khang_four_bar.nml", "data/compressor.nml", "data/press.nml", 
 
 
 def main():
-    program, runs = sys.argv[1], int(sys.argv[2]) if len(sys.argv) > 2 else 50
+    program, runs = sys.argv[1], int(sys.argv[2]) if len(sys.argv) > 2 else 40
     print("| machine | `forces` ms | `joints` ms | ratio |\n|---|---|---|---|")
     for machine in MACHINES:
         least = {"forces": float("inf"), "joints": float("inf")}

@@ -364,8 +364,11 @@ def gestell(program, file, speed, folder, *words):
     if solve("stability,response,forces,power"):
         raise SystemExit("Gestell failed")
     tables = {}
-    # The forces at a guide that no body carries are not determined.
-    joints = () if solve("joints") else ("joints_history",)
+    # Code 2: the forces at a guide that no body carries are not determined.
+    code = solve("joints")
+    if code not in (0, 2):
+        raise SystemExit("Gestell failed")
+    joints = () if code else ("joints_history",)
     for name in ("multipliers", "response", "supports", "supports_history", "power", *joints):
         with open(Path(folder) / f"{name}.csv") as lines:
             tables[name] = list(csv.DictReader(line for line in lines if not line.startswith("#")))

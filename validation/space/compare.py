@@ -426,6 +426,8 @@ def main():
     text = "\n".join([Path(file).read_text(), *(word for word in rest if word.startswith("&"))]) + "\n"
     options = dict(word.split("=", 1) for word in rest if re.match(r"\w+=", word))
     STEPS, STEP, scale = int(options.get("steps", STEPS)), float(options.get("step", STEP)), float(options.get("scale", 1.0))
+    if "gestell" in options and options.keys() & {"scale", "damping"}:
+        raise SystemExit("gestell= compares the unchanged machine only")
     worst = 0.0
     for speed in [float(word) for word in rest if re.match(r"-?[\d.]+$", word)] or [Machine(text).speed * 30 / math.pi]:
         machine = Machine(text).driven_by_motor().changed(scale, float(options.get("damping", 1.0)))
@@ -445,7 +447,7 @@ def main():
                   flush=True)
         if "gestell" in options:
             ours = joint_forces(options["gestell"], text, speed)
-            miss = max(off(ours[name], theirs) for name, theirs in pins.items())
+            miss = max((off(ours[name], theirs) for name, theirs in pins.items()), default=0.0)
             worst = max(worst, miss)
             print(f"    forces in {len(pins)} pins: Gestell off Exudyn {miss:.1e}", flush=True)
     return 0 if worst < 1e-5 else 1

@@ -33,11 +33,11 @@ contains
     series%phase = atan2(-sine, cosine)
   end function fourier_series
 
-  !> Computes the Fourier coefficients of cos(k theta) and sin(k theta), k = 1 ... size(cosine), from `samples`, n real numbers x_j.
+  !> Computes the Fourier coefficients of cos(k theta) and sin(k theta), k = 1 ... size(cosine), from `samples`, n numbers x(j).
   !>
-  !> If n is even, the transform of half the length Z_k, of x_2j + i x_2j+1, gives those of the samples with even j, E_k = (Z_k +
-  !> conjg(Z_n/2-k)) / 2, and with odd j, O_k = (Z_k - conjg(Z_n/2-k)) / 2i. The transform of all samples is
-  !> E_k + exp(-2 pi i k / n) O_k.
+  !> If n is even, Z is the transform of the n / 2 numbers x(2m) + i x(2m + 1). The samples with even j have the transform
+  !> E(k) = (Z(k) + conjg(Z(n/2 - k))) / 2, those with odd j O(k) = (Z(k) - conjg(Z(n/2 - k))) / 2i; that of all samples is
+  !> E(k) + exp(-2 pi i k / n) O(k).
   pure subroutine transform(samples, cosine, sine)
     real(dp), intent(in) :: samples(:)
     real(dp), intent(out) :: cosine(:), sine(:)

@@ -310,8 +310,8 @@ contains
     end do
   end subroutine points
 
-  !> Proves that the linkage can turn, and computes its `angle_scale`, `terms` and `kinks`. Fails if the linkage has no crank or
-  !> cylinder, if it has no link, or if it cannot be assembled at some crank angle (see `prove_assembly`).
+  !> Proves that the linkage can turn, and computes its `angle_scale`, `terms`, `kinks` and `has_crank`. Fails if the linkage has no
+  !> crank or cylinder, if it has no link, or if it cannot be assembled at some crank angle (see `prove_assembly`).
   subroutine prepare(self, error)
     class(linkage_type), intent(inout) :: self
     type(error_type), allocatable, intent(out) :: error

@@ -66,8 +66,8 @@ contains
     end if
   end subroutine check_held
 
-  !> Fails if the drive should turn uniformly relative to the ground, but there is no crank, or accelerations jump: the equations of
-  !> the frame then contain the derivatives of the accelerations.
+  !> Fails if the drive should turn uniformly relative to the ground, but there is no crank, or accelerations jump. (The equations
+  !> of the frame then contain the derivatives of the accelerations.)
   pure subroutine check_uniform_turn(held_by, mechanism, error)
     character(len=*), intent(in) :: held_by
     class(mechanism_type), intent(in) :: mechanism

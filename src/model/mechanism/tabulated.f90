@@ -141,6 +141,7 @@ contains
     if (allocated(self%source%crank_turns)) self%crank_turns = self%source%crank_turns
     if (allocated(self%source%kinks)) self%kinks = self%source%kinks
     self%jumps = self%source%jumps
+    self%has_crank = self%source%has_crank
   end subroutine take_over
 
   subroutine tabulate_drive(self, angles, table, known)

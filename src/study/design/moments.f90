@@ -116,12 +116,12 @@ contains
   !> Converts an optimum from the coordinates of the search to the parameters. The prices (Lagrange multipliers) of the linear
   !> limits become prices of the ranges, and no longer contribute to `slope`.
   !>
-  !> A bound of a first moment follows from a limit and a bound of the mass: where m <= m_max and c_min m - m c <= 0 are active, so
-  !> is m c >= c_min m_max. Its price is passed on to these two.
+  !> A bound of a first moment is redundant: for c_min < 0, m <= m_max and c_min m - m c <= 0 imply m c >= c_min m_max. If all
+  !> three are active, the search may put the price on any of them. The price of the redundant bound belongs to the other two.
   pure subroutine turn_optimum(self, optimum)
     class(moments_type), intent(in) :: self
     type(optimum_type), intent(inout) :: optimum
-    real(dp) :: x(size(optimum%x)), y(size(optimum%x)), gradient_change, own, implied
+    real(dp) :: x(size(optimum%x)), y(size(optimum%x)), gradient_change, own
     integer :: i, k, limits
 
     y = optimum%x
@@ -132,15 +132,12 @@ contains
       associate (m => self%mass(k))
         if (m == 0) cycle
         own = optimum%bound_price(k)
-        implied = own * merge(self%lower(k), self%upper(k), own > 0)
-        optimum%price(i + 1:i + 2) = optimum%price(i + 1:i + 2) + [max(-own, 0.0_dp), max(own, 0.0_dp)]
-        optimum%slope([k, m]) = optimum%slope([k, m]) + [-own, implied]
-        optimum%bound_price(m) = optimum%bound_price(m) + implied
+        optimum%bound_price(m) = optimum%bound_price(m) + own * merge(self%lower(k), self%upper(k), own > 0)
         gradient_change = optimum%price(i + 1) - optimum%price(i + 2)
         optimum%slope(k) = (optimum%slope(k) - gradient_change) * y(m)
         optimum%slope(m) = optimum%slope(m) + optimum%price(i + 1) * self%upper(k) - optimum%price(i + 2) * self%lower(k) &
           & + optimum%slope(k) * x(k) / y(m)
-        optimum%bound_price(k) = -gradient_change * y(m)
+        optimum%bound_price(k) = (own - gradient_change) * y(m)
         x(k) = min(max(x(k), self%lower(k)), self%upper(k))
       end associate
       i = i + 2

@@ -223,8 +223,8 @@ contains
   end subroutine find_crossing
 
   !> Finds two points, one on each side of the crossing, that are certain to enclose it. Their distance from the crossing starts at
-  !> `distance` and is doubled until the quantity is certainly above the level at one point and certainly below it at the other. The
-  !> search also ends when both `points` are reached. Fails if a parameter is invalid.
+  !> `distance` and is doubled until the quantity is certainly above the level at one point and certainly below it at the other. On
+  !> each side the search ends at the latest at the one of `points` there. Fails if a parameter is invalid.
   subroutine enclose(line, points, distance, crossing, error)
     type(level_line_type), intent(in) :: line
     type(speed_point_type), intent(in) :: points(2)
@@ -248,7 +248,7 @@ contains
         if (allocated(error)) return
         sides(k) = side_of(here, line%level)
       end do
-      if (all(sides /= "undecided") .or. all(at_end)) exit
+      if (all(sides /= "undecided" .or. at_end)) exit
       away = 2 * away
     end do
     values = line%value(crossing%ends)
