@@ -1,5 +1,5 @@
 !> Forces in the pins of a linkage, for the oracle of the exact frame, by virtual work: the drive and the frame stand still, one bar
-!> slips off its pin by delta along d, and everything behind it follows. The force F on the bar then satisfies
+!> slips off its pin by delta along d, and all links that depend on it follow. The force F on the bar then satisfies
 !>
 !>     F . d delta = sum [m (z'' - g) . dc + J (psi + theta)'' dtheta]
 !>

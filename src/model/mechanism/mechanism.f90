@@ -65,7 +65,7 @@ module gestell_model_mechanism
     real(dp), allocatable :: kinks(:)
     !> True if accelerations jump at some of these angles or at the angle 0.
     logical :: jumps = .false.
-    !> False if only cylinders, which do not turn with a shaft, move the mechanism.
+    !> False if the mechanism has no crank, because cylinders alone move it. A cylinder has no shaft.
     logical :: has_crank = .true.
   contains
     procedure(mass_functions_at), deferred :: mass_functions

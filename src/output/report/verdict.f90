@@ -19,7 +19,7 @@ contains
     if (verdict > stable .and. has_vibration(verdict)) words = trim(verdict%alarm()) // ": " // consequence(verdict)
   end function vibration_warning
 
-  !> What follows from the verdict for the vibration: whether the machine settles on it. Verdict: undamped, undecided or unstable.
+  !> States whether the machine settles on a vibration with this verdict: undamped, undecided or unstable.
   pure function consequence(verdict) result(words)
     type(verdict_type), intent(in) :: verdict
     character(len=:), allocatable :: words

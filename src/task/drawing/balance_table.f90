@@ -38,7 +38,7 @@ contains
     balance = table_of(["fx", "fy", "m "], forces%series, forces%peak(:3), forces%rms(:3), noise, frame%mechanism%turns)
     vectors = abs(forces%unbalance)
     where (.not. vectors * frame%drive_speed()**2 > noise(1)) vectors = 0
-    ! so that a vector along the negative x-axis has the angle pi, never -pi
+    ! Without rounding errors a vector along the negative x-axis has the angle pi, never -pi.
     across = aimag(forces%unbalance)
     where (.not. abs(across) * frame%drive_speed()**2 > noise(1)) across = 0
     unbalance = new_table("unbalance", "Unbalance of order 1", caption, unjudged, shown=.true.)
