@@ -31,38 +31,44 @@ contains
     end do
   end function unit_matrix
 
-  !> Solves A X = B by elimination with partial pivoting: for systems so small that a call of LAPACK would cost more. `a`, shape (n,
-  !> n), is destroyed; `b`, shape (n, columns), becomes X. `singular`: true if a pivot is 0; X is then undefined.
-  pure subroutine solve_small(a, b, singular)
-    real(dp), intent(inout) :: a(:, :), b(:, :)
+  !> Solves A X = B by elimination with partial pivoting: for systems so small that a call of LAPACK would cost more. A is the upper
+  !> left part of `a`, shape (n, n), which is destroyed; the first n rows of `b` become X. `singular`: true if a pivot is 0; X is
+  !> then undefined.
+  pure subroutine solve_small(n, a, b, singular)
+    integer, intent(in) :: n
+    real(dp), contiguous, intent(inout) :: a(:, :), b(:, :)
     logical, intent(out) :: singular
-    real(dp) :: row(size(a, 1)), sides(size(b, 2)), factor
-    integer :: i, k, n, pivot
+    real(dp) :: factors(n), top
+    integer :: i, j, k, pivot
 
-    n = size(a, 1)
     singular = .true.
     do k = 1, n
-      pivot = k - 1 + maxloc(abs(a(k:, k)), dim=1)
-      if (.not. abs(a(pivot, k)) > 0) return
-      if (pivot /= k) then
-        row = a(k, :)
-        a(k, :) = a(pivot, :)
-        a(pivot, :) = row
-        sides = b(k, :)
-        b(k, :) = b(pivot, :)
-        b(pivot, :) = sides
-      end if
+      pivot = k
       do i = k + 1, n
-        if (.not. abs(a(i, k)) > 0) cycle
-        factor = a(i, k) / a(k, k)
-        a(i, k + 1:) = a(i, k + 1:) - factor * a(k, k + 1:)
-        b(i, :) = b(i, :) - factor * b(k, :)
+        if (abs(a(i, k)) > abs(a(pivot, k))) pivot = i
+      end do
+      top = a(pivot, k)
+      if (.not. abs(top) > 0) return
+      a(pivot, k) = a(k, k)
+      a(k, k) = top
+      factors(k + 1:) = a(k + 1:n, k) / top
+      do j = k + 1, n
+        top = a(pivot, j)
+        a(pivot, j) = a(k, j)
+        a(k, j) = top
+        if (abs(top) > 0) a(k + 1:n, j) = a(k + 1:n, j) - factors(k + 1:) * top
+      end do
+      do j = 1, size(b, 2)
+        top = b(pivot, j)
+        b(pivot, j) = b(k, j)
+        b(k, j) = top
+        if (abs(top) > 0) b(k + 1:n, j) = b(k + 1:n, j) - factors(k + 1:) * top
       end do
     end do
-    do k = n, 1, -1
-      b(k, :) = b(k, :) / a(k, k)
-      do i = 1, k - 1
-        if (abs(a(i, k)) > 0) b(i, :) = b(i, :) - a(i, k) * b(k, :)
+    do j = 1, size(b, 2)
+      do k = n, 1, -1
+        b(k, j) = b(k, j) / a(k, k)
+        if (abs(b(k, j)) > 0) b(:k - 1, j) = b(:k - 1, j) - a(:k - 1, k) * b(k, j)
       end do
     end do
     singular = .false.

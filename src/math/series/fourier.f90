@@ -7,7 +7,7 @@ module gestell_math_series_fourier
   implicit none (type, external)
   private
 
-  public :: find_candidates, fourier_series, largest_between, largest_value, transform_matrix
+  public :: find_candidates, find_series, fourier_series, largest_between, largest_value, transform_matrix
 
   !> Fourier series f(theta) = mean + sum_k amplitude(k) cos(k theta + phase(k)); theta runs from 0 to 2 pi over the period
   type, public :: fourier_type
@@ -25,41 +25,65 @@ contains
   !> number of samples.
   pure type(fourier_type) function fourier_series(samples) result(series)
     real(dp), intent(in) :: samples(:)
-    real(dp), dimension((size(samples) - 1) / 2) :: cosine, sine
+    type(fourier_type) :: only(1)
 
-    series%mean = sum(samples) / size(samples)
-    call transform(samples, cosine, sine)
-    series%amplitude = hypot(cosine, sine)
-    series%phase = atan2(-sine, cosine)
+    call find_series(reshape(samples, [1, size(samples)]), only)
+    series = only(1)
   end function fourier_series
 
-  !> Computes the Fourier coefficients of cos(k theta) and sin(k theta), k = 1 ... size(cosine), from `samples`, n numbers x(j).
+  !> Computes the series of several functions, as `fourier_series` does for one. `samples`: shape (functions, samples).
+  pure subroutine find_series(samples, series)
+    real(dp), intent(in) :: samples(:, :)
+    type(fourier_type), intent(out) :: series(:)
+    !> Number of functions that are transformed together: few enough for the processor's cache
+    integer, parameter :: together = 8
+    real(dp), allocatable :: cosine(:, :), sine(:, :)
+    integer :: first, last, k
+
+    do first = 1, size(series), together
+      last = min(first + together - 1, size(series))
+      allocate(cosine(first:last, (size(samples, 2) - 1) / 2), sine(first:last, (size(samples, 2) - 1) / 2))
+      call transform(samples(first:last, :), cosine, sine)
+      do k = first, last
+        series(k)%mean = sum(samples(k, :)) / size(samples, 2)
+        series(k)%amplitude = hypot(cosine(k, :), sine(k, :))
+        series(k)%phase = atan2(-sine(k, :), cosine(k, :))
+      end do
+      deallocate(cosine, sine)
+    end do
+  end subroutine find_series
+
+  !> Computes the Fourier coefficients of cos(k theta) and sin(k theta), k = 1 ... size(cosine, 2), from `samples`, n numbers x(j)
+  !> of each function, shape (functions, n).
   !>
   !> If n is even, Z is the transform of the n / 2 numbers x(2m) + i x(2m + 1). The samples with even j have the transform
   !> E(k) = (Z(k) + conjg(Z(n/2 - k))) / 2, those with odd j O(k) = (Z(k) - conjg(Z(n/2 - k))) / 2i; that of all samples is
   !> E(k) + exp(-2 pi i k / n) O(k).
   pure subroutine transform(samples, cosine, sine)
-    real(dp), intent(in) :: samples(:)
-    real(dp), intent(out) :: cosine(:), sine(:)
-    complex(dp) :: y(size(cosine)), z(0:size(samples) - 1), mirrored(size(cosine))
-    real(dp) :: c(size(cosine)), s(size(cosine))
+    real(dp), intent(in) :: samples(:, :)
+    real(dp), intent(out) :: cosine(:, :), sine(:, :)
+    complex(dp), allocatable :: z(:, :)
+    complex(dp) :: y(size(samples, 1)), mirrored(size(samples, 1))
+    real(dp) :: c(size(cosine, 2)), s(size(cosine, 2))
     integer :: n, orders, k
 
-    n = size(samples)
-    orders = size(cosine)
+    n = size(samples, 2)
+    orders = size(cosine, 2)
     if (modulo(n, 2) == 0 .and. 2 * orders < n) then
-      z(:n / 2 - 1) = dft(cmplx(samples(1::2), samples(2::2), dp))
-      y = z(1:orders)
-      mirrored = conjg(z(n / 2 - 1:n / 2 - orders:-1))
+      z = dft(cmplx(samples(:, 1::2), samples(:, 2::2), dp))
       call cosine_sine([(2 * pi * k / n, k = 1, orders)], c, s)
-      ! -s - i c = exp(-2 pi i k / n) / i
-      y = (y + mirrored) / 2 + cmplx(-s, -c, dp) * (y - mirrored) / 2
+      do k = 1, orders
+        mirrored = conjg(z(:, n / 2 - k + 1))
+        ! -s - i c = exp(-2 pi i k / n) / i
+        y = (z(:, k + 1) + mirrored) / 2 + cmplx(-s(k), -c(k), dp) * (z(:, k + 1) - mirrored) / 2
+        cosine(:, k) = 2 * real(y) / n
+        sine(:, k) = -2 * aimag(y) / n
+      end do
     else
       z = dft(cmplx(samples, 0, dp))
-      y = z(1:orders)
+      cosine = 2 * real(z(:, 2:orders + 1)) / n
+      sine = -2 * aimag(z(:, 2:orders + 1)) / n
     end if
-    cosine = 2 * real(y) / n
-    sine = -2 * aimag(y) / n
   end subroutine transform
 
   !> Matrix, shape (n, columns), by which n samples are multiplied to give their Fourier coefficients. The product samples * matrix
@@ -82,10 +106,10 @@ contains
   !> Maximum of |f| over all theta, where f is the Fourier series that interpolates `samples`.
   pure real(dp) function largest_value(samples)
     real(dp), intent(in) :: samples(:)
-    real(dp), dimension((size(samples) - 1) / 2) :: cosine, sine
+    real(dp), dimension(1, (size(samples) - 1) / 2) :: cosine, sine
 
-    call transform(samples, cosine, sine)
-    largest_value = largest_between(samples, cosine, sine)
+    call transform(reshape(samples, [1, size(samples)]), cosine, sine)
+    largest_value = largest_between(samples, cosine(1, :), sine(1, :))
   end function largest_value
 
   !> Value of the series at the angle theta with its first and second derivative, shape (3).

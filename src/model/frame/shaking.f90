@@ -3,7 +3,7 @@
 !> mechanisms.
 module gestell_model_frame_shaking
   use gestell_base_kinds, only: dp
-  use gestell_math_series_fourier, only: fourier_series, fourier_type
+  use gestell_math_series_fourier, only: find_series, fourier_type
   use gestell_model_frame, only: frame_type
   use gestell_model_frame_equations, only: set_load
   use gestell_model_mechanism, only: table_columns
@@ -118,9 +118,7 @@ contains
       do i = 1, n
         h(i, 4:) = h(i, 4:) - cross(frame%space%origin, (h(i, :3)))
       end do
-      do i = 1, 6
-        computed%series(i) = fourier_series(h(:, i))
-      end do
+      call find_series(transpose(h), computed%series)
       if (n >= most .or. all([(computed%series(i)%tail() < 1.0e-9_dp .or. computed%series(i)%largest_term() <= computed%noise(i), &
         & i = 1, 6)])) exit
       n = 2 * n

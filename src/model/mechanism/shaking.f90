@@ -2,7 +2,7 @@
 module gestell_model_mechanism_shaking
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp, pi
-  use gestell_math_series_fourier, only: fourier_series, fourier_type, largest_value
+  use gestell_math_series_fourier, only: find_series, fourier_type, largest_value
   use gestell_model_mechanism_held, only: part_of_turn
   use gestell_model_mechanism, only: drive_columns, energy_d, mass_functions_type, mechanism_type
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
@@ -68,16 +68,14 @@ contains
     n = max(128, ceiling(min(real(most, dp), 8 * pi / mechanism%angle_scale)))
     do
       if (allocated(samples)) deallocate(samples)
-      allocate(samples(n, 3))
+      allocate(samples(3, n))
       do k = 1, n
         call mechanism%mass_functions(2 * pi * (k - 1) / n, a)
         drive = 0
         if (corrected) call mechanism%tabulate_drive([2 * pi * (k - 1) / n], drive, corrected)
-        samples(k, :) = -speed**2 * [a%a1%dd, a%a2%dd, a%a4 - part_of_turn(mechanism, corrected) * drive(1, energy_d) / 2]
+        samples(:, k) = -speed**2 * [a%a1%dd, a%a2%dd, a%a4 - part_of_turn(mechanism, corrected) * drive(1, energy_d) / 2]
       end do
-      do k = 1, 3
-        computed%series(k) = fourier_series(samples(:, k))
-      end do
+      call find_series(samples, computed%series)
       ! terms that cancel to less than this are rounding, which no number of samples resolves
       if (all([(computed%series(k)%tail() < 1.0e-9_dp .or. computed%series(k)%largest_term() <= 1.0e-12_dp * speed**2 &
         & * mechanism%terms(k), k = 1, 3)]) .or. n >= most) exit

@@ -100,16 +100,19 @@ contains
     !> sources together). `bounds`: bounds on the errors of all sources together, shape (components, places)
     real(dp), intent(out) :: values(:, :, 0:), bounds(:, :)
     type(error_type), allocatable, intent(out) :: error
+    real(dp) :: force(2), errors(3)
     integer :: j, k, source
 
     values = 0
     bounds = 0
+    errors = 0
     do j = size(structure%groups), 1, -1
       if (structure%hosts(j) > frame_body) then
         ! the bodies on the pin act on the body of which the pin is a point
+        errors(:2) = applied%pin_errors(:, j)
         do source = 0, ubound(values, 3)
-          call add_force(structure, at, structure%hosts(j), source, place_of(at(j)), applied%on_pins(:, j, source), 0.0_dp, &
-            & [applied%pin_errors(:, j), 0.0_dp], applied)
+          force = applied%on_pins(:, j, source)
+          call add_force(structure, at, structure%hosts(j), source, place_of(at(j)), force, 0.0_dp, errors, applied)
         end do
         k = structure%host_places(j)
         if (k > 0) then
@@ -178,7 +181,7 @@ contains
         sides(:unknowns, last + 1:n) = unit_matrix(unknowns)
         sizes = abs(a)
       end if
-      call solve_small(a(:unknowns, :unknowns), sides(:unknowns, :n), singular)
+      call solve_small(unknowns, a, sides(:, :n), singular)
       if (singular) then
         call fatal_error(error, "the forces at a joint are not determined at a dead point", failed_computation)
         return

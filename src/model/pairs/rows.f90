@@ -29,10 +29,11 @@ module gestell_model_pairs_rows
   integer, parameter, public :: inertia = 1, weights = 2, before_loads = 2
   integer, parameter :: all_sources = 0
 
-  !> A plane of the machine with the bodies and pairs of its linkage.
+  !> A plane of the machine with the bodies and pairs of its linkage. `origin`: origin of the plane's axes (m), along these axes.
   type, public :: plane_pairs_type
     type(plane_type) :: plane
     type(structure_type) :: structure
+    real(dp) :: origin(3) = 0
   end type plane_pairs_type
 
   !> Bounds on the errors of the motion: of the accelerations `a` of the frame's centre of mass (m/s^2), of the angular acceleration
@@ -62,6 +63,7 @@ contains
       call copy_linkage(frame%mechanism, pairs(1)%plane%linkage, error)
     end if
     do i = 1, size(pairs)
+      pairs(i)%origin = matmul(pairs(i)%plane%origin, pairs(i)%plane%axes)
       if (.not. allocated(error)) call find_structure(pairs(i)%plane%linkage, pairs(i)%structure, error)
     end do
   end subroutine find_machine_pairs
@@ -149,8 +151,10 @@ contains
           call move_frame(frame, angles(k), motion(:, k), lag(k, :), moved, angle)
           call linkage%points(angle, at)
           call clear(applied)
+          moved = seen_from(pairs(i)%plane, moved)
           do n = 1, size(linkage%links)
-            call add_inertia(pairs(i)%plane, structure, n, at, moved(:min(weights, sources)), uncertainty, applied)
+            call add_inertia(linkage%links(n), structure%links(n), pairs(i), at, moved(:min(weights, sources)), uncertainty, &
+              & applied)
           end do
           do n = 1, load_count(pairs(i:i))
             call add_load(pairs(i)%plane, structure, n, at, angle, moved(all_sources)%rotation, pack([all_sources, load + n], &
@@ -226,77 +230,71 @@ contains
     end associate
   end subroutine move_frame
 
+  !> The motion of the frame along the axes of a plane instead of the frame's axes.
+  elemental type(moved_type) function seen_from(plane, moved) result(seen)
+    type(plane_type), intent(in) :: plane
+    type(moved_type), intent(in) :: moved
+
+    seen = moved
+    seen%a = matmul(moved%a, plane%axes)
+    seen%w = matmul(moved%w, plane%axes)
+    seen%w_d = matmul(moved%w_d, plane%axes)
+  end function seen_from
+
   !> Adds inertia and weight of a link to the known forces. The acceleration of its centre of mass r, minus gravity, is
   !>
   !>     a + w' x r + w x (w x r) + 2 w x r' + r'',   r' = dr/dphi phi',   r'' = d2r/dphi2 phi'^2 + dr/dphi phi'',
   !>
-  !> along the frame's axes. Euler's equation gives the moment about the plane's normal n: -(J n (w' + w_i') - (J_1 - J_2) w_1 w_2),
+  !> along the plane's axes. Euler's equation gives the moment about the plane's normal: -(J_3 (w_3' + w_i') - (J_1 - J_2) w_1 w_2),
   !> where w_1, w_2 are the components of w along the link and perpendicular to it in the plane.
-  pure subroutine add_inertia(plane, structure, number, at, moved, uncertainty, applied)
-    type(plane_type), intent(in) :: plane
-    type(structure_type), intent(in) :: structure
-    integer, intent(in) :: number
+  pure subroutine add_inertia(link, body, pairs, at, moved, uncertainty, applied)
+    type(link_type), intent(in) :: link
+    !> Number of the body that the link belongs to
+    integer, intent(in) :: body
+    type(plane_pairs_type), intent(in) :: pairs
     type(point_type), intent(in) :: at(:)
-    !> The motion that each source of the forces requires (see `move_frame`)
+    !> The motion that each source of the forces requires (see `move_frame`), along the plane's axes
     type(moved_type), intent(in) :: moved(0:)
     type(uncertainty_type), intent(in) :: uncertainty
     type(applied_type), intent(inout) :: applied
     type(point_type) :: center
-    real(dp) :: r(3), dr(3), ddr(3), r_d(3), acceleration(3), force(2), torque, rate, turn, unequal, u(3), v(3), terms, errors(3)
+    real(dp) :: r(3), dr(3), ddr(3), acceleration(3), force(2), torque, rate, turn, unequal, u(2), terms, errors(3)
     integer :: source
 
-    associate (link => plane%linkage%links(number), q => plane%axes)
-      if (structure%links(number) == frame_body) return
-      call body_motion(link, at, center, rate, turn)
-      r = plane%origin + in_plane(center%x%v, center%y%v) + q(:, 3) * link%z
-      dr = in_plane(center%x%d, center%y%d)
-      ddr = in_plane(center%x%dd, center%y%dd)
-      unequal = link%along - link%across
-      errors = 0
-      u = 0
-      v = 0
-      if (abs(unequal) > 0) then
-        u = matmul(q(:, :2), axis_of(link, at))
-        v = cross(q(:, 3), u)
-      end if
-      do source = 0, ubound(moved, 1)
-        associate (m => moved(source), w => moved(source)%w)
-          r_d = dr * m%rate
-          acceleration = m%a + ddr * m%rate**2 + dr * m%gain
-          if (source == all_sources) acceleration = acceleration + cross(m%w_d, r) + cross(w, cross(w, r)) + 2 * cross(w, r_d)
-          force = -link%mass * [dot_product(acceleration, q(:, 1)), dot_product(acceleration, q(:, 2))]
-          torque = -link%inertia * (dot_product(m%w_d, q(:, 3)) + turn * m%rate**2 + rate * m%gain) &
-            & + unequal * dot_product(w, u) * dot_product(w, v)
-          if (applied%bounded .and. source == all_sources) then
-            associate (e => uncertainty, fast => norm2(w) + abs(m%rate))
-              terms = norm2(m%a) + (norm2(m%w_d) + norm2(w)**2) * norm2(r) + 2 * norm2(w) * norm2(r_d) + norm2(ddr) * m%rate**2 &
-                & + norm2(dr) * abs(m%gain)
-              errors(:2) = link%mass * ((e%relative + e%turn) * terms + e%a + e%w_d * (norm2(r) + norm2(dr)) &
-                & + 2 * e%w * fast * (norm2(r) + norm2([dr, ddr])))
-              errors(3) = link%inertia * ((e%relative + e%turn) * (norm2(m%w_d) + abs(turn) * m%rate**2 &
-                & + abs(rate * m%gain)) + e%w_d * (1 + abs(rate)) + 2 * e%w * fast * abs(turn)) &
-                & + abs(unequal) * norm2(w) * (2 * e%w + (e%relative + e%turn) * norm2(w))
-            end associate
-          end if
-          if (structure%links(number) == on_pin) then
-            call add_to_pin(link%from, source, force, errors(:2), applied)
-          else
-            call add_force(structure, at, structure%links(number), source, [center%x%v, center%y%v], force, torque, errors, applied)
-          end if
-        end associate
-      end do
-    end associate
-
-  contains
-
-    !> A vector in the plane along the frame's axes.
-    pure function in_plane(x, y)
-      real(dp), intent(in) :: x, y
-      real(dp) :: in_plane(3)
-
-      in_plane = plane%axes(:, 1) * x + plane%axes(:, 2) * y
-    end function in_plane
-
+    if (body == frame_body) return
+    call body_motion(link, at, center, rate, turn)
+    r = pairs%origin + [center%x%v, center%y%v, link%z]
+    dr = [center%x%d, center%y%d, 0.0_dp]
+    ddr = [center%x%dd, center%y%dd, 0.0_dp]
+    unequal = link%along - link%across
+    u = 0
+    if (abs(unequal) > 0) u = axis_of(link, at)
+    errors = 0
+    do source = 0, ubound(moved, 1)
+      associate (m => moved(source), w => moved(source)%w)
+        acceleration = m%a + ddr * m%rate**2 + dr * m%gain
+        if (source == all_sources) acceleration = acceleration + cross(m%w_d, r) + cross(w, cross(w, r) + 2 * m%rate * dr)
+        force = -link%mass * acceleration(:2)
+        torque = -link%inertia * (m%w_d(3) + turn * m%rate**2 + rate * m%gain) &
+          & + unequal * (w(1) * u(1) + w(2) * u(2)) * (w(2) * u(1) - w(1) * u(2))
+        if (applied%bounded .and. source == all_sources) then
+          associate (e => uncertainty, fast => norm2(w) + abs(m%rate))
+            terms = norm2(m%a) + (norm2(m%w_d) + norm2(w)**2) * norm2(r) + 2 * norm2(w) * norm2(dr) * abs(m%rate) &
+              & + norm2(ddr) * m%rate**2 + norm2(dr) * abs(m%gain)
+            errors(:2) = link%mass * ((e%relative + e%turn) * terms + e%a + e%w_d * (norm2(r) + norm2(dr)) &
+              & + 2 * e%w * fast * (norm2(r) + norm2([dr, ddr])))
+            errors(3) = link%inertia * ((e%relative + e%turn) * (norm2(m%w_d) + abs(turn) * m%rate**2 &
+              & + abs(rate * m%gain)) + e%w_d * (1 + abs(rate)) + 2 * e%w * fast * abs(turn)) &
+              & + abs(unequal) * norm2(w) * (2 * e%w + (e%relative + e%turn) * norm2(w))
+          end associate
+        end if
+        if (body == on_pin) then
+          call add_to_pin(link%from, source, force, errors(:2), applied)
+        else
+          call add_force(pairs%structure, at, body, source, [center%x%v, center%y%v], force, torque, errors, applied)
+        end if
+      end associate
+    end do
   end subroutine add_inertia
 
   !> Number of loads in these planes.

@@ -62,7 +62,10 @@ contains
 
     upper = number / 10000
     lower = mod(number, 10000)
-    word = pair(upper / 100) // pair(mod(upper, 100)) // pair(lower / 100) // pair(mod(lower, 100))
+    word(1:2) = pair(upper / 100)
+    word(3:4) = pair(mod(upper, 100))
+    word(5:6) = pair(lower / 100)
+    word(7:8) = pair(mod(lower, 100))
   end subroutine put_eight
 
 end module gestell_output_table_scientific

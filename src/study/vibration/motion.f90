@@ -6,9 +6,10 @@ module gestell_study_vibration_motion
   use gestell_model_exact_varied_frame, only: varied_frame_type
   use gestell_model_frame, only: frame_type
   use gestell_model_frame_shaking, only: shaking_terms
-  use gestell_model_pairs_rows, only: compute_joint_forces, find_machine_pairs, joint_rows, plane_pairs_type
+  use gestell_model_pairs_rows, only: before_loads, compute_joint_forces, find_machine_pairs, joint_rows, load_count, &
+    & plane_pairs_type
   use gestell_model_quantity_excess, only: add_moment_errors, add_turned, add_turned_errors, move_moments
-  use gestell_model_quantity_rows, only: exact_rows, guide_forces, joint_forces, rows_of, velocities
+  use gestell_model_quantity_rows, only: exact_rows, guide_forces, joint_forces, joint_sources, rows_of, velocities
   use gestell_system_averaged, only: averaged_system
   use gestell_system_periodic, only: periodic_system
   use gestell_system_second_order, only: second_order_system
@@ -34,11 +35,11 @@ contains
     class is (varied_frame_type)
       motion_rows = exact_rows(frame)
     end select
-    if (last == joint_forces) motion_rows = exact_rows(frame) + joint_rows(frame)
+    if (last >= joint_forces) motion_rows = exact_rows(frame) + joint_rows(frame)
   end function motion_rows
 
   !> Computes the complete motion at `phases` from the states x, which belong to the free degrees of freedom.
-  subroutine whole_motion(frame, system, phases, x, last, motion)
+  subroutine whole_motion(frame, system, phases, x, last, motion, parts)
     class(frame_type), intent(in) :: frame
     !> The system of which the states x are a solution: the frame or its averaged model
     class(periodic_system), intent(in) :: system
@@ -49,6 +50,8 @@ contains
     integer, intent(in) :: last
     !> The motion, shape (rows, phases)
     real(dp), allocatable, intent(out) :: motion(:, :)
+    !> Parts of the joint forces that have one source each, if `last` is `joint_sources` (see `add_joints`)
+    real(dp), allocatable, intent(out), optional :: parts(:, :, :)
     integer :: f, from, to, dofs
 
     f = size(frame%free)
@@ -62,10 +65,12 @@ contains
       call add_accelerations(frame, system, phases(from:to), x(:, from:to), motion(:, from:to))
     end do
     if (size(motion, 1) >= rows_of(dofs, guide_forces)) call complete_motion(frame, system, phases, motion)
+    if (last == joint_forces) call add_joints(frame, phases, motion)
+    if (last == joint_sources) call add_joints(frame, phases, motion, parts)
   end subroutine whole_motion
 
-  !> Computes the rows that follow the accelerations: forces of the guides, and rows that exist only for the exact frame. The
-  !> positions, velocities and accelerations in `motion`, shape (rows, phases), need not satisfy the equations of motion.
+  !> Computes the rows between the accelerations and the joint forces: forces of the guides, and rows that exist only for the exact
+  !> frame. The positions, velocities and accelerations in `motion`, shape (rows, phases), need not satisfy the equations of motion.
   subroutine complete_motion(frame, system, phases, motion)
     class(frame_type), intent(in) :: frame
     class(periodic_system), intent(in) :: system
@@ -85,21 +90,25 @@ contains
       x = motion([frame%free, dofs + frame%free], first:last)
       call add_turned(frame, x, motion(:exact_rows(frame), first:last))
     end do
-    if (size(motion, 1) > exact_rows(frame)) call add_joints(frame, phases, motion)
   end subroutine complete_motion
 
   !> Computes the joint forces, which are the rows behind all others.
-  subroutine add_joints(frame, phases, motion)
+  subroutine add_joints(frame, phases, motion, parts)
     class(frame_type), intent(in) :: frame
     real(dp), contiguous, intent(in) :: phases(:)
     real(dp), intent(inout) :: motion(:, :)
+    !> Parts of the joint forces that have one source each, shape (rows of the joint forces, phases, sources): inertia, weights, and
+    !> each load
+    real(dp), allocatable, intent(out), optional :: parts(:, :, :)
     type(plane_pairs_type), allocatable :: pairs(:)
     type(error_type), allocatable :: error
 
     associate (forces => motion(exact_rows(frame) + 1:, :))
       call find_machine_pairs(frame, pairs, error)
-      if (.not. allocated(error)) call compute_joint_forces(frame, pairs, phases, (motion(:3 * frame%dofs(), :)), forces, &
-        & error)
+      if (.not. allocated(error)) then
+        if (present(parts)) allocate(parts(size(forces, 1), size(phases), before_loads + load_count(pairs)))
+        call compute_joint_forces(frame, pairs, phases, (motion(:3 * frame%dofs(), :)), forces, error, parts=parts)
+      end if
       ! not reached: `find_quantity` has found the pairs, and a mechanism that turns has no dead point
       if (allocated(error)) forces = ieee_value(1.0_dp, ieee_quiet_nan)
     end associate

@@ -1,9 +1,9 @@
 !> Joint forces of a machine on rigid ground, in the form of a vibration whose displacements are zero.
 module gestell_study_vibration_rigid_ground
   use gestell_base_kinds, only: dp
-  use gestell_math_series_fourier, only: fourier_series
+  use gestell_math_series_fourier, only: find_series
   use gestell_model_frame, only: frame_type
-  use gestell_model_quantity_rows, only: exact_rows, joint_forces
+  use gestell_model_quantity_rows, only: exact_rows, joint_sources
   use gestell_study_vibration, only: vibration_type
   use gestell_study_vibration_motion, only: add_joints, bound_joint_forces, motion_rows
   implicit none (type, external)
@@ -27,16 +27,14 @@ contains
     real(dp), allocatable :: errors(:)
     integer :: first, k, n, rows
 
-    rows = motion_rows(frame, joint_forces)
+    rows = motion_rows(frame, joint_sources)
     first = exact_rows(frame) + 1
-    vibration%last_rows = joint_forces
+    vibration%last_rows = joint_sources
     allocate(vibration%motion_series(rows), errors(rows))
     n = max(64, 2 * harmonics + 2, min(4 * frame%least_steps, most))
     do
-      call sample(n, vibration%motion)
-      do k = 1, rows
-        vibration%motion_series(k) = fourier_series(vibration%motion(k, :))
-      end do
+      call sample(n, vibration%motion, vibration%joint_parts)
+      call find_series(vibration%motion, vibration%motion_series)
       associate (maximum => maxval(abs(vibration%motion(first:, :))))
         if (2 * n > most .or. all([(vibration%motion_series(k)%tail() * vibration%motion_series(k)%largest_term() &
           & <= resolved * maximum, k = first, rows)])) exit
@@ -61,13 +59,13 @@ contains
       phases = [(real(i, dp) / count, i = 0, count - 1)]
     end function phases
 
-    subroutine sample(count, motion)
+    subroutine sample(count, motion, parts)
       integer, intent(in) :: count
-      real(dp), allocatable, intent(inout) :: motion(:, :)
+      real(dp), allocatable, intent(out) :: motion(:, :)
+      real(dp), allocatable, intent(out), optional :: parts(:, :, :)
 
-      if (allocated(motion)) deallocate(motion)
       allocate(motion(rows, count), source=0.0_dp)
-      call add_joints(frame, phases(count), motion)
+      call add_joints(frame, phases(count), motion, parts)
     end subroutine sample
 
   end subroutine solve_on_rigid_ground

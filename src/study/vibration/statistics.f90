@@ -145,6 +145,15 @@ contains
     complex(dp) :: c(size(rows(1)%amplitude))
     integer :: k
 
+    k = min(size(rows), size(weights))
+    if (count(abs(weights(:k)) > 0) == 1) then
+      k = findloc(abs(weights(:k)) > 0, .true., dim=1)
+      series = rows(k)
+      series%mean = weights(k) * series%mean
+      series%amplitude = abs(weights(k)) * series%amplitude
+      if (weights(k) < 0) series%phase = series%phase - sign(pi, series%phase)
+      return
+    end if
     c = 0
     do k = 1, min(size(rows), size(weights))
       if (.not. abs(weights(k)) > 0) cycle

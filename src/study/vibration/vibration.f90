@@ -2,7 +2,7 @@
 !> errors.
 module gestell_study_vibration
   use gestell_base_error, only: error_type, failed_computation, fatal_error, invalid_input
-  use gestell_math_series_fourier, only: fourier_series, fourier_type
+  use gestell_math_series_fourier, only: find_series, fourier_type
   use gestell_base_kinds, only: dp
   use gestell_floquet_period_periodic_solution, only: periodic_solution_type
   use gestell_floquet_solution, only: checkpoints, floquet_type, follow, solve_periodic, bound_motion_errors
@@ -10,7 +10,7 @@ module gestell_study_vibration
   use gestell_model_frame, only: frame_type
   use gestell_model_frame_frame_of, only: frame_of
   use gestell_model_mounting, only: load_rounding, matrix_rounding
-  use gestell_model_quantity_rows, only: accelerations, guide_forces, joint_forces, rows_of, velocities
+  use gestell_model_quantity_rows, only: accelerations, guide_forces, joint_forces, joint_sources, rows_of, velocities
   use gestell_model_exact_varied_frame, only: varied_frame_type
   use gestell_study_vibration_motion, only: motion_errors, motion_rows, whole_motion
   use gestell_system_periodic, only: periodic_system
@@ -43,6 +43,9 @@ module gestell_study_vibration
     !> Rows of the motion (gestell_model_quantity), allocated if requested. `motion`: values at equidistant phases that resolve the
     !> motion, shape (rows, samples). `motion_history`: values at the times of the history, shape (rows, points + 1)
     real(dp), allocatable :: motion(:, :), motion_history(:, :)
+    !> Parts of the joint forces that have one source each (inertia, weights, and each load) at the phases of `motion`, shape (rows of
+    !> the joint forces, samples, sources). Allocated if they were requested
+    real(dp), allocatable :: joint_parts(:, :, :)
     !> Last group of rows that was requested; 0 if none was
     integer :: last_rows = 0
     !> Bounds on the errors of the rows of the motion, if these were computed
@@ -74,7 +77,7 @@ contains
     type(vibration_type), intent(out) :: vibration
     type(error_type), allocatable, intent(out) :: error
     !> If present, `vibration` also contains the rows of the motion up to and including this group: `velocities`, `accelerations`,
-    !> `guide_forces` or `joint_forces`
+    !> `guide_forces`, `joint_forces` or `joint_sources`
     integer, intent(in), optional :: rows
     class(frame_type), pointer :: frame
     real(dp), allocatable :: x(:, :), all(:, :), phases(:)
@@ -121,20 +124,16 @@ contains
       call follow(frame, floquet, vibration%start, phases, x, error)
       if (allocated(error)) return
       all = all_quantities(frame, x)
-      ! One element after the other: gfortran 12 does not free the components of a constructor's elements.
-      do i = 1, numbers
-        vibration%series(i) = fourier_series(all(i, :samples))
-      end do
+      call find_series(all(:, :samples), vibration%series)
       resolved_all = states_resolved(frame, floquet, vibration, abs(x(:, samples + 1) - x(:, 1)))
       if (present(rows)) then
-        call whole_motion(frame, system, phases, x, rows, vibration%motion)
+        call whole_motion(frame, system, phases, x, rows, vibration%motion, vibration%joint_parts)
         if (allocated(vibration%motion_series)) deallocate(vibration%motion_series)
         allocate(vibration%motion_series(size(vibration%motion, 1)))
         ! The first rows are the states, whose series are known.
         vibration%motion_series(:2 * frame%dofs()) = vibration%series(:2 * frame%dofs())
-        do k = 2 * frame%dofs() + 1, size(vibration%motion_series)
-          vibration%motion_series(k) = fourier_series(vibration%motion(k, :samples))
-        end do
+        k = 2 * frame%dofs() + 1
+        call find_series(vibration%motion(k:, :samples), vibration%motion_series(k:))
         if (resolved_all) resolved_all = rows_resolved(frame, system, phases, x, vibration)
       end if
       if (resolved_all .or. 2 * samples > max_samples) exit
@@ -154,9 +153,10 @@ contains
       call follow(frame, floquet, vibration%start, phases, x, error)
       if (allocated(error)) return
       vibration%history = all_quantities(frame, x)
-      if (present(rows)) call whole_motion(frame, system, phases, x, rows, vibration%motion_history)
+      if (present(rows)) call whole_motion(frame, system, phases, x, min(rows, joint_forces), vibration%motion_history)
     end if
     if (present(rows)) vibration%motion = vibration%motion(:, :samples)
+    if (allocated(vibration%joint_parts)) vibration%joint_parts = vibration%joint_parts(:, :samples, :)
     if (any(.not. ieee_is_finite([vibration%peak, vibration%peak_error, vibration%rms]))) call fatal_error(error, &
       & "the periodic vibration or its error bound overflows double precision", failed_computation)
   end subroutine solve_vibration
@@ -173,9 +173,9 @@ contains
     else if (harmonics < 0 .or. harmonics > max_harmonics) then
       call fatal_error(error, "the number of harmonics must lie between 0 and 8000", invalid_input)
     else if (present(rows)) then
-      if (all(rows /= [velocities, accelerations, guide_forces, joint_forces])) call fatal_error(error, "the number of rows " // &
-        &   "of the motion must be 6 (positions and velocities), 9 (also accelerations), 12 (also forces of guides) or 15 " // &
-        &   "(also joint forces)", invalid_input)
+      if (all(rows /= [velocities, accelerations, guide_forces, joint_forces, joint_sources])) call fatal_error(error, "the " &
+        & // "number of rows of the motion must be 6 (positions and velocities), 9 (also accelerations), 12 (also forces of " &
+        & // "guides), 15 (also joint forces) or 18 (also their sources)", invalid_input)
     end if
   end subroutine check_times
 
@@ -187,7 +187,7 @@ contains
     logical :: held
 
     held = allocated(vibration%motion) .and. allocated(vibration%motion_history)
-    if (held .and. rows == joint_forces) held = vibration%last_rows == joint_forces
+    if (held .and. rows >= joint_forces) held = vibration%last_rows >= rows
     if (held .and. rows < joint_forces) held = size(vibration%motion, 1) >= rows_of(size(vibration%history, 1) / 3, rows)
     if (.not. held) call fatal_error(error, "the vibration was computed without data that this quantity requires: request " // &
       &   "more rows of the motion in solve_vibration", invalid_input)
@@ -232,18 +232,19 @@ contains
     type(turn_errors_type), intent(out) :: errors
     real(dp), parameter :: sums = 4 * epsilon(1.0_dp)
     real(dp), allocatable :: from(:, :), there(:, :), compared(:, :), finer(:, :)
-    integer :: n, count
+    integer :: n, count, last
 
     n = size(phases)
-    count = motion_rows(frame, rows)
+    last = min(rows, joint_forces)
+    count = motion_rows(frame, last)
     from = 0 * x
     select type (frame)
     class is (varied_frame_type)
       from = x
     end select
-    call whole_motion(frame, system, phases, from, rows, there)
-    call whole_motion(frame, system, phases, from + states%differences(:, :n), rows, compared)
-    call whole_motion(frame, system, phases, from + states%differences(:, n + 1:), rows, finer)
+    call whole_motion(frame, system, phases, from, last, there)
+    call whole_motion(frame, system, phases, from + states%differences(:, :n), last, compared)
+    call whole_motion(frame, system, phases, from + states%differences(:, n + 1:), last, finer)
     allocate(errors%differences(count, 2 * n), errors%rounding(count))
     errors%differences(:, :n) = compared - there
     errors%differences(:, n + 1:) = finer - there

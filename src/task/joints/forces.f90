@@ -5,11 +5,11 @@ module gestell_task_joints_forces
   use gestell_base_words, only: word_length
   use gestell_model_frame, only: frame_type
   use gestell_model_pairs_forces, only: axial, components, fx, fy, moment, transverse
-  use gestell_model_pairs_rows, only: before_loads, compute_joint_forces, find_machine_pairs, inertia, load_count, &
+  use gestell_model_pairs_rows, only: before_loads, find_machine_pairs, inertia, load_count, &
     & plane_pairs_type, weights
   use gestell_model_quantity_joint_quantities, only: joint_place_type, list_joint_places
-  use gestell_model_quantity_rows, only: exact_rows, quantity_type
-  use gestell_study_vibration, only: vibration_type
+  use gestell_model_quantity_rows, only: exact_rows, joint_sources, quantity_type
+  use gestell_study_vibration, only: check_rows, vibration_type
   use gestell_study_vibration_statistics, only: compute_statistics, history_of, statistics_type
   implicit none (type, external)
   private
@@ -99,8 +99,7 @@ contains
   end subroutine find_joint_forces
 
   !> Splits the joint forces by their causes: inertia of the links on a frame at rest, their weights, each load, and motion of the
-  !> frame.
-  !> Fails if the joint forces are not determined.
+  !> frame. Fails if the joint forces are not determined, or if the vibration was computed without `joint_sources`.
   subroutine find_sources(frame, vibration, forces, sources, error)
     class(frame_type), intent(in) :: frame
     type(vibration_type), intent(in) :: vibration
@@ -108,16 +107,16 @@ contains
     type(source_type), allocatable, intent(out) :: sources(:)
     type(error_type), allocatable, intent(out) :: error
     type(plane_pairs_type), allocatable :: pairs(:)
-    real(dp), allocatable :: forces_of_all(:, :), parts(:, :, :)
+    real(dp), allocatable :: total(:, :), part(:, :)
     real(dp) :: along(2)
-    integer :: i, k, last, load, n, peak, row
+    integer :: i, k, last, load, peak, row
 
-    call find_machine_pairs(frame, pairs, error)
+    call check_rows(vibration, joint_sources, error)
+    if (.not. allocated(error)) call find_machine_pairs(frame, pairs, error)
     if (allocated(error)) return
-    n = size(vibration%motion, 2)
     row = exact_rows(frame)
-    last = before_loads + load_count(pairs) + 1
-    allocate(sources(last), forces_of_all(size(vibration%motion, 1) - row, n), parts(size(vibration%motion, 1) - row, n, last))
+    last = size(vibration%joint_parts, 3) + 1
+    allocate(sources(last))
     sources(inertia)%name = "inertia"
     sources(weights)%name = "weights"
     k = before_loads
@@ -128,20 +127,21 @@ contains
       end do
     end do
     sources(last)%name = "motion of the frame"
-    call compute_joint_forces(frame, pairs, [(real(k, dp) / n, k = 0, n - 1)], vibration%motion, forces_of_all, error, &
-      & parts=parts(:, :, :last - 1))
-    if (allocated(error)) return
-    parts(:, :, last) = forces_of_all - sum(parts(:, :, :last - 1), dim=3)
     do i = 1, last
       allocate(sources(i)%peak(size(forces)), sources(i)%at_peak(size(forces)), source=0.0_dp)
-      do k = 1, size(forces)
-        associate (first => forces(k)%place%row + 1, second => forces(k)%place%row + 2)
-          peak = maxloc(norm2(vibration%motion(first:second, :), dim=1), dim=1)
-          along = vibration%motion(first:second, peak)
-          sources(i)%peak(k) = maxval(norm2(parts(first - row:second - row, :, i), dim=1))
-          if (norm2(along) > 0) sources(i)%at_peak(k) = dot_product(along, parts(first - row:second - row, peak, i)) / norm2(along)
-        end associate
-      end do
+    end do
+    do k = 1, size(forces)
+      associate (place => forces(k)%place%row)
+        total = vibration%motion(place + fx:place + fy, :)
+        peak = maxloc(norm2(total, dim=1), dim=1)
+        along = total(:, peak) / max(norm2(total(:, peak)), tiny(1.0_dp))
+        do i = 1, last
+          if (i < last) part = vibration%joint_parts(place - row + fx:place - row + fy, :, i)
+          if (i == last) part = total - sum(vibration%joint_parts(place - row + fx:place - row + fy, :, :), dim=3)
+          sources(i)%peak(k) = maxval(norm2(part, dim=1))
+          sources(i)%at_peak(k) = dot_product(along, part(:, peak))
+        end do
+      end associate
     end do
   end subroutine find_sources
 

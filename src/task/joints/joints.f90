@@ -10,7 +10,7 @@ module gestell_task_joints
   use gestell_input_schema_read, only: read
   use gestell_model_frame, only: frame_type
   use gestell_model_quantity_joint_quantities, only: joint_place_type, list_joint_places, pair_words
-  use gestell_model_quantity_rows, only: joint_forces
+  use gestell_model_quantity_rows, only: joint_sources
   use gestell_output_report_orders, only: turns_in_words
   use gestell_output_result, only: result_type
   use gestell_output_table, only: new_table, table_type
@@ -93,7 +93,7 @@ contains
         return
       end if
     end do
-    if (.not. self%rigid) configuration%analysis%rows = max(configuration%analysis%rows, joint_forces)
+    if (.not. self%rigid) configuration%analysis%rows = max(configuration%analysis%rows, joint_sources)
   end subroutine read_joints
 
   !> Computes the joint forces, and adds tables, pictures and report to `result`.
