@@ -33,6 +33,7 @@ program main
   use test_digits, only: collect_digits
   use test_discs, only: collect_discs
   use test_dofs, only: collect_dofs
+  use test_animation, only: collect_animation
   use test_api, only: collect_api
   use test_drive, only: collect_drive
   use test_exact, only: collect_exact
@@ -124,6 +125,7 @@ program main
   real :: begin, finish
 
   suites = [ &
+    & new_testsuite("animation", collect_animation), &
     & new_testsuite("base", collect_base), &
     & new_testsuite("chains", collect_chains), &
     & new_testsuite("checks", collect_checks), &

@@ -9,7 +9,10 @@ module gestell_output_result
   use gestell_base_words, only: character_count
   use gestell_input_wording, only: counted
   use gestell_output_file_output, only: write_file
-  use gestell_output_picture_script, only: figure_type, write_figure
+  use gestell_output_picture_animation, only: animated_svg
+  use gestell_output_picture_scene, only: scene_type
+  use gestell_output_picture_scene_script, only: write_animation, write_still
+  use gestell_output_picture_script, only: figure_type, new_figure, write_figure
   use gestell_output_file_result_files, only: longest_table
   use gestell_output_head, only: head_type
   use gestell_output_report_verdict, only: alarm, section
@@ -72,8 +75,9 @@ module gestell_output_result
     !> First failure of a computation on which the verdict does not depend
     type(error_type), allocatable :: failure
   contains
-    procedure :: begin, has, left, add_curves, add, attach, write_lines, write_section, detail, note, reserve_headlines
-    procedure :: insert_headlines, summary_line, unprinted_report, warn, warn_each, judge, include_verdict, record_failure
+    procedure :: begin, has, left, add_curves, add, animate, attach, draw, write_lines, write_section, detail, note
+    procedure :: reserve_headlines, insert_headlines, summary_line, unprinted_report, warn, warn_each, judge, include_verdict
+    procedure :: record_failure
     procedure :: write => write_result
   end type result_type
 
@@ -137,6 +141,36 @@ contains
     attachment%bytes = bytes
     self%attachments = [self%attachments, attachment]
   end subroutine attach
+
+  !> Adds a still picture of scenes, which shows the table called `name`. `shown`: what the picture shows.
+  subroutine draw(self, name, shown, scenes)
+    class(result_type), intent(inout) :: self
+    character(len=*), intent(in) :: name, shown
+    type(scene_type), intent(in) :: scenes(:)
+    character(len=:), allocatable :: commands
+    integer :: pixels(2)
+
+    call write_still(scenes, commands, pixels)
+    self%figures = [self%figures, new_figure(name, shown, commands, width=pixels(1), height=pixels(2))]
+  end subroutine draw
+
+  !> Adds an animated picture of scenes: the file NAME.svg, and a gnuplot script that draws NAME.gif. `title`: title of the input.
+  !> `shown`: what the picture shows.
+  subroutine animate(self, name, title, shown, scenes)
+    class(result_type), intent(inout) :: self
+    character(len=*), intent(in) :: name, title, shown
+    type(scene_type), intent(in) :: scenes(:)
+    type(figure_type) :: figure
+    character(len=:), allocatable :: commands
+    integer :: pixels(2)
+
+    call write_animation(scenes, commands, pixels)
+    figure = new_figure(name, shown, commands, width=pixels(1), height=pixels(2))
+    figure%animated = .true.
+    figure%scene = scenes(1)%json()
+    self%figures = [self%figures, figure]
+    call self%attach(name // ".svg", animated_svg(scenes, title, shown))
+  end subroutine animate
 
   !> Adds curves to the picture called `name`, whose gnuplot script plots them by the macro @over. Does nothing if there is no such
   !> picture.

@@ -22,7 +22,7 @@ module gestell_model_pairs_rows
   implicit none (type, external)
   private
 
-  public :: compute_joint_forces, find_machine_pairs, joint_rows, load_count
+  public :: compute_joint_forces, find_machine_pairs, joint_rows, load_count, mechanism_angles
 
   !> Sources of joint forces. `all_sources`: all of them together. `inertia`: the links' inertia on a frame at rest. `weights`: the
   !> links' weights. `before_loads` + k: load number k, counted over all planes. The motion of the frame is the source of the rest.
@@ -122,11 +122,7 @@ contains
     integer :: i, k, n, first, last, sources, load
 
     angles = frame%crank_angles(phases)
-    lag = 0
-    select type (frame)
-    class is (varied_frame_type)
-      if (allocated(frame%space)) lag = frame%lag(phases)
-    end select
+    lag = lag_of(frame, phases)
     if (present(bounds)) then
       bounds = 0
       uncertainty = new_uncertainty(frame, errors, relative)
@@ -191,6 +187,37 @@ contains
         & norm2(errors(turns)) / min(1.0_dp, frame%mechanism%angle_scale), relative)
     end associate
   end function new_uncertainty
+
+  !> Angles of the mechanisms relative to the frame (rad) at phases of the period. `motion`: q, q', q'' at these phases, shape (3
+  !> dofs or more, phases).
+  function mechanism_angles(frame, phases, motion) result(angles)
+    class(frame_type), intent(in) :: frame
+    real(dp), contiguous, intent(in) :: phases(:)
+    real(dp), intent(in) :: motion(:, :)
+    real(dp) :: angles(size(phases)), lag(size(phases), 3), angle
+    type(moved_type) :: moved(0:weights)
+    integer :: k
+
+    angles = frame%crank_angles(phases)
+    lag = lag_of(frame, phases)
+    do k = 1, size(phases)
+      call move_frame(frame, angles(k), motion(:, k), lag(k, :), moved, angle)
+      angles(k) = angle
+    end do
+  end function mechanism_angles
+
+  !> Lag of the drive, as `follow_frame` requires it, at phases of the period.
+  pure function lag_of(frame, phases) result(lag)
+    class(frame_type), intent(in) :: frame
+    real(dp), contiguous, intent(in) :: phases(:)
+    real(dp) :: lag(size(phases), 3)
+
+    lag = 0
+    select type (frame)
+    class is (varied_frame_type)
+      if (allocated(frame%space)) lag = frame%lag(phases)
+    end select
+  end function lag_of
 
   !> The motion of the frame and of its drive at one phase, and the angle of the mechanisms. `moved(all_sources)`: the whole motion;
   !> `moved(inertia)` and `moved(weights)`: the terms that contribute to these parts of the forces.

@@ -6,10 +6,10 @@ module gestell_output_file_result_files
   public :: result_files
 
   !> Maximum number of characters of a table's name NAME. Its data are written to NAME.csv or NAME.npy, its script to NAME.gp, and
-  !> its pictures to NAME.svg and NAME.png.
+  !> its pictures to NAME.svg and NAME.png, an animation to NAME.svg and NAME.gif.
   integer, parameter, public :: longest_table = 18
   !> Endings of a table's pictures
-  character(len=*), parameter, public :: picture_endings(*) = [character(len=4) :: ".svg", ".png"]
+  character(len=*), parameter, public :: picture_endings(*) = [character(len=4) :: ".svg", ".png", ".gif"]
   !> Endings of all files of a table
   character(len=*), parameter :: endings(*) = [character(len=4) :: ".csv", ".npy", ".gp", picture_endings]
   !> `others`: names of files that concern the whole run: the HTML page and all results in JSON. `improved`: name of the table that

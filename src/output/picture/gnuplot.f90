@@ -9,8 +9,8 @@ module gestell_output_picture_gnuplot
 
   public :: draw_pictures
 
-  !> Last bytes of a complete SVG or PNG file. They are tested because gnuplot does not report a full disk.
-  character(len=*), parameter :: svg_end = "</svg>", png_end = "IEND"
+  !> Last bytes of a complete SVG, PNG or GIF file. They are tested because gnuplot does not report a full disk.
+  character(len=*), parameter :: svg_end = "</svg>", png_end = "IEND", gif_end = ";"
   integer, parameter :: last_bytes = 16
 
 contains
@@ -38,6 +38,12 @@ contains
       name = figures(i)%name
       ! -d: ignore the user's gnuplot settings
       complete = shell_does("cd " // quoted(staging) // " && gnuplot -d " // name // ".gp", code)
+      if (figures(i)%animated) then
+        ! gnuplot may have been built without GIF: then only the animated SVG file is there, which needs no gnuplot
+        if (.not. (complete .and. has_end(staging // "/" // name // ".gif", gif_end))) call remove_file(staging // "/" // name &
+          & // ".gif")
+        cycle
+      end if
       if (complete) complete = has_end(staging // "/" // name // ".svg", svg_end)
       if (complete) complete = has_end(staging // "/" // name // ".png", png_end)
       if (complete) then

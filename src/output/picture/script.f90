@@ -21,6 +21,10 @@ module gestell_output_picture_script
     character(len=:), allocatable :: shown, lines
     !> Width and height of the picture in pixels
     integer :: pixels(2) = [800, 560]
+    !> True if the script draws NAME.gif, an animation, instead of NAME.svg and NAME.png
+    logical :: animated = .false.
+    !> The scene that an animation shows, as JSON
+    character(len=:), allocatable :: scene
   end type figure_type
 
   !> Unit in which an axis shows a quantity.
@@ -57,12 +61,21 @@ contains
     character(len=*), intent(in) :: folder, title, alarm
     type(figure_type), intent(in) :: figure
     type(error_type), allocatable, intent(out) :: error
-    character(len=:), allocatable :: heading
+    character(len=:), allocatable :: heading, start
 
     heading = quoted(alarm // figure%shown)
     if (title /= "") heading = quoted(title) // " . ""\n"" . " // heading
-    call write_file(folder // "/" // figure%name // ".gp", head(figure%name, figure%pixels) // "heading = " // heading // newline &
-      & // figure%lines // newline // "unset output" // newline, error)
+    if (figure%animated) then
+      start = "# Draws " // figure%name // ".gif: run gnuplot " // figure%name // ".gp in this folder." // newline // "reset" &
+        & // newline // "set encoding utf8" // newline // "set terminal gif animate delay 8 loop 0 optimize size " &
+        & // text(figure%pixels(1)) // "," // text(figure%pixels(2)) // " font 'sans,11'" // newline // "set output '" &
+        & // figure%name // ".gif'" // newline // "set datafile separator comma" // newline // "set datafile columnheaders" &
+        & // newline
+    else
+      start = head(figure%name, figure%pixels)
+    end if
+    call write_file(folder // "/" // figure%name // ".gp", start // "heading = " // heading // newline // figure%lines // newline &
+      & // "unset output" // newline, error)
   end subroutine write_figure
 
   !> Beginning of a gnuplot script: a loop that runs the script once for SVG and once for PNG, and settings common to all pictures.

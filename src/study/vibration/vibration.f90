@@ -43,8 +43,8 @@ module gestell_study_vibration
     !> Rows of the motion (gestell_model_quantity), allocated if requested. `motion`: values at equidistant phases that resolve the
     !> motion, shape (rows, samples). `motion_history`: values at the times of the history, shape (rows, points + 1)
     real(dp), allocatable :: motion(:, :), motion_history(:, :)
-    !> Parts of the joint forces that have one source each (inertia, weights, and each load) at the phases of `motion`, shape (rows of
-    !> the joint forces, samples, sources). Allocated if they were requested
+    !> Parts of the joint forces that have one source each (inertia, weights, and each load) at the phases of `motion`, shape (rows
+    !> of the joint forces, samples, sources). Allocated if they were requested
     real(dp), allocatable :: joint_parts(:, :, :)
     !> Last group of rows that was requested; 0 if none was
     integer :: last_rows = 0

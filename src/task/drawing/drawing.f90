@@ -8,11 +8,16 @@ module gestell_task_drawing
   use gestell_model_frame, only: frame_type
   use gestell_model_linkage, only: linkage_type
   use gestell_model_frame_shaking, only: shaking_in_space, space_shaking_type
+  use gestell_model_pairs_rows, only: mechanism_angles
+  use gestell_model_quantity_rows, only: probe_type
   use gestell_model_linkage_diagnosis, only: diagnose_joints, diagnosis_type
   use gestell_model_linkage_diagram, only: diagram_type, trace_diagram
+  use gestell_model_mechanism, only: mechanism_type
   use gestell_model_mechanism_shaking, only: shaking, shaking_type
   use gestell_output_report_orders, only: turns_in_words
+  use gestell_output_picture_scene, only: scene_type
   use gestell_output_result, only: result_type
+  use gestell_study_vibration_analysis, only: analyse, analysis_options, analysis_type
   use gestell_output_table, only: new_table, table_type
   use gestell_output_table_unit, only: degree, metre, metre_per_s, metre_per_s2
   use gestell_task_common_task, only: longest_table, task_type
@@ -23,10 +28,13 @@ module gestell_task_drawing
   use gestell_task_drawing_frequencies, only: tabulate_frequencies
   use gestell_task_drawing_placed, only: place_in_space, placed_type
   use gestell_task_drawing_plot, only: plot_mechanism
+  use gestell_task_drawing_scene, only: build_scene
   use gestell_task_drawing_strokes, only: stroke_table
   use gestell_task_drawing_views, only: plot_views
   implicit none (type, external)
   private
+
+  public :: build_motion
 
   type, extends(task_type), public :: drawing_task
   contains
@@ -44,7 +52,7 @@ contains
     self%name = "drawing"
     self%meaning = "motion of joints and links over one period, with a picture; tables of frequencies, strokes and shaking forces"
     self%tables = [character(len=longest_table) :: "mechanism", "frequencies", "strokes", "balance_table", &
-      & "unbalance"]
+      & "unbalance", "machine_motion"]
     self%drawn_with_plot = .true.
   end subroutine describe
 
@@ -93,8 +101,69 @@ contains
         end if
       end select
       if (self%requested .or. context%describes_mechanism) call add_tables(frame, result)
+      if (context%draws .and. .not. context%only_checks) call add_animation(context, result)
     end associate
   end subroutine run
+
+  !> Adds the animation of the machine. The frame vibrates if its vibration is known or can be
+  !> computed; otherwise it is at rest.
+  subroutine add_animation(context, result)
+    type(context_type), intent(in) :: context
+    type(result_type), intent(inout) :: result
+    type(analysis_type) :: analysis
+    type(analysis_options) :: options
+    type(error_type), allocatable :: failure
+    type(scene_type) :: scene
+
+    if (allocated(context%analysis%vibration)) then
+      analysis = context%analysis
+    else
+      options = context%configuration%analysis
+      options%response = .true.
+      call analyse(context%configuration%frame, options, context%configuration%accuracy, analysis, failure)
+      if (.not. allocated(analysis%frame)) allocate(analysis%frame, source=context%configuration%frame)
+    end if
+    associate (mechanism => context%configuration%frame%mechanism)
+      call build_motion(analysis, mechanism, context%configuration%probes, scene)
+      call result%animate("machine_motion", trim(context%head%title), "The machine during " &
+        & // turns_in_words(mechanism%turns), [scene])
+    end associate
+  end subroutine add_animation
+
+  !> Builds the scene of a machine over one period.
+  subroutine build_motion(analysis, mechanism, probes, scene)
+    !> The frame and, if known, its vibration
+    type(analysis_type), intent(in) :: analysis
+    class(mechanism_type), intent(in) :: mechanism
+    type(probe_type), intent(in) :: probes(:)
+    type(scene_type), intent(out) :: scene
+    !> Number of instants in a turn, and maximum number in a period
+    integer, parameter :: in_turn = 48, most = 192
+    !> Largest displacement of the frame in the picture, as a part of the machine's size
+    real(dp), parameter :: visible = 0.06_dp
+    real(dp), allocatable :: motion(:, :), phases(:)
+    integer :: i, k, n
+
+    n = min(in_turn * mechanism%turns, most)
+    phases = [(real(k, dp) / n, k = 0, n)]
+    associate (frame => analysis%frame)
+      ! displacements; velocities and accelerations, which the angle of the drive does not depend on
+      allocate(motion(3 * frame%dofs(), 0:n), source=0.0_dp)
+      if (allocated(analysis%vibration)) then
+        do i = 1, frame%dofs()
+          do k = 0, n
+            associate (now => analysis%vibration%series(i)%value(2 * pi * phases(k + 1)))
+              motion(i, k) = now(1)
+            end associate
+          end do
+        end do
+      end if
+      call build_scene(frame, mechanism, probes, mechanism_angles(frame, phases, motion), motion(:frame%dofs(), :), scene)
+    end associate
+    call scene%scale_motion(visible, rounded=.true.)
+    scene%degrees = [(analysis%frame%degrees_per_period() * k / n, k = 0, n)]
+    scene%seconds = 4 * mechanism%turns
+  end subroutine build_motion
 
   !> Adds those tables of --check that other programs may need. A table is omitted if it cannot be computed.
   subroutine add_tables(frame, result)

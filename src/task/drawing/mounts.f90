@@ -8,7 +8,7 @@ module gestell_task_drawing_mounts
   implicit none (type, external)
   private
 
-  public :: append, draw_mount, outline
+  public :: append, clear, draw_mount, outline
 
   !> Number of corners of the polygon that replaces a circle around each point of the frame
   integer, parameter :: corners = 16
@@ -26,10 +26,11 @@ module gestell_task_drawing_mounts
   real(dp), parameter :: hatch(2, 17) = reshape([(1.0_dp, -0.28_dp + 0.14_dp * i, 1.1_dp, -0.36_dp + 0.14_dp * i, 1.0_dp, &
     & -0.28_dp + 0.14_dp * i, i = 0, 4), 1.0_dp, 0.28_dp, 1.0_dp, 0.28_dp], [2, 17])
 
-  !> A drawing that consists of lines. `points`: points of all lines, one line after the other, shape (2, points). `ends`: for each
-  !> line, the number of its last point
+  !> A drawing that consists of lines. `points`: points of all lines, one line after the other, shape (2, points). `share`: share of
+  !> the frame's motion that each point follows: 1 on the frame, 0 on the ground, between these on springs. `ends`: for each line,
+  !> the number of its last point
   type, public :: drawing_type
-    real(dp), allocatable :: points(:, :)
+    real(dp), allocatable :: points(:, :), share(:)
     integer, allocatable :: ends(:)
   contains
     procedure :: data_lines
@@ -109,29 +110,34 @@ contains
       aside = merge(0.13_dp, 0.0_dp, spring .and. damper)
       start = merge(0.15_dp, 0.0_dp, damper)
       if (support%stiffness(axis) > much_stiffer * support%stiffness(3 - axis)) then
-        call add_shape(stiff, zigzag(start), aside)
+        call add_shape(stiff, zigzag(start), aside, start, 1.0_dp)
       else if (spring) then
-        call add_shape(drawing, zigzag(start), aside)
+        call add_shape(drawing, zigzag(start), aside, start, 1.0_dp)
       end if
-      if (damper) call add_shape(drawing, rod, -aside)
-      if (damper) call add_shape(drawing, cup, -aside)
-      if (spring .and. damper) call add_shape(drawing, reshape([0.15_dp, -aside, 0.15_dp, aside], [2, 2]), 0.0_dp)
-      if (spring .and. damper) call add_shape(drawing, reshape([0.0_dp, 0.0_dp, 0.15_dp, 0.0_dp], [2, 2]), 0.0_dp)
-      call add_shape(drawing, hatch, 0.0_dp)
+      if (damper) call add_shape(drawing, rod, -aside, 1.0_dp, 1.0_dp)
+      if (damper) call add_shape(drawing, cup, -aside, 0.0_dp, 0.0_dp)
+      if (spring .and. damper) then
+        call add_shape(drawing, reshape([0.15_dp, -aside, 0.15_dp, aside], [2, 2]), 0.0_dp, 1.0_dp, 1.0_dp)
+        call add_shape(drawing, reshape([0.0_dp, 0.0_dp, 0.15_dp, 0.0_dp], [2, 2]), 0.0_dp, 1.0_dp, 1.0_dp)
+      end if
+      call add_shape(drawing, hatch, 0.0_dp, 0.0_dp, 0.0_dp)
     end do
   contains
     !> Adds a line to a drawing. Its coordinates along the mount and across it are fractions of the mount's length. `moved`:
-    !> sideways displacement of the line.
-    subroutine add_shape(lines, shape, moved)
+    !> sideways displacement of the line. `first`, `last`: coordinates along the mount up to which the line moves like the frame,
+    !> and from which it is at rest.
+    subroutine add_shape(lines, shape, moved, first, last)
       type(drawing_type), intent(inout) :: lines
-      real(dp), intent(in) :: shape(:, :), moved
-      real(dp) :: points(2, size(shape, 2))
+      real(dp), intent(in) :: shape(:, :), moved, first, last
+      real(dp) :: points(2, size(shape, 2)), share(size(shape, 2))
       integer :: i
 
       do i = 1, size(shape, 2)
         points(:, i) = support%position(:2) + length * (shape(1, i) * along + (shape(2, i) + moved) * across)
       end do
-      call append(lines, points)
+      share = merge(1.0_dp, 0.0_dp, shape(1, :) < last)
+      if (last > first) share = min(1.0_dp, (last - shape(1, :)) / (last - first))
+      call append(lines, points, share)
     end subroutine add_shape
   end subroutine draw_mount
 
@@ -145,13 +151,24 @@ contains
       & 0.0_dp, 1.0_dp, 0.0_dp], [2, 10])
   end function zigzag
 
-  !> Appends a line to a drawing.
-  pure subroutine append(drawing, points)
+  !> Makes a drawing empty.
+  pure subroutine clear(drawing)
+    type(drawing_type), intent(out) :: drawing
+
+    allocate(drawing%points(2, 0), drawing%share(0), drawing%ends(0))
+  end subroutine clear
+
+  !> Appends a line to a drawing. Without `share` all its points move like the frame.
+  pure subroutine append(drawing, points, share)
     type(drawing_type), intent(inout) :: drawing
     real(dp), intent(in) :: points(:, :)
+    real(dp), intent(in), optional :: share(:)
+    integer :: i
 
-    if (.not. allocated(drawing%points)) allocate(drawing%points(2, 0), drawing%ends(0))
+    if (.not. allocated(drawing%points)) call clear(drawing)
     drawing%points = reshape([drawing%points, points], [2, size(drawing%points, 2) + size(points, 2)])
+    if (present(share)) drawing%share = [drawing%share, share]
+    if (.not. present(share)) drawing%share = [drawing%share, (1.0_dp, i = 1, size(points, 2))]
     drawing%ends = [drawing%ends, size(drawing%points, 2)]
   end subroutine append
 

@@ -8,7 +8,7 @@ module gestell_task_drawing_plot
   use gestell_task_drawing_elements, only: colour => link_colour, column_pair, columns_type, element, new_columns, &
     & outline_lines, pair, point_columns
   use gestell_task_drawing_guides, only: body_functions, guides, sliders
-  use gestell_task_drawing_mounts, only: append, draw_mount, drawing_type, outline
+  use gestell_task_drawing_mounts, only: append, clear, draw_mount, drawing_type, outline
   use gestell_model_frame, only: frame_type
   use gestell_model_linkage, only: linkage_type
   use gestell_model_quantity_rows, only: probe_type
@@ -61,7 +61,8 @@ contains
     at_origin = diagram%grounded .and. [(norm2(diagram%joints(:, i, 1) - frame%origin) < 1.0e-6_dp * extent, &
       & i = 1, size(at_origin))]
     hull = outline(points_of_frame(frame, diagram, probes), 0.025_dp * extent)
-    allocate(mounts%points(2, 0), mounts%ends(0), stiff%points(2, 0), stiff%ends(0))
+    call clear(mounts)
+    call clear(stiff)
     do i = 1, size(frame%supports)
       call draw_mount(mounts, stiff, frame%supports(i), (low + high) / 2, 0.12_dp * extent)
     end do

@@ -3,14 +3,17 @@ module gestell_task_modes
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
   use gestell_base_verdict, only: judgement_type
+  use gestell_output_picture_scene, only: scene_type
   use gestell_output_result, only: result_type
   use gestell_output_table, only: new_table, table_type
   use gestell_output_table_unit, only: plain
+  use gestell_study_vibration_analysis, only: find_modes
   use gestell_task_common_task, only: longest_table
   use gestell_task_common_configuration, only: configuration_type
   use gestell_task_common_context, only: context_type
-  use gestell_task_modes_plot, only: plot_modes
+  use gestell_task_modes_shapes, only: build_shapes
   use gestell_task_response_names, only: name_type, names_of
+  use gestell_task_response_plot, only: speed_in_words
   use gestell_task_stability, only: stability_task
   implicit none (type, external)
   private
@@ -28,7 +31,7 @@ contains
     call self%stability_task%describe()
     self%name = "modes"
     self%meaning = "mode shapes of the free vibrations: eigenvectors of Phi(T), the state transition over one period"
-    self%tables = [character(len=longest_table) :: "multipliers", "modes"]
+    self%tables = [character(len=longest_table) :: "multipliers", "modes", "modes_motion"]
   end subroutine describe
 
   !> If the task is requested, includes the eigenvectors in the results to compute.
@@ -49,7 +52,9 @@ contains
     type(error_type), allocatable, intent(out) :: error
     complex(dp), allocatable :: vectors(:, :)
     type(name_type), allocatable :: names(:)
+    type(scene_type), allocatable :: scenes(:)
     type(table_type) :: table
+    character(len=:), allocatable :: shown
     integer :: dofs, f, i
 
     if (.not. result%has("multipliers")) call self%stability_task%run(context, result, error)
@@ -70,7 +75,14 @@ contains
           & real(vectors(i, :)))
         call table%add(trim(names(i)%column) // "_im", plain, "imaginary part", aimag(vectors(i, :)))
       end do
-      call result%add(table, plot_modes(frame, multipliers))
+      call result%add(table)
+      call find_modes(frame, context%configuration%analysis%averaged, context%configuration%accuracy, context%analysis)
+      call build_shapes(frame, context%analysis%modes, context%configuration%probes, scenes)
+      if (size(scenes) > 0) then
+        shown = "Mode shapes at " // speed_in_words(frame)
+        call result%draw("modes", shown, scenes)
+        if (context%draws) call result%animate("modes_motion", trim(context%head%title), shown, scenes)
+      end if
     end associate
   end subroutine run
 
