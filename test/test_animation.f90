@@ -3,7 +3,7 @@ module test_animation
   use checks, only: check_success, check_that
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp, pi
-  use gestell_input_namelist, only: read_document
+  use gestell_input_namelist, only: parse_document, read_document
   use gestell_input_namelist_document, only: document_type
   use gestell_input_schema_check, only: check_document
   use gestell_output_picture_scene, only: bar, ground, outline, pin, scene_type, spring
@@ -27,19 +27,25 @@ contains
     testsuite = [ &
       & new_unittest("the crank pin of the compressor is where an independent model has it", test_crank_pin), &
       & new_unittest("frame and links keep their lengths, and the ground is at rest, at any magnification", test_rigid), &
+      & new_unittest("a crank that turns uniformly in space does so on a frame that rotates", test_uniform), &
       & new_unittest("a mode shape moves the frame as its two degrees of freedom say", test_shape)]
   end subroutine collect_animation
 
-  !> The scene of an input file with its vibration.
-  subroutine scene_of(path, scene, configuration, failure)
+  !> The scene of an input with its vibration: of a file, or of this `text`.
+  subroutine scene_of(path, scene, configuration, failure, text)
     character(len=*), intent(in) :: path
     type(scene_type), intent(out) :: scene
     type(configuration_type), intent(out) :: configuration
     type(gestell_error), allocatable, intent(out) :: failure
+    character(len=*), intent(in), optional :: text
     type(document_type) :: document
     type(analysis_type) :: analysis
 
-    call read_document(path, document, failure)
+    if (present(text)) then
+      call parse_document(text, path, document, failure)
+    else
+      call read_document(path, document, failure)
+    end if
     if (.not. allocated(failure)) call check_document(document, input_schema(), failure)
     if (.not. allocated(failure)) call read_configuration(document, configuration, failure)
     if (allocated(failure)) return
@@ -121,6 +127,40 @@ contains
       end do
     end do
   end subroutine test_rigid
+
+  !> A disc that an outside shaft turns uniformly, on a frame that rotates by some degrees: the direction from the pivot to the pin.
+  subroutine test_uniform(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(scene_type) :: scene
+    type(configuration_type) :: configuration
+    type(gestell_error), allocatable :: failure
+    character(len=*), parameter :: machine = "&drive speed_rpm=120, held_by='outside' /" // new_line("a") &
+      & // "&joint name='O', type='ground', position=0,0 /" // new_line("a") &
+      & // "&joint name='A', type='crank', pivot='O', radius=0.1 /" // new_line("a") &
+      & // "&link name='disc', from='O', to='A', mass=2, inertia=0.01, center=0.05,0.02 /" // new_line("a") &
+      & // "&frame mass=9, inertia=0.3, origin=0.1,0.2 /" // new_line("a") &
+      & // "&support position=-0.2,-0.2, stiffness=1e4,2e4, damping=40,40 /" // new_line("a") &
+      & // "&support position=0.3,-0.2, stiffness=1e4,2e4, damping=40,40 /" // new_line("a")
+    real(dp), allocatable :: at(:, :)
+    integer, allocatable :: pins(:)
+    real(dp) :: largest, turn
+    integer :: i, k
+
+    call scene_of("text", scene, configuration, failure, text=machine)
+    call check_success(error, failure)
+    if (allocated(error)) return
+    pins = pack([(scene%lines(i)%points(1), i = 1, size(scene%lines))], scene%lines%kind == pin)
+    largest = maxval(abs(scene%motion(6, :)))
+    call check_that(error, largest, ">", 1.0e-3_dp, "rotation of the frame")
+    do k = 1, size(scene%degrees)
+      if (allocated(error)) return
+      at = scene%positions(k, 1.0_dp)
+      turn = scene%degrees(k) * pi / 180
+      ! the frame's rotation, as accurate as the default tolerance, turns the pivot and the crank back
+      call check_that(error, norm2(at(:2, pins(2)) - at(:2, pins(1)) - 0.1_dp * [cos(turn), sin(turn)]), "<", 1.0e-14_dp, &
+        & "direction of the crank")
+    end do
+  end subroutine test_uniform
 
   !> A mode with the shape (1, 0, 2i): the frame moves along xi with the cosine, and rotates with minus twice the sine.
   subroutine test_shape(error)

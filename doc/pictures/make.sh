@@ -10,4 +10,4 @@ work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 cd "$work"
 "$gestell" -q --plot -o four_bar --set "case.tasks='drawing'" "$data/khang_four_bar.nml"
-cp four_bar/mechanism.svg "$target/machine.svg"
+cp four_bar/mechanism_motion.svg "$target/machine.svg"

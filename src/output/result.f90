@@ -13,7 +13,7 @@ module gestell_output_result
   use gestell_output_picture_scene, only: scene_type
   use gestell_output_picture_scene_script, only: write_animation, write_still
   use gestell_output_picture_script, only: figure_type, new_figure, write_figure
-  use gestell_output_file_result_files, only: longest_table
+  use gestell_output_file_result_files, only: animation, longest_table
   use gestell_output_head, only: head_type
   use gestell_output_report_verdict, only: alarm, section
   use gestell_output_report_wrapping, only: widest, wrapped
@@ -75,7 +75,7 @@ module gestell_output_result
     !> First failure of a computation on which the verdict does not depend
     type(error_type), allocatable :: failure
   contains
-    procedure :: begin, has, left, add_curves, add, animate, attach, draw, write_lines, write_section, detail, note
+    procedure :: begin, has, left, add_curves, add, animate, animations, attach, draw, write_lines, write_section, detail, note
     procedure :: reserve_headlines, insert_headlines, summary_line, unprinted_report, warn, warn_each, judge, include_verdict
     procedure :: record_failure
     procedure :: write => write_result
@@ -114,6 +114,9 @@ contains
     names = [character(len=longest_table) :: (self%tables(i)%name, i = 1, size(self%tables)), &
       & (self%figures(i)%name, i = 1, size(self%figures)), &
       & (self%attachments(i)%name(:index(self%attachments(i)%name, ".") - 1), i = 1, size(self%attachments))]
+    do i = 1, size(names)
+      if (index(names(i), animation) > 0) names(i) = names(i)(:index(names(i), animation) - 1)
+    end do
     names = pack(names, [(all(names(:i - 1) /= names(i)), i = 1, size(names))])
   end function left
 
@@ -154,8 +157,8 @@ contains
     self%figures = [self%figures, new_figure(name, shown, commands, width=pixels(1), height=pixels(2))]
   end subroutine draw
 
-  !> Adds an animated picture of scenes: the file NAME.svg, and a gnuplot script that draws NAME.gif. `title`: title of the input.
-  !> `shown`: what the picture shows.
+  !> Adds an animation of the picture called `name`: the file NAME_motion.svg, and a gnuplot script that draws NAME_motion.gif.
+  !> `title`: title of the input. `shown`: what the animation shows.
   subroutine animate(self, name, title, shown, scenes)
     class(result_type), intent(inout) :: self
     character(len=*), intent(in) :: name, title, shown
@@ -165,12 +168,24 @@ contains
     integer :: pixels(2)
 
     call write_animation(scenes, commands, pixels)
-    figure = new_figure(name, shown, commands, width=pixels(1), height=pixels(2))
+    figure = new_figure(name // animation, shown, commands, width=pixels(1), height=pixels(2))
     figure%animated = .true.
     figure%scene = scenes(1)%json()
     self%figures = [self%figures, figure]
-    call self%attach(name // ".svg", animated_svg(scenes, title, shown))
+    call self%attach(figure%name // ".svg", animated_svg(scenes, title, shown))
   end subroutine animate
+
+  !> Names of the files with animations, separated by commas.
+  pure function animations(self) result(names)
+    class(result_type), intent(in) :: self
+    character(len=:), allocatable :: names
+    integer :: i
+
+    names = ""
+    do i = 1, size(self%figures)
+      if (self%figures(i)%animated) names = names // either(", ", "", names /= "") // self%figures(i)%name // ".svg"
+    end do
+  end function animations
 
   !> Adds curves to the picture called `name`, whose gnuplot script plots them by the macro @over. Does nothing if there is no such
   !> picture.

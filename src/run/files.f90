@@ -52,6 +52,8 @@ contains
       call result%record_failure(undrawn)
       if (drawn == "") drawn = "none"
       closing = closing // "pictures in " // on_one_line(context%folder) // "/, .svg and .png: " // drawn // newline
+      if (result%animations() /= "") closing = closing // "animations in " // on_one_line(context%folder) // "/: " &
+        & // result%animations() // newline
     end if
     if (.not. options%has("--check")) closing = closing // result%summary_line()
     failure = ""

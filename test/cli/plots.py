@@ -81,7 +81,7 @@ def test_scripts():
         equal("scripts, files", bare(folder / "input"), sorted([*CHECKED, *(f"{name}.{end}" for name in names for end in ("csv", "gp"))]))
         texts = drawn("scripts", folder / "input")
         units = dict(harmonics=["ξ (mm)", "moment (N m)", "frequency (Hz)"], mechanism=["ξ (m)", "η (m)", "crank", "B0"],
-                     modes=["|ξ|"], multipliers=["stable", "Re ρ", "0.99"], response=["ψ (mrad)", "force x (N)", "crank angle (deg)"])
+                     modes=["mode 1: 20.3 Hz, damping"], multipliers=["stable", "Re ρ", "0.99"], response=["ψ (mrad)", "force x (N)", "crank angle (deg)"])
         for name, words in units.items():
             script = (folder / "input" / f"{name}.gp").read_text()
             for word in ["four-bar", "240 rpm" if name != "mechanism" else "60 deg", *words]:
@@ -327,20 +327,21 @@ def test_plot_option():
         return
     endings = ("csv", "gp", "png", "svg")
     names = ("harmonics", "mechanism", "multipliers", "response")
-    every = sorted(f"{name}.{end}" for name in names for end in endings)
+    animation = [f"mechanism_motion.{end}" for end in ("gif", "gp", "svg")]
+    every = sorted([*(f"{name}.{end}" for name in names for end in endings), *animation])
     with Folder(input=SOUND, given=MASS_FUNCTIONS, sweep=SWEEP + SPEEDS.format(200, 300, 6, "")) as folder:
         run = Run(folder, "input.nml", "--plot")
         run.done("--plot")
         equal("--plot, files", bare(folder / "input"), every)
-        check("--plot, report", "pictures in input/, .svg and .png: mechanism, multipliers, response, harmonics\nVERDICT" in run.out,
-              "the pictures", run.out[-200:])
+        check("--plot, report", "pictures in input/, .svg and .png: mechanism, multipliers, response, harmonics\n"
+              "animations in input/: mechanism_motion.svg\nVERDICT" in run.out, "the pictures", run.out[-200:])
         for name in ("a b", "it's", "-x", "$(touch bad)", "\"q\"", "a;b", "ä"):
             Run(folder, "-q", "--plot", "-o", name, "input.nml").done(f"--plot to {name}")
             equal(f"--plot to {name}, files", bare(folder / name), every)
         equal("--plot, nothing else is run", list(folder.rglob("bad")), [])
         Run(folder, "-q", "input.nml").done("without --plot again")
         equal("outdated pictures are removed", [name for name in bare(folder / "input") if name[-3:] in ("png", "svg")],
-              ["mechanism.png", "mechanism.svg"])
+              ["mechanism.png", "mechanism.svg", "mechanism_motion.svg"])
         run = Run(folder, "--check", "--plot", "-o", "checked", "input.nml")
         run.done("--check --plot")
         equal("--check --plot, files", bare(folder / "checked"), sorted([*CHECKED, *(f"mechanism.{end}" for end in endings)]))
@@ -350,7 +351,7 @@ def test_plot_option():
         equal("--check --plot of mass functions, tables alone", bare(folder / "checked_given"), CHECKED)
         Run(folder, "-q", "--plot", "given.nml").done("--plot of mass functions")
         equal("--plot of mass functions, files", bare(folder / "given"),
-              sorted(f"{name}.{end}" for name in ("harmonics", "multipliers", "response") for end in endings))
+              sorted([*(f"{name}.{end}" for name in ("harmonics", "multipliers", "response") for end in endings), *animation]))
         Run(folder, "-q", "sweep.nml", "--part", "1/1", "-o", "parts").done("one part")
         Run(folder, "-q", "sweep.nml", "--merge", "--plot", "-o", "parts").done("--merge --plot")
         equal("--merge --plot, files", bare(folder / "parts"), [f"sweep.{end}" for end in endings])
@@ -393,9 +394,10 @@ def test_no_gnuplot():
         run = Run(folder, "input.nml", "--plot", environment={"PATH": str(folder / "empty")})
         equal("no gnuplot", (run.code, run.err), (4, "gnuplot is not installed, so no pictures were drawn (Debian package "
               "gnuplot-nox, or ./bootstrap --with gnuplot); all other files are written\n"))
-        check("no gnuplot, report", "pictures in input/, .svg and .png: none\nVERDICT" in run.out, "none", run.out[-200:])
+        check("no gnuplot, report", "pictures in input/, .svg and .png: none\nanimations in" in run.out, "none", run.out[-200:])
         equal("no gnuplot, all other files are written", bare(folder / "input"),
-              sorted(f"{name}.{end}" for name in ("harmonics", "mechanism", "multipliers", "response") for end in ("csv", "gp")))
+              sorted([*(f"{name}.{end}" for name in ("harmonics", "mechanism", "multipliers", "response") for end in ("csv", "gp")),
+                      "mechanism_motion.gp", "mechanism_motion.svg"]))
         Run(folder, "-q", "input.nml", environment={"PATH": str(folder / "empty")}).done("no gnuplot, no --plot")
         fake = folder / "empty" / "gnuplot"
         fake.write_text("#!/bin/sh\nexit 3\n")

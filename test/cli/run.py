@@ -25,6 +25,7 @@ sys.dont_write_bytecode = True
 HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE))
 
+from animation import ANIMATION_TESTS  # noqa: E402
 from averaged import AVERAGED_TESTS, write_averaged_golden  # noqa: E402
 from axes import AXES_TESTS  # noqa: E402
 from balance import BALANCE_TESTS  # noqa: E402
@@ -647,7 +648,8 @@ def main():
     program, *names = [word for word in sys.argv[1:] if word != "--write-golden"] or [""]
     tests = (test_numbers, test_same_bytes, test_mirrored, test_variants, test_help_and_version, test_set, test_output,
              test_quiet_and_check, test_fail_if_unstable, test_tasks, test_freedoms, test_unwritable, test_broken, test_extremes,
-             *AVERAGED_TESTS, *MECHANISM_TESTS, *CAM_LAW_TESTS, *FOLLOWER_TESTS, *CYLINDER_TESTS, *UNUSUAL_NAME_TESTS,
+             *ANIMATION_TESTS, *AVERAGED_TESTS, *MECHANISM_TESTS, *CAM_LAW_TESTS, *FOLLOWER_TESTS, *CYLINDER_TESTS,
+             *UNUSUAL_NAME_TESTS,
              *OVERFLOW_TESTS,
              *SOLUTION_METHOD_TESTS, *SWEEP_TESTS, *QUANTITY_TESTS, *INTERRUPTION_TESTS, *STABILITY_BORDER_TESTS, *LEVEL_BORDER_TESTS,
              *FORCE_AND_PROBE_TESTS, *PLOT_TESTS, *HTML_REPORT_TESTS, *MODEL_TESTS, *MOMENT_TESTS, *AXES_TESTS, *CRITICAL_TESTS,

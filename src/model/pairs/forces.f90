@@ -147,7 +147,7 @@ contains
     last = ubound(values, 3)
     associate (group => structure%groups(j))
       a = 0
-      sides = 0
+      sides(:, :last) = 0
       errors = 0
       equations = 3 * group%bodies
       do k = 1, group%bodies
@@ -298,7 +298,7 @@ contains
         axis = place_of(along)
       else if (all(body%axis > 0)) then
         axis = place_of(at(body%axis(2))) - place_of(at(body%axis(1)))
-        axis = axis / norm2(axis)
+        axis = axis / sqrt(axis(1)**2 + axis(2)**2)
       else
         call body%slot%line(at, origin, along)
         axis = place_of(along)

@@ -6,12 +6,15 @@ module gestell_output_file_result_files
   public :: result_files
 
   !> Maximum number of characters of a table's name NAME. Its data are written to NAME.csv or NAME.npy, its script to NAME.gp, and
-  !> its pictures to NAME.svg and NAME.png, an animation to NAME.svg and NAME.gif.
+  !> its pictures to NAME.svg and NAME.png. An animation of the picture is in NAME_motion.svg and NAME_motion.gif.
   integer, parameter, public :: longest_table = 18
+  !> End of an animation's name
+  character(len=*), parameter, public :: animation = "_motion"
   !> Endings of a table's pictures
-  character(len=*), parameter, public :: picture_endings(*) = [character(len=4) :: ".svg", ".png", ".gif"]
+  character(len=*), parameter, public :: picture_endings(*) = [character(len=11) :: ".svg", ".png", animation // ".svg", &
+    & animation // ".gif"]
   !> Endings of all files of a table
-  character(len=*), parameter :: endings(*) = [character(len=4) :: ".csv", ".npy", ".gp", picture_endings]
+  character(len=*), parameter :: endings(*) = [character(len=11) :: ".csv", ".npy", ".gp", animation // ".gp", picture_endings]
   !> `others`: names of files that concern the whole run: the HTML page and all results in JSON. `improved`: name of the table that
   !> is accompanied by the file design.nml with the improved machine.
   character(len=*), parameter :: others(*) = [character(len=12) :: "report.html", "results.json"], improved = "design"

@@ -231,7 +231,7 @@ contains
     do i = 1, size(tables)
       if (all(names /= trim(tables(i)) // ".gp")) cycle
       do k = 1, size(picture_endings)
-        picture = trim(tables(i)) // picture_endings(k)
+        picture = trim(tables(i)) // trim(picture_endings(k))
         if (any(names == picture)) cycle
         picture = staging%folder // "/" // picture
         if (.not. is_same_file(picture, staging%input)) call remove_file(picture)

@@ -85,7 +85,10 @@ end subroutine append
 module procedure number_of
   do number = size(self%columns), 1, -1
     associate (column => self%columns(number))
-      if (column%key == name .or. column%key == new_key(name, column%unit)) return
+      if (column%key == name) return
+      ! the test of the first letters is quick
+      if (index(column%key, name(:len_trim(name))) /= 1) cycle
+      if (column%key == new_key(name, column%unit)) return
     end associate
   end do
 end procedure number_of

@@ -13,7 +13,7 @@ module gestell_study_design_goal
   use gestell_model_quantity_driving, only: drive_power, power_rows, torque
   use gestell_study_design_separation, only: separation_type, compute_distances
   use gestell_study_measure, only: band_measure, band_only, measure_names, measure_type, new_measure
-  use gestell_study_vibration_motion, only: complete_motion, motion_rows
+  use gestell_study_vibration_motion, only: add_joints, complete_motion, motion_rows
   implicit none (type, external)
   private
 
@@ -230,20 +230,20 @@ contains
     logical :: known
     integer, allocatable :: parts(:)
     integer :: dofs, i, k, n, rows
+    logical :: of_joints
 
     samples = 0
     dofs = frame%dofs()
     rows = merge(guide_forces, accelerations, size(frame%free) < dofs)
-    do i = 1, size(goals)
-      if (goals(i)%about == motion_goal .and. index(goals(i)%measure%quantity, "joint(") == 1) rows = joint_forces
-    end do
-    rows = motion_rows(frame, rows)
+    of_joints = any([(goals(i)%about == motion_goal .and. index(goals(i)%measure%quantity, "joint(") == 1, i = 1, size(goals))])
+    rows = motion_rows(frame, merge(joint_forces, rows, of_joints))
     allocate(motion(rows, size(phases)), power(power_rows, size(phases)), source=0.0_dp)
     if (any(goals%needs_motion())) then
       do k = 0, 2
         motion(dofs * k + 1:dofs * (k + 1), :) = (2 * pi / frame%period)**k * transpose(q(:, :, k))
       end do
       if (rows > rows_of(dofs, accelerations)) call complete_motion(frame, frame, phases, motion)
+      if (of_joints) call add_joints(frame, phases, motion)
     end if
     if (any(goals%about == shaking_goal)) call shaking_loads(frame, phases, forces)
     do i = 1, size(goals)

@@ -52,7 +52,7 @@ contains
     self%name = "drawing"
     self%meaning = "motion of joints and links over one period, with a picture; tables of frequencies, strokes and shaking forces"
     self%tables = [character(len=longest_table) :: "mechanism", "frequencies", "strokes", "balance_table", &
-      & "unbalance", "machine_motion"]
+      & "unbalance"]
     self%drawn_with_plot = .true.
   end subroutine describe
 
@@ -125,7 +125,7 @@ contains
     end if
     associate (mechanism => context%configuration%frame%mechanism)
       call build_motion(analysis, mechanism, context%configuration%probes, scene)
-      call result%animate("machine_motion", trim(context%head%title), "The machine during " &
+      call result%animate("mechanism", trim(context%head%title), "The machine during " &
         & // turns_in_words(mechanism%turns), [scene])
     end associate
   end subroutine add_animation

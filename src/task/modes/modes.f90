@@ -31,7 +31,7 @@ contains
     call self%stability_task%describe()
     self%name = "modes"
     self%meaning = "mode shapes of the free vibrations: eigenvectors of Phi(T), the state transition over one period"
-    self%tables = [character(len=longest_table) :: "multipliers", "modes", "modes_motion"]
+    self%tables = [character(len=longest_table) :: "multipliers", "modes"]
   end subroutine describe
 
   !> If the task is requested, includes the eigenvectors in the results to compute.
@@ -78,11 +78,9 @@ contains
       call result%add(table)
       call find_modes(frame, context%configuration%analysis%averaged, context%configuration%accuracy, context%analysis)
       call build_shapes(frame, context%analysis%modes, context%configuration%probes, scenes)
-      if (size(scenes) > 0) then
-        shown = "Mode shapes at " // speed_in_words(frame)
-        call result%draw("modes", shown, scenes)
-        if (context%draws) call result%animate("modes_motion", trim(context%head%title), shown, scenes)
-      end if
+      shown = "Mode shapes at " // speed_in_words(frame)
+      call result%draw("modes", shown, scenes)
+      if (context%draws) call result%animate("modes", trim(context%head%title), shown, scenes)
     end associate
   end subroutine run
 

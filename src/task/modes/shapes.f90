@@ -19,7 +19,7 @@ module gestell_task_modes_shapes
 contains
 
   !> Builds a scene for each mode that oscillates, with the mechanism at crank angle 0. At the first instant the largest component
-  !> of the mode shape has its maximum.
+  !> of the mode shape has its maximum. If no mode oscillates, a single scene shows the machine at rest.
   subroutine build_shapes(frame, modes, probes, scenes)
     class(frame_type), intent(in) :: frame
     type(mode_type), intent(in) :: modes(:)
@@ -31,7 +31,12 @@ contains
     integer :: i, k
 
     shown = pack([(i, i = 1, size(modes))], [(modes(i)%frequency() > 0, i = 1, size(modes))])
-    allocate(scenes(size(shown)))
+    allocate(scenes(max(size(shown), 1)))
+    if (size(shown) == 0) then
+      motion = 0
+      call build_scene(frame, frame%mechanism, probes, [(0.0_dp, k = 0, instants)], motion, scenes(1))
+      scenes(1)%name = "no mode oscillates"
+    end if
     do i = 1, size(shown)
       associate (mode => modes(shown(i)), scene => scenes(i))
         shape = mode%shape()
