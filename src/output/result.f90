@@ -44,6 +44,8 @@ module gestell_output_result
     type(headline_type), allocatable :: headlines(:)
     !> Texts of all headlines, by which a repeated headline is recognised and not added again
     type(dictionary_type), private :: headline_texts
+    !> The moving machine for the viewer of the page (JSON); unallocated if the run does not show it
+    character(len=:), allocatable :: scene
     !> Result files that are not tables
     type(attachment_type), allocatable, private :: attachments(:)
     !> The report
