@@ -164,13 +164,13 @@ contains
   subroutine test_path(error)
     type(error_type), allocatable, intent(out) :: error
 
-    call check(error, short_path("M96.80,324.97 L102.05,324.97  "), "M96.8 325h5.3")
-    if (.not. allocated(error)) call check(error, short_path("M0,0 L10,0.04 L20,0 L20,9.5 Z"), "M0 0h20v9.5z")
-    if (.not. allocated(error)) call check(error, short_path("M0,0 L1,-0.5 M5,5 L5,7"), "M0 0l1-.5M5 5v2")
+    call check(error, short_path("M96.80,324.97 L102.05,324.97  "), "M96.8,325h5.3")
+    if (.not. allocated(error)) call check(error, short_path("M0,0 L10,0.04 L20,0 L20,9.5 Z"), "M0,0h20v9.5z")
+    if (.not. allocated(error)) call check(error, short_path("M0,0 L1,-0.5 M5,5 L5,7"), "M0,0l1-.5M5,5v2")
     if (.not. allocated(error)) call check(error, short_path("M0,0 A5,5 0 0 1 3,4"), "M0,0 A5,5 0 0 1 3,4")
     if (.not. allocated(error)) call check(error, short_points("0,0 5.01,0 10,0 10,10 "), "0,0 10,0 10,10")
     ! A line that returns to its start keeps its farthest point.
-    if (.not. allocated(error)) call check(error, short_path("M0,0 L9,0 L0,0"), "M0 0h9h-9")
+    if (.not. allocated(error)) call check(error, short_path("M0,0 L9,0 L0,0"), "M0,0h9h-9")
   end subroutine test_path
 
   subroutine test_colours(error)

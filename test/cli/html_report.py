@@ -52,6 +52,15 @@ function look(frame, view, dark) {
       && (l => dark ? l > 200 : l < 40)(brightness(w.getComputedStyle(e).fill))).map(e => e.outerHTML.slice(0, 99)),
     bright: brightness(w.getComputedStyle(d.body).backgroundColor) > 128,
     small: [...d.querySelectorAll('.plot text')].map(e => e.getBoundingClientRect().height).filter(h => h > 0 && h < 7).length,
+    viewers: [...d.querySelectorAll('.viewer')].filter(v => {
+      const find = name => v.querySelector('.' + name), state = () => find('views').innerHTML;
+      const set = (name, value) => (find(name).value = value, find(name).dispatchEvent(new w.Event('input')), state());
+      const words = find('play').textContent;
+      find('play').click();
+      const toggled = find('play').textContent !== words;
+      return !(toggled && set('angle', 0) !== set('angle', 5) && set('zoom', 0) !== set('zoom', 3)
+        && find('play').textContent === 'Play' && v.querySelector('svg').getBoundingClientRect().width > 99);
+    }).length,
     buttons: buttons.filter(b => {
       const hidden = () => [...b.nextElementSibling.querySelectorAll('.x')].filter(e => !e.getClientRects().length).length;
       const before = hidden();
@@ -137,7 +146,8 @@ def shown(what, path, pictures):
     check(f"{what}: seen in the browser", found.startswith("{"), "findings", found)
     for view, finds in (json.loads(found) if found.startswith("{") else {}).items():
         wanted = {"overflow": 0, "pictures": pictures, "foreign": [], "requests": [], "repeated": [], "dangling": [],
-                  "unreachable": [], "scrolls": [], "slabs": [], "bright": view.endswith("light"), "small": 0, "buttons": 0}
+                  "unreachable": [], "scrolls": [], "slabs": [], "bright": view.endswith("light"), "small": 0, "buttons": 0,
+                  "viewers": 0}
         equal(f"{what}: browser, {view}", {key: finds[key] for key in wanted}, wanted)
         equal(f"{what}: browser, {view}, scripts", finds["scripts"], path.read_text(encoding="utf-8").count("<script"))
 

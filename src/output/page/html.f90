@@ -89,18 +89,18 @@ contains
     character(len=*), intent(in) :: kind, text
     logical, intent(in), optional :: is_detail
     character(len=*), intent(in), optional :: meaning
-    character(len=:), allocatable :: words, tag, class
+    character(len=:), allocatable :: words, tag, list
 
     tag = "td"
-    class = ""
-    if (kind == "n") class = "n"
-    if (present(is_detail)) class = class // trim(merge(" x", "  ", is_detail))
-    if (class /= "") class = " class=""" // trim(adjustl(class)) // """"
-    if (kind == "th") class = class // " scope=""col"""
-    if (kind == "row") class = class // " scope=""row"""
+    list = ""
+    if (kind == "n") list = "n"
+    if (present(is_detail)) list = list // trim(merge(" x", "  ", is_detail))
+    if (list /= "") list = " class=""" // trim(adjustl(list)) // """"
+    if (kind == "th") list = list // " scope=""col"""
+    if (kind == "row") list = list // " scope=""row"""
     if (kind == "th" .or. kind == "row") tag = "th"
-    if (present(meaning)) class = class // " title=""" // escaped(meaning) // """"
-    words = "<" // tag // class // ">" // escaped(text) // "</" // tag // ">"
+    if (present(meaning)) list = list // " title=""" // escaped(meaning) // """"
+    words = "<" // tag // list // ">" // escaped(text) // "</" // tag // ">"
   end function cell
 
   !> HTML element with identifier and heading, in which a section of the page begins; "</section>" ends it.

@@ -46,7 +46,7 @@ contains
     if (first == 0) return
     last = end_of_tag(source, first)
     box = attribute(source(first:last), "viewBox")
-    if (verify(box, "0123456789. ") > 0 .or. box == "") return
+    if (verify(box, "0123456789. ") > 0 .or. word(box, 4) == "") return
     picture%source = source
     picture%prefix = prefix
     picture%tags = ""

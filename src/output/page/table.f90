@@ -143,7 +143,7 @@ contains
     ! Names such as fx_N_amplitude contain the unit.
     at = index(label, " " // trim(column%unit%words(:1)) // trim(column%unit%words(3:)) // " amplitude")
     if (at > 0) label = label(:at) // "amplitude"
-    if (unit%factor /= 1) then
+    if (unit%words /= "1") then
       label = label // " (" // trim(unit%name) // ")"
     else if (column%unit%words /= "") then
       label = label // " (" // with_squares(trim(column%unit%words)) // ")"

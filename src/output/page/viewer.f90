@@ -153,11 +153,12 @@ contains
   end function viewer
 
   !> HTML of a slider with its label and the text of its value, which is not announced while the animation runs.
-  pure function slider(label, class) result(words)
-    character(len=*), intent(in) :: label, class
+  pure function slider(label, name) result(words)
+    !> `name`: name by which the script finds the slider
+    character(len=*), intent(in) :: label, name
     character(len=:), allocatable :: words
 
-    words = "<label>" // label // " <input type=""range"" class=""" // class // """ min=""0"" value=""0"">" &
+    words = "<label>" // label // " <input type=""range"" class=""" // name // """ min=""0"" value=""0"">" &
       & // "<output aria-live=""off""></output></label>" // newline
   end function slider
 
