@@ -47,6 +47,8 @@ module gestell_output_result
     type(headline_type), allocatable :: headlines(:)
     !> Texts of all headlines, by which a repeated headline is recognised and not added again
     type(dictionary_type), private :: headline_texts
+    !> The moving machine for the viewer of the page (JSON); unallocated if the run does not show it
+    character(len=:), allocatable :: scene
     !> Result files that are not tables
     type(attachment_type), allocatable, private :: attachments(:)
     !> The report
@@ -170,9 +172,9 @@ contains
     call write_animation(scenes, commands, pixels)
     figure = new_figure(name // animation, shown, commands, width=pixels(1), height=pixels(2))
     figure%animated = .true.
-    figure%scene = scenes(1)%json()
     self%figures = [self%figures, figure]
     call self%attach(figure%name // ".svg", animated_svg(scenes, title, shown))
+    if (name == "mechanism") self%scene = scenes(1)%json()
   end subroutine animate
 
   !> Names of the files with animations, separated by commas.

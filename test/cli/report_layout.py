@@ -89,8 +89,11 @@ def test_verbose():
             before, _, folded = page.partition("<summary>accuracy of the numerical solution</summary>")
             check("page: in a folded section", "accuracy   " in folded and "accuracy   " not in before, "in its fold", folded[:500])
             check("page: no folders", str(DATA) not in page and str(folder) not in page, "names alone", page[:600])
-            for words in ("<dd>1450 1/min</dd>", "<dd>5.569, 11.24, 17.34 Hz</dd>", "<dd>x 68.98 N, y 494.6 N, magnitude 494.6 N</dd>"):
-                check(f"page: {words}", words in page.partition("<h2>")[0], words, page.partition("<h2>")[0][-900:])
+            summary = re.sub(r"<[^>]*>", "|", page.partition('<section id="summary">')[2].partition("</section>")[0])
+            summary = re.sub(r"[|\n]+", "|", summary)
+            for words in ("|1450 1/min|", "|5.569|1.749 %|11.24|3.532 %|17.34|5.447 %|", "|x|68.98|48.8|N|y|494.6|341.4|N|magnitude|494.6|",
+                          "|worst probe|bearing: 213.7 mm/s rms, limit 18 mm/s|", "|bearing: 213.7 mm/s, 11.9 times the limit of 18 mm/s|"):
+                check(f"page: {words}", words in summary, words, summary)
 
 
 REPORT_LAYOUT_TESTS = (test_width, test_long_names, test_last_line, test_verbose)

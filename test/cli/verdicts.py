@@ -211,17 +211,17 @@ def test_page():
     with Folder(input=SIEVE) as folder:
         Run(folder, "-q", "--report", *tasks("response"), *ABOUT_REST, "input.nml").done("page")
         page = (folder / "input/report.html").read_text(encoding="utf-8")
-        top = page[:page.index("<h2>")]
+        top = page.partition('<section id="summary">')[2].partition("</section>")[0]
         check("page: verdict", '<p class="verdict unstable"><strong>unstable</strong>' in top, "in the headline", top[-900:])
-        check("page: a limit is no comfort", f'<p class="verdict unstable">{LEFT}; lip: ' in top, LEFT, top[-900:])
-        check("page: small motions", '<p class="verdict undecided">BEYOND SMALL MOTIONS' in top, "it", top[-900:])
+        check("page: a limit is no comfort", f'<li class="unstable">{LEFT}; lip: ' in top, LEFT, top[-900:])
+        check("page: small motions", '<li class="undecided">BEYOND SMALL MOTIONS' in top, "it", top[-900:])
         for name in ("response", "harmonics", "probes"):
             check(f"{name}.gp: title", '"UNSTABLE: ' in (folder / "input" / f"{name}.gp").read_text(), "UNSTABLE", "none")
     with Folder(input=SIEVE + SPEEDS) as folder:
         Run(folder, "-q", "--report", *tasks("resonance"), "input.nml").done("page of a curve")
         page = (folder / "input/report.html").read_text(encoding="utf-8")
-        check("page of a curve", '<p class="verdict unstable">UNSTABLE at ' in page[:page.index("<h2>")], "in the headline",
-              page[:page.index("<h2>")][-600:])
+        top = page.partition('<section id="summary">')[2].partition("</section>")[0]
+        check("page of a curve", '<p class="verdict unstable">UNSTABLE at ' in top, "in the summary", top[-600:])
         check("resonance.gp: title", '"UNSTABLE IN PART: ' in (folder / "input/resonance.gp").read_text(), "UNSTABLE", "none")
 
 

@@ -3,7 +3,7 @@ module gestell_output_picture_animation
   use gestell_base_growing_text, only: growing_text_type
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, either, newline, text
-  use gestell_output_page_html, only: escaped
+  use gestell_base_markup, only: escaped
   use gestell_output_picture_layout, only: caption_of, cell_type, line_height, margin, place, projected, window_type
   use gestell_output_picture_scene, only: center, outline, pin, probe, scene_type
   implicit none (type, external)

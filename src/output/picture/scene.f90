@@ -162,7 +162,8 @@ contains
     end associate
   end subroutine scale_motion
 
-  !> The scene as JSON text, for the page. Indices of points, moving points and axes count from 0; -1 marks a constant point.
+  !> The scene as JSON text, for the page. Indices of points, moving points, views and axes count from 0; -1 marks a constant
+  !> point, and a line that appears in all views. The last instant, which repeats the first, is omitted.
   pure function json(self) result(words)
     class(scene_type), intent(in) :: self
     character(len=:), allocatable :: words
@@ -189,7 +190,7 @@ contains
       end associate
     end do
     call all%append('],"moving":[')
-    do k = 1, size(self%degrees)
+    do k = 1, size(self%degrees) - 1
       call all%append(comma(k) // "[")
       do i = 1, size(self%moving, 2)
         call all%append(comma(i) // list(self%moving(:, i, k)))
@@ -197,10 +198,11 @@ contains
       call all%append("]")
     end do
     call all%append('],"motion":[')
-    do k = 1, size(self%degrees)
+    do k = 1, size(self%degrees) - 1
       call all%append(comma(k) // list(self%motion(:, k)))
     end do
-    call all%append('],"degrees":' // list(self%degrees) // ',"magnification":' // concise(self%magnification, 6) // "}")
+    call all%append('],"degrees":' // list(self%degrees(:size(self%degrees) - 1)) // ',"magnification":' &
+      & // concise(self%magnification, 6) // "}")
     words = all%whole()
   end function json
 

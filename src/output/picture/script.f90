@@ -23,8 +23,6 @@ module gestell_output_picture_script
     integer :: pixels(2) = [800, 560]
     !> True if the script draws NAME.gif, an animation, instead of NAME.svg and NAME.png
     logical :: animated = .false.
-    !> The scene that an animation shows, as JSON
-    character(len=:), allocatable :: scene
   end type figure_type
 
   !> Unit in which an axis shows a quantity.

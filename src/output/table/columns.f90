@@ -56,7 +56,20 @@ module procedure add_flags
   flags = merge(1, 0, values)
   if (present(known)) flags = merge(flags, nothing, known)
   call self%add(name, meaning, flags)
+  if (.not. allocated(self%reserved)) self%columns(size(self%columns))%is_flag = .true.
 end procedure add_flags
+
+module procedure mark_details
+  character(len=:), allocatable :: name
+  integer :: i, k
+
+  do k = 1, size(self%columns)
+    name = "_" // self%columns(k)%key // "_"
+    do i = 1, size(words)
+      if (index(name, "_" // trim(words(i)) // "_") > 0) self%columns(k)%is_detail = .true.
+    end do
+  end do
+end procedure mark_details
 
 !> Sets key, unit and meaning of a column and moves it to the end of the table.
 pure subroutine append(table, column, name, unit, meaning, rows)
@@ -132,6 +145,8 @@ pure subroutine move_column(from, to)
   call move_alloc(from%meaning, to%meaning)
   call move_alloc(from%error, to%error)
   to%unit = from%unit
+  to%is_detail = from%is_detail
+  to%is_flag = from%is_flag
   to%width = from%width
   if (allocated(from%numbers)) call move_alloc(from%numbers, to%numbers)
   if (allocated(from%integers)) call move_alloc(from%integers, to%integers)

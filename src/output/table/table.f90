@@ -17,6 +17,10 @@ module gestell_output_table
     type(unit_type) :: unit
     !> Key of the column with the error bounds; empty if there is no such column
     character(len=:), allocatable :: error
+    !> True if pages show the column only when the reader requests all columns
+    logical :: is_detail = .false.
+    !> True if the integers are 1 for true and 0 for false
+    logical :: is_flag = .false.
     !> Real values; NaN marks a missing value
     real(dp), allocatable :: numbers(:)
     !> Integer values; `nothing` marks a missing value
@@ -56,7 +60,7 @@ module gestell_output_table
     integer, private :: filled = 0
   contains
     procedure, private :: add_numbers, add_integers, add_words, add_flags
-    procedure :: expect, join, number_of, key_of => key_of_column
+    procedure :: expect, join, mark_details, number_of, key_of => key_of_column
     generic :: add => add_numbers, add_integers, add_words, add_flags
   end type table_type
 
@@ -137,6 +141,14 @@ module gestell_output_table
       character(len=*), intent(in) :: name
       character(len=:), allocatable :: key
     end function key_of_column
+
+    !> Marks the columns whose name contains one of `words` as details, which pages show only when the reader requests all columns.
+    pure module subroutine mark_details(self, words)
+      implicit none (type, external)
+      class(table_type), intent(inout) :: self
+      !> Parts of names between underscores: "rms" or "peak_crank", not "pea"
+      character(len=*), intent(in) :: words(:)
+    end subroutine mark_details
 
     !> Announces that `more` columns will be added. They become visible when the last of them is added. Without this call, all
     !> earlier columns are moved in memory whenever a column is added.

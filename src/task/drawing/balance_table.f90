@@ -107,6 +107,7 @@ contains
         & amplitude)
       call table%add(trim(names(i)) // "_" // trim(unit%suffix) // "_phase", radian, "phase", phase)
     end do
+    call table%mark_details(["phase"])
   end function table_of
 
   !> Numbers of the harmonics of the period that the table lists: all orders, but fractional orders only if a force is not zero.

@@ -100,6 +100,7 @@ contains
       call table%add("resonance", rpm, "crank speed at which this order equals the frequency", w / orders * 30 / pi)
       call table%add("distance", percent, "distance of this speed from the crank speed", 100 * (w / (orders * speed) - 1))
       call table%add("remark", "`near`: near resonance with the order", remarks)
+      call table%mark_details(["angular_frequency"])
     end associate
   end subroutine tabulate_frequencies
 

@@ -159,6 +159,7 @@ contains
       call add_order_column(table, trim(component_names(parts(n))) // "_strongest_order", &
         & "order of the crank speed with the largest amplitude; 0: all amplitudes are zero", orders, frame%mechanism%turns)
     end do
+    call table%mark_details([character(len=15) :: "x_m", "y_m", "z_m", "crest", "peak_crank", "strongest_order"])
     if (.not. any(reactions%includes_weight)) return
     do k = 1, size(reactions(1)%position)
       call table%add("static_f" // axes(k), newton, "static force along " // axes(k), &

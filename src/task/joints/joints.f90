@@ -193,6 +193,7 @@ contains
     end do
     call add_order_column(table, "f_strongest_order", "order of the crank speed with the largest amplitude", &
       & [(forces(i)%statistics(magnitude)%strongest(), i = 1, n)], frame%mechanism%turns)
+    call table%mark_details([character(len=15) :: "peak_crank", "strongest_order"])
   end function summary
 
   !> The table joints_sources.csv, which has one row for each cause of the force at each place.

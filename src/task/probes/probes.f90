@@ -159,6 +159,7 @@ contains
       & ieee_value(1.0_dp, ieee_quiet_nan), responses(i)%probe%limit > 0), i = 1, n)])
     call table%add("verdict", "within (at most the limit), above (the limit) or undecided (the limit lies within the error " &
       & // "bound); empty without a limit", [(responses(i)%verdict(), i = 1, n)])
+    call table%mark_details([character(len=5) :: axes, "v" // axes, "a" // axes, "d_rms", "a_rms"])
   end function summary
 
 end module gestell_task_probes

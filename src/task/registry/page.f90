@@ -1,31 +1,40 @@
 !> Writes report.html, a self-contained page with the input, the verdict, the tables and the pictures of a run.
 module gestell_task_registry_page
-  use gestell_base_base64, only: base64
   use gestell_base_error, only: error_type
-  use gestell_base_text, only: concise, newline, text
+  use gestell_base_files, only: read_file
+  use gestell_base_text, only: either, newline, text
   use gestell_base_version, only: version
   use gestell_base_words, only: on_one_line, printable
   use gestell_task_common_configuration, only: configuration_type
   use gestell_task_common_context, only: context_type
-  use gestell_task_forces_reactions, only: along_x, along_y, along_z, find_reactions, reaction_type, force_magnitude
-  use gestell_task_drawing_frequencies, only: frequency_list
   use gestell_task_machine_report, only: report_machine
+  use gestell_task_registry_summary, only: summary
   use gestell_output_head, only: setting_type
+  use gestell_output_file_output, only: open_output, output_type
+  use gestell_base_markup, only: escaped
+  use gestell_output_page_html, only: cell, head, row, scroll_start, section_start, tail, with_squares
+  use gestell_output_page_style, only: button_script
+  use gestell_output_page_svg, only: inline_svg
+  use gestell_output_page_table, only: html_table
+  use gestell_output_page_viewer, only: viewer, viewer_script
   use gestell_output_result, only: result_type
   use gestell_output_table, only: table_type
   use gestell_input_namelist_document, only: group_type, name_of
-  use gestell_base_files, only: read_file
-  use gestell_base_verdict, only: not_judged, operator(/=)
-  use gestell_output_page_html, only: cell, escaped, head, row, tail
-  use gestell_output_page_table, only: html_table
+  use gestell_input_namelist_message, only: typed
   use gestell_input_schema, only: find_key_rule, schema_type
   use gestell_input_schema_units, only: unit_symbol
-  use gestell_input_namelist_message, only: typed
-  use gestell_output_file_output, only: open_output, output_type
   implicit none (type, external)
   private
 
   public :: write_page
+
+  !> HTML of one section of the page.
+  type :: section_type
+    character(len=:), allocatable :: html
+  end type section_type
+
+  !> Heading of the section in which the machine moves
+  character(len=*), parameter :: motion_heading = "The machine in motion"
 
 contains
 
@@ -36,100 +45,76 @@ contains
     type(result_type), intent(in) :: result
     type(error_type), allocatable, intent(out) :: error
     type(output_type) :: page
-    character(len=:), allocatable :: title, input, state, words, line
+    character(len=:), allocatable :: title, input, words
+    type(section_type) :: sections(size(result%tables))
     integer :: i
 
     input = on_one_line(context%head%input(index(context%head%input, "/", back=.true.) + 1:))
     title = context%head%title
     if (len_trim(title) == 0) title = input
-    call open_output(page, context%staging // "/report.html")
-    call page%append(head(title) // "<h1>" // escaped(title) // "</h1>" // newline // "<p class=""sub"">Gestell " // version &
-      & // ", input " // escaped(input) // "</p>" // newline)
-    do i = 1, size(result%headlines)
-      state = trim(result%headlines(i)%state%word())
-      words = result%headlines(i)%words
-      line = escaped(words)
-      ! The first headline begins with the verdict on the machine of the input, which is set in bold.
-      if (i == 1 .and. result%verdict /= not_judged) line = "<strong>" // state // "</strong>" // escaped(words(len(state) + 1:))
-      if (state == "") state = "note"
-      call page%append("<p class=""verdict " // state // """>" // line // "</p>" // newline)
+    do i = 1, size(sections)
+      sections(i)%html = section(context%staging, result%tables(i))
     end do
-    if (.not. allocated(context%configuration%impossible)) call page%append(key_figures(context))
-    do i = 1, size(result%tables)
-      call page%append(section(context%staging, result%tables(i)))
+    call open_output(page, context%staging // "/report.html")
+    call page%append(head(title) // "<a class=""skip"" href=""#summary"">Skip to the summary</a>" // newline // "<header><h1>" &
+      & // escaped(title) // "</h1>" // newline // "<p class=""sub"">Gestell " // version // ", input " // escaped(input) &
+      & // "</p></header>" // newline // "<main>" // newline // summary(context, result))
+    call page%append("<nav aria-label=""Contents""><h2>Contents</h2><ol>" // newline)
+    if (allocated(result%scene)) call page%append(link("motion", motion_heading))
+    do i = 1, size(sections)
+      if (sections(i)%html /= "") call page%append(link(result%tables(i)%name, result%tables(i)%heading))
+    end do
+    call page%append(link("input", "Input") // link("report", "Report") // "</ol></nav>" // newline)
+    if (allocated(result%scene)) call page%append(section_start("motion", motion_heading) // viewer(result%scene) &
+      & // viewer_script() // "</section>" // newline)
+    do i = 1, size(sections)
+      call page%append(sections(i)%html)
     end do
     call page%append(input_table(context%configuration, context%head%settings))
-    call page%append("<h2>Report</h2>" // newline // folded("as printed on standard output", &
-      & printable(report_machine(context%configuration, input) // result%report) // newline // result%summary_line()))
-    if (result%details /= "") call page%append(folded("accuracy of the numerical solution", result%details))
-    call page%append(tail)
+    words = section_start("report", "Report") // folded("as printed on standard output", &
+      & printable(report_machine(context%configuration, input) // result%report) // newline // result%summary_line())
+    if (result%details /= "") words = words // folded("accuracy of the numerical solution", result%details)
+    call page%append(words // "</section>" // newline // "</main>" // newline // button_script() // tail)
     call page%complete(error)
   end subroutine write_page
+
+  !> HTML of an entry of the contents.
+  pure function link(id, heading) result(words)
+    character(len=*), intent(in) :: id, heading
+    character(len=:), allocatable :: words
+
+    words = "<li><a href=""#" // escaped(id) // """>" // escaped(heading) // "</a></li>" // newline
+  end function link
 
   !> HTML for lines of a report that are hidden until the reader opens them.
   pure function folded(summary, lines) result(words)
     character(len=*), intent(in) :: summary, lines
     character(len=:), allocatable :: words
 
-    words = "<details><summary>" // summary // "</summary>" // newline // "<pre>" // escaped(lines) // "</pre></details>" // newline
+    words = "<details><summary>" // summary // "</summary>" // newline // "<pre tabindex=""0"">" // escaped(lines) &
+      & // "</pre></details>" // newline
   end function folded
 
-  !> HTML with those key figures that are available: the crank speed, the natural frequencies, and the peak force on the ground.
-  function key_figures(context) result(words)
-    type(context_type), intent(in) :: context
-    character(len=:), allocatable :: words
-    type(reaction_type), allocatable :: reactions(:)
-    type(error_type), allocatable :: unknown
-
-    associate (frame => context%configuration%frame)
-      words = "<dl>" // figure("speed of the crank", concise(abs(frame%drive_rpm()), 6) // " 1/min")
-      if (frequency_list(frame) /= "") words = words // figure("natural frequencies", frequency_list(frame))
-    end associate
-    if (allocated(context%analysis%vibration)) then
-      call find_reactions(context%analysis%frame, context%analysis%vibration, reactions, unknown)
-      if (.not. allocated(unknown)) words = words // figure("peak force on the ground", force_peaks(reactions(size(reactions))))
-    end if
-    words = words // "</dl>" // newline
-
-  contains
-
-    !> HTML for one key figure: its name and its value.
-    pure function figure(name, value) result(item)
-      character(len=*), intent(in) :: name, value
-      character(len=:), allocatable :: item
-
-      item = "<div><dt>" // name // "</dt><dd>" // trim(adjustl(value)) // "</dd></div>"
-    end function figure
-
-  end function key_figures
-
-  !> Text with the peak forces along the axes, and the peak of the force's magnitude.
-  pure function force_peaks(total) result(words)
-    type(reaction_type), intent(in) :: total
-    character(len=:), allocatable :: words
-
-    words = "x " // concise(total%statistics(along_x)%peak, 4) // " N, y " // concise(total%statistics(along_y)%peak, 4) // " N"
-    if (size(total%position) == 3) words = words // ", z " // concise(total%statistics(along_z)%peak, 4) // " N"
-    words = words // ", magnitude " // concise(total%statistics(force_magnitude)%peak, 4) // " N"
-  end function force_peaks
-
-  !> HTML section with the picture of a table. It includes the table itself if the page shows it.
+  !> HTML section with the picture of a table. It includes the table itself if the page shows it. It is empty if there is neither
+  !> picture nor table.
   function section(folder, table) result(words)
     character(len=*), intent(in) :: folder
     type(table_type), intent(in) :: table
-    character(len=:), allocatable :: words, picture, encoded, rows
+    character(len=:), allocatable :: words, source, picture, rows
 
-    words = "<h2>" // escaped(table%heading) // "</h2>" // newline
-    call read_file(folder // "/" // table%name // ".svg", picture)
-    if (len(picture) > 0) then
-      call base64(picture, encoded)
-      words = words // "<figure><img alt=""" // escaped(table%heading) // """ src=""data:image/svg+xml;base64," // encoded &
-        & // """><figcaption>" // escaped(table%caption) // "</figcaption></figure>" // newline
+    words = ""
+    call read_file(folder // "/" // table%name // ".svg", source)
+    picture = inline_svg(source, table%name // "-", table%heading // ". " // table%caption)
+    if (picture == "" .and. .not. table%shown) return
+    words = section_start(table%name, table%heading)
+    if (picture /= "") words = words // "<figure>" // scroll_start(table%heading // ", picture") // picture // "</div>" &
+      & // "<figcaption>" // escaped(table%caption) // "</figcaption></figure>" // newline
+    if (table%shown) then
+      rows = html_table(table)
+      words = words // rows
+      if (len(rows) == 0) words = words // "<p>None.</p>" // newline
     end if
-    if (.not. table%shown) return
-    rows = html_table(table)
-    words = words // rows
-    if (len(rows) == 0) words = words // "<p>None.</p>" // newline
+    words = words // "</section>" // newline
   end function section
 
   !> HTML table of the input as the user typed it, with units. The settings from the command line come first.
@@ -139,7 +124,7 @@ contains
     character(len=:), allocatable :: words
     integer :: i
 
-    words = "<h2>Input</h2>" // newline
+    words = section_start("input", "Input")
     if (size(settings) > 0) then
       words = words // "<p>Set on the command line: "
       do i = 1, size(settings)
@@ -147,21 +132,21 @@ contains
       end do
       words = words // "</p>" // newline
     end if
-    words = words // "<div class=""wide""><table><thead>" // row(cell("th", "group") // cell("th", "key") // cell("th", "value") &
-      & // cell("th", "unit")) // "</thead><tbody>" // newline
+    words = words // scroll_start("Input") // "<table><thead>" // row(cell("th", "group") // cell("th", "key") &
+      & // cell("th", "value") // cell("th", "unit")) // "</thead>" // newline
     do i = 1, size(configuration%document%groups)
       words = words // group_rows(configuration, configuration%document%groups(i))
     end do
-    words = words // "</tbody></table></div>" // newline
+    words = words // "</table></div></section>" // newline
   end function input_table
 
-  !> HTML rows for the keys of one input group.
+  !> HTML rows for the keys of one input group, under one heading.
   function group_rows(configuration, group) result(words)
     type(configuration_type), intent(in) :: configuration
     type(group_type), intent(in) :: group
-    character(len=:), allocatable :: words, heading, line
+    character(len=:), allocatable :: words, heading, line, unit
     type(schema_type) :: schema
-    integer :: i, equals
+    integer :: i, equals, rows
 
     schema = configuration%schema
     heading = "&" // group%name
@@ -170,17 +155,20 @@ contains
     else if (group%number > 0) then
       heading = heading // " " // text(group%number)
     end if
+    rows = count([(group%entries(i)%key /= "name", i = 1, size(group%entries))])
     words = ""
     do i = 1, size(group%entries)
       associate (entry => group%entries(i))
         if (entry%key == "name") cycle
         line = typed(entry)
         equals = index(line, " = ")
-        words = words // row(cell("row", heading) // cell("td", entry%key) // cell("td", line(equals + 3:)) &
-          & // cell("td", unit_symbol(schema%keys(find_key_rule(schema, group%name, entry%key)), 0, configuration%units, .true.)))
-        heading = ""
+        unit = unit_symbol(schema%keys(find_key_rule(schema, group%name, entry%key)), 0, configuration%units, .true.)
+        if (words == "") heading = "<th scope=""rowgroup"" rowspan=""" // text(rows) // """>" // escaped(heading) // "</th>"
+        words = words // row(either(heading, "", words == "") // cell("td", entry%key) // cell("td", line(equals + 3:)) &
+          & // cell("td", with_squares(unit)))
       end associate
     end do
+    if (words /= "") words = "<tbody>" // words // "</tbody>" // newline
   end function group_rows
 
 end module gestell_task_registry_page

@@ -64,6 +64,7 @@ contains
         & // "multiples of 2 pi / T", aimag(multipliers%exponent))
       call table%add("error", plain, "bound on the error of rho, relative to |rho|", multipliers%error)
       call table%add("lost", "1 if the error is 1 or more, so that no digit of rho is reliable; otherwise 0", multipliers%lost())
+      call table%mark_details(["log_abs", "arg    "])
       call result%add(table, plot_multipliers(frame, multipliers))
       call result%brief%add("rho_max", plain, "modulus of the largest multiplier", [abs(multipliers%rho(1))])
       call result%brief%add("log_rho_max", plain, "natural logarithm of rho_max", [multipliers%log_abs(1)])
