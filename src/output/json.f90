@@ -13,37 +13,37 @@ module gestell_output_json
   implicit none (type, external)
   private
 
-  public :: append_json
+  public :: append_json, json_string
 
 contains
 
-  !> Appends the JSON object and a newline to `output`. `failure`: explanation why results are missing; empty if no result is
-  !> missing.
-  subroutine append_json(result, head, failure, output)
+  !> Appends the JSON object and a newline to `output`. `machine`: JSON object that describes the machine. `failure`: explanation
+  !> why results are missing; empty if no result is missing.
+  subroutine append_json(result, head, machine, failure, output)
     !> All results of the run
     type(result_type), intent(in) :: result
     !> Data about the origin of the results, such as input file and model
     type(head_type), intent(in) :: head
-    character(len=*), intent(in) :: failure
+    character(len=*), intent(in) :: machine, failure
     type(output_type), intent(inout) :: output
     integer :: i
 
-    call output%append("{" // newline // member("gestell", string(version)) // member("title", string(trim(head%title))) &
-      & // member("input", string(head%input)) // member("model", string(head%model)) // member("speed_held_by", &
-      & string(head%held_by)))
+    call output%append("{" // newline // member("gestell", json_string(version)) // member("title", json_string(trim(head%title))) &
+      & // member("input", json_string(head%input)) // member("model", json_string(head%model)) // member("speed_held_by", &
+      & json_string(head%held_by)))
     call output%append("""settings"": [")
     do i = 1, size(head%settings)
-      call output%append(either(", ", "", i > 1) // string(trim(head%settings(i)%text)))
+      call output%append(either(", ", "", i > 1) // json_string(trim(head%settings(i)%text)))
     end do
     call output%append("]," // newline // member("verdict", or_null(trim(result%worst%word()))) // """headlines"": [")
     do i = 1, size(result%headlines)
       associate (headline => result%headlines(i))
-        call output%append(either(", ", "", i > 1) // "{""state"": " // string(trim(headline%state%word())) // ", ""words"": " &
-          & // string(headline%words) // "}")
+        call output%append(either(", ", "", i > 1) // "{""state"": " // json_string(trim(headline%state%word())) &
+          & // ", ""words"": " // json_string(headline%words) // "}")
       end associate
     end do
-    call output%append("]," // newline // member("diagnostics", string(result%details)) // member("failure", or_null(failure)) &
-      & // """tables"": {")
+    call output%append("]," // newline // member("diagnostics", json_string(result%details)) &
+      & // member("failure", or_null(failure)) // member("machine", machine) // """tables"": {")
     do i = 1, size(result%tables)
       call output%append(either(", ", "", i > 1) // newline)
       call append_table(result%tables(i), output)
@@ -57,14 +57,14 @@ contains
     type(output_type), intent(inout) :: output
     integer :: i, k
 
-    call output%append(string(table%name) // ": {""heading"": " // string(table%heading) // ", ""model"": " &
+    call output%append(json_string(table%name) // ": {""heading"": " // json_string(table%heading) // ", ""model"": " &
       & // or_null(table%model) // ", ""verdict"": " // or_null(table%verdict%sentence()) // ", ""remarks"": " &
-      & // string(table%remarks) // "," // newline // " ""columns"": [")
+      & // json_string(table%remarks) // "," // newline // " ""columns"": [")
     do k = 1, size(table%columns)
       associate (column => table%columns(k))
-        call output%append(either(", ", "", k > 1) // newline // "  {""key"": " // string(column%key) // ", ""label"": " &
-          & // string(column%label) // ", ""unit"": " // or_null(trim(column%unit%words)) // ", ""meaning"": " &
-          & // string(column%meaning) // ", ""error"": " // or_null(column%error) // "}")
+        call output%append(either(", ", "", k > 1) // newline // "  {""key"": " // json_string(column%key) // ", ""label"": " &
+          & // json_string(column%label) // ", ""unit"": " // or_null(trim(column%unit%words)) // ", ""meaning"": " &
+          & // json_string(column%meaning) // ", ""error"": " // or_null(column%error) // "}")
       end associate
     end do
     call output%append("]," // newline // " ""rows"": [")
@@ -86,7 +86,7 @@ contains
     integer :: n
 
     if (allocated(column%words)) then
-      words = string(column%word(i))
+      words = json_string(column%word(i))
     else if (allocated(column%integers)) then
       words = "null"
       if (column%integers(i) /= nothing) words = text(column%integers(i))
@@ -98,7 +98,7 @@ contains
     else if (ieee_is_nan(column%numbers(i))) then
       words = "null"
     else
-      words = string(either("Infinity", "-Infinity", column%numbers(i) > 0))
+      words = json_string(either("Infinity", "-Infinity", column%numbers(i) > 0))
     end if
   end function value
 
@@ -116,11 +116,11 @@ contains
     character(len=:), allocatable :: word
 
     word = "null"
-    if (words /= "") word = string(words)
+    if (words /= "") word = json_string(words)
   end function or_null
 
   !> A JSON string, in quotes, with these words. Bytes that are no valid text are replaced by "?".
-  pure function string(words) result(quoted)
+  pure function json_string(words) result(quoted)
     character(len=*), intent(in) :: words
     character(len=:), allocatable :: quoted, safe
     type(growing_text_type) :: pieces
@@ -138,6 +138,6 @@ contains
     end do
     call pieces%append("""")
     quoted = pieces%whole()
-  end function string
+  end function json_string
 
 end module gestell_output_json

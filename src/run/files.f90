@@ -12,6 +12,7 @@ module gestell_run_files
   use gestell_output_table_csv, only: append_rows
   use gestell_run_command_line, only: options_type
   use gestell_task_common_context, only: context_type
+  use gestell_task_registry_machine_json, only: machine_json
   use gestell_task_registry_page, only: write_page
   implicit none (type, external)
   private
@@ -78,7 +79,7 @@ contains
     else
       call open_output(output, context%staging // "/results.json")
     end if
-    call append_json(result, context%head, failure, output)
+    call append_json(result, context%head, machine_json(context%configuration, result%scene), failure, output)
     call output%complete(error)
   end subroutine write_json
 

@@ -9,7 +9,7 @@ from harness import Folder, Run, check, equal, files
 
 DATA = Path(__file__).resolve().parents[2] / "data"
 MEMBERS = ["gestell", "title", "input", "model", "speed_held_by", "settings", "verdict", "headlines", "diagnostics",
-           "failure", "tables"]
+           "failure", "machine", "tables"]
 
 
 def cells(path):
@@ -59,6 +59,37 @@ def test_tables():
         equal("json on standard output", json.loads(quiet.out), found)
 
 
+def test_machine():
+    """The parameters of the machine, set to their own values, describe the same machine; the scene is that of the animation."""
+    with Folder() as folder:
+        for name in ("compressor", "engine_in_space", "cam_press"):
+            run = Run(folder, "--json", "-q", "-o", name, DATA / f"{name}.nml")
+            machine = json.loads(run.out)["machine"]
+            equal(f"{name}: scene", machine["scene"], None)
+            settings = []
+            for one in machine["parameters"]:
+                good = isinstance(one["meaning"], str) and one["meaning"] and isinstance(one["unit"], str)
+                check(f"{name}: {one['path']}", good, "a meaning and a unit", one)
+                numbers = [value for value in one["values"] if isinstance(value, float | int)]
+                good = all((one["least"] is None or value >= one["least"]) and (one["most"] is None or value <= one["most"])
+                           and (value > 0 or not one["positive"]) for value in numbers)
+                check(f"{name}: range of {one['path']}", good, "values within the range", one)
+                if len(numbers) == len(one["values"]) and one["path"].split(".")[1] not in ("points", "harmonics", "count", "cycle"):
+                    settings += ["-s", one["path"] + "=" + ",".join(map(repr, numbers))]
+            check(f"{name}: numbers", len(settings) > 20, "more than ten", settings)
+            again = Run(folder, "--check", "-o", "again", *settings, DATA / f"{name}.nml")
+            plain = Run(folder, "--check", "-o", "plain", DATA / f"{name}.nml")
+            equal(f"{name}: the same machine", again.out, plain.out)
+        run = Run(folder, "--json", "-q", "--plot", "-o", "drawn", "-s", "case.tasks=drawing", DATA / "compressor.nml")
+        scene = json.loads(run.out)["machine"]["scene"]
+        equal("scene: instants", (len(scene["motion"]), len(scene["moving"]), len(scene["degrees"])), (48, 48, 48))
+        check("scene: indices", all(0 <= i < len(scene["points"]) for line in scene["lines"] for i in line["points"]), "points", "")
+        # the crank pin is 50 mm from the pivot at all instants
+        pins = [scene["points"][line["points"][0]][4] for line in scene["lines"] if line["kind"] == "pin"]
+        reach = [math.dist(frame[pins[0]], frame[pins[1]]) for frame in scene["moving"]]
+        check("scene: crank", max(abs(x - 0.05) for x in reach) < 1e-6, "0.05", (min(reach), max(reach)))
+
+
 def test_speeds():
     """JSON output over the speed contains the worst verdict."""
     with Folder() as folder:
@@ -104,4 +135,4 @@ def test_refused():
                 f"--json and {option}", 1, f"options '{option}' and '--json' exclude each other")
 
 
-JSON_TESTS = (test_tables, test_speeds, test_sweep, test_words, test_failure, test_refused)
+JSON_TESTS = (test_tables, test_machine, test_speeds, test_sweep, test_words, test_failure, test_refused)

@@ -50,7 +50,7 @@ contains
       rest(k)%at(:, :, 1) = scenes(k)%positions(1, 0.0_dp)
     end do
     lines = data_lines(blocks(scenes, rest, pixels(2), 1) // blocks(scenes, cells, pixels(2), 1)) &
-      & // settings(scenes, cells, pixels) // "plot " // parts("4", "'#D5E5F0'") // ", \" // newline &
+      & // settings(scenes, cells, pixels) // "plot " // parts("4", "'#E9EDF0'") // ", \" // newline &
       & // "  $scene index 0 using 1:2 with lines lt 1 dt (4,3) lw 1.5 lc rgb '#777777'" // newline
   end subroutine write_still
 

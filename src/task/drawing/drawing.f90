@@ -101,14 +101,15 @@ contains
         end if
       end select
       if (self%requested .or. context%describes_mechanism) call add_tables(frame, result)
-      if (context%draws .and. .not. context%only_checks) call add_animation(context, result)
+      if (context%draws .and. .not. context%only_checks) call add_animation(context, self%requested, result)
     end associate
   end subroutine run
 
-  !> Adds the animation of the machine. The frame vibrates if its vibration is known or can be
-  !> computed; otherwise it is at rest.
-  subroutine add_animation(context, result)
+  !> Adds the animation of the machine. The frame is at rest if its vibration is not known. If the task is `requested`, the
+  !> vibration is computed.
+  subroutine add_animation(context, requested, result)
     type(context_type), intent(in) :: context
+    logical, intent(in) :: requested
     type(result_type), intent(inout) :: result
     type(analysis_type) :: analysis
     type(analysis_options) :: options
@@ -117,12 +118,12 @@ contains
 
     if (allocated(context%analysis%vibration)) then
       analysis = context%analysis
-    else
+    else if (requested) then
       options = context%configuration%analysis
       options%response = .true.
       call analyse(context%configuration%frame, options, context%configuration%accuracy, analysis, failure)
-      if (.not. allocated(analysis%frame)) allocate(analysis%frame, source=context%configuration%frame)
     end if
+    if (.not. allocated(analysis%frame)) allocate(analysis%frame, source=context%configuration%frame)
     associate (mechanism => context%configuration%frame%mechanism)
       call build_motion(analysis, mechanism, context%configuration%probes, scene)
       call result%animate("mechanism", trim(context%head%title), "The machine during " &
