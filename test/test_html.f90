@@ -115,8 +115,7 @@ contains
     do k = 1, 11
       call table%add(achar(96 + k), "", [k])
     end do
-    call check_that(error, html_table(table), "contains", "<tr><th scope=""row"" title="""">k</th><td class=""n"">11</td></tr>", &
-      & "turned")
+    call check_that(error, html_table(table), "contains", "<tr><th scope=""row"">k</th><td class=""n"">11</td></tr>", "turned")
   end subroutine test_turned
 
   !> Hidden are error bounds, columns that the table marks, columns without values, and flags that are equal in all rows.

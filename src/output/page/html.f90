@@ -68,7 +68,9 @@ contains
     if (kind == "th") list = list // " scope=""col"""
     if (kind == "row") list = list // " scope=""row"""
     if (kind == "th" .or. kind == "row") tag = "th"
-    if (present(meaning)) list = list // " title=""" // escaped(meaning) // """"
+    if (present(meaning)) then
+      if (meaning /= "") list = list // " title=""" // escaped(meaning) // """"
+    end if
     words = "<" // tag // list // ">" // escaped(text) // "</" // tag // ">"
   end function cell
 

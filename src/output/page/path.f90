@@ -11,6 +11,8 @@ module gestell_output_page_path
 
   !> Largest distance between a removed point and the line (tenths of a pixel)
   real(dp), parameter :: tolerance = 1
+  !> Number of steps of a line that are considered together; it limits the depth of the recursion.
+  integer, parameter :: piece = 1000
   !> Largest coordinate that is rounded (pixels)
   real(dp), parameter :: farthest = 1.0e6_dp
 
@@ -95,8 +97,11 @@ contains
     integer :: i
 
     needed = .false.
-    needed([1, size(needed)]) = .true.
-    call mark_needed(points, 1, size(needed), needed)
+    needed(1) = .true.
+    do i = 1, size(needed) - 1, piece
+      needed(min(i + piece, size(needed))) = .true.
+      call mark_needed(points, i, min(i + piece, size(needed)), needed)
+    end do
     rest = points(:, pack([(i, i = 1, size(needed))], needed))
   end function kept
 

@@ -36,7 +36,7 @@ module gestell_output_page_style
     & ".plot{display:block;width:100%;max-width:var(--w);height:auto;", &
     & "fill:none;stroke:currentColor;stroke-width:1;color:var(--g0);", &
     & "font:14px sans-serif}", &
-    & ".plot text{stroke:none;white-space:pre}", &
+    & ".plot text{stroke:none}", &
     & ".plot [text-anchor]:not([fill]){fill:var(--g0)}", &
     & "/* Shadows at the edges show where a region scrolls. */", &
     & ".wide{overflow-x:auto;max-width:100%;background:linear-gradient(90deg,var(--gf) 30%,transparent),", &

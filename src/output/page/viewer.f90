@@ -147,7 +147,8 @@ contains
     character(len=*), intent(in) :: json
     character(len=:), allocatable :: words
 
-    words = "<div class=""viewer"" hidden data-colours=""" // escaped(colour_map()) // """><div class=""views""></div>" // newline &
+    words = "<noscript><p>The animation needs JavaScript.</p></noscript>" // newline &
+      & // "<div class=""viewer"" hidden data-colours=""" // escaped(colour_map()) // """><div class=""views""></div>" // newline &
       & // "<p class=""controls""><button type=""button"" class=""play"">Play</button>" // newline &
       & // slider("crank angle", "angle") // slider("magnification", "zoom") // "</p>" &
       & // newline // "<script type=""application/json"">" // without_tags(json) // "</script></div>" // newline
