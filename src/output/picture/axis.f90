@@ -8,7 +8,7 @@ module gestell_output_picture_axis
   implicit none (type, external)
   private
 
-  public :: coordinate, decade_lines, extent_lines, parameter_axis, parameter_title, with_unit
+  public :: coordinate, decade_lines, extent_lines, parameter_axis, parameter_title, unit_words, with_unit
 
   !> Path of the crank speed in the input
   character(len=*), parameter :: speed_path = "drive.speed_rpm"
@@ -48,12 +48,17 @@ contains
     character(len=:), allocatable :: name
 
     name = parameter_title(trim(path))
-    if (path == speed_path .and. unit == "1/min") then
-      name = name // " (rpm)"
-    else if (unit /= "") then
-      name = name // " (" // trim(unit) // ")"
-    end if
+    if (unit /= "") name = name // " (" // unit_words(unit) // ")"
   end function with_unit
+
+  !> Unit as pictures show it: that of the input, but rpm instead of 1/min.
+  pure function unit_words(unit) result(words)
+    character(len=*), intent(in) :: unit
+    character(len=:), allocatable :: words
+
+    words = trim(unit)
+    if (words == "1/min") words = "rpm"
+  end function unit_words
 
   !> Title of a parameter: its path in words, for example "support(2) stiffness(1)". Names in parentheses remain unchanged.
   pure function parameter_title(path) result(title)

@@ -79,7 +79,7 @@ contains
     logical, intent(in) :: shown
     character(len=:), allocatable :: line
 
-    line = "set key " // either("on at graph 1,graph 1.01 bottom right horizontal samplen 2 width 1 font ',12'", "off", shown) &
+    line = "set key " // either("on at graph 1,graph 1.01 bottom right horizontal samplen 1 width -1 font ',12'", "off", shown) &
       & // newline
   end function key_line
 

@@ -34,6 +34,7 @@ contains
     !> Maximum number of forces in the picture
     integer, parameter :: most = 8
     character(len=:), allocatable :: lines, title
+    character(len=column_length) :: columns(2)
     integer, allocatable :: shown(:)
     integer :: i, height
 
@@ -44,9 +45,12 @@ contains
     do i = 1, size(shown)
       associate (place => forces(shown(i))%place)
         title = trim(place%other) // " on " // trim(place%body) // " at " // trim(place%joint)
-        lines = lines // orbit_panel(histories, ["fx_", "fy_"] // trim(place%name), ["fx", "fy"], title, .true.) &
-          & // orbit_panel(histories, [character(len=11) :: "axial_", "transverse_"] // trim(place%name), &
-          & [character(len=6) :: "along", "across"], title // ", axes of " // trim(place%body), .true.)
+        columns = ["fx_" // place%name, "fy_" // place%name]
+        lines = lines // orbit_panel(histories, columns, ["fx", "fy"], title, .true.)
+        columns(1) = "axial_" // place%name
+        columns(2) = "transverse_" // place%name
+        lines = lines // orbit_panel(histories, columns, [character(len=6) :: "along", "across"], title // ", axes of " &
+          & // trim(place%body), .true.)
       end associate
     end do
     figure = new_figure(table%name, "Load diagrams of the machine " // ground // " (angles: crank)", lines // "unset multiplot" &

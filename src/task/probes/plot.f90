@@ -18,7 +18,7 @@ module gestell_task_probes_plot
   public :: plot_histories, plot_limits, plot_orbits, plot_orders
 
   !> Maximum number of panels with orbits
-  integer, parameter :: most_orbits = 9
+  integer, parameter :: most_orbits = 8
 
   character, parameter :: along(3) = ["x", "y", "z"]
 
@@ -102,7 +102,7 @@ contains
 
     n = merge(3, 1, axes > 2)
     shown = min(size(names), most_orbits / n)
-    call orbit_layout(n * shown, merge(3, min(2, shown), n > 1), lines, height)
+    call orbit_layout(n * shown, merge(2, min(2, shown), n > 1), lines, height)
     lines = lines // "set key off" // newline
     do i = 1, shown
       do k = 1, n

@@ -82,12 +82,20 @@ contains
       do i = 1, 2
         own = pack([(i, i = 1, n)], is_rotation([(i, i = 1, n)]) .eqv. k == 2) + 2 * n * (i - 1)
         lines = lines // order_axis(table, last, k == 2, frame%mechanism%turns) // key_line(.true.) // order_panel(table, &
-          & trim(titles(k, i)), columns(own), names(own)%symbol, frame%mechanism%turns)
+          & trim(titles(k, i)), columns(own), axis_of(names(own)%symbol), frame%mechanism%turns)
       end do
     end do
     figure = new_figure("harmonics", "Harmonics of the vibration and of the forces on the ground at " // speed_in_words(frame), &
       & lines // "unset multiplot" // newline, height=nint(height_of(2)))
   end function plot_harmonics
+
+  !> Symbol without the words "force" and "moment", which the label of the axis contains.
+  elemental character(len=10) function axis_of(symbol) result(axis)
+    character(len=*), intent(in) :: symbol
+
+    axis = symbol
+    if (index(symbol, "force ") == 1 .or. index(symbol, "moment ") == 1) axis = symbol(index(symbol, " ") + 1:)
+  end function axis_of
 
   !> The drive speed as text, for example "360 rpm".
   pure function speed_in_words(frame) result(words)

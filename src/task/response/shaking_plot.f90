@@ -10,7 +10,7 @@ module gestell_task_response_shaking_plot
   use gestell_model_space, only: is_rotation
   use gestell_output_picture_axis, only: decade_lines
   use gestell_output_picture_marks, only: choose_spaced
-  use gestell_output_picture_orbits, only: orbit_layout, orbit_panel
+  use gestell_output_picture_orbits, only: inline_orbit_panel, orbit_layout, orbit_panel
   use gestell_output_picture_script, only: figure_type, new_figure
   use gestell_output_report_orders, only: order_of
   use gestell_output_table, only: table_type
@@ -47,8 +47,8 @@ contains
     if (.not. allocated(loads)) allocate(loads(0, 0))
   end subroutine sample_shaking
 
-  !> The picture force_polar.gp: the force on the ground during the period, and the shaking force `loads`. In space there are three
-  !> projections.
+  !> The picture force_polar.gp: polar diagrams of the shaking force `loads` and of the force on the ground. In space there are
+  !> three projections.
   type(figure_type) function plot_force_polar(table, frame, loads) result(figure)
     !> The table response.csv
     type(table_type), intent(in) :: table
@@ -58,26 +58,22 @@ contains
     integer, parameter :: along(3) = [1, 2, 4], planes(2, 3) = reshape([1, 2, 1, 3, 2, 3], [2, 3])
     character(len=2), parameter :: columns(3) = ["fx", "fy", "fz"]
     character(len=7), parameter :: labels(3) = ["force x", "force y", "force z"]
-    character(len=*), parameter :: legend(2) = [character(len=36) :: "on the ground", "of the mechanism, frame at rest"]
-    character(len=:), allocatable :: lines, layout
+    character(len=:), allocatable :: lines
     integer :: i, n, height
 
     n = merge(3, 1, frame%dofs() > 3)
-    call orbit_layout(n, merge(2, 1, n > 1), layout, height)
-    lines = layout // "set key on at screen 0.985,screen " // concise(1 - 62.0_dp / height, 4) &
-      & // " top right horizontal samplen 2 font ',12'" // newline
+    call orbit_layout(2 * n, 2, lines, height)
+    if (size(loads) == 0) call orbit_layout(n, min(n, 2), lines, height)
+    lines = lines // "set key off" // newline
     do i = 1, n
       associate (k => planes(:, i))
-        if (size(loads) > 0) then
-          lines = lines // orbit_panel(table, columns(k), labels(k), "", .true., closed(loads(along(k), :)), legend)
-        else
-          lines = lines // orbit_panel(table, columns(k), labels(k), "", .true.)
-        end if
+        if (size(loads) > 0) lines = lines // inline_orbit_panel(closed(loads(along(k), :)), frame%degrees_per_period(), "N", &
+          & labels(k), "shaking force on a frame at rest")
+        lines = lines // orbit_panel(table, columns(k), labels(k), "force on the ground", .true.)
       end associate
-      lines = lines // "set key off" // newline
     end do
-    figure = new_figure("force_polar", "Polar diagram of the force on the ground at " // speed_in_words(frame) &
-      & // " (angles: crank)", lines // "unset multiplot" // newline, height=height, table="response")
+    figure = new_figure("force_polar", "Polar diagrams of the forces at " // speed_in_words(frame) // " (angles of the crank)", &
+      & lines // "unset multiplot" // newline, height=height, table="response")
   end function plot_force_polar
 
   !> The points of a curve followed by the first point.
@@ -130,8 +126,9 @@ contains
       end associate
     end do
     if (any(ratio > 0)) figures = [new_figure("transmissibility", "Transmissibility at " // speed_in_words(frame) &
-      & // ": force on the ground / shaking force on a frame at rest", axes(ratio) // rigid%whole() &
-      & // "plot 1 with lines lt 7 dt 1 lw 1 notitle" // curves%whole() // newline, height=460, table="harmonics")]
+      & // ": force on the ground / on a frame at rest", axes(ratio) // rigid%whole() &
+      & // "plot 1 with lines lt 7 dt 1 lw 1 notitle" // curves%whole() // newline // "unset multiplot" // newline, &
+      & height=460, table="harmonics")]
 
   contains
 
@@ -147,13 +144,13 @@ contains
       present_orders = pack([(k, k = 1, size(ratio, 1))], any(ratio > 0, dim=2))
       low = minval(ratio, mask=ratio > 0)
       high = maxval(ratio)
-      lines = "set title heading noenhanced; set lmargin screen 0.14; set rmargin screen 0.97; set bmargin screen 0.14" // newline &
-        & // "set tmargin screen 0.72" // newline // decade_lines(concise(min(low, 0.5_dp) / 1.5_dp, 3), &
+      lines = "set multiplot title heading noenhanced; set lmargin screen 0.14; set rmargin screen 0.97" // newline &
+        & // "set bmargin screen 0.23; set tmargin screen 0.76" // newline // decade_lines(concise(min(low, 0.5_dp) / 1.5_dp, 3), &
         & concise(max(high, 1.0_dp) * 1.5_dp, 3)) // "set ylabel 'transmissibility'" // newline
       associate (from => 0.8_dp * present_orders(1) / frame%period, &
         & to => 1.25_dp * present_orders(size(present_orders)) / frame%period)
-        lines = lines // "set logscale x; set xrange [" // concise(from, 5) // ":" // concise(to, 5) &
-          & // "]; set x2range [" // concise(from, 5) // ":" // concise(to, 5) // "]; set logscale x2" // newline
+        lines = lines // decade_lines(concise(from, 5), concise(to, 5), "x") // "set x2range [" &
+          & // concise(from, 5) // ":" // concise(to, 5) // "]; set logscale x2" // newline
       end associate
       named = choose_spaced(log(real(present_orders, dp)), 0.06_dp * log(1.6_dp * present_orders(size(present_orders)) &
         & / present_orders(1)))
@@ -163,7 +160,7 @@ contains
           & // "' " // concise(present_orders(k) / frame%period, 7)
       end do
       lines = lines // "set xlabel 'frequency (Hz)'; set x2label 'order of the crank' offset 0,-0.4; set x2tics (" // list // ")" &
-        & // newline // "set key at screen 0.97,screen 0.9 top right horizontal samplen 2 font ',12'" // newline &
+        & // newline // "set key at screen 0.5,screen 0.01 bottom center horizontal samplen 2 font ',12'" // newline &
         & // "set object 1 rectangle from graph 0,graph 0 to graph 1,first 1 behind fillcolor rgb '#E4EEF5' fillstyle solid 1 " &
         & // "noborder" // newline // "set label 1 'isolated' at graph 0.02,graph 0.05 textcolor rgb '#44617A' font ',12'" &
         & // newline
