@@ -41,7 +41,7 @@ module gestell_output_result
   !> All results of a run.
   type, public :: result_type
     type(table_type), allocatable :: tables(:)
-    !> Pictures; each has the same name as the table that it shows
+    !> Pictures. A table may have several; the first has the name of the table
     type(figure_type), allocatable :: figures(:)
     !> Sentences that stand at the top of the report
     type(headline_type), allocatable :: headlines(:)
@@ -77,9 +77,9 @@ module gestell_output_result
     !> First failure of a computation on which the verdict does not depend
     type(error_type), allocatable :: failure
   contains
-    procedure :: begin, has, left, add_curves, add, animate, animations, attach, draw, write_lines, write_section, detail, note
-    procedure :: reserve_headlines, insert_headlines, summary_line, unprinted_report, warn, warn_each, judge, include_verdict
-    procedure :: record_failure
+    procedure :: begin, has, left, add_curves, add, add_figure, animate, animations, attach, draw, write_lines, write_section
+    procedure :: detail, note, reserve_headlines, insert_headlines, summary_line, unprinted_report, warn, warn_each, judge
+    procedure :: include_verdict, record_failure
     procedure :: write => write_result
   end type result_type
 
@@ -136,6 +136,14 @@ contains
     if (present(figure)) self%figures = [self%figures, figure]
   end subroutine add
 
+  !> Adds a further picture of a table.
+  pure subroutine add_figure(self, figure)
+    class(result_type), intent(inout) :: self
+    type(figure_type), intent(in) :: figure
+
+    self%figures = [self%figures, figure]
+  end subroutine add_figure
+
   !> Adds a result file that is not a table.
   pure subroutine attach(self, name, bytes)
     class(result_type), intent(inout) :: self
@@ -189,15 +197,15 @@ contains
     end do
   end function animations
 
-  !> Adds curves to the picture called `name`, whose gnuplot script plots them by the macro @over. Does nothing if there is no such
+  !> Adds curves to the pictures of a table, whose gnuplot scripts plot them by the macro @over. Does nothing if there is no such
   !> picture.
-  pure subroutine add_curves(self, name, curves)
+  pure subroutine add_curves(self, table, curves)
     class(result_type), intent(inout) :: self
-    character(len=*), intent(in) :: name, curves
+    character(len=*), intent(in) :: table, curves
     integer :: i
 
     do i = 1, size(self%figures)
-      if (self%figures(i)%name == name) self%figures(i)%lines = "over = """ // curves // """" // newline // self%figures(i)%lines
+      if (self%figures(i)%table == table) self%figures(i)%lines = "over = """ // curves // """" // newline // self%figures(i)%lines
     end do
   end subroutine add_curves
 
@@ -403,7 +411,7 @@ contains
     do i = 1, size(self%figures)
       warning = ""
       do k = 1, size(self%tables)
-        if (self%tables(k)%name == self%figures(i)%name) warning = alarm(self%tables(k)%verdict)
+        if (self%tables(k)%name == self%figures(i)%table) warning = alarm(self%tables(k)%verdict)
       end do
       call write_figure(folder, self%figures(i), head%title, warning, error)
       if (allocated(error)) return

@@ -2,17 +2,25 @@
 
 import math
 import os
+import re
 import shutil
 import subprocess
 import xml.etree.ElementTree
+from pathlib import Path
 
 from broken_inputs import REST, SOUND
 from harness import SECONDS, Folder, Run, Table, check, equal, near, series
 
 GNUPLOT = shutil.which("gnuplot")
+DATA = Path(__file__).resolve().parents[2] / "data"
 ALL = SOUND.replace("'stability', 'response'", "'stability', 'modes', 'response', 'drawing'")
 # Files without a picture that the task drawing writes besides mechanism.csv.
 CHECKED = ["balance_table.csv", "frequencies.csv", "unbalance.csv"]
+# All tables without a picture.
+BARE = {*CHECKED, "strokes.csv", "crossings.csv", "torque_roll.csv", "sweep_columns.csv"}
+# Pictures of tables that have several.
+FURTHER = dict(force_polar="response", transmissibility="harmonics", probes_orbit="probes_history", order_map="resonance",
+               **{f"sweep_{i}": "sweep" for i in range(2, 13)})
 SWEEP = SOUND.replace("'stability', 'response'", "'sweep'")
 BORDERS = SOUND.replace("'stability', 'response'", "'sweep', 'boundary'")
 SPEEDS = "&sweep parameter='drive.speed_rpm', from={}, to={}, count={} {} /\n"
@@ -53,17 +61,25 @@ def sound_picture(what, path):
         return ""
     texts = [" ".join("".join(one.itertext()).split()) for one in root.iter("{http://www.w3.org/2000/svg}text")]
     check(f"{what}, {path.name}", root.tag.endswith("svg") and texts, "an SVG with texts", root.tag)
+    wrong = [text for text in texts if re.search(r"\b(nan|undefined|inf|infinity)\b", text, re.I)]
+    equal(f"{what}, {path.name}, texts without a number", wrong, [])
+    # At 390 pixels, the width of a column, letters must have at least 6 pixels: 11 pixels in a picture of 640.
+    equal(f"{what}, {path.name}, width", root.get("width") in ("640", "720", "800") or path.stem == "balance", True)
     return "\n".join(texts)
 
 
 def drawn(what, folder):
     """Checks that every table has a script that runs without output; returns the texts of the pictures by name."""
     texts = {}
-    tables = {path.stem for path in folder.glob("*.csv") if path.name not in (*CHECKED, "strokes.csv")}
-    equal(f"{what}, scripts", sorted(path.stem for path in folder.glob("*.gp")), sorted(tables))
+    tables = {path.stem for path in folder.glob("*.csv") if path.name not in BARE}
+    pictures = sorted(path.stem for path in folder.glob("*.gp"))
+    equal(f"{what}, tables of the scripts", {FURTHER.get(name, name) for name in pictures}, tables)
+    for name in pictures:
+        first = (folder / f"{name}.gp").read_text().partition("\n")[0]
+        check(f"{what}, {name}.gp, names its table", f" from {FURTHER.get(name, name)}.csv: " in first, FURTHER.get(name, name), first)
     if not GNUPLOT:
         return texts
-    for name in sorted(tables):
+    for name in pictures:
         # In the locale C gnuplot warns that it cannot write a degree sign there; the pictures are the same.
         done = subprocess.run([GNUPLOT, "-d", f"{name}.gp"], cwd=folder, capture_output=True, timeout=SECONDS,
                               env={**os.environ, "LC_ALL": "C.UTF-8"})
@@ -78,10 +94,15 @@ def test_scripts():
     with Folder(input=ALL) as folder:
         Run(folder, "-q", "input.nml").done("scripts")
         names = ["harmonics", "mechanism", "modes", "multipliers", "response"]
-        equal("scripts, files", bare(folder / "input"), sorted([*CHECKED, *(f"{name}.{end}" for name in names for end in ("csv", "gp"))]))
+        equal("scripts, files", bare(folder / "input"), sorted([*CHECKED, *(f"{name}.{end}" for name in names for end in ("csv", "gp")),
+                                                                "force_polar.gp", "transmissibility.gp"]))
         texts = drawn("scripts", folder / "input")
-        units = dict(harmonics=["ξ (mm)", "moment (N m)", "frequency (Hz)"], mechanism=["ξ (m)", "η (m)", "crank", "B0"],
-                     modes=["mode 1: 20.3 Hz, damping"], multipliers=["stable", "Re ρ", "0.99"], response=["ψ (mrad)", "force x (N)", "crank angle (deg)"])
+        units = dict(harmonics=["displacement (mm)", "moment (N m)", "order of the crank (1: 4 Hz)", "ξ"],
+                     mechanism=["ξ (m)", "η (m)", "crank", "B0"], modes=["mode 1: 20.3 Hz, damping"],
+                     multipliers=["stable", "Re ρ", "0.99", "frequency (Hz)", "damping ratio (%)"],
+                     response=["ψ (mrad)", "force x (N)", "crank angle (deg)"],
+                     force_polar=["force x (N)", "force y (N)", "shaking force", "90°"],
+                     transmissibility=["transmissibility", "frequency (Hz)", "order of the crank", "moment"])
         for name, words in units.items():
             script = (folder / "input" / f"{name}.gp").read_text()
             for word in ["four-bar", "240 rpm" if name != "mechanism" else "60 deg", *words]:
@@ -162,11 +183,19 @@ def test_sweeps():
     for what, groups in cases.items():
         with Folder(input=SWEEP + groups) as folder:
             if Run(folder, "-q", "input.nml").done(what):
-                texts = drawn(what, folder / "input").get("sweep", "")
-                path = groups.split("'")[1]
-                check(f"{what}, axis", not GNUPLOT or path in texts or what.endswith("1 x 5"), path, texts)
-                unit = {"drive.speed_rpm": " (1/min)", "joint(B).lengths(1)": " (m)", "foundation.stiffness(1,1)": " (N/m)"}[path]
-                check(f"{what}, unit", not GNUPLOT or path + unit in texts or what.endswith("1 x 5"), path + unit, texts)
+                texts = "\n".join(drawn(what, folder / "input").values())
+                axis = {"drive.speed_rpm": "crank speed (rpm)", "joint(B).lengths(1)": "joint(B) lengths(1) (m)",
+                        "foundation.stiffness(1,1)": "foundation stiffness(1,1) (N/m)"}[groups.split("'")[1]]
+                check(f"{what}, axis", not GNUPLOT or axis in texts or what.endswith("1 x 5"), axis, texts)
+                requested = re.findall(r"columns=((?:'[^']*',?)+)", groups)
+                shown = dict(verdict="verdict", rho_max="ln |ρ|max", eta_peak_m="η peak (mm)", psi_peak_rad="ψ peak (mrad)",
+                             f="f {} (N)", fy="fy {} (N)", m="m {} (N m)", psi_dot="psi_dot {} (mrad/s)")
+                shown["support(1).fx"] = "support(1).fx {} (N)"
+                for column in re.findall("'([^']*)'", "".join(requested)):
+                    for measure in ("rms", "peak") if "measures" in groups else ("peak",):
+                        label = shown[column].format(measure)
+                        check(f"{what}, picture of {column}", not GNUPLOT or label in texts, label, texts)
+                equal(f"{what}, no picture of error bounds", "error" in texts, False)
 
 
 def test_borders():
@@ -182,12 +211,12 @@ def test_borders():
                 texts = drawn(f"borders, {what}", folder / "input").get("boundary", "")
                 word = "none found" if what.startswith("no ") else "period doubling"
                 # the machine itself, 229 rpm and 1.5 N m s, is in the middle of the unstable tongue
-                word = {"v": "input: 229 1/min", "c": "input"}.get(what[0], "none found")
+                word = {"v": "input: 229 rpm", "c": "input"}.get(what[0], "none found")
                 check(f"borders, {what}, the input's machine", not GNUPLOT or word in texts, word, texts)
                 check(f"borders, {what}, shaded", not GNUPLOT or ("unstable" in texts) != what.startswith("no "), "unstable", texts)
                 word = "none found" if what.startswith("no ") else "period doubling"
                 if "curve" in what and GNUPLOT:
-                    check(f"borders, {what}, units", "foundation.damping(3) (N m s)" in texts, "N m s", texts)
+                    check(f"borders, {what}, units", "foundation damping(3) (N m s)" in texts, "N m s", texts)
                 if word == "none found" and GNUPLOT:
                     check(f"borders, {what}, in the frame", word in texts.split("\n"), word, texts)
                 check(f"borders, {what}, words", not GNUPLOT or word in texts, word, texts)
@@ -199,7 +228,7 @@ def test_findings():
     """Forces, probes and drive are drawn."""
     probes = "&probe name='foot', position=-0.3,-0.2, limit_mm_s=2 /\n&probe name='it''s {x}_1, \"b\" @c', position=0,0.3 /\n"
     many = "".join(f"&probe name='p{i}', position=0.0{i},0 /\n" for i in range(9))
-    names = ["power", "probes", "probes_harmonics", "probes_history", "supports", "supports_harmonics", "supports_history"]
+    names = ["power", "probes", "probes_harmonics", "probes_history", "probes_orbit", "force_polar", "supports", "supports_harmonics", "supports_history"]
     for what, text, settings in (("all", probes, ()), ("many probes", many, ()), ("one freedom", probes, ("frame.dof=psi",)),
                                  ("clockwise", probes, ("drive.speed_rpm=-240",)),
                                  ("one row", probes, ("response.points=1", "response.harmonics=0"))):
@@ -213,7 +242,8 @@ def test_findings():
                 for name, words in dict(power=["torque (N m)", "on a frame at rest"], supports=["support 4", "total", "force (N)"],
                                         supports_history=["force x (N)", "support 1"], probes=["vibration velocity (mm/s)", "limit"],
                                         supports_harmonics=["force y (N)"], probes_history=["x'' (m/s²)"],
-                                        probes_harmonics=["y' (mm/s)"]).items():
+                                        probes_harmonics=["y' (mm/s)"],
+                                        probes_orbit=["x (", "y (", "180°", "foot"]).items():
                     for word in words + (["it's {x}_1, \"b\" @c"] if name.startswith("probes") else []):
                         check(f"findings, {name}, {word}", word in texts[name], word, texts[name])
 
@@ -228,8 +258,11 @@ def test_over_speed():
             if Run(folder, "-q", "input.nml").done(f"resonance, {what}"):
                 texts = drawn(f"resonance, {what}", folder / "input")
                 if GNUPLOT:
+                    equal(f"resonance, {what}, order map", "order_map" in texts, True)
+                    for word in ("crank speed (rpm)", "order", "xi (mm)", "support(2).fy ("):
+                        check(f"resonance, {what}, order map, {word}", word in texts.get("order_map", ""), word, texts.keys())
                     for name in ("resonance", "peaks"):
-                        for word in ("crank speed (rpm)", "xi (m)", "support(2).fy (N)", "probe(it's {x}_1).v (m/s)"):
+                        for word in ("crank speed (rpm)", "xi (mm)", "support(2).fy (", "probe(it's {x}_1).v (mm/s)"):
                             check(f"resonance, {what}, {name}, {word}", word in texts[name], word, texts[name])
     both = SOUND.replace("'stability', 'response'", "'campbell', 'critical'") + REST
     sieve = ROCKING.replace("'sweep','boundary'", "'campbell','critical'")
@@ -240,7 +273,7 @@ def test_over_speed():
             if Run(folder, "-q", "input.nml").done(f"modes over the speed, {what}"):
                 texts = drawn(f"modes over the speed, {what}", folder / "input")
                 if GNUPLOT:
-                    for name in ("campbell", "crossings", "critical"):
+                    for name in ("campbell", "critical"):
                         inside = what in ("wide", "locked")
                         equal(f"modes over the speed, {what}, {name}, the input's speed", "input: 2" in texts[name], inside)
                         equal(f"modes over the speed, {what}, {name}, shaded", "unstable" in texts[name].lower().split("\n"),
@@ -249,6 +282,28 @@ def test_over_speed():
                           what != "none")
                     for word in ("frequency (Hz)", "damping (%)", "crank speed (rpm)", "mode 1"):
                         check(f"modes over the speed, {what}, {word}", word in texts["campbell"], word, texts["campbell"])
+
+
+def test_pictures_in_space():
+    """In space polar diagrams and orbits show three planes."""
+    text = (DATA / "suspended_compressor.nml").read_text()
+    with Folder(input=text) as folder:
+        if Run(folder, "-q", "input.nml", "-s", "case.tasks='stability','response','forces'").done("pictures in space"):
+            texts = drawn("pictures in space", folder / "input")
+            for name, words in dict(force_polar=["force x", "force y", "force z"], probes_orbit=["x (", "y (", "z ("],
+                                    transmissibility=["force z", "moment x"], multipliers=["6: ", "damping ratio (%)"],
+                                    harmonics=["rot ξ", "moment (N m)"]).items():
+                for word in words:
+                    check(f"pictures in space, {name}, {word}", not GNUPLOT or word in texts[name], word, texts.get(name))
+
+
+def test_loads_drawn():
+    """With external loads there is no transmissibility, because they shake the frame too."""
+    with Folder(input=(DATA / "press.nml").read_text()) as folder:
+        if Run(folder, "-q", "input.nml").done("loads drawn"):
+            texts = drawn("loads drawn", folder / "input")
+            equal("loads drawn, transmissibility", (folder / "input" / "transmissibility.gp").exists(), False)
+            check("loads drawn, polar diagram", not GNUPLOT or "shaking force" not in texts["force_polar"], "none", texts.keys())
 
 
 def test_sensitivity():
@@ -327,14 +382,16 @@ def test_plot_option():
         return
     endings = ("csv", "gp", "png", "svg")
     names = ("harmonics", "mechanism", "multipliers", "response")
+    further = ("force_polar", "transmissibility")
     animation = [f"mechanism_motion.{end}" for end in ("gif", "gp", "svg")]
-    every = sorted([*(f"{name}.{end}" for name in names for end in endings), *animation])
+    every = sorted([*(f"{name}.{end}" for name in names for end in endings), *animation,
+                    *(f"{name}.{end}" for name in further for end in endings[1:])])
     with Folder(input=SOUND, given=MASS_FUNCTIONS, sweep=SWEEP + SPEEDS.format(200, 300, 6, "")) as folder:
         run = Run(folder, "input.nml", "--plot")
         run.done("--plot")
         equal("--plot, files", bare(folder / "input"), every)
-        check("--plot, report", "pictures in input/, .svg and .png: mechanism, multipliers, response, harmonics\n"
-              "animations in input/: mechanism_motion.svg\nVERDICT" in run.out, "the pictures", run.out[-200:])
+        check("--plot, report", "pictures in input/, .svg and .png: mechanism, multipliers, response, harmonics, force_polar, "
+              "transmissibility\nanimations in input/: mechanism_motion.svg\nVERDICT" in run.out, "the pictures", run.out[-200:])
         for name in ("a b", "it's", "-x", "$(touch bad)", "\"q\"", "a;b", "ä"):
             Run(folder, "-q", "--plot", "-o", name, "input.nml").done(f"--plot to {name}")
             equal(f"--plot to {name}, files", bare(folder / name), every)
@@ -351,7 +408,8 @@ def test_plot_option():
         equal("--check --plot of mass functions, tables alone", bare(folder / "checked_given"), CHECKED)
         Run(folder, "-q", "--plot", "given.nml").done("--plot of mass functions")
         equal("--plot of mass functions, files", bare(folder / "given"),
-              sorted([*(f"{name}.{end}" for name in ("harmonics", "multipliers", "response") for end in endings), *animation]))
+              sorted([*(f"{name}.{end}" for name in ("harmonics", "multipliers", "response") for end in endings), *animation,
+                      *(f"{name}.{end}" for name in further for end in endings[1:])]))
         Run(folder, "-q", "sweep.nml", "--part", "1/1", "-o", "parts").done("one part")
         Run(folder, "-q", "sweep.nml", "--merge", "--plot", "-o", "parts").done("--merge --plot")
         equal("--merge --plot, files", bare(folder / "parts"), [f"sweep.{end}" for end in endings])
@@ -397,7 +455,7 @@ def test_no_gnuplot():
         check("no gnuplot, report", "pictures in input/, .svg and .png: none\nanimations in" in run.out, "none", run.out[-200:])
         equal("no gnuplot, all other files are written", bare(folder / "input"),
               sorted([*(f"{name}.{end}" for name in ("harmonics", "mechanism", "multipliers", "response") for end in ("csv", "gp")),
-                      "mechanism_motion.gp", "mechanism_motion.svg"]))
+                      "force_polar.gp", "transmissibility.gp", "mechanism_motion.gp", "mechanism_motion.svg"]))
         Run(folder, "-q", "input.nml", environment={"PATH": str(folder / "empty")}).done("no gnuplot, no --plot")
         fake = folder / "empty" / "gnuplot"
         fake.write_text("#!/bin/sh\nexit 3\n")
@@ -417,4 +475,5 @@ def test_trade():
 
 
 PLOT_TESTS = (test_scripts, test_titles, test_nothing_to_plot, test_sweeps, test_borders, test_findings, test_over_speed,
+              test_pictures_in_space, test_loads_drawn,
               test_sensitivity, test_sensitivity_order, test_probes_drawn, test_drawing, test_plot_option, test_names, test_no_gnuplot, test_trade)

@@ -8,7 +8,10 @@ module gestell_output_picture_axis
   implicit none (type, external)
   private
 
-  public :: coordinate, decade_lines, extent_lines, parameter_axis, with_unit
+  public :: coordinate, decade_lines, extent_lines, parameter_axis, parameter_title, unit_words, with_unit
+
+  !> Path of the crank speed in the input
+  character(len=*), parameter :: speed_path = "drive.speed_rpm"
 
 contains
 
@@ -39,14 +42,40 @@ contains
     end if
   end function parameter_axis
 
-  !> Label of an axis: the name of the parameter and, if it has a unit, the unit in parentheses.
+  !> Label of an axis: title of the parameter and, if it has a unit, the unit in parentheses.
   pure function with_unit(path, unit) result(name)
     character(len=*), intent(in) :: path, unit
     character(len=:), allocatable :: name
 
-    name = trim(path)
-    if (unit /= "") name = name // " (" // trim(unit) // ")"
+    name = parameter_title(trim(path))
+    if (unit /= "") name = name // " (" // unit_words(unit) // ")"
   end function with_unit
+
+  !> Unit as pictures show it: that of the input, but rpm instead of 1/min.
+  pure function unit_words(unit) result(words)
+    character(len=*), intent(in) :: unit
+    character(len=:), allocatable :: words
+
+    words = trim(unit)
+    if (words == "1/min") words = "rpm"
+  end function unit_words
+
+  !> Title of a parameter: its path in words, for example "support(2) stiffness(1)". Names in parentheses remain unchanged.
+  pure function parameter_title(path) result(title)
+    character(len=*), intent(in) :: path
+    character(len=:), allocatable :: title
+    integer :: i, depth
+
+    title = path
+    if (path == speed_path) title = "crank speed"
+    if (path == speed_path) return
+    depth = 0
+    do i = 1, len(title)
+      if (title(i:i) == "(") depth = depth + 1
+      if (title(i:i) == ")") depth = depth - 1
+      if (depth == 0 .and. scan(title(i:i), "._") > 0) title(i:i) = " "
+    end do
+  end function parameter_title
 
   !> Position of a value on its axis: the value itself or, on a logarithmic axis, log10 of its magnitude.
   elemental real(dp) function coordinate(axis, value)
@@ -111,23 +140,29 @@ contains
       & // "high = high + (high == 0 ? 1 : 0.01 * abs(high)) }" // newline
   end function extent_lines
 
-  !> Gnuplot lines for a logarithmic y axis that extends from the expression `from` to the expression `to`. If the range covers at
-  !> least two decades, tics are only at powers of ten; otherwise there are also tics between them.
-  pure function decade_lines(from, to) result(lines)
+  !> Gnuplot lines for a logarithmic axis that extends from the expression `from` to the expression `to`. If the range covers at
+  !> least two decades, tics are only at powers of ten; otherwise there are also tics between them. Numbers are written without
+  !> powers of ten where they remain short.
+  pure function decade_lines(from, to, axis) result(lines)
     character(len=*), intent(in) :: from, to
-    character(len=:), allocatable :: lines
+    !> Name of the axis: y, the default, or cb
+    character(len=*), intent(in), optional :: axis
+    character(len=:), allocatable :: lines, name
 
-    lines = "bottom = " // from // "; top = " // to // "; set logscale y; set yrange [bottom:top]" // newline &
-      & // "set ytics autofreq; set format y '10^{%L}'" // newline &
+    name = "y"
+    if (present(axis)) name = axis
+    lines = "bottom = " // from // "; top = " // to // "; set logscale " // name // "; set " // name // "range [bottom:top]" &
+      & // newline // "set " // name // "tics autofreq; set format " // name &
+      & // " (bottom > 0.9e-4 && top < 2e5 ? '%g' : '10^{%L}')" // newline &
       & // "if (top < 100 * bottom) {" // newline &
       & // "  marks = top < 4 * bottom ? '1 1.2 1.5 2 2.5 3 4 5 6 7 8 9' : top < 8 * bottom ? '1 2 3 4 6 8' : '1 2 5'" // newline &
       & // "  list = ''" // newline &
       & // "  do for [decade=floor(log10(bottom)):ceil(log10(top))] { do for [mark in marks] {" // newline &
       & // "    v = mark * 10.0**decade" // newline &
-      & // "    plain = abs(decade) < 4 ? sprintf('%g', v) : mark . '·10^{' . decade . '}'" // newline &
+      & // "    plain = abs(decade) < 5 ? sprintf('%g', v) : mark . '·10^{' . decade . '}'" // newline &
       & // "    if (v >= bottom && v <= top) { list = list . (list eq '' ? '' : ', ') . sprintf(""'%s' %.6e"", plain, v) }" &
       & // newline // "  } }" // newline &
-      & // "  eval 'set ytics (' . list . ')'" // newline // "}" // newline
+      & // "  if (list ne '') { eval 'set " // name // "tics (' . list . ')' }" // newline // "}" // newline
   end function decade_lines
 
 end module gestell_output_picture_axis

@@ -4,7 +4,7 @@ module gestell_output_picture_marks
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, either, newline, text
   use gestell_math_sorting, only: ascending
-  use gestell_output_picture_axis, only: coordinate
+  use gestell_output_picture_axis, only: coordinate, unit_words
   use gestell_output_picture_script, only: quoted
   use gestell_study_grid, only: axis_type
   implicit none (type, external)
@@ -85,7 +85,7 @@ contains
     marks%lines = "set arrow " // text(first_number) // " from first " // concise(position(1), 9) // ",graph 0 to first " &
       & // concise(position(1), 9) // ",graph 1 nohead " // layer // " " // own_line // newline
     marks%entries = ", keyentry with lines " // own_line // " title " &
-      & // quoted(trim("input: " // concise(value(1), 6) // " " // unit)) // " noenhanced"
+      & // quoted(trim("input: " // concise(value(1), 6) // " " // unit_words(unit))) // " noenhanced"
   end function own_marks
 
   !> True if the value lies between the ends of the range.

@@ -1,22 +1,20 @@
-!> Composes gnuplot panels with several curves or bars: columns of a file over the crank angle, or amplitudes over the orders of the
-!> crank speed.
+!> Composes pictures of several gnuplot panels, and panels with columns of a file over the crank angle.
 module gestell_output_picture_panels
   use gestell_base_growing_text, only: growing_text_type
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, either, newline, text
   use gestell_model_frame, only: frame_type
+  use gestell_output_picture_axis_unit, only: axis_unit_type, label_with, unit_of
   use gestell_output_picture_script, only: quoted, span
   use gestell_output_picture_axis, only: extent_lines
   use gestell_output_table, only: table_type
   implicit none (type, external)
   private
 
-  public :: bars, height_of, history_panel, key_line, layout_line, order_axis, order_panel, turn_axis, range_with_margin
+  public :: bars, height_of, history_panel, key_line, layout_line, turn_axis, range_with_margin
 
   !> Maximum length of a gnuplot expression for the values of a column, without the factor; names of joints and links may be long
   integer, parameter :: longest_column = 640
-  !> Maximum number of series of amplitudes that are drawn as bars. If there are more, all are drawn as points
-  integer, parameter :: most_bars = 4
 
 contains
 
@@ -34,9 +32,9 @@ contains
     below = 70
     if (present(legend)) height = height + legend
     if (present(legend)) below = below + legend
-    line = "set multiplot layout " // text(rows) // "," // text(across) // " margins " // merge("0.14 ", "0.125", across == 1) &
+    line = "set multiplot layout " // text(rows) // "," // text(across) // " margins " // merge("0.15", "0.14", across == 1) &
       & // ",0.975," // concise(below / height, 3) // "," // concise(1 - 86 / height, 3) &
-      & // " spacing 0.145," // concise(34 / height, 3) // " title heading noenhanced" // newline
+      & // " spacing 0.16," // concise(34 / height, 3) // " title heading noenhanced" // newline
   end function layout_line
 
   !> Gnuplot range between two values, with a margin at both ends so that a mark and its label fit.
@@ -67,17 +65,6 @@ contains
       & // "]" // newline // x_names("crank angle (deg)", named)
   end function turn_axis
 
-  !> Gnuplot lines for an axis of orders (multiples of the crank speed). The axis extends from 0 to the highest order, `harmonics`
-  !> / `turns`. `harmonics`: number of harmonics of the period. `turns`: number of turns of the crank in the period.
-  pure function order_axis(harmonics, named, turns) result(lines)
-    integer, intent(in) :: harmonics, turns
-    logical, intent(in) :: named
-    character(len=:), allocatable :: lines
-
-    lines = "set xrange [" // concise(-0.6_dp / turns, 6) // ":" // concise((harmonics + 0.6_dp) / turns, 6) // "]" // newline &
-      & // x_names("order of the crank speed (0: magnitude of the mean)", named)
-  end function order_axis
-
   !> Gnuplot line for the labels of the x axis: shows them if `named`, otherwise removes them.
   pure function x_names(label, named) result(line)
     character(len=*), intent(in) :: label
@@ -92,25 +79,26 @@ contains
     logical, intent(in) :: shown
     character(len=:), allocatable :: line
 
-    line = "set key " // either("on at graph 1,graph 1.01 bottom right horizontal samplen 2 width 1 font ',12'", "off", shown) &
+    line = "set key " // either("on at graph 1,graph 1.01 bottom right horizontal samplen 1 width -1 font ',12'", "off", shown) &
       & // newline
   end function key_line
 
-  !> Gnuplot lines for a panel with curves. Each curve shows a column of `table`, multiplied by `factor`, over the table's first
-  !> column.
-  pure function history_panel(table, label, factor, columns, titles, styles) result(lines)
+  !> Gnuplot lines for a panel with curves. Each curve shows a column of `table` over the table's first column.
+  pure function history_panel(table, name, columns, titles, styles) result(lines)
     type(table_type), intent(in) :: table
-    !> `label`: label of the y axis. `factor`: gnuplot expression by which the values are multiplied. `columns`: names of the
-    !> columns. `titles`: titles of the curves
-    character(len=*), intent(in) :: label, factor, columns(:), titles(:)
+    !> `name`: label of the y axis, without the unit. `columns`: names of the columns, which have the same unit. `titles`: titles
+    !> of the curves
+    character(len=*), intent(in) :: name, columns(:), titles(:)
     !> Numbers of the curves' line types. If absent, the curves have the line types 1, 2, ...
     integer, intent(in), optional :: styles(:)
     character(len=:), allocatable :: lines
     type(growing_text_type) :: curves
-    character(len=len(factor) + longest_column) :: values(size(columns))
+    type(axis_unit_type) :: unit
+    character(len=longest_column) :: values(size(columns))
     integer :: i, number
 
-    values = values_of(table, factor, columns)
+    unit = unit_of(table, columns)
+    values = values_of(table, trim(unit%words), columns)
     do i = 1, size(columns)
       number = i
       if (present(styles)) number = styles(i)
@@ -119,47 +107,15 @@ contains
         & // " title " // quoted(trim(titles(i))) // " noenhanced")
     end do
     lines = extent_lines(table%name // ".csv", values) // "set yrange [low - 0.07 * (high - low):high + 0.07 * (high - low)]" &
-      & // newline // "set ylabel " // quoted(label) // " noenhanced" // newline // "plot " // curves%whole() // newline
+      & // newline // "set ylabel " // quoted(label_with(name, unit)) // " noenhanced" // newline // "plot " // curves%whole() &
+      & // newline
   end function history_panel
-
-  !> Gnuplot lines for a panel with amplitudes over the orders. The y axis is logarithmic and covers six decades.
-  pure function order_panel(table, label, factor, columns, titles, turns) result(lines)
-    type(table_type), intent(in) :: table
-    !> `label`: label of the y axis. `factor`: gnuplot expression by which the amplitudes are multiplied. `columns`: names of the
-    !> columns. `titles`: title of the bars of each column
-    character(len=*), intent(in) :: label, factor, columns(:), titles(:)
-    !> Number of turns that the crank completes in a period; it determines the width of the bars
-    integer, intent(in) :: turns
-    character(len=:), allocatable :: lines
-    type(growing_text_type) :: curves
-    character(len=len(factor) + longest_column) :: values(size(columns))
-    real(dp) :: width
-    integer :: i
-
-    values = values_of(table, factor, columns)
-    width = 0.84_dp / size(columns) / turns
-    do i = 1, size(columns)
-      call curves%append(either(", \" // newline // "  ", "", i > 1) // "'" // table%name // ".csv' using ")
-      if (size(columns) <= most_bars) then
-        call curves%append("(column(1) + " // concise(width * (i - 0.5_dp * (size(columns) + 1)), 3) // "):(abs(" &
-          & // trim(values(i)) // ")) with " // bars(i, most_bars) // " border lt -1")
-      else
-        call curves%append("1:(abs(" // trim(values(i)) // ")) with points lt " // text(style(i)) // " pt " // text(i))
-      end if
-      call curves%append(" title " // quoted(trim(titles(i))) // " noenhanced")
-    end do
-    lines = extent_lines(table%name // ".csv", values) // "most = high > 0 && high > -low ? high : -low" // newline &
-      & // "if (high == 1 && low == -1) { unset logscale y; set yrange [0:1]; set format y } else " &
-      & // "{ set logscale y; set yrange [most * 1e-6:most * 3]; set format y '10^{%L}' }" // newline &
-      & // "set boxwidth " // concise(width, 3) // newline // "set ylabel " // quoted(label) // " noenhanced" // newline &
-      & // "plot " // curves%whole() // newline
-  end function order_panel
 
   !> Gnuplot expressions for the values of these columns multiplied by `factor`.
   pure function values_of(table, factor, columns) result(expressions)
     type(table_type), intent(in) :: table
     character(len=*), intent(in) :: factor, columns(:)
-    character(len=len(factor) + longest_column) :: expressions(size(columns))
+    character(len=longest_column) :: expressions(size(columns))
     integer :: i
 
     do i = 1, size(columns)

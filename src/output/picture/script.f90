@@ -10,30 +10,25 @@ module gestell_output_picture_script
   implicit none (type, external)
   private
 
-  public :: new_figure, panel_heading, pick_unit, plotted, quoted, span, tic, tics, write_figure
+  public :: new_figure, panel_heading, plotted, quoted, span, tic, tics, write_figure
 
-  !> A picture that shows the table of the same name.
+  !> Width of a picture in pixels. At this width the text (14 pixels) is readable in one column of a report, which is about 390
+  !> pixels wide, and on the full page, which is about 660 pixels wide
+  integer, parameter, public :: picture_width = 640
+
+  !> A picture that shows a table.
   type, public :: figure_type
-    !> Name of the table; the names of its files consist of this name and an ending
-    character(len=:), allocatable :: name
+    !> `name`: name of the picture; the names of its files consist of this name and an ending. `table`: name of the table that it
+    !> shows
+    character(len=:), allocatable :: name, table
     !> `shown`: what the picture shows. `lines`: gnuplot lines that draw the picture below the text in the gnuplot variable
     !> `heading`
     character(len=:), allocatable :: shown, lines
     !> Width and height of the picture in pixels
-    integer :: pixels(2) = [800, 560]
+    integer :: pixels(2) = [picture_width, 480]
     !> True if the script draws NAME.gif, an animation, instead of NAME.svg and NAME.png
     logical :: animated = .false.
   end type figure_type
-
-  !> Unit in which an axis shows a quantity.
-  type, public :: axis_unit_type
-    !> `factor` as a gnuplot expression
-    character(len=4) :: words = "1"
-    !> Factor that converts a value from SI units to this unit
-    real(dp) :: factor = 1
-    !> Name of the unit as the axis shows it
-    character(len=5) :: name = ""
-  end type axis_unit_type
 
   !> Maximum number of characters of a picture's title
   integer, parameter :: longest_title = 84
@@ -41,12 +36,16 @@ module gestell_output_picture_script
 contains
 
   !> A picture of `width` by `height` pixels, drawn by the gnuplot commands in `lines`.
-  pure type(figure_type) function new_figure(name, shown, lines, width, height) result(figure)
-    !> `name`: name of the table. `shown`: what the picture shows. `lines`: gnuplot lines that draw the picture
+  pure type(figure_type) function new_figure(name, shown, lines, width, height, table) result(figure)
+    !> `name`: name of the picture. `shown`: what the picture shows. `lines`: gnuplot lines that draw the picture
     character(len=*), intent(in) :: name, shown, lines
     integer, intent(in), optional :: width, height
+    !> Name of the table that the picture shows. If absent, the table has the name of the picture
+    character(len=*), intent(in), optional :: table
 
     figure%name = name
+    figure%table = name
+    if (present(table)) figure%table = table
     figure%shown = shown
     figure%lines = lines
     if (present(width)) figure%pixels(1) = width
@@ -70,7 +69,7 @@ contains
         & // figure%name // ".gif'" // newline // "set datafile separator comma" // newline // "set datafile columnheaders" &
         & // newline
     else
-      start = head(figure%name, figure%pixels)
+      start = head(figure)
     end if
     call write_file(folder // "/" // figure%name // ".gp", start // "heading = " // heading // newline // figure%lines // newline &
       & // "unset output" // newline, error)
@@ -78,12 +77,15 @@ contains
 
   !> Beginning of a gnuplot script: a loop that runs the script once for SVG and once for PNG, and settings common to all pictures.
   !> The colours are those of Okabe and Ito; lines also differ in their dashes and point symbols.
-  pure function head(name, pixels) result(lines)
-    character(len=*), intent(in) :: name
-    integer, intent(in) :: pixels(2)
-    character(len=:), allocatable :: lines
+  pure function head(figure) result(lines)
+    type(figure_type), intent(in) :: figure
+    character(len=:), allocatable :: lines, name
+    integer :: pixels(2)
 
-    lines = "# Draws " // name // ".svg and " // name // ".png: run gnuplot " // name // ".gp in this folder." // newline &
+    name = figure%name
+    pixels = figure%pixels
+    lines = "# Draws " // name // ".svg and " // name // ".png from " // figure%table // ".csv: run gnuplot " // name &
+      & // ".gp in this folder." // newline &
       & // "if (!exists(""picture"")) {" // newline &
       & // "  do for [picture in ""svg png""] { load """ // name // ".gp"" }" // newline &
       & // "  undefine picture" // newline &
@@ -242,29 +244,5 @@ contains
     end if
     range = "[" // concise(low - narrow, 9) // ":" // concise(high + narrow, 9) // "]"
   end function span
-
-  !> Unit in which a quantity is easy to read if its maximum is `maximum` in SI units. A unit is chosen for m, rad, N and N m; any
-  !> other SI unit is returned unchanged.
-  pure type(axis_unit_type) function pick_unit(si, maximum) result(unit)
-    character(len=*), intent(in) :: si
-    real(dp), intent(in) :: maximum
-
-    unit = axis_unit_type(name=si)
-    select case (si)
-    case ("m", "rad")
-      if (maximum < 1.0e-5_dp .and. maximum > 0) then
-        unit = axis_unit_type("1e6", 1.0e6_dp, "µ" // si)
-      else if (maximum < 1) then
-        unit = axis_unit_type("1e3", 1.0e3_dp, "m" // si)
-      end if
-    case ("N", "N m")
-      if (maximum >= 1.0e7_dp) then
-        unit = axis_unit_type("1e-6", 1.0e-6_dp, "M" // si)
-      else if (maximum >= 1.0e4_dp) then
-        unit = axis_unit_type("1e-3", 1.0e-3_dp, "k" // si)
-      end if
-    case default ! no prefix
-    end select
-  end function pick_unit
 
 end module gestell_output_picture_script

@@ -3,7 +3,7 @@ module gestell_task_balance_plot
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, exact, newline, text
   use gestell_base_words, only: character_count, word_length
-  use gestell_output_picture_script, only: figure_type, new_figure, tics
+  use gestell_output_picture_script, only: figure_type, new_figure, picture_width, tics
   use gestell_task_balance_variants, only: force, moment, variant_type
   implicit none (type, external)
   private
@@ -43,7 +43,7 @@ contains
       & // panel(moment, "moment", "rigid_m_rms_Nm", "m_rms_Nm", "set xtics rotate by 35 right noenhanced (" &
       & // tics(labels, 0) // ")") // "unset multiplot" // newline
     figure = new_figure("balance", "Force and moment with counterweights, on rigid ground and on the mounts", lines, &
-      & width=max(640, 200 + 70 * size(variants)), height=height)
+      & width=max(picture_width, 160 + 44 * size(variants)), height=height)
 
   contains
 

@@ -4,7 +4,8 @@ module gestell_task_boundary_plot
   use gestell_base_text, only: concise, newline, text
   use gestell_base_verdict, only: operator(==), unstable
   use gestell_output_picture_script, only: figure_type, new_figure, quoted
-  use gestell_output_picture_axis, only: coordinate, decade_lines, extent_lines, parameter_axis, with_unit
+  use gestell_output_picture_axis_unit, only: axis_unit_type, label_with, pick_unit
+  use gestell_output_picture_axis, only: coordinate, decade_lines, extent_lines, parameter_axis, parameter_title, with_unit
   use gestell_output_picture_marks, only: apart, input_marks, marks_type, shade, unstable_entry
   use gestell_task_boundary_branches, only: turning_point
   use gestell_task_boundary_level_line, only: level_type
@@ -39,7 +40,8 @@ contains
       figure = plot_levels(plan, results, level)
     else if (allocated(results%map)) then
       figure = plot_curves(plan, results%map, kinds(:3), [" ", " ", " "], meanings(:3), &
-        & "Stability boundaries over " // trim(plan%paths(1)) // " and " // trim(plan%paths(2)), "unstable")
+        & "Stability boundaries over " // parameter_title(trim(plan%paths(1))) // " and " &
+        & // parameter_title(trim(plan%paths(2))), "unstable")
     else
       figure = plot_values(plan, results)
     end if
@@ -63,7 +65,7 @@ contains
       lines = "set title heading noenhanced" // newline &
         & // parameter_axis("x", axis, with_unit(plan%paths(1), plan%units(1)), 0.0_dp) // "set yrange [-0.08:1.3]" // newline &
         & // "set ylabel '|arg ρ| / π of the critical multiplier'" // newline // "set ytics 0,0.25,1" // newline &
-        & // "set key outside bottom center horizontal samplen 2" // newline // marks%lines
+        & // "set bmargin 6; set key at screen 0.5,screen 0.01 bottom center horizontal samplen 2" // newline // marks%lines
       do i = 1, size(values)
         if (values(i)%above == "unstable") lines = lines // shade(i + 1, here(i), &
           & min(maxval(ends), minval(here, mask=here > here(i) .and. values%vibration == values(i)%vibration)))
@@ -81,8 +83,8 @@ contains
       end do
       if (any([values%above, values%below] == "unstable")) list = list // unstable_entry
     end associate
-    figure = new_figure("boundary", "Stability boundaries over " // trim(plan%paths(1)) // ": " &
-      & // count_words(size(results%values)), lines // list // marks%entries // newline, width=800, height=440)
+    figure = new_figure("boundary", "Stability boundaries over " // parameter_title(trim(plan%paths(1))) // ": " &
+      & // count_words(size(results%values)), lines // list // marks%entries // newline, height=440)
   end function plot_values
 
   !> Start of the title of a plot: the quantity and its level.
@@ -101,21 +103,25 @@ contains
     type(figure_type) :: figure
     !> Labels do not overlap if their distance is at least this fraction of the axis.
     real(dp), parameter :: least_distance = 0.03_dp
-    character(len=:), allocatable :: lines
+    character(len=:), allocatable :: lines, value
+    type(axis_unit_type) :: unit
     type(marks_type) :: marks
     real(dp) :: last, at
     integer :: i
 
     associate (values => results%values, axis => plan%grid%axes(1))
       marks = input_marks(axis, plan%base, plan%units(1))
+      unit = pick_unit(trim(level%measure%unit), level%value)
+      value = "over(" // trim(unit%words) // " * column(2))"
       lines = "set title heading noenhanced" // newline &
         & // parameter_axis("x", axis, with_unit(plan%paths(1), plan%units(1)), 0.0_dp) &
-        & // "level = " // concise(level%value, 12) // newline // "over(v) = v > 0 ? v : NaN" // newline &
-        & // extent_lines("level.csv", ["over(column(2))"]) &
+        & // "level = " // concise(unit%factor * level%value, 12) // newline // "over(v) = v > 0 ? v : NaN" // newline &
+        & // extent_lines("level.csv", [value]) &
         & // "low = low > 0 && low < level ? low : level; high = high > level ? high : level" // newline &
         & // decade_lines("(low > 1e-6 * high ? low : 1e-6 * high) / 1.5", "high * 1.5") &
-        & // "set ylabel " // quoted(level%subject() // " (" // trim(level%measure%unit) // ")") // " noenhanced" // newline &
-        & // "set key outside bottom center horizontal samplen 2" // newline // "set object 1 rectangle from graph 0,first level " &
+        & // "set ylabel " // quoted(label_with(level%subject(), unit)) // " noenhanced" // newline &
+        & // "set bmargin 6; set key at screen 0.5,screen 0.01 bottom center horizontal samplen 2" // newline &
+        & // "set object 1 rectangle from graph 0,first level " &
         & // "to graph 1,graph 1 behind fillcolor rgb '#F9E0C7' fillstyle solid 1 noborder" // newline // marks%lines
       last = huge(last)
       do i = 1, size(values)
@@ -125,14 +131,14 @@ contains
         lines = lines // "set label " // text(i) // " '  " // concise(values(i)%value, 6) // "' at first " // concise(at, 9) &
           & // ",first level rotate by 90 left font ',12'" // newline
       end do
-      lines = lines // "plot [] 'level.csv' using (X(column(1))):(over(column(2))) with lines lt 1 lw 1.5 notitle, " &
+      lines = lines // "plot [] 'level.csv' using (X(column(1))):(" // value // ") with lines lt 1 lw 1.5 notitle, " &
         & // "level with lines lt 7 dt 2 title 'level'"
       if (any(results%curve%points%state == unstable)) lines = lines // ", 'level.csv' using (X(column(1))):(strcol(4) eq " &
-        & // "'unstable' ? over(column(2)) : NaN) with points lt 2 pt 7 ps 0.4 title 'unstable'"
+        & // "'unstable' ? " // value // " : NaN) with points lt 2 pt 7 ps 0.4 title 'unstable'"
       if (size(values) > 0) lines = lines // ", 'boundary.csv' using (X(column(2))):(level) with points lt 7 pt 7 " &
         & // "ps 0.9 title 'crossings'"
     end associate
-    figure = new_figure("boundary", level_title(level), lines // marks%entries // newline, width=800, height=480)
+    figure = new_figure("boundary", level_title(level), lines // marks%entries // newline, height=480)
   end function plot_levels
 
 end module gestell_task_boundary_plot

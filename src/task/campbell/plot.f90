@@ -1,17 +1,16 @@
-!> Draws the pictures of the modes against the speed: the Campbell diagram and the crossings.
+!> Draws the Campbell diagram: the modes against the speed.
 module gestell_task_campbell_plot
   use gestell_base_kinds, only: dp, pi
   use gestell_base_text, only: concise, either, newline, text
-  use gestell_math_sorting, only: ascending
   use gestell_output_picture_script, only: figure_type, new_figure, span
-  use gestell_output_picture_marks, only: apart, chart_marks, marks_type, choose_spaced
-  use gestell_output_picture_panels, only: key_line, layout_line, range_with_margin
+  use gestell_output_picture_marks, only: apart, chart_marks, marks_type
+  use gestell_output_picture_panels, only: key_line, layout_line
   use gestell_task_campbell, only: campbell_type
   use gestell_task_campbell_crossings, only: crossing_type
   implicit none (type, external)
   private
 
-  public :: marks_of, plot_campbell, plot_crossings
+  public :: marks_of, plot_campbell
 
   !> Maximum number of order lines with a label
   integer, parameter :: most_named = 12
@@ -100,7 +99,7 @@ contains
       & // "set ylabel 'damping (%)'" // newline &
       & // "set arrow 1 from graph 0,first 0 to graph 1,first 0 nohead lt 7 dt 1 lw 1" // newline // dampings // newline &
       & // "unset multiplot" // newline
-    figure = new_figure("campbell", "Campbell diagram", lines, width=820, height=680)
+    figure = new_figure("campbell", "Campbell diagram", lines, height=600)
   end function plot_campbell
 
   !> Gnuplot range that includes all values and zero.
@@ -163,46 +162,5 @@ contains
     end function name
 
   end function order_names
-
-  !> The picture crossings.gp. The range of speeds and the marks are those of the Campbell diagram.
-  function plot_crossings(crossings, campbell, input) result(figure)
-    type(crossing_type), intent(in) :: crossings(:)
-    type(campbell_type), intent(in) :: campbell
-    real(dp), intent(in) :: input(:)
-    type(figure_type) :: figure
-    type(marks_type) :: marks
-    character(len=:), allocatable :: lines
-    real(dp) :: range(2), frequencies(size(crossings))
-    integer, allocatable :: of_mode(:)
-    integer :: i, k
-
-    frequencies = [(crossings(i)%at%frequency() / (2 * pi), i = 1, size(crossings))]
-    range = campbell%ends()
-    marks = marks_of(campbell, range, input)
-    lines = "set title heading noenhanced" // newline // "set xrange " // range_with_margin(range(1), range(2)) // newline &
-      & // "set yrange " // from_zero([1.0_dp, 1.1_dp * frequencies]) // newline &
-      & // "set xlabel 'crank speed (rpm)'; set ylabel 'frequency (Hz)'" // newline &
-      & // "set bmargin 6; set key at screen 0.5,screen 0.01 bottom center horizontal samplen 2" // newline // marks%lines &
-      & // "set style textbox opaque noborder margins 0.3,0.3" // newline
-    do k = 1, maxval([0, crossings%mode])
-      of_mode = pack([(i, i = 1, size(crossings))], crossings%mode == k)
-      ! low orders get their labels first
-      of_mode = of_mode(ascending((crossings(of_mode)%order)))
-      of_mode = pack(of_mode, choose_spaced((crossings(of_mode)%speed), label_width * abs(range(2) - range(1))))
-      do i = 1, size(of_mode)
-        lines = lines // "set label '" // concise(crossings(of_mode(i))%order, 4) // "×' at " &
-          & // concise(crossings(of_mode(i))%speed, 9) // "," // concise(frequencies(of_mode(i)), 6) &
-          & // " center offset 0,0.9 font ',12' boxed" // newline
-      end do
-    end do
-    lines = lines // "plot NaN notitle"
-    do k = 1, maxval([0, crossings%mode])
-      if (.not. any(crossings%mode == k)) cycle
-      lines = lines // ", 'crossings.csv' using (column('mode') == " // text(k) // " ? column('speed_rpm') : 1e290):" &
-        & // "'frequency_Hz' with points lt " // text(k) // " ps 1.4 title 'mode " // text(k) // "'"
-    end do
-    figure = new_figure("crossings", "Crossings of natural frequencies with orders of the crank: " &
-      & // either("no", text(size(crossings)), size(crossings) == 0), lines // marks%entries, width=800, height=460)
-  end function plot_crossings
 
 end module gestell_task_campbell_plot

@@ -12,7 +12,7 @@ module gestell_task_campbell_task
   use gestell_task_common_task, only: all_speeds, longest_table, task_type
   use gestell_task_campbell, only: campbell_options, campbell_type, solve_campbell
   use gestell_task_campbell_crossings, only: crossing_type, find_crossings
-  use gestell_task_campbell_plot, only: plot_campbell, plot_crossings
+  use gestell_task_campbell_plot, only: plot_campbell
   use gestell_task_campbell_report, only: campbell_verdict, report_campbell
   use gestell_task_common_context, only: context_type
   use gestell_task_common_locked_family, only: locked_family_type
@@ -81,7 +81,7 @@ contains
       call table%add("damping_ratio", plain, "damping ratio (Lehr) of the mode at the crossing", crossings%at%damping_ratio())
       call table%add("locked", "1: the mode is locked to the order over an interval of speeds; 0: the mode only crosses the " &
         & // "order", (crossings%locked))
-      call result%add(table, plot_crossings(crossings, diagram%campbell, context%configuration%plan%base))
+      call result%add(table)
     end associate
     call result%judge(judgement)
     call result%warn(not_judged, "Campbell diagram: " // counted(diagram%campbell%modes, "mode") // ", " &

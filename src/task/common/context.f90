@@ -42,7 +42,7 @@ module gestell_task_common_context
     !> A result that one task stores here so that a later task can use it.
     class(*), allocatable :: stored_result
   contains
-    procedure :: members, fill_header
+    procedure :: members, fill_header, may_draw
   end type context_type
 
 contains
@@ -60,6 +60,14 @@ contains
     if (present(model) .and. .not. self%configuration%analysis%averaged) locked%model = model
     locked%accuracy = self%configuration%accuracy
   end subroutine members
+
+  !> False if nobody looks at the pictures: for a line of results, and for a program that calls the library without a report.
+  !> Results that only pictures need are not computed then.
+  pure logical function may_draw(self)
+    class(context_type), intent(in) :: self
+
+    may_draw = self%reports .or. .not. (self%one_line .or. self%keep_all_rows)
+  end function may_draw
 
   !> Sets the header of all tables from the name of the input and the settings of the command line.
   subroutine fill_header(self, input, settings)

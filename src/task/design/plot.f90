@@ -3,6 +3,8 @@ module gestell_task_design_plot
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, newline, text
   use gestell_base_words, only: character_count
+  use gestell_output_picture_axis_unit, only: axis_unit_type, label_with, unit_of
+  use gestell_output_table, only: table_type
   use gestell_output_picture_script, only: figure_type, new_figure, quoted, tic, tics
   use gestell_task_design_plan, only: design_plan_type
   use gestell_task_design_report, only: worst_of
@@ -11,6 +13,9 @@ module gestell_task_design_plot
   private
 
   public :: plot_curve, plot_goals, plot_parameters, plot_range, plot_starts
+
+  !> Maximum length of the name of a column
+  integer, parameter :: longest_column = 160
 
 contains
 
@@ -30,7 +35,7 @@ contains
       & // "plot 'design.csv' using (0):($0 + 1):(1):(0) with vectors nohead lt 8 notitle, " &
       & // "'' using (place('before')):($0 + 1) with points lt 8 pt 6 ps 1.5 lw 2 title 'before', " &
       & // "'' using (place('after')):($0 + 1) with points lt 1 pt 7 ps 1.3 title 'after'" // newline
-    figure = new_figure("design", "Design parameters within their ranges", lines, width=800, height=160 + 34 * n)
+    figure = new_figure("design", "Design parameters within their ranges", lines, height=160 + 34 * n)
   end function plot_parameters
 
   !> The plot design_starts.gp: objective at the local optimum that was reached from each start.
@@ -43,7 +48,7 @@ contains
       & // "set offsets 0.5, 0.5, graph 0.05, 0; set key bottom right" // newline &
       & // "plot 'design_starts.csv' using 1:(column('violation') > 0 ? NaN : $2) with points lt 1 pt 7 ps 1.2 " &
       & // "title 'limits met', '' using 1:(column('violation') > 0 ? $2 : NaN) with points lt 2 pt 6 ps 1.2 lw 2 " &
-      & // "title 'limits not met'" // newline, width=800, height=400)
+      & // "title 'limits not met'" // newline, height=400)
   end function plot_starts
 
   !> The plot design_goals.gp: value of each goal after the design, in per cent of its value before, together with the limits.
@@ -78,31 +83,44 @@ contains
       & // newline // "set ylabel 'after the design (% of before)'; set xtics noenhanced (" // marks(3:) // ")" // newline &
       & // "plot 100 with lines lt 8 dt 2 title 'before', $goals using 1:2 with boxes lt 1 title 'after', " &
       & // "'' using ($1 - 0.35):3:(0.7):(0) with vectors nohead lt 2 lw 2 title 'limit'" // newline
-    figure = new_figure("design_goals", "Objectives and quantities with a limit, before and after the design", lines, width=800, &
+    figure = new_figure("design_goals", "Objectives and quantities with a limit, before and after the design", lines, &
       & height=480)
   end function plot_goals
 
   !> The plot design_range.gp: first objective against the speed, before and after the design.
-  type(figure_type) function plot_range(plan) result(figure)
+  type(figure_type) function plot_range(plan, table) result(figure)
     type(design_plan_type), intent(in) :: plan
-    character(len=:), allocatable :: lines, style
+    !> The table design_range.csv
+    type(table_type), intent(in) :: table
+    character(len=:), allocatable :: lines, style, name
+    character(len=longest_column) :: columns(2)
+    type(axis_unit_type) :: unit
 
     ! With tolerances the values do not form a curve, so they are plotted as points. Maxima between the given speeds are at the end
     ! of the file, so the points are sorted by speed (`smooth unique`).
     style = trim(merge("with points                   ", "smooth unique with linespoints", plan%robust))
+    name = trim(plan%options%objectives(1)%measure%name())
+    if (table%number_of(name // "_before") == 0) name = trim(plan%options%objectives(1)%measure%quantity)
+    columns = [character(len=longest_column) :: name // "_before", name // "_after"]
+    unit = unit_of(table, columns)
     lines = "set title heading noenhanced" // newline // "set xlabel 'crank speed (rpm)'; set ylabel " &
-      & // quoted(plan%options%objectives(1)%name() // " (" // trim(plan%options%objectives(1)%measure%unit) // ")") &
-      & // " noenhanced" // newline // "set yrange [0:*]; set key top left" // newline &
-      & // "plot 'design_range.csv' using (abs($1)):5 " // style // " lt 8 pt 7 ps 0.4 title 'before', " &
-      & // "'' using (abs($1)):7 " // style // " lt 1 pt 7 ps 0.4 title 'after'" // newline
-    figure = new_figure("design_range", "Objective over the speed, before and after the design", lines, width=800, height=480)
+      & // quoted(label_with(plan%options%objectives(1)%name(), unit)) // " noenhanced" // newline &
+      & // "set yrange [0:*]; set key top left" // newline // "plot 'design_range.csv' using (abs($1)):(" // trim(unit%words) &
+      & // " * column(" // text(table%number_of(columns(1))) // ")) " // style // " lt 8 pt 7 ps 0.4 title 'before', " &
+      & // "'' using (abs($1)):(" // trim(unit%words) // " * column(" // text(table%number_of(columns(2))) // ")) " // style &
+      & // " lt 1 pt 7 ps 0.4 title 'after'" // newline
+    figure = new_figure("design_range", "Objective over the speed, before and after the design", lines, &
+      & height=480)
   end function plot_range
 
   !> The plot design_trade_off.gp: trade-off curve between two objectives. The machine of the input and the design are marked as
   !> points.
-  type(figure_type) function plot_curve(design) result(figure)
+  type(figure_type) function plot_curve(design, table) result(figure)
     type(design_type), intent(in) :: design
+    !> The table design_trade_off.csv
+    type(table_type), intent(in) :: table
     character(len=:), allocatable :: lines
+    type(axis_unit_type) :: units(2)
     real(dp) :: numbers(3, 2, 2)
     integer :: g
 
@@ -110,12 +128,14 @@ contains
       numbers(:, g, 1) = worst_of(design%before, design, g)
       numbers(:, g, 2) = worst_of(design%after, design, g)
     end do
+    units = [unit_of(table, ["first"]), unit_of(table, ["second"])]
     lines = "set title heading noenhanced" // newline // "set key top right; set offsets graph 0.05, graph 0.05, graph 0.05, " &
       & // "graph 0.05" // newline // axis("x", 1) // axis("y", 2) // point("before", 1) // point("after", 2) &
-      & // "plot 'design_trade_off.csv' using 1:2 with linespoints lt 1 pt 7 ps 0.6 title 'best trade-off', " &
+      & // "plot 'design_trade_off.csv' using (" // trim(units(1)%words) // " * $1):(" // trim(units(2)%words) &
+      & // " * $2) with linespoints lt 1 pt 7 ps 0.6 title 'best trade-off', " &
       & // "$before using 1:2 with points lt 8 pt 2 ps 1.5 lw 2 title 'machine of the input', " &
       & // "$after using 1:2 with points lt 2 pt 6 ps 1.8 lw 2 title 'design'" // newline
-    figure = new_figure("design_trade_off", "Trade-off between the two objectives", lines, width=800, height=520)
+    figure = new_figure("design_trade_off", "Trade-off between the two objectives", lines, height=520)
 
   contains
 
@@ -124,8 +144,8 @@ contains
       integer, intent(in) :: k
       character(len=:), allocatable :: line
 
-      line = "set " // which // "label " // quoted(design%options%objectives(k)%name() // " (" &
-        & // trim(design%options%objectives(k)%measure%unit) // ")") // " noenhanced" // newline
+      line = "set " // which // "label " // quoted(label_with(design%options%objectives(k)%name(), units(k))) &
+        & // " noenhanced" // newline
     end function axis
 
     function point(name, k) result(line)
@@ -133,8 +153,8 @@ contains
       integer, intent(in) :: k
       character(len=:), allocatable :: line
 
-      line = "$" // name // " << END" // newline // "x,y" // newline // concise(numbers(1, 1, k), 7) // "," &
-        & // concise(numbers(1, 2, k), 7) // newline // "END" // newline
+      line = "$" // name // " << END" // newline // "x,y" // newline // concise(units(1)%factor &
+        & * numbers(1, 1, k), 7) // "," // concise(units(2)%factor * numbers(1, 2, k), 7) // newline // "END" // newline
     end function point
 
   end function plot_curve

@@ -5,6 +5,7 @@ module gestell_task_design_task
   use gestell_input_schema, only: group_rule, schema_type
   use gestell_base_verdict, only: has_vibration, judgement_type, operator(==), operator(>), stable, undecided, unstable, &
     & verdict_type
+  use gestell_output_table, only: table_type
   use gestell_output_result, only: result_type
   use gestell_task_common_task, only: longest_table, task_type, unsolved_machine
   use gestell_task_common_configuration, only: configuration_type
@@ -67,6 +68,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(locked_family_type) :: family
     type(design_type) :: design
+    type(table_type) :: table
     type(verdict_type) :: judged, state
     type(judgement_type) :: verdict
     character(len=:), allocatable :: words, improved
@@ -86,9 +88,15 @@ contains
       verdict%verdict = judged
       call result%add(parameter_table(plan, design, verdict), plot_parameters(plan))
       call result%add(goal_table(design, verdict), plot_goals(design))
-      if (size(design%options%conditions) > 1) call result%add(range_table(plan, design, verdict), plot_range(plan))
+      if (size(design%options%conditions) > 1) then
+        table = range_table(plan, design, verdict)
+        call result%add(table, plot_range(plan, table))
+      end if
       if (size(design%found) > 1) call result%add(start_table(plan, design, verdict), plot_starts((design%found%objective)))
-      if (plan%curve > 0) call result%add(curve_table(plan, design), plot_curve(design))
+      if (plan%curve > 0) then
+        table = curve_table(plan, design)
+        call result%add(table, plot_curve(design, table))
+      end if
       if (len(improved) > 0) call result%attach("design.nml", improved)
       call design_headline(design, state, words)
       call result%warn(state, words)

@@ -110,7 +110,7 @@ contains
         end do
       end do
       call result%add(histories, plot_histories(histories, reactions, frame))
-      call result%add(harmonics, plot_orders(harmonics, reactions, last, frame%mechanism%turns))
+      call result%add(harmonics, plot_orders(harmonics, reactions, frame%mechanism%turns))
       call result%write_section("FORCES ON THE GROUND " // either("due to the motion", "without weight", &
         & any(reactions%includes_weight)) // "; f: magnitude; %: share of rms^2", force_lines(reactions, frame))
     end associate

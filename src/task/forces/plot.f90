@@ -4,9 +4,10 @@ module gestell_task_forces_plot
   use gestell_base_text, only: concise, either, newline, text
   use gestell_model_frame, only: frame_type
   use gestell_output_report_orders, only: turns_in_words
-  use gestell_output_picture_script, only: figure_type, new_figure, tics
-  use gestell_output_picture_panels, only: bar_style => bars, height_of, history_panel, key_line, layout_line, order_axis, &
-    & order_panel, turn_axis
+  use gestell_output_picture_script, only: figure_type, new_figure, quoted, tics
+  use gestell_output_picture_panels, only: bar_style => bars, height_of, history_panel, key_line, layout_line, turn_axis
+  use gestell_output_picture_axis_unit, only: axis_unit_type, label_with, maximum_of, unit_of
+  use gestell_output_picture_orders, only: highest_order, order_axis, order_panel
   use gestell_output_table, only: table_type
   use gestell_output_table_turn, only: amplitude_of
   use gestell_output_table_unit, only: newton
@@ -39,27 +40,29 @@ contains
     character(len=*), parameter :: columns(5) = [character(len=7) :: "fx_peak", "fy_peak", "f_peak", "f_rms", "fz_peak"]
     character(len=*), parameter :: titles(5) = [character(len=12) :: "peak along x", "peak along y", "peak", "rms", "peak along z"]
     character(len=:), allocatable :: lines
-    real(dp) :: width
+    type(axis_unit_type) :: unit
+    real(dp) :: width, most
     integer, allocatable :: shown(:)
     integer :: i
 
     shown = [1, 2, 3, 4]
     if (size(reactions(1)%position) == 3) shown = [1, 2, 5, 3, 4]
     width = 0.84_dp / size(shown)
+    unit = unit_of(table, columns(3:3))
+    most = maximum_of(table, columns(3:3))
     lines = "set title heading noenhanced" // newline &
       & // "set xrange [-0.6:" // text(size(reactions) - 1) // ".6]; set boxwidth " // concise(width - 0.01_dp, 3) &
       & // "; set xtics (" // tics(titles_of(reactions), 0) // ")" // newline &
-      & // "set ylabel 'force (N)'" // newline // "set grid noxtics ytics; set xtics scale 0" // newline &
+      & // "set ylabel " // quoted(label_with("force", unit)) // "; set grid noxtics ytics; set xtics scale 0" // newline &
       & // "set bmargin 6; set key at screen 0.5,screen 0.01 bottom center horizontal samplen 2" // newline &
-      & // "most = 0; set table $unused" // newline &
-      & // "plot [0:1] [-1:1] 'supports.csv' using (0):(v = column('f_peak_N'), most = v > most ? v : most, 0)" // newline &
-      & // "unset table" // newline // "set yrange [0:(most > 0 ? 1.05 * most : 1)]" // newline // "plot "
+      & // "set yrange [0:" // concise(merge(1.05_dp * unit%factor * most, 1.0_dp, most > 0), 4) // "]" // newline // "plot "
     do i = 1, size(shown)
       lines = lines // either(", \" // newline // "  ", "", i > 1) // "'supports.csv' using ($0 + " &
-        & // concise(width * (i - (size(shown) + 1) / 2.0_dp), 3) // "):(column('" // table%key_of(columns(shown(i))) &
-        & // "')) with " // bar_style(shown(i), 5) // " border lt -1 title '" // trim(titles(shown(i))) // "'"
+        & // concise(width * (i - (size(shown) + 1) / 2.0_dp), 3) // "):(" // trim(unit%words) // " * column('" &
+        & // table%key_of(columns(shown(i))) // "')) with " // bar_style(shown(i), 5) &
+        & // " border lt -1 title '" // trim(titles(shown(i))) // "'"
     end do
-    figure = new_figure(table%name, "Forces on the ground, by support", lines, width=800, height=480)
+    figure = new_figure(table%name, "Forces on the ground, by support", lines, height=480)
   end function plot_summary
 
   !> The picture of the table supports_history.csv. Each component has a panel, with a curve for each reaction that has this
@@ -81,15 +84,15 @@ contains
     do k = 1, size(parts)
       own = pack([(i, i = 1, size(reactions))], [(has_component(reactions(i), parts(k)), i = 1, size(reactions))])
       columns = trim(component_names(parts(k))) // "_" // reactions%name
-      lines = lines // turn_axis(frame, k == size(parts)) // key_line(k == 1) // history_panel(table, label_of(parts(k)), "1", &
+      lines = lines // turn_axis(frame, k == size(parts)) // key_line(k == 1) // history_panel(table, label_of(parts(k)), &
         & columns(own), titles(own), own)
     end do
     figure = new_figure(table%name, "Forces on the ground over " // turns_in_words(frame%mechanism%turns) // ", by support", &
-      & lines // "unset multiplot" // newline, width=800, height=nint(height_of(size(parts))))
+      & lines // "unset multiplot" // newline, height=nint(height_of(size(parts))))
 
   contains
 
-    !> Label of the y axis in the panel of the component `part`.
+    !> Label of the y axis in the panel of the component `part`, without the unit.
     pure function label_of(part) result(label)
       integer, intent(in) :: part
       character(len=:), allocatable :: label
@@ -98,36 +101,35 @@ contains
         label = either("moment", "force", scan(name, "m") > 0)
         if (scan(name, "xyz") > 0) label = label // " " // name(2:2)
         if (name == "m" .and. size(reactions(1)%position) == 3) label = label // " z"
-        label = label // either(" (N m)", " (N)", scan(name, "m") > 0)
       end associate
     end function label_of
 
   end function plot_histories
 
   !> The picture of the table supports_harmonics.csv: amplitudes of the forces along the axes for each order.
-  type(figure_type) function plot_orders(table, reactions, harmonics, turns) result(figure)
+  type(figure_type) function plot_orders(table, reactions, turns) result(figure)
     type(table_type), intent(in) :: table
     type(reaction_type), intent(in) :: reactions(:)
-    !> `harmonics`: highest harmonic of the period in the picture. `turns`: number of turns that the crank makes in the period
-    integer, intent(in) :: harmonics, turns
+    !> Number of turns that the crank makes in the period
+    integer, intent(in) :: turns
     integer, parameter :: axes(3) = [along_x, along_y, along_z]
     character(len=:), allocatable :: lines
-    character(len=longest_column) :: columns(size(reactions))
+    character(len=longest_column) :: columns(size(reactions), 3)
     integer :: i, k, n
 
     n = size(reactions(1)%position)
+    do k = 1, n
+      do i = 1, size(reactions)
+        columns(i, k) = amplitude_of(trim(component_names(axes(k))) // "_" // trim(reactions(i)%name), newton)
+      end do
+    end do
     lines = layout_line(n, 1) // "set grid noxtics ytics" // newline
     do k = 1, n
-      associate (part => component_names(axes(k)))
-        do i = 1, size(reactions)
-          columns(i) = amplitude_of(part // "_" // reactions(i)%name, newton)
-        end do
-        lines = lines // order_axis(harmonics, k == n, turns) // key_line(k == 1) // order_panel(table, "force " // part(2:2) &
-          & // " (N)", "1", columns, titles_of(reactions), turns)
-      end associate
+      lines = lines // order_axis(table, highest_order(table, [columns(:, :n)], turns), k == n, turns) // key_line(k == 1) &
+        & // order_panel(table, "force " // component_names(axes(k))(2:2), columns(:, k), titles_of(reactions), turns)
     end do
     figure = new_figure(table%name, "Amplitudes of the forces on the ground, by support", lines // "unset multiplot" &
-      & // newline, width=800, height=nint(height_of(n)))
+      & // newline, height=nint(height_of(n)))
   end function plot_orders
 
 end module gestell_task_forces_plot

@@ -158,7 +158,7 @@ contains
     end do
     call result%add(table, plot_loads(table, histories, forces, ground))
     call result%add(histories, plot_histories(histories, forces, frame, ground))
-    call result%add(harmonics, plot_orders(harmonics, forces, axes_of(self%of_links), last, frame%mechanism%turns))
+    call result%add(harmonics, plot_orders(harmonics, forces, axes_of(self%of_links), frame%mechanism%turns))
     table = sources_table(forces, sources, ground)
     call result%add(table, plot_sources(table, forces, sources))
     call result%write_section("JOINT FORCES " // ground, joint_lines(forces, sources, frame, axes_of(self%of_links)))

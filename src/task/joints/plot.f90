@@ -6,8 +6,9 @@ module gestell_task_joints_plot
   use gestell_model_frame, only: frame_type
   use gestell_model_joints_pairs, only: pin
   use gestell_model_pairs_forces, only: moment
-  use gestell_output_picture_panels, only: bar_style => bars, height_of, history_panel, key_line, layout_line, order_axis, &
-    & order_panel, turn_axis
+  use gestell_output_picture_panels, only: bar_style => bars, height_of, history_panel, key_line, layout_line, turn_axis
+  use gestell_output_picture_orbits, only: orbit_layout, orbit_panel
+  use gestell_output_picture_orders, only: highest_order, order_axis, order_panel
   use gestell_output_picture_script, only: figure_type, new_figure, quoted, tics
   use gestell_output_report_orders, only: turns_in_words
   use gestell_output_table, only: table_type
@@ -32,61 +33,29 @@ contains
     character(len=*), intent(in) :: ground
     !> Maximum number of forces in the picture
     integer, parameter :: most = 8
-    character(len=:), allocatable :: lines
+    character(len=:), allocatable :: lines, title
+    character(len=column_length) :: columns(2)
     integer, allocatable :: shown(:)
-    integer :: i, rows
+    integer :: i, height
 
     shown = pack([(i, i = 1, size(forces))], shown_forces(forces) .and. forces%place%kind == pin)
     shown = shown(:min(most, size(shown)))
-    rows = max(1, size(shown))
-    lines = layout_line(2 * rows, 2) // key_line(.false.) // "set size square; set zeroaxis" // newline &
-      & // "marked(row, angle) = row > 0 && abs(angle / 30 - floor(angle / 30 + 0.5)) < 1e-6" // newline
+    call orbit_layout(2 * max(1, size(shown)), 2, lines, height)
+    lines = lines // "set key off" // newline
     do i = 1, size(shown)
       associate (place => forces(shown(i))%place)
-        lines = lines // polar("fx", "fy", "fx and fy (N)") // polar("axial", "transverse", "along and across " &
-          & // trim(place%body) // " (N)")
+        title = trim(place%other) // " on " // trim(place%body) // " at " // trim(place%joint)
+        columns = ["fx_" // place%name, "fy_" // place%name]
+        lines = lines // orbit_panel(histories, columns, ["fx", "fy"], title, .true.)
+        columns(1) = "axial_" // place%name
+        columns(2) = "transverse_" // place%name
+        lines = lines // orbit_panel(histories, columns, [character(len=6) :: "along", "across"], title // ", axes of " &
+          & // trim(place%body), .true.)
       end associate
     end do
-    figure = new_figure(table%name, "Load diagrams of the machine " // ground // " (crank angle in degrees)", &
-      & lines // "unset multiplot" // newline, width=880, height=400 * rows)
-
-  contains
-
-    !> Panel with one component of the force over the other.
-    function polar(across, up, label) result(lines)
-      character(len=*), intent(in) :: across, up, label
-      character(len=*), parameter :: marked = "marked(column(0), column(1)) ? "
-      character(len=:), allocatable :: lines, x, y
-
-      associate (place => forces(shown(i))%place)
-        x = "column('" // histories%key_of(across // "_" // trim(place%name)) // "')"
-        y = "column('" // histories%key_of(up // "_" // trim(place%name)) // "')"
-        lines = "set title " // quoted(trim(place%other) // " on " // trim(place%body) // " at " // trim(place%joint) // ": " &
-          & // label) // " noenhanced" // newline
-      end associate
-      lines = lines // square_range(forces(shown(i))%statistics(magnitude)%peak)
-      lines = lines // "plot '" // histories%name // ".csv' using (" // x // "):(" // y // ") with lines lt 1 notitle, '' using (" &
-        & // marked // x // " : NaN):(" // y // ") with points lt 1 pt 7 ps 0.5 notitle, '' using (" // marked // x // " : NaN):(" &
-        & // y // "):(sprintf('%g', column(1))) with labels offset 0.8,0.5 notitle" // newline
-    end function polar
-
+    figure = new_figure(table%name, "Load diagrams of the machine " // ground // " (angles: crank)", lines // "unset multiplot" &
+      & // newline, height=height)
   end function plot_loads
-
-  !> Gnuplot line that sets equal ranges of both axes for a vector with this peak.
-  pure function square_range(peak) result(line)
-    real(dp), intent(in) :: peak
-    character(len=:), allocatable :: line
-    real(dp) :: decade, most, step
-
-    most = 1
-    if (peak > 0) most = 1.25_dp * peak
-    decade = 10.0_dp**floor(log10(most))
-    step = decade * merge(0.5_dp, merge(1.0_dp, 2.5_dp, most < 5 * decade), most < 2 * decade)
-    associate (range => "range [-" // concise(most, 3) // ":" // concise(most, 3) // "]; ")
-      line = "set x" // range // "set y" // range // "set xtics " // concise(step, 3) // "; set ytics " // concise(step, 3) &
-        & // newline
-    end associate
-  end function square_range
 
   !> The picture of the table joints_history.csv: magnitudes of the forces, and moments if there are any.
   type(figure_type) function plot_histories(table, forces, frame, ground) result(figure)
@@ -103,39 +72,41 @@ contains
     shown = pack([(i, i = 1, size(forces))], shown_forces(forces))
     turned = pack([(i, i = 1, size(forces))], shown_forces(forces) .and. forces%has_moment)
     panels = merge(2, 1, size(turned) > 0)
-    lines = layout_line(panels, 1) // turn_axis(frame, panels == 1) // key_line(.true.) // history_panel(table, "force (N)", "1", &
+    lines = layout_line(panels, 1) // turn_axis(frame, panels == 1) // key_line(.true.) // history_panel(table, "force", &
       & "f_" // names(shown), names(shown))
-    if (panels == 2) lines = lines // turn_axis(frame, .true.) // history_panel(table, "moment (N m)", "1", &
+    if (panels == 2) lines = lines // turn_axis(frame, .true.) // history_panel(table, "moment", &
       & "m_" // names(turned), names(turned))
     figure = new_figure(table%name, "Joint forces of the machine " // ground // " over " &
-      & // turns_in_words(frame%mechanism%turns), lines // "unset multiplot" // newline, width=800, height=nint(height_of(panels)))
+      & // turns_in_words(frame%mechanism%turns), lines // "unset multiplot" // newline, height=nint(height_of(panels)))
   end function plot_histories
 
   !> The picture of the table joints_harmonics.csv: amplitudes of the two components of the forces.
-  type(figure_type) function plot_orders(table, forces, axes, harmonics, turns) result(figure)
+  type(figure_type) function plot_orders(table, forces, axes, turns) result(figure)
     type(table_type), intent(in) :: table
     type(joint_force_type), intent(in) :: forces(:)
-    !> `axes`: the two components. `harmonics`: highest harmonic. `turns`: number of turns of the crank in the period
-    integer, intent(in) :: axes(2), harmonics, turns
+    !> `axes`: the two components. `turns`: number of turns of the crank in the period
+    integer, intent(in) :: axes(2), turns
     character(len=:), allocatable :: lines
-    character(len=column_length), allocatable :: columns(:)
+    character(len=column_length), allocatable :: columns(:, :)
     character(len=name_length) :: names(size(forces))
     integer, allocatable :: shown(:)
     integer :: i, k
 
     names = forces%place%name
     shown = pack([(i, i = 1, size(forces))], shown_forces(forces))
-    allocate(columns(size(shown)))
-    lines = layout_line(2, 1)
+    allocate(columns(size(shown), 2))
     do k = 1, 2
       do i = 1, size(shown)
-        columns(i) = amplitude_of(trim(component_names(axes(k))) // "_" // trim(names(shown(i))), newton)
+        columns(i, k) = amplitude_of(trim(component_names(axes(k))) // "_" // trim(names(shown(i))), newton)
       end do
-      lines = lines // order_axis(harmonics, k == 2, turns) // key_line(k == 1) // order_panel(table, &
-        & trim(component_names(axes(k))) // " (N)", "1", columns, names(shown), turns)
+    end do
+    lines = layout_line(2, 1)
+    do k = 1, 2
+      lines = lines // order_axis(table, highest_order(table, [columns], turns), k == 2, turns) // key_line(k == 1) &
+        & // order_panel(table, trim(component_names(axes(k))), columns(:, k), names(shown), turns)
     end do
     figure = new_figure(table%name, "Joint forces by orders of the crank speed", lines // "unset multiplot" // newline, &
-      & width=800, height=nint(height_of(2)))
+      & height=nint(height_of(2)))
   end function plot_orders
 
   !> The picture of the table joints_sources.csv: the parts of each force at its peak, side by side.
@@ -156,7 +127,7 @@ contains
         & // "):(column('" // table%key_of("at_peak") // "')) with " // bar_style(i, 5) // " border lt -1 title '" &
         & // trim(sources(i)%name) // "'"
     end do
-    figure = new_figure(table%name, "Causes of the joint forces at their peaks", lines // newline, width=800, height=480)
+    figure = new_figure(table%name, "Causes of the joint forces at their peaks", lines // newline, height=480)
   end function plot_sources
 
 end module gestell_task_joints_plot

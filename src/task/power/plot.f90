@@ -20,12 +20,12 @@ contains
 
     figure = new_figure(table%name, "Driving torque and power over " // turns_in_words(frame%mechanism%turns), &
       & layout_line(3, 1) // turn_axis(frame, .false.) // key_line(.true.) &
-      & // history_panel(table, "torque (N m)", "1", [character(len=12) :: "torque", "rigid_torque"], &
+      & // history_panel(table, "torque", [character(len=12) :: "torque", "rigid_torque"], &
       & [character(len=32) :: "on the vibrating frame", "on a frame at rest"]) &
-      & // history_panel(table, "power (W)", "1", [character(len=7) :: "drive", "dampers"], &
+      & // history_panel(table, "power", [character(len=7) :: "drive", "dampers"], &
       & [character(len=32) :: "of the drive", "absorbed by the dampers"]) &
-      & // turn_axis(frame, .true.) // key_line(.false.) // history_panel(table, "energy (J)", "1", ["energy"], ["energy"]) &
-      & // "unset multiplot" // newline, width=800, height=nint(height_of(3)))
+      & // turn_axis(frame, .true.) // key_line(.false.) // history_panel(table, "energy", ["energy"], ["energy"]) &
+      & // "unset multiplot" // newline, height=nint(height_of(3)))
   end function plot_power
 
 end module gestell_task_power_plot

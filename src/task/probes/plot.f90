@@ -6,15 +6,19 @@ module gestell_task_probes_plot
   use gestell_model_frame, only: frame_type
   use gestell_output_report_orders, only: turns_in_words
   use gestell_output_picture_script, only: figure_type, new_figure, tics
-  use gestell_output_picture_panels, only: bar_style => bars, height_of, history_panel, key_line, layout_line, order_axis, &
-    & order_panel, turn_axis
+  use gestell_output_picture_panels, only: bar_style => bars, height_of, history_panel, key_line, layout_line, turn_axis
+  use gestell_output_picture_orbits, only: orbit_layout, orbit_panel
+  use gestell_output_picture_orders, only: highest_order, order_axis, order_panel
   use gestell_output_table, only: table_type
   use gestell_output_table_turn, only: amplitude_of
   use gestell_output_table_unit, only: metre_per_s
   implicit none (type, external)
   private
 
-  public :: plot_histories, plot_limits, plot_orders
+  public :: plot_histories, plot_limits, plot_orbits, plot_orders
+
+  !> Maximum number of panels with orbits
+  integer, parameter :: most_orbits = 8
 
   character, parameter :: along(3) = ["x", "y", "z"]
 
@@ -44,7 +48,7 @@ contains
     lines = lines // "  ''" // boxes("v_rms_band", "strongest direction") &
       & // "  '' using ($0 - 0.42):(limit(column('limit_mm_s'))):(0.84):(0) with vectors nohead lt 7 dt 1 lw 3 " &
       & // "title 'limit'" // newline
-    figure = new_figure(table%name, "Vibration velocity at the probes: rms within the band, and its limit", lines, width=800, &
+    figure = new_figure(table%name, "Vibration velocity at the probes: rms within the band, and its limit", lines, &
       & height=460)
 
   contains
@@ -68,7 +72,7 @@ contains
     !> Number of coordinate axes of a displacement (2 or 3)
     integer, intent(in) :: axes
     class(frame_type), intent(in) :: frame
-    character(len=*), parameter :: kinds(3) = [" ", "v", "a"], units(3) = [character(len=11) :: " (mm)", "' (mm/s)", "'' (m/s²)"]
+    character(len=*), parameter :: kinds(3) = [" ", "v", "a"], dots(3) = ["  ", "' ", "''"]
     character(len=:), allocatable :: lines
     character(len=word_length + 3) :: columns(size(names))
     integer :: kind, axis
@@ -78,35 +82,61 @@ contains
       do axis = 1, axes
         columns = trim(kinds(kind)) // along(axis) // "_" // names
         lines = lines // turn_axis(frame, kind == 3) // key_line(kind == 1 .and. axis == axes) // history_panel(table, &
-          & along(axis) // trim(units(kind)), merge("1e3", "1  ", kind < 3), columns, names)
+          & along(axis) // trim(dots(kind)), columns, names)
       end do
     end do
     figure = new_figure(table%name, "Displacement, velocity and acceleration at the probes over " &
-      & // turns_in_words(frame%mechanism%turns), lines // "unset multiplot" // newline, width=880, height=nint(height_of(3)))
+      & // turns_in_words(frame%mechanism%turns), lines // "unset multiplot" // newline, height=nint(height_of(3)))
   end function plot_histories
 
+  !> The picture probes_orbit.gp: the paths of the probes during the period. In space each probe has three projections.
+  type(figure_type) function plot_orbits(table, names, axes) result(figure)
+    !> The table probes_history.csv
+    type(table_type), intent(in) :: table
+    character(len=*), intent(in) :: names(:)
+    !> Number of axes (2 or 3)
+    integer, intent(in) :: axes
+    integer, parameter :: planes(2, 3) = reshape([1, 2, 1, 3, 2, 3], [2, 3])
+    character(len=:), allocatable :: lines
+    integer :: i, k, n, shown, height
+
+    n = merge(3, 1, axes > 2)
+    shown = min(size(names), most_orbits / n)
+    call orbit_layout(n * shown, merge(2, min(2, shown), n > 1), lines, height)
+    lines = lines // "set key off" // newline
+    do i = 1, shown
+      do k = 1, n
+        lines = lines // orbit_panel(table, along(planes(:, k)) // "_" // trim(names(i)), along(planes(:, k)), trim(names(i)), &
+          & .false.)
+      end do
+    end do
+    figure = new_figure("probes_orbit", "Orbits of the probes (angles: crank)", lines // "unset multiplot" // newline, &
+      & height=height, table=table%name)
+  end function plot_orbits
+
   !> The picture of the table probes_harmonics.csv: amplitudes of the velocity for each order.
-  type(figure_type) function plot_orders(table, names, axes, harmonics, turns) result(figure)
+  type(figure_type) function plot_orders(table, names, axes, turns) result(figure)
     type(table_type), intent(in) :: table
     !> Names of the probes, which are parts of the names of the table's columns
     character(len=*), intent(in) :: names(:)
-    !> `axes`: number of axes (2 or 3). `harmonics`: highest harmonic of the period in the picture. `turns`: number of turns that
-    !> the crank makes in the period
-    integer, intent(in) :: axes, harmonics, turns
+    !> `axes`: number of axes (2 or 3). `turns`: number of turns that the crank makes in the period
+    integer, intent(in) :: axes, turns
     character(len=:), allocatable :: lines
-    character(len=word_length + 20) :: columns(size(names))
+    character(len=word_length + 20) :: columns(size(names), axes)
     integer :: i, k
 
-    lines = layout_line(axes, 1) // "set grid noxtics ytics" // newline
     do k = 1, axes
       do i = 1, size(names)
-        columns(i) = amplitude_of("v" // along(k) // "_" // names(i), metre_per_s)
+        columns(i, k) = amplitude_of("v" // along(k) // "_" // trim(names(i)), metre_per_s)
       end do
-      lines = lines // order_axis(harmonics, k == axes, turns) // key_line(k == 1) // order_panel(table, along(k) // "' (mm/s)", &
-        & "1e3", columns, names, turns)
+    end do
+    lines = layout_line(axes, 1) // "set grid noxtics ytics" // newline
+    do k = 1, axes
+      lines = lines // order_axis(table, highest_order(table, [columns], turns), k == axes, turns) // key_line(k == 1) &
+        & // order_panel(table, along(k) // "'", columns(:, k), names, turns)
     end do
     figure = new_figure(table%name, "Amplitudes of the vibration velocity at the probes", lines // "unset multiplot" // newline, &
-      & width=800, height=nint(height_of(axes)))
+      & height=nint(height_of(axes)))
   end function plot_orders
 
 end module gestell_task_probes_plot

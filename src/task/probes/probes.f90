@@ -13,7 +13,7 @@ module gestell_task_probes
   use gestell_task_common_task, only: longest_table, task_type
   use gestell_task_common_configuration, only: configuration_type
   use gestell_task_common_context, only: context_type
-  use gestell_task_probes_plot, only: plot_histories, plot_limits, plot_orders
+  use gestell_task_probes_plot, only: plot_histories, plot_limits, plot_orbits, plot_orders
   use gestell_task_probes_report, only: limit_sentence, probe_lines
   use gestell_task_probes_response, only: find_responses, probe_response_type
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_quiet_nan, ieee_value
@@ -37,7 +37,7 @@ contains
     class(probes_task), intent(inout) :: self
 
     self%name = "response"
-    self%tables = [character(len=longest_table) :: "probes", "probes_history", "probes_harmonics"]
+    self%tables = [character(len=longest_table) :: "probes", "probes_history", "probes_harmonics", "probes_orbit"]
     self%gives_verdict = .true.
     self%brief = .true.
   end subroutine describe
@@ -111,7 +111,8 @@ contains
         end do
       end do
       call result%add(histories, plot_histories(histories, names, axes, frame))
-      call result%add(harmonics, plot_orders(harmonics, names, axes, last, frame%mechanism%turns))
+      call result%add_figure(plot_orbits(histories, names, axes))
+      call result%add(harmonics, plot_orders(harmonics, names, axes, frame%mechanism%turns))
       call result%write_section("VIBRATION AT PROBES, rms in the direction of strongest vibration", probe_lines(responses, &
         & frame%period, frame%mechanism%turns, result%verdict))
       do i = 1, size(responses)

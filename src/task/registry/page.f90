@@ -17,6 +17,7 @@ module gestell_task_registry_page
   use gestell_output_page_svg, only: inline_svg
   use gestell_output_page_table, only: html_table
   use gestell_output_page_viewer, only: viewer, viewer_script
+  use gestell_output_picture_script, only: figure_type
   use gestell_output_result, only: result_type
   use gestell_output_table, only: table_type
   use gestell_input_namelist_document, only: group_type, name_of
@@ -53,7 +54,7 @@ contains
     title = context%head%title
     if (len_trim(title) == 0) title = input
     do i = 1, size(sections)
-      sections(i)%html = section(context%staging, result%tables(i))
+      sections(i)%html = section(context%staging, result%tables(i), result%figures)
     end do
     call open_output(page, context%staging // "/report.html")
     call page%append(head(title) // "<a class=""skip"" href=""#summary"">Skip to the summary</a>" // newline // "<header><h1>" &
@@ -97,18 +98,28 @@ contains
 
   !> HTML section with the picture of a table. It includes the table itself if the page shows it. It is empty if there is neither
   !> picture nor table.
-  function section(folder, table) result(words)
+  function section(folder, table, figures) result(words)
     character(len=*), intent(in) :: folder
     type(table_type), intent(in) :: table
-    character(len=:), allocatable :: words, source, picture, rows
+    !> All pictures of the run
+    type(figure_type), intent(in) :: figures(:)
+    character(len=:), allocatable :: words, source, picture, rows, caption
+    integer :: i
 
     words = ""
-    call read_file(folder // "/" // table%name // ".svg", source)
-    picture = inline_svg(source, table%name // "-", table%heading // ". " // table%caption)
-    if (picture == "" .and. .not. table%shown) return
-    words = section_start(table%name, table%heading)
-    if (picture /= "") words = words // "<figure>" // scroll_start(table%heading // ", picture") // picture // "</div>" &
-      & // "<figcaption>" // escaped(table%caption) // "</figcaption></figure>" // newline
+    do i = 1, size(figures)
+      associate (figure => figures(i))
+        if (figure%table /= table%name .or. figure%animated) cycle
+        call read_file(folder // "/" // figure%name // ".svg", source)
+        picture = inline_svg(source, figure%name // "-", table%heading // ". " // figure%shown)
+        ! the picture of the table itself has the table's caption, further pictures say what they show
+        caption = either(table%caption, figure%shown, figure%name == table%name)
+        if (picture /= "") words = words // "<figure>" // scroll_start(table%heading // ", picture") // picture // "</div>" &
+          & // "<figcaption>" // escaped(caption) // "</figcaption></figure>" // newline
+      end associate
+    end do
+    if (words == "" .and. .not. table%shown) return
+    words = section_start(table%name, table%heading) // words
     if (table%shown) then
       rows = html_table(table)
       words = words // rows

@@ -3,13 +3,14 @@ module gestell_task_resonance_plot
   use gestell_base_verdict, only: failed, impossible, in_resonance, operator(/=), operator(==), state_word, undamped, undecided, &
     & unstable, verdict_type
   use gestell_base_kinds, only: dp
-  use gestell_base_text, only: concise, newline, text
-  use gestell_base_words, only: character_count
-  use gestell_output_picture_script, only: figure_type, new_figure, quoted, tics
-  use gestell_output_picture_marks, only: apart, beyond_colour, chart_marks, marks_type
+  use gestell_base_text, only: concise, either, newline, text
+  use gestell_output_picture_script, only: figure_type, new_figure, quoted
+  use gestell_output_picture_axis_unit, only: axis_unit_type, label_with, maximum_of, pick_unit
+  use gestell_output_picture_marks, only: beyond_colour, chart_marks, marks_type
   use gestell_output_picture_axis, only: decade_lines, extent_lines
   use gestell_output_report_orders, only: order_as_fraction, order_of
-  use gestell_output_picture_panels, only: height_of, layout_line, range_with_margin
+  use gestell_output_picture_panels, only: height_of, key_line, layout_line, range_with_margin
+  use gestell_output_picture_peaks, only: beyond_entry, peak_panel, peak_type
   use gestell_output_table, only: table_type
   use gestell_model_quantity_rows, only: quantity_type
   use gestell_task_resonance_curve, only: resonance_curve_type
@@ -22,8 +23,8 @@ module gestell_task_resonance_plot
   !> Rows of a quantity's values that contain its peak (`of_peak`) and its rms (`of_rms`). The amplitudes of the orders follow
   integer, parameter :: of_peak = 1, of_rms = 3
   !> `most_below`: maximum number of panels in one column. `most_panels`: maximum number of panels. `max_orders`: maximum number of
-  !> orders that are drawn. `most_labelled`: maximum number of labelled maxima of a quantity
-  integer, parameter :: most_below = 4, most_panels = 10, max_orders = 6, most_labelled = 8
+  !> orders that are drawn
+  integer, parameter :: most_below = 4, most_panels = 10, max_orders = 6
   !> The lower end of a panel is the larger of two values: `depth` times its maximum, and `below` times the lowest peak or rms
   real(dp), parameter :: depth = 1.0e-4_dp, below = 0.5_dp
   !> Height of the legend in pixels
@@ -80,7 +81,7 @@ contains
       lines = lines // newline // "unset logscale y; set format y; set ytics autofreq" // newline
     end do
     figure = new_figure(table%name, "Response as a function of the crank speed: peak, rms, and rms of single orders", lines &
-      & // "unset multiplot" // newline, width=merge(820, 960, across == 1), height=legend + nint(height_of(rows)))
+      & // "unset multiplot" // newline, height=legend + nint(height_of(rows)))
 
   contains
 
@@ -106,15 +107,21 @@ contains
       type(quantity_type), intent(in) :: quantity
       logical, intent(in) :: orders(:)
       character(len=:), allocatable :: lines, name
+      type(axis_unit_type) :: unit
       integer :: k
 
       name = trim(quantity%name)
-      lines = extent_lines("resonance.csv", [column(name // "_peak"), column(name // "_rms")]) &
+      unit = pick_unit(trim(quantity%unit), maximum_of(table, [name // "_peak"]))
+      ! the axis ends above the small motions, for which the model holds
+      lines = "holds(v) = " // either("strcol('small_motion') ne '0' ? v : NaN", "v", parts(1)) // newline &
+        & // extent_lines("resonance.csv", ["holds(" // column(name // "_peak") // ")", "holds(" // column(name // "_rms") &
+        & // ")"]) &
         & // "valid = high > 0 && low >= 0" // newline // "least = " // concise(below, 3) // " * low > " // concise(depth, 3) &
         & // " * high ? " // concise(below, 3) // " * low : " // concise(depth, 3) // " * high" // newline &
-        & // "shown(v) = v == v ? (v > 0.1 * least ? v : 0.1 * least) : NaN" // newline &
-        & // "if (valid) {" // newline // decade_lines("least", "2 * high") // "} else { set yrange [0:1] }" // newline &
-        & // "set ylabel " // quoted(label_of(quantity)) // " noenhanced" // newline // "plot NaN notitle" &
+        & // "shown(v) = v == v ? " // trim(unit%words) &
+        & // " * (v > 0.1 * least ? v : 0.1 * least) : NaN" // newline // "if (valid) {" // newline &
+        & // decade_lines(trim(unit%words) // " * least", trim(unit%words) // " * 3 * high") // "} else { set yrange [0:1] }" &
+        & // newline // "set ylabel " // quoted(label_with(quantity%name, unit)) // " noenhanced" // newline // "plot NaN notitle" &
         & // ", for [i=1:valid] 'resonance.csv' using 1:(shown(" // trim(column(name // "_peak")) // ")):(tint(0)) with lines " &
         & // "lt 1 lw 2.5 lc rgb variable notitle" // line(name // "_rms", 2, "2", "")
       do k = 1, size(orders)
@@ -123,7 +130,7 @@ contains
       end do
       do k = 1, size(found)
         if (found(k)) lines = lines // ", 'resonance.csv' using (strcol(" // text(table%number_of("state")) // ") eq '" &
-          & // trim(state_word(marked(k))) // "' ? column(1) : 1e290):(valid ? 1.2 * least : 0.03) with points lt 7 pt " &
+          & // trim(state_word(marked(k))) // "' ? column(1) : 1e290):(valid ? 1.2 * bottom : 0.03) with points lt 7 pt " &
           & // text(k) // " ps 0.6 notitle"
       end do
     end function curve_panel
@@ -192,91 +199,62 @@ contains
     words = ", keyentry with " // style // " title '" // name // "'"
   end function entry
 
-  !> Name of a quantity, followed by its unit in parentheses.
-  pure function label_of(quantity) result(label)
-    type(quantity_type), intent(in) :: quantity
-    character(len=:), allocatable :: label
-
-    label = trim(quantity%name) // " (" // trim(quantity%unit) // ")"
-  end function label_of
-
-  !> The picture of the table `peaks`: the maxima and their values against the speed. `input`: speed that the input gives (1/min);
-  !> empty if it gives no speed.
-  function plot_peaks(table, quantities, curve, input) result(figure)
+  !> The picture of the table `peaks`: the maxima of each quantity against the speed, labelled with the strongest order.
+  function plot_peaks(table, quantities, curve, turns, input) result(figure)
     type(table_type), intent(in) :: table
     type(quantity_type), intent(in) :: quantities(:)
     !> The curve, with the list of its maxima
     type(resonance_curve_type), intent(in) :: curve
+    !> Number of turns that the crank makes in the period
+    integer, intent(in) :: turns
+    !> Speed that the input gives (1/min); empty if it gives no speed
     real(dp), intent(in) :: input(:)
     type(figure_type) :: figure
     type(marks_type) :: marks
-    character(len=:), allocatable :: lines, own_maxima
-    character(len=len(quantities%name) + len(quantities%unit) + 3) :: labels(size(quantities))
+    character(len=:), allocatable :: lines
     real(dp) :: range(2)
-    integer :: i
+    integer :: i, panels, across
 
     range = curve%points([1, size(curve%points)])%speed
     marks = marks_of(curve, input)
-    lines = "set title heading noenhanced" // newline // "set xrange " // range_with_margin(range(1), range(2)) // newline &
-      & // "set yrange [" // text(size(quantities)) // ".5:0.3]" // newline &
-      & // "set xlabel 'crank speed (rpm)'; set ytics noenhanced ("
-    do i = 1, size(quantities)
-      labels(i) = label_of(quantities(i))
-    end do
-    lines = lines // tics(labels, 1) // ")" // newline // "set lmargin " // text(min(44, 2 + maxval([(character_count( &
-      & trim(labels(i))), i = 1, size(labels))]))) // "; set bmargin 6; set key at screen 0.5,screen 0.01 bottom center " &
-      & // "horizontal samplen 2" // newline // marks%lines // values(curve, range)
-    ! define a gnuplot function that returns the number of the quantity in a row of the file
-    lines = lines // "of(row) = int(word('"
+    if (.not. all(curve%maxima%small)) marks%entries = beyond_entry // marks%entries
+    panels = min(size(quantities), most_panels)
+    across = merge(1, 2, panels <= most_below)
+    lines = layout_line(panels, across) // marks%lines // "set xrange " // range_with_margin(range(1), range(2)) // newline &
+      & // "set format x ''" // newline // "of(row) = int(word('"
+    ! the gnuplot function of(row) returns the number of the quantity in a row of the file
     do i = 1, size(curve%maxima)
       lines = lines // text(curve%maxima(i)%quantity) // " "
     end do
-    lines = lines // "', int(row) + 1))" // newline // "plot NaN notitle"
-    do i = 1, size(quantities)
-      own_maxima = "of($0) == " // text(i)
-      if (any(curve%maxima%quantity == i)) lines = lines // dots(own_maxima, "")
-      if (any(curve%maxima%quantity == i .and. .not. curve%maxima%small)) lines = lines &
-        & // dots(own_maxima // " && strcol('small_motion') eq '0'", " lc rgb '#" // beyond_colour // "'")
+    lines = lines // "', int(row) + 1))" // newline
+    do i = 1, panels
+      if (i == panels - across + 1) lines = lines // "set format x; set xlabel 'crank speed (rpm)'" // newline
+      lines = lines // key_line(i == across) // peak_panel(own_peaks(i), range, trim(quantities(i)%name), &
+        & trim(quantities(i)%unit), table%name // ".csv", "column('speed_rpm')", "column('value')", ["of($0) == " // text(i)], &
+        & [" "], marks%entries)
     end do
-    if (.not. all(curve%maxima%small)) lines = lines // entry("points lt 1 lc rgb '#" // beyond_colour // "' ps 1.2", &
-      & "beyond small motions")
-    figure = new_figure(table%name, "Peaks of the resonance curves: " // text(size(curve%maxima)), lines // marks%entries, &
-      & width=820, height=260 + 45 * size(quantities))
+    figure = new_figure(table%name, "Peaks of the resonance curves, labelled with the strongest order: " &
+      & // text(size(curve%maxima)), lines // "unset multiplot" // newline, &
+      & height=nint(height_of((panels + across - 1) / across)))
 
   contains
 
-    !> Part of a plot command that draws those maxima of quantity number `i` for which `condition` is true.
-    pure function dots(condition, colour) result(words)
-      character(len=*), intent(in) :: condition, colour
-      character(len=:), allocatable :: words
+    !> The maxima of quantity number `q`.
+    pure function own_peaks(q) result(peaks)
+      integer, intent(in) :: q
+      type(peak_type) :: peaks(count(curve%maxima%quantity == q))
+      integer :: k, n
 
-      words = ", 'peaks.csv' using (" // condition // " ? column(" // text(table%number_of("speed")) // ") : 1e290):(" // text(i) &
-        & // ") with points lt " // text(1 + mod(i - 1, 8)) // " ps 1.2" // colour // " notitle"
-    end function dots
+      n = 0
+      do k = 1, size(curve%maxima)
+        associate (maximum => curve%maxima(k))
+          if (maximum%quantity /= q) cycle
+          n = n + 1
+          peaks(n) = peak_type(maximum%speed, maximum%value, maximum%small, order_of(maximum%strongest_order, turns) // "×")
+        end associate
+      end do
+    end function own_peaks
 
   end function plot_peaks
-
-  !> Labels with the values of the maxima. Labels that would overlap are moved apart.
-  pure function values(curve, range) result(lines)
-    type(resonance_curve_type), intent(in) :: curve
-    real(dp), intent(in) :: range(2)
-    character(len=:), allocatable :: lines
-    real(dp), allocatable :: spaced(:)
-    integer, allocatable :: own_maxima(:)
-    integer :: q, i, n
-
-    lines = ""
-    n = 0
-    do q = 1, size(curve%options%names)
-      own_maxima = pack([(i, i = 1, size(curve%maxima))], curve%maxima%quantity == q)
-      if (size(own_maxima) > most_labelled) cycle
-      spaced = apart((curve%maxima(own_maxima)%speed), 0.08_dp * abs(range(2) - range(1)), range)
-      do i = 1, size(own_maxima)
-        n = n + 1
-        lines = lines // "set label " // text(n) // " '" // concise(curve%maxima(own_maxima(i))%value, 4) // "' at " &
-          & // concise(spaced(i), 9) // "," // text(q) // " center offset 0,0.9 font ',11'" // newline
-      end do
-    end do
-  end function values
 
 end module gestell_task_resonance_plot

@@ -19,6 +19,8 @@ module gestell_task_resonance_task
   use gestell_task_common_locked_family, only: locked_family_type
   use gestell_task_common_keys, only: resonance_keys
   use gestell_task_resonance_curve, only: resonance_curve_type, solve_curve
+  use gestell_output_picture_script, only: figure_type
+  use gestell_task_resonance_order_map, only: plot_order_map
   use gestell_task_resonance_plot, only: plot_peaks, plot_resonance
   use gestell_task_resonance_report, only: report_resonance, curve_verdict
   implicit none (type, external)
@@ -41,7 +43,7 @@ contains
 
     self%name = "resonance"
     self%meaning = "resonance curves: vibrations and forces as functions of the crank speed"
-    self%tables = [character(len=longest_table) :: "resonance", "peaks"]
+    self%tables = [character(len=longest_table) :: "resonance", "peaks", "order_map"]
     self%scope = all_speeds
     self%gives_verdict = .true.
   end subroutine describe
@@ -67,6 +69,7 @@ contains
     type(speed_options) :: options
     type(judgement_type) :: judgement
     character(len=:), allocatable :: warning
+    type(figure_type), allocatable :: figures(:)
     type(table_type) :: table
     integer :: i, k, turns
 
@@ -84,6 +87,10 @@ contains
       if (any(curve%points%state /= stable)) result%all_stable = .false.
       table = curve_table(self%quantities, curve, turns, judgement)
       call result%add(table, plot_resonance(table, self%quantities, curve, turns, configuration%plan%base))
+      figures = plot_order_map(table, self%quantities, curve, turns)
+      do i = 1, size(figures)
+        call result%add_figure(figures(i))
+      end do
       table = new_table("peaks", "Peaks of the resonance curves", "", judgement, shown=.true.)
       associate (maxima => curve%maxima)
         call table%add("quantity", "name as in the input", (self%quantities(maxima%quantity)%name))
@@ -100,7 +107,7 @@ contains
         call table%add("small_motion", "as in resonance.csv", (maxima%small))
         call table%add("other_side", plain, "peak value on the other side of the jump, if the state is jump", (maxima%other_side))
       end associate
-      call result%add(table, plot_peaks(table, self%quantities, curve, configuration%plan%base))
+      call result%add(table, plot_peaks(table, self%quantities, curve, turns, configuration%plan%base))
       call result%judge(judgement)
       call result%warn(undecided, warning)
       do k = 1, size(self%quantities)

@@ -10,6 +10,8 @@ module gestell_task_response
   use gestell_task_common_context, only: context_type
   use gestell_task_response_names, only: name_type, names_of
   use gestell_task_response_plot, only: plot_harmonics, plot_response
+  use gestell_output_picture_script, only: figure_type
+  use gestell_task_response_shaking_plot, only: plot_force_polar, plot_transmissibility, sample_shaking
   use gestell_task_response_report, only: closing_lines, vibration_lines
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use gestell_base_kinds, only: dp
@@ -29,7 +31,7 @@ contains
 
     self%name = "response"
     self%meaning = "periodic vibration of the frame and the probes"
-    self%tables = [character(len=longest_table) :: "response", "harmonics"]
+    self%tables = [character(len=longest_table) :: "response", "harmonics", "force_polar", "transmissibility"]
     self%gives_verdict = .true.
     self%brief = .true.
   end subroutine describe
@@ -51,6 +53,8 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(name_type) :: names(3 * context%configuration%frame%dofs())
     type(table_type) :: history, harmonics
+    type(figure_type), allocatable :: figures(:)
+    real(dp), allocatable :: loads(:, :)
     real(dp) :: peak
     integer :: k
 
@@ -68,7 +72,14 @@ contains
             call add_harmonics(harmonics, trim(names(k)%column), names(k)%unit, vibration%series(k), tasks%harmonics)
           end do
           call result%add(history, plot_response(history, frame, vibration))
-          call result%add(harmonics, plot_harmonics(harmonics, frame, tasks%harmonics, vibration))
+          call result%add(harmonics, plot_harmonics(harmonics, frame))
+          if (context%may_draw()) then
+            call sample_shaking(frame, loads)
+            figures = [plot_force_polar(history, frame, loads), plot_transmissibility(harmonics, frame, loads)]
+            do k = 1, size(figures)
+              call result%add_figure(figures(k))
+            end do
+          end if
           call result%write_section("PERIODIC VIBRATION", vibration_lines(vibration, frame))
           call result%detail(closing_lines(vibration, frame%mechanism%turns, tasks%averaged))
         end associate

@@ -62,7 +62,7 @@ contains
         & // "))):(place($0) + " // concise(aside, 3) // ") with points lt " // text(i) // " ps 1.1 title " &
         & // quoted(trim(quantities(i)%name)) // " noenhanced"
     end do
-    figure = new_figure("sensitivity", "Change of the peaks in percent if a parameter grows by 1 %", lines, width=860, &
+    figure = new_figure("sensitivity", "Change of the peaks if a parameter grows by 1 %", lines, &
       & height=min(180 + 26 * size(paths) + 30 * (n / 6), 1400))
   end function plot_sensitivity
 

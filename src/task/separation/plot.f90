@@ -70,7 +70,7 @@ contains
     lines = lines // "plot " // curves(3:) // ", 'separation.csv' using (stringcolumn('state') eq 'fail' ? " &
       & // "abs(column('speed_rpm')) : NaN):'frequency_Hz' with points lt 2 pt 6 ps 2 lw 2 title 'too close'" // newline
     figure = new_figure("separation", "Natural frequencies and orders " // range_of(maxval(harmonics) / turns, turns) &
-      & // " of the crank, margin " // concise(margin, 4) // " %", lines, width=800, height=520)
+      & // " of the crank, margin " // concise(margin, 4) // " %", lines, height=520)
   end function plot_separation
 
 end module gestell_task_separation_plot

@@ -1,67 +1,108 @@
-!> Plots the multipliers of the vibration.
+!> Plots the multipliers of the vibration, and frequency and damping ratio of the free vibrations.
 module gestell_task_stability_plot
-  use gestell_base_kinds, only: dp
-  use gestell_base_text, only: concise, newline
+  use gestell_base_kinds, only: dp, pi
+  use gestell_base_text, only: concise, either, newline, text
   use gestell_floquet_multipliers, only: multipliers_type
-  use gestell_output_report_orders, only: turns_in_words
+  use gestell_output_picture_marks, only: unstable_fill
   use gestell_output_picture_script, only: figure_type, new_figure, panel_heading, span
+  use gestell_study_mode, only: mode_type
   use gestell_task_response_plot, only: speed_in_words
   use gestell_model_frame, only: frame_type
-  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none (type, external)
   private
 
   public :: plot_multipliers
 
+  !> Height of the picture in pixels
+  integer, parameter :: height = 430
+  !> Moduli above this limit are not drawn
+  real(dp), parameter :: largest_modulus = 20
+  !> The axis of damping ratios is logarithmic if the ratio of the largest to the smallest exceeds this limit
+  real(dp), parameter :: many_decades = 30
+
 contains
 
-  !> The picture multipliers.gp. Left panel: the multipliers in the complex plane, with the unit circle. Right panel: ln |rho|
-  !> against the argument of the multiplier.
-  type(figure_type) function plot_multipliers(frame, multipliers) result(figure)
+  !> The picture multipliers.gp. Left panel: the multipliers in the complex plane, with the unit circle. Right panel: damping ratio
+  !> against frequency, with a legend that lists both.
+  type(figure_type) function plot_multipliers(frame, multipliers, modes) result(figure)
     class(frame_type), intent(in) :: frame
     type(multipliers_type), intent(in) :: multipliers
-    character(len=:), allocatable :: lines, words, around_zero
-    real(dp) :: half_width, modulus(size(multipliers%rho)), bounds(size(multipliers%rho))
-    logical :: visible(size(multipliers%rho))
+    !> Modes of the free vibration. If absent or if no mode is identified, the right panel is missing
+    type(mode_type), intent(in), optional :: modes(:)
+    type(mode_type), allocatable :: shown(:)
+    character(len=:), allocatable :: lines
 
-    modulus = abs(multipliers%rho)
-    words = trim(multipliers%verdict()) // ", |ρ|max = " // concise(modulus(1), 7)
-    ! Multipliers that are too large for a panel with the unit circle appear only in the right panel.
-    visible = modulus < 20
+    allocate(shown(0))
+    if (present(modes)) shown = pack(modes, modes%identified)
+    lines = "set multiplot title heading noenhanced" // newline // circle_panel(abs(multipliers%rho), size(shown) > 0)
+    if (size(shown) > 0) lines = lines // damping_panel(shown)
+    figure = new_figure("multipliers", "Multipliers at " // speed_in_words(frame) // ": " // trim(multipliers%verdict()) &
+      & // ", |ρ|max = " // concise(abs(multipliers%rho(1)), 7), lines // "unset multiplot" // newline, height=height)
+  end function plot_multipliers
+
+  !> The panel with the multipliers in the complex plane. `beside`: true if there is a panel on its right.
+  pure function circle_panel(modulus, beside) result(lines)
+    real(dp), intent(in) :: modulus(:)
+    logical, intent(in) :: beside
+    character(len=:), allocatable :: lines, range
+    real(dp) :: half_width
+
     half_width = 1.25_dp
-    if (any(visible)) half_width = max(half_width, 1.1_dp * maxval(modulus, mask=visible))
-    bounds = min(multipliers%error, 1.0_dp)
-    associate (logs => multipliers%log_abs)
-      around_zero = span([logs - bounds, logs + bounds, 0.15_dp * maxval(abs(logs), mask=ieee_is_finite(logs))])
-    end associate
-    lines = "set multiplot title heading noenhanced" // newline // panel_heading("in the complex plane; shaded: stable") &
-      & // "set lmargin screen 0.09; set rmargin screen 0.47; set bmargin screen 0.15; set tmargin screen 0.8" // newline &
-      & // "set size ratio -1" // newline &
-      & // "set xrange [-" // concise(half_width, 4) // ":" // concise(half_width, 4) // "]" // newline &
-      & // "set yrange [-" // concise(half_width, 4) // ":" // concise(half_width, 4) // "]" // newline &
+    if (any(modulus < largest_modulus)) half_width = max(half_width, 1.1_dp * maxval(modulus, mask=modulus < largest_modulus))
+    range = "range [-" // concise(half_width, 4) // ":" // concise(half_width, 4) // "]; "
+    lines = panel_heading("multipliers; shaded: stable") // "set lmargin screen " // either("0.11", "0.3 ", beside) &
+      & // "; set rmargin screen " // either("0.47", "0.84", beside) // "; set bmargin screen 0.27; set tmargin screen 0.81" &
+      & // newline // "set size ratio -1; set x" // range // "set y" // range // "set xtics 0.5; set ytics 0.5" // newline &
       & // "set xlabel 'Re ρ'; set ylabel 'Im ρ' offset 1" // newline &
       & // "set object 1 circle at 0,0 size 1 behind fillcolor rgb '#E4EEF5' fillstyle solid 1 border lt -1" // newline &
       & // "set arrow 1 from graph 0,first 0 to graph 1,first 0 nohead lt 8 dt 1 lw 0.6" // newline &
       & // "set arrow 2 from first 0,graph 0 to first 0,graph 1 nohead lt 8 dt 1 lw 0.6" // newline &
-      & // "plot NaN notitle"
-    if (any(visible)) lines = lines // ", 'multipliers.csv' using (column('abs') < 20 ? column('re') : 1e3):" &
-      & // "(column('im')):(column('abs') * (column('error') < 1 ? column('error') : 1)) with circles lt 2 dt 1 " &
-      & // "fs solid 0.3 noborder notitle, 'multipliers.csv' using (column('abs') < 20 ? column('re') : 1e3):'im' " &
-      & // "with points lt 2 pt 7 ps 1.1 notitle"
-    lines = lines // newline // "unset object 1; unset arrow" // newline &
-      & // "set lmargin screen 0.6; set rmargin screen 0.975" // newline // "set size noratio" // newline &
-      & // panel_heading("growth in " // turns_in_words(frame%mechanism%turns) // ", with error bounds") &
-      & // "set xrange [-0.05:1.05]; set xlabel '|arg ρ| / π'; set xtics 0.25" // newline &
-      & // "set yrange " // around_zero // "; set ylabel 'ln |ρ|'" // newline &
-      & // "set object 2 rectangle from graph 0,graph 0 to graph 1,first 0 behind fillcolor rgb '#E4EEF5' fillstyle solid 1 " &
-      & // "noborder" // newline &
-      & // "set arrow 3 from graph 0,first 0 to graph 1,first 0 nohead lt 7 dt 1 lw 1.5" // newline // "plot NaN notitle"
-    if (any(ieee_is_finite(multipliers%log_abs))) lines = lines // ", 'multipliers.csv' using " &
-      & // "(abs(column('arg_rad')) / pi):'log_abs':(0):(-column('log_abs')) with vectors nohead lt 2 dt 1 lw 1 notitle, " &
-      & // "'multipliers.csv' using (abs(column('arg_rad')) / pi):'log_abs':(column('error') < 1 ? column('error') : 1) " &
-      & // "with yerrorbars lt 2 dt 1 lw 1.5 pt 7 ps 1.1 notitle"
-    figure = new_figure("multipliers", "Multipliers at " // speed_in_words(frame) // ": " // words, lines // newline &
-      & // "unset multiplot" // newline, width=880, height=460)
-  end function plot_multipliers
+      & // "drawn(v) = column('abs') < " // concise(largest_modulus, 3) // " ? v : 1e3" // newline // "plot NaN notitle"
+    if (any(modulus < largest_modulus)) lines = lines // ", 'multipliers.csv' using (drawn(column('re'))):'im':" &
+      & // "(column('abs') * (column('error') < 1 ? column('error') : 1)) with circles lt 1 dt 1 fs solid 0.3 noborder notitle, " &
+      & // "'' using (drawn(column('re'))):'im':(column('abs') > 1 + column('error') ? 0xD55E00 : 0x0072B2) with points pt 7 " &
+      & // "ps 0.9 lc rgb variable notitle"
+    lines = lines // newline // "unset object 1; unset arrow" // newline
+  end function circle_panel
+
+  !> The panel with the damping ratio of each mode against its frequency. Modes that grow are orange.
+  pure function damping_panel(modes) result(lines)
+    type(mode_type), intent(in) :: modes(:)
+    character(len=:), allocatable :: lines
+    real(dp) :: frequency(size(modes)), ratio(size(modes)), bound(size(modes))
+    logical :: logarithmic
+    integer :: i
+
+    frequency = modes%frequency() / (2 * pi)
+    ratio = 100 * modes%damping_ratio()
+    bound = 100 * modes%error / max(modes%error, hypot(modes%growth, 2 * pi * frequency), tiny(1.0_dp))
+    logarithmic = all(ratio > 0)
+    if (logarithmic) logarithmic = maxval(ratio) > many_decades * minval(ratio)
+    lines = "$modes << EOD" // newline // "frequency,ratio,bound,colour,number" // newline
+    do i = 1, size(modes)
+      lines = lines // concise(frequency(i), 7) // "," // concise(ratio(i), 7) // "," // concise(bound(i), 2) // "," &
+        & // either("0xD55E00", "0x0072B2", modes(i)%grows()) // "," // text(i) // newline
+    end do
+    lines = lines // "EOD" // newline // panel_heading("free vibrations") &
+      & // "set lmargin screen 0.64; set rmargin screen 0.97; set size noratio" // newline &
+      & // "set xrange [0:" // concise(max(1.15_dp * maxval(frequency), 1.0e-3_dp), 4) // "]; set xlabel 'frequency (Hz)'; " &
+      & // "set xtics autofreq" // newline // "set ylabel 'damping ratio (%)' offset 0; set ytics autofreq" // newline
+    if (logarithmic) then
+      lines = lines // "set logscale y; set yrange [" // concise(minval(ratio) / 2, 3) // ":" // concise(2 * maxval(ratio), 3) &
+        & // "]" // newline
+    else
+      lines = lines // "set yrange " // span([0.0_dp, ratio, 1.15_dp * ratio], 1.0e-9_dp) // newline
+      if (any(ratio < 0)) lines = lines // "set object 2 rectangle from graph 0,graph 0 to graph 1,first 0 behind " &
+        & // unstable_fill // newline
+      lines = lines // "set arrow 3 from graph 0,first 0 to graph 1,first 0 nohead lt 7 dt 1 lw 1" // newline
+    end if
+    do i = 1, size(modes)
+      lines = lines // "set label " // text(i) // " '" // text(i) // ":  " // concise(frequency(i), 4) // " Hz,  " &
+        & // concise(ratio(i), 3) // " %' at screen " // concise(0.05_dp + 0.325_dp * mod(i - 1, 3), 3) // ",screen " &
+        & // concise(0.1_dp - 0.05_dp * ((i - 1) / 3), 3) // " font ',13'" // newline
+    end do
+    lines = lines // "plot $modes using 1:2:3:4 with yerrorbars pt 7 ps 0.9 lw 1.5 lc rgb variable notitle, " &
+      & // "'' using 1:2:5 with labels offset 0.9,0.6 font ',12' notitle" // newline
+  end function damping_panel
 
 end module gestell_task_stability_plot

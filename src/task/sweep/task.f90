@@ -21,7 +21,8 @@ module gestell_task_sweep_task
   use gestell_task_sweep_columns, only: column_table, table_of
   use gestell_task_sweep_expansion_cell, only: cell_points
   use gestell_task_range_plan, only: sweep_plan_type
-  use gestell_task_sweep_plot, only: plot_sweep
+  use gestell_output_picture_script, only: figure_type
+  use gestell_task_sweep_plot, only: most_pictures, picture_name, plot_sweep
   use gestell_task_sweep_report, only: evidence_line, report_grid, report_sweep
   use gestell_task_sweep_summary, only: summary_type, verdict_count_type
   use, intrinsic :: iso_fortran_env, only: int64
@@ -53,10 +54,15 @@ contains
 
   pure subroutine describe(self)
     class(sweep_task), intent(inout) :: self
+    integer :: i
 
     self%name = "sweep"
     self%meaning = "results for every machine of a line or grid of parameter values, given by `&sweep`"
     self%tables = [character(len=longest_table) :: "sweep", "sweep_columns"]
+    ! the first picture has the name of the table
+    do i = 2, most_pictures
+      self%tables = [character(len=longest_table) :: self%tables, picture_name(i)]
+    end do
     self%scope = all_machines
     self%gives_verdict = .true.
     self%brief = .true.
@@ -221,14 +227,20 @@ contains
     type(summary_type), intent(in) :: summary
     type(table_type), intent(in) :: table
     type(result_type), intent(inout) :: result
+    type(figure_type), allocatable :: figures(:)
     character(len=:), allocatable :: found
+    integer :: i
 
     associate (plan => context%configuration%plan)
       if (plan%format == "npy" .and. table%written) then
         call result%add(table)
         call result%add(column_table(table))
       else
-        call result%add(table, plot_sweep(plan, context%configuration%turns(), summary))
+        call result%add(table)
+        figures = plot_sweep(plan, context%configuration%turns(), summary)
+        do i = 1, size(figures)
+          call result%add_figure(figures(i))
+        end do
       end if
       found = summary%tally()
       if (found /= "") found = ", " // found

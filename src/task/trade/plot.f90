@@ -45,7 +45,7 @@ contains
       & // decades((trade%rows%seconds)) // newline &
       & // "work(name) = column(name) > 1e-9 ? column(name) : 1e-9" // newline &
       & // "plot " // curves(3:) // newline // "unset multiplot" // newline
-    figure = new_figure("trade", "Measured error of Φ(T) against work", lines, width=960, height=520)
+    figure = new_figure("trade", "Measured error of Φ(T) against work", lines, height=520)
   end function plot_trade
 
   !> Gnuplot range that contains all positive values. A factor of 2 is left as a margin at both ends.

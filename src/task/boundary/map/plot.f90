@@ -33,7 +33,8 @@ contains
       lines = "set title heading noenhanced" // newline &
         & // parameter_axis("x", grid%axes(1), with_unit(paths(1), units(1)), 0.0_dp) &
         & // parameter_axis("y", grid%axes(2), with_unit(paths(2), units(2)), 0.0_dp) &
-        & // "set key outside bottom center horizontal samplen 3" // newline // region_boxes(grid, map)
+        & // "set bmargin 6; set key at screen 0.5,screen 0.01 bottom center horizontal samplen 2" // newline &
+        & // region_boxes(grid, map)
       if (size(plan%base) == 2) lines = lines // input_point(grid%axes, plan%base)
       list = empty_label(map%curves) // "plot NaN notitle"
       if (map%curves > 0) list = list // ", $side using 1:3:1:2:3:4 with boxxyerror " // unstable_fill // " notitle" &
@@ -54,7 +55,7 @@ contains
         if (any(own(:, i))) list = list // ", keyentry with lines lt " // text(i) // " lw 2.5 title '" // trim(meanings(i)) // "'"
       end do
     end associate
-    figure = new_figure("boundary", title // ": " // count_words(map%curves), lines // list // newline, width=800, height=560)
+    figure = new_figure("boundary", title // ": " // count_words(map%curves), lines // list // newline, height=560)
   end function plot_curves
 
   !> Plot commands that draw the border curves on a chart of the same parameters.

@@ -1,0 +1,84 @@
+!> Chooses the units in which pictures show quantities: those of the report, such as mm, mm/s and mrad.
+module gestell_output_picture_axis_unit
+  use gestell_base_kinds, only: dp
+  use gestell_output_table, only: table_type
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+  implicit none (type, external)
+  private
+
+  public :: label_with, maximum_of, pick_unit, unit_of
+
+  !> Unit in which an axis shows a quantity.
+  type, public :: axis_unit_type
+    !> `factor` as a gnuplot expression
+    character(len=4) :: words = "1"
+    !> Factor that converts a value from SI units to this unit
+    real(dp) :: factor = 1
+    !> Name of the unit as the axis shows it
+    character(len=8) :: name = ""
+  end type axis_unit_type
+
+contains
+
+  !> Unit in which a quantity is easy to read if its maximum is `maximum` in SI units. Lengths and rotations, also per second, are
+  !> shown in thousandths of the SI unit, and in millionths if they are very small. An unknown unit is returned unchanged.
+  pure type(axis_unit_type) function pick_unit(si, maximum) result(unit)
+    character(len=*), intent(in) :: si
+    real(dp), intent(in) :: maximum
+
+    unit = axis_unit_type(name=si)
+    select case (si)
+    case ("m", "rad", "m/s", "rad/s")
+      if (maximum < 1.0e-5_dp .and. maximum > 0) then
+        unit = axis_unit_type("1e6", 1.0e6_dp, "µ" // si)
+      else if (maximum < 10) then
+        unit = axis_unit_type("1e3", 1.0e3_dp, "m" // si)
+      end if
+    case ("N", "N m", "Nm", "W", "J")
+      if (si == "Nm") unit%name = "N m"
+      if (maximum >= 1.0e7_dp) then
+        unit = axis_unit_type("1e-6", 1.0e-6_dp, "M" // unit%name)
+      else if (maximum >= 1.0e4_dp) then
+        unit = axis_unit_type("1e-3", 1.0e-3_dp, "k" // unit%name)
+      end if
+    case ("m/s^2")
+      unit%name = "m/s²"
+    case default ! no prefix
+    end select
+  end function pick_unit
+
+  !> Unit for a panel that shows these columns of a table, which have the same unit.
+  pure function unit_of(table, columns) result(unit)
+    type(table_type), intent(in) :: table
+    character(len=*), intent(in) :: columns(:)
+    type(axis_unit_type) :: unit
+
+    if (size(columns) > 0) unit = pick_unit(trim(table%columns(table%number_of(columns(1)))%unit%words), &
+      & maximum_of(table, columns))
+  end function unit_of
+
+  !> Maximum absolute value in these columns of a table, in the unit of the table; infinite and missing values are ignored.
+  pure real(dp) function maximum_of(table, columns) result(maximum)
+    type(table_type), intent(in) :: table
+    character(len=*), intent(in) :: columns(:)
+    integer :: i
+
+    maximum = 0
+    do i = 1, size(columns)
+      associate (values => table%columns(table%number_of(columns(i)))%numbers)
+        maximum = max(maximum, maxval(abs(values), mask=ieee_is_finite(values)))
+      end associate
+    end do
+  end function maximum_of
+
+  !> Label of an axis: name and unit, for example "ξ (mm)".
+  pure function label_with(name, unit) result(label)
+    character(len=*), intent(in) :: name
+    type(axis_unit_type), intent(in) :: unit
+    character(len=:), allocatable :: label
+
+    label = trim(name)
+    if (unit%name /= "") label = label // " (" // trim(unit%name) // ")"
+  end function label_with
+
+end module gestell_output_picture_axis_unit
