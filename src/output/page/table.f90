@@ -4,7 +4,7 @@ module gestell_output_page_table
   use gestell_base_text, only: concise, either, newline, text
   use gestell_base_markup, only: escaped
   use gestell_output_page_html, only: cell, row, scroll_start, with_squares
-  use gestell_output_picture_script, only: axis_unit_type, pick_unit
+  use gestell_output_picture_axis_unit, only: axis_unit_type, pick_unit
   use gestell_output_table, only: column_type, nothing, table_type
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_is_nan
   implicit none (type, external)
