@@ -35,6 +35,9 @@ check() {
   passed=$((passed + good)) failed=$((failed + bad))
 }
 
+# CMake calls make unless the user chooses otherwise. The first build does; Ninja takes half the processor time for the others.
+command -v ninja >/dev/null && quick=(-G Ninja) || quick=()
+
 # The flags of `fpm test`, which bootstrap defines
 debug_flags=$(sed -n "s/^debug_flags='\(.*\)'$/\1/p" bootstrap)
 
@@ -43,7 +46,7 @@ install_as() {
   local folder=$build options=(-DBUILD_SHARED_LIBS=OFF)
   case $1 in
     shared) options=(-DBUILD_SHARED_LIBS=ON) ;;
-    debug) folder=$build-debug options+=(-DCMAKE_BUILD_TYPE=Debug -DGESTELL_PROGRAM=OFF "-DCMAKE_Fortran_FLAGS=$debug_flags") ;;
+    debug) folder=$build-debug options+=("${quick[@]}" -DCMAKE_BUILD_TYPE=Debug -DGESTELL_PROGRAM=OFF "-DCMAKE_Fortran_FLAGS=$debug_flags") ;;
   esac
   cmake -S "$home" -B "$folder" "${options[@]}" -DCMAKE_INSTALL_PREFIX="$prefix-$1" &&
     cmake --build "$folder" --parallel 2 && cmake --install "$folder"
@@ -216,7 +219,7 @@ fetched() {
     git clone -q "$home" "$origin" || return
   fi
   project "$here" 'include(FetchContent)' "FetchContent_Declare(gestell SOURCE_DIR $origin)" 'FetchContent_MakeAvailable(gestell)'
-  cmake -S "$here" -B "$here/build" -DGESTELL_PROGRAM=ON "-DCMAKE_Fortran_FLAGS=$flags" \
+  cmake -S "$here" -B "$here/build" "${quick[@]}" -DGESTELL_PROGRAM=ON "-DCMAKE_Fortran_FLAGS=$flags" \
     "-DCMAKE_C_FLAGS=$flags" && cmake --build "$here/build" --parallel 2 &&
     same "$(find "$here/build" -name gestell -path '*/bin/*')" "$here/build/c" "$here/build/fortran" &&
     verdict "$here/build/verdict"

@@ -32,7 +32,7 @@ module design_families
     & "&link name='piston', from='B', mass=0.5, inertia=0 /" // newline // &
     & "&frame mass=25, inertia=0.6, origin=0.02,0.05 /" // newline // &
     & "&support position=-0.20,-0.25, stiffness=6e4,1.2e5, damping=60,120, angle=10 /" // newline // &
-    & "&support position= 0.25,-0.25, stiffness=6e4,1.2e5, damping=60,120, axes='frame' /" // newline // &
+    & "&support position= 0.25,-0.25, stiffness=6e4,1.2e5, damping=60,120, angle=5, axes='frame' /" // newline // &
     & "&gravity /" // newline // &
     & "&probe name='p', position=0.1,0.05 /" // newline
 

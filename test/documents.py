@@ -189,8 +189,8 @@ def page_blocks(page):
 
 def script_of(blocks, outputs):
     """A bash script that writes the page's files and runs its commands. The output of command i goes to the file i. A user's package
-    compiles the library with the flags of `fpm test`, so that the checks of all steps compile it once."""
-    flags = re.search(r"^debug_flags=('.*')$", text("bootstrap"), re.M)[1]
+    compiles the library without OpenMP: as test/use_as_library.sh does, with flags that take little time."""
+    flags = re.search(r"^without_openmp=('.*')$", text("test/use_as_library.sh"), re.M)[1]
     lines = ["set -e"]
     for i, (language, block, file, grows) in enumerate(blocks):
         if language == "sh":

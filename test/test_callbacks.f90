@@ -6,6 +6,7 @@ module test_callbacks
   use gestell_base_kinds, only: dp, pi
   use gestell_api_system, only: motion_type, solve_system
   use gestell_system_second_order, only: second_order_system
+  use slow_tests, only: new_slow
   use testdrive, only: check, error_type, new_unittest, unittest_type
   use, intrinsic :: ieee_exceptions, only: ieee_get_halting_mode, ieee_set_flag, ieee_set_halting_mode, ieee_usual
   implicit none (type, external)
@@ -32,7 +33,7 @@ contains
     testsuite = [ &
       & new_unittest("faulty user coefficients are refused with an error that names them", test_faults), &
       & new_unittest("a sharp but smooth pulse is integrated without complaint", test_smooth), &
-      & new_unittest("rapidly oscillating coefficients and tiny masses are not mistaken for faults", test_demanding_coefficients)]
+      & new_slow("rapidly oscillating coefficients and tiny masses are not mistaken for faults", test_demanding_coefficients)]
   end subroutine collect_callbacks
 
   subroutine test_faults(error)

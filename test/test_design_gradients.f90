@@ -147,30 +147,26 @@ contains
   end subroutine compare_in_space
 
   !> Relative changes of the values over the parameters' ranges. The differences are extrapolated from steps of a 200th, 400th and
-  !> 800th of these ranges: solutions to 1e-11 leave 1e-8 of them.
+  !> 800th of these ranges: solutions to 1e-11 leave 1e-8 of them. `text` contains the values `start`: the differences vary one
+  !> parameter of this machine at a time, because each parameter more costs further solutions.
   !> Ten arguments: the machine, its goals and its parameters.
   subroutine compare(what, text, names, kinds, paths, start, range, link, part, error)
     character(len=*), intent(in) :: what, text, names(:), paths(:)
     integer, intent(in) :: kinds(:), link(:), part(:)
     real(dp), intent(in) :: start(:), range(:)
     type(error_type), allocatable, intent(out) :: error
-    type(document_family_type) :: family
-    type(design_options) :: options
-    type(configuration_type) :: configuration
+    type(document_family_type) :: family, single
+    type(design_options) :: options, one
+    type(configuration_type) :: configuration, unused
     type(goal_branches_type) :: above(3), at, below(3)
     type(goal_type), allocatable :: goals(:)
     type(gestell_error), allocatable :: failure
-    real(dp) :: table(3), x(size(start)), h, change, found, unit, side, part_of_change
+    real(dp) :: table(3), h, change, found, unit, side, part_of_change
     integer :: g, k, i, b, n
 
     call new_family(text, paths, start, family, options, configuration, error)
     if (allocated(error)) return
-    options%lower = start - range / 2
-    options%upper = start + range / 2
-    options%conditions = [condition_type()]
-    options%link = link
-    options%part = part
-    options%unit = [(1.0_dp, k = 1, size(start))]
+    call set_parameters(options, 1, size(start))
     n = size(names)
     allocate(goals(n))
     do g = 1, n
@@ -183,15 +179,15 @@ contains
     call check_that(error, at%known, "==", .true., trim(what) // " known")
     if (allocated(error)) return
     do k = 1, size(paths)
+      call new_family(text, paths(k:k), start(k:k), single, one, unused, error)
+      if (allocated(error)) return
+      call set_parameters(one, k, k)
       do i = 1, 3
         h = range(k) * 0.01_dp / 2**i
-        x = start
-        x(k) = start(k) + h
-        call evaluate_goals(family, options, goals, x, .true., above(i), failure)
+        call evaluate_goals(single, one, goals, [start(k) + h], .true., above(i), failure)
         call check_success(error, failure)
         if (allocated(error)) return
-        x(k) = start(k) - h
-        call evaluate_goals(family, options, goals, x, .true., below(i), failure)
+        call evaluate_goals(single, one, goals, [start(k) - h], .true., below(i), failure)
         call check_success(error, failure)
         if (allocated(error)) return
       end do
@@ -222,6 +218,20 @@ contains
 
   contains
 
+    !> The design has the parameters from `first` to `last`.
+    subroutine set_parameters(design, first, last)
+      type(design_options), intent(inout) :: design
+      integer, intent(in) :: first, last
+      integer :: p
+
+      design%lower = start(first:last) - range(first:last) / 2
+      design%upper = start(first:last) + range(first:last) / 2
+      design%conditions = [condition_type()]
+      design%link = link(first:last)
+      design%part = part(first:last)
+      design%unit = [(1.0_dp, p = first, last)]
+    end subroutine set_parameters
+
     !> The value of goal g after a step, for the same one of several local maxima: both slopes predict its value, and samples
     !> next to it are lower.
     real(dp) function top(there, step)
@@ -231,7 +241,7 @@ contains
 
       same = there%group == g
       if (kinds(g) == peak_measure .and. side > 0) same = same .and. abs(there%value - at%value(b) &
-        & - step * (at%slope(k, b) + there%slope(k, :)) / 2) <= 1.0e-4_dp * abs(at%value(b))
+        & - step * (at%slope(k, b) + there%slope(1, :)) / 2) <= 1.0e-4_dp * abs(at%value(b))
       top = side * maxval(side * there%value, mask=same)
     end function top
 

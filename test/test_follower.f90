@@ -204,7 +204,9 @@ contains
     real(dp) :: tangents(samples)
     integer :: k
 
-    tangents = [(abs(sin(2 * pi * k / samples) - 0.5_dp) / (5 - cos(2 * pi * k / samples)), k = 1, samples)]
+    do k = 1, samples
+      tangents(k) = abs(sin(2 * pi * k / samples) - 0.5_dp) / (5 - cos(2 * pi * k / samples))
+    end do
     call new_cam(linkage, guide_type(point=[0.5_dp, 4.0_dp], angle=pi / 2), [1.0_dp, -1.0_dp, 0.0_dp], 0.0_dp, failure)
     call linkage%prepare(failure)
     call check_success(error, failure)

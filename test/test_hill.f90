@@ -63,7 +63,8 @@ contains
 
   subroutine test_flow(error)
     type(error_type), allocatable, intent(out) :: error
-    real(dp), parameter :: rpm(4) = [240.0_dp, 360.0_dp, -1300.0_dp, 100000.0_dp]
+    ! The integration takes longest at slow speeds, for which Riccati's equation checks Hill's determinant (`test_routes`).
+    real(dp), parameter :: rpm(3) = [360.0_dp, -1300.0_dp, 100000.0_dp]
     type(machine_data) :: machine
     character(len=12) :: name
     integer :: i

@@ -18,6 +18,7 @@ module test_undamped
   use gestell_system_second_order, only: second_order_system
   use reference_machine, only: khang_machine, machine_data
   use space_machines, only: three_planes
+  use slow_tests, only: new_slow
   use testdrive, only: check, error_type, new_unittest, unittest_type
   implicit none (type, external)
   private
@@ -44,7 +45,7 @@ contains
       & new_unittest("isolated error discs prove that multipliers lie on the unit circle", test_circle), &
       & new_unittest("Krein's form of equal frequencies is definite unless energies differ in sign", test_signs), &
       & new_unittest("modes coupled at their difference frequency are undamped, at their sum never", test_meeting), &
-      & new_unittest("machines without dampers are recognised as undamped", test_lagrangian), &
+      & new_slow("machines without dampers are recognised as undamped", test_lagrangian), &
       & new_unittest("machines in space are undamped only without any damper", test_space), &
       & new_unittest("the four-bar is undamped, stable with damper, unstable in a tongue", test_four_bar), &
       & new_unittest("gyroscopic natural frequencies agree with closed forms", test_gyroscopic)]

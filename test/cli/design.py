@@ -145,16 +145,18 @@ def design_tests():
             for row in rows:
                 near("design, range: before", float(row["fx_rms_before_N"]), force(0.05, float(row["speed_rpm"])), 1e-6)
     # a curve between two objectives, and pictures
-    curve = PLACES + "&objective quantity='fx', trade_off=5 /\n&objective quantity='torque', measure='peak' /\n"
+    # above the resonance more damping raises the force and lowers the vibration
+    curve = (reach + "&design parameter='foundation.damping(1)', from=40, to=1000, starts=2 /\n"
+             "&objective quantity='fx', trade_off=5 /\n&objective quantity='xi', measure='peak' /\n")
     with Folder(input=ROTOR.replace("dof='xi'", "dof='xi','psi'").replace("{SPRING},0,0,0,0,0,0,0,0", "x") + curve) as folder:
         text = (folder / "input.nml").read_text().replace(",0,0,0,0,0,0,0,0, damping=", ",0,0,0,0,0,0,0,3e4, damping=")
         (folder / "input.nml").write_text(text)
         if Run(folder, "-q", "input.nml").done("design, trade-off"):
             rows = table(folder / "input", "design_trade_off")
             equal("design, trade-off: points", len(rows), 5)
-            values = [(float(row["first_N"]), float(row["second_Nm"])) for row in rows]
+            values = [(float(row["first_N"]), float(row["second_m"])) for row in rows]
             check("design, trade-off: one falls where the other rises", all(
-                one[0] <= two[0] * (1 + 1e-6) + 1e-9 and one[1] >= two[1] * (1 - 1e-6) for one, two in zip(values, values[1:])),
+                1.01 * one[0] < two[0] and one[1] > 1.01 * two[1] for one, two in zip(values, values[1:])),
                 "a curve", values)
             texts = drawn("design, trade-off", folder / "input").get("design_trade_off", "")
             check("design, trade-off: picture", not GNUPLOT or "machine of the input" in texts, "the legend", texts)

@@ -252,8 +252,8 @@ def test_over_speed():
     """Campbell diagrams, critical speeds and resonance curves are drawn."""
     quantities = "&resonance quantities='xi','f','support(2).fy','probe(it''s {x}_1).v', orders=3 /\n" \
                  "&probe name='it''s {x}_1', position=0,0 /\n"
-    for what, text in {"wide": SPEEDS.format(200, 700, 8, ""), "none": SPEEDS.format(20, 22, 3, ""),
-                       "clockwise": SPEEDS.format(-700, -200, 5, "")}.items():
+    for what, text in {"wide": SPEEDS.format(200, 300, 8, ""), "none": SPEEDS.format(20, 22, 3, ""),
+                       "clockwise": SPEEDS.format(-300, -200, 5, "")}.items():
         with Folder(input=SOUND.replace("'stability', 'response'", "'resonance'") + REST + quantities + text) as folder:
             if Run(folder, "-q", "input.nml").done(f"resonance, {what}"):
                 texts = drawn(f"resonance, {what}", folder / "input")

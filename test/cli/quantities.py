@@ -104,8 +104,8 @@ def test_as_resonance():
     desk = "&probe name='desk, left', position=0.3,0.25 /\n"
     names = "'f','support(2).fx','probe(desk, left).ay'"
     text = SWEEP + desk + f"&resonance quantities={names} /\n"
-    with Folder(input=text + axis(FIRST, 100, 400, 4, f", columns='rho_max','psi_peak_rad',{names}, measures='peak','rms'"),
-                plain=SWEEP + axis(FIRST, 100, 400, 4, ", columns='rho_max','psi_peak_rad', engine='direct'")) as folder:
+    with Folder(input=text + axis(FIRST, 340, 400, 4, f", columns='rho_max','psi_peak_rad',{names}, measures='peak','rms'"),
+                plain=SWEEP + axis(FIRST, 340, 400, 4, ", columns='rho_max','psi_peak_rad', engine='direct'")) as folder:
         Run(folder, "-q", "input.nml").done("quantities and other columns")
         Run(folder, "-q", "plain.nml").done("the other columns")
         Run(folder, "-q", "input.nml", "-s", "case.tasks=resonance", "-o", "curve").done("the task resonance")

@@ -141,7 +141,7 @@ def study_tests():
         alike(name, folder, "sensitivity", ratio, 1e-7)
         per = f"ln |rho| over {ratio[1]} turns"
         check(f"{name}: growth over the period", per in runs[0].out and "ln |rho| per turn" in runs[1].out, per, runs[0].out)
-    head = ("&case tasks='design' /\n&design parameter='support(1).stiffness(2)', from=2e4, to=8e4 /\n"
+    head = ("&case tasks='design' /\n&design parameter='support(1).stiffness(2)', from=2e4, to=8e4, starts=2 /\n"
             "&design parameter='link(cam).mass', from=0.1, to=1 /\n&objective quantity='f', measure='rms' /\n"
             "&constraint quantity='shaking.f', measure='rms', at_most=1e4 /\n"
             "&constraint quantity='rho_max', at_most=1 /\n" + SPEEDS)

@@ -352,7 +352,7 @@ def task_tests():
         check("suspended compressor: band", max(parts) <= band <= math.hypot(*parts), f"{max(parts)} to {math.hypot(*parts)}", band)
         for task, text in (("sweep", "&sweep parameter='drive.speed_rpm', from=2000, to=3000, count=5, "
                             "columns='rho_max','zeta','probe(discharge tube).v','fz' /\n"),
-                           ("resonance", "&sweep parameter='drive.speed_rpm', from=200, to=400, count=21 /\n"
+                           ("resonance", "&sweep parameter='drive.speed_rpm', from=200, to=240, count=5 /\n"
                             "&resonance quantities='zeta','rot_xi' /\n"),
                            ("campbell", "&sweep parameter='drive.speed_rpm', from=200, to=400, count=21 /\n"),
                            ("critical", "&sweep parameter='drive.speed_rpm', from=200, to=400, count=21 /\n")):

@@ -277,7 +277,7 @@ def design_tests():
                     near(f"design, {model}: {one['quantity']} {key}", float(other[key]), float(one[key]), 1e-7 * abs(float(one[key])))
     torque_design_tests()
     text = re.sub(r"tasks = [^/]*/", "tasks = 'design' /", (DATA / "engine_in_space.nml").read_text(), count=1)
-    text += "".join(f"&design parameter='support(1).stiffness({axis})', with='support(2).stiffness({axis})', from=20, to=300 /\n"
+    text += "".join(f"&design parameter='support(1).stiffness({axis})', with='support(2).stiffness({axis})', from=20, to=300, starts=2 /\n"
                     for axis in (1, 2))
     text += "".join(f"&design parameter='support(3).stiffness({axis})', from=20, to=400 /\n" for axis in (1, 2, 3))
     text += "&objective quantity='f', measure='rms' /\n&constraint quantity='separation', at_least=20 /\n&model frame='rest' /\n"
