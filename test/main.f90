@@ -69,6 +69,7 @@ program main
   use test_namelist, only: collect_namelist
   use test_namelist_errors, only: collect_namelist_errors
   use test_namelist_fuzz, only: collect_namelist_fuzz
+  use test_gmres, only: collect_gmres
   use test_newton, only: collect_newton
   use test_convergence, only: collect_convergence
   use test_oracle, only: collect_oracle
@@ -82,7 +83,9 @@ program main
   use test_population, only: collect_population
   use test_prediction, only: collect_prediction
   use test_motion_bounds, only: collect_motion_bounds
+  use test_regions, only: collect_regions
   use test_reduction, only: collect_reduction
+  use test_reduction_equations, only: collect_reduction_equations
   use test_resonance, only: collect_resonance
   use test_probes, only: collect_probes
   use test_resonance_curve, only: collect_resonance_curve
@@ -144,7 +147,10 @@ program main
     & new_testsuite("factors", collect_factors), &
     & new_testsuite("schur", collect_periodic_schur), &
     & new_testsuite("schur-bounds", collect_periodic_bounds), &
+    & new_testsuite("regions", collect_regions), &
+    & new_testsuite("gmres", collect_gmres), &
     & new_testsuite("reduction", collect_reduction), &
+    & new_testsuite("reduction-equations", collect_reduction_equations), &
     & new_testsuite("phasewise", collect_phasewise), &
     & new_testsuite("model", collect_model), &
     & new_testsuite("ground", collect_ground), &
