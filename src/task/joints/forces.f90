@@ -139,7 +139,8 @@ contains
           peak = maxloc(norm2(vibration%motion(first:second, :), dim=1), dim=1)
           along = vibration%motion(first:second, peak)
           sources(i)%peak(k) = maxval(norm2(parts(first - row:second - row, :, i), dim=1))
-          if (norm2(along) > 0) sources(i)%at_peak(k) = dot_product(along, parts(first - row:second - row, peak, i)) / norm2(along)
+          ! A product of two forces could overflow.
+          if (norm2(along) > 0) sources(i)%at_peak(k) = dot_product(along / norm2(along), parts(first - row:second - row, peak, i))
         end associate
       end do
     end do
