@@ -6,9 +6,9 @@
 
 The last line is "N passed, M failed": a mutant passes if a test fails. Survivors are listed; whether one is equivalent, that is
 without any effect for a user, a reader must judge (README.md). `fixed` runs the one test that each line names, and first
-without the mutant, when it must pass. The others run the quick tests of `fpm test` and those of test/cli that execute the mutated
-procedure, the shortest first; `draw` ends with 1 if fewer than 90 % are found. build/mutants keeps the build, and which test
-executes which procedure.
+without the mutant, when it must pass. The others run the quick tests of `fpm test`, of test/cli and of bindings/refusals.c that
+execute the mutated procedure, the shortest first; `draw` ends with 1 if fewer than 90 % are found. build/mutants keeps the build,
+and which test executes which procedure.
 """
 import argparse
 import concurrent.futures
@@ -40,8 +40,8 @@ SECONDS, TIMES = 10, 4
 MEMORY = 6 * 1024**3
 # Share of the mutants drawn from all lines that tests must find.
 SHARE = 0.9
-# Suite name that stands for test/cli.
-COMMAND_LINE = "command line"
+# Suite names that stand for test/cli, and for the C program bindings/refusals.c.
+COMMAND_LINE, C = "command line", "C"
 
 # ---- where a line may change, and how
 
@@ -154,7 +154,8 @@ class Build:
             sys.exit("the tests are not built: ./bootstrap fpm test")
         self.objects = max(mains, key=lambda path: path.stat().st_mtime).parent
         self.parts = {main: sorted(path for kind in kinds for path in self.objects.glob(kind + ".o"))
-                      for main, kinds in (("test", ("src_*", "test_*", "*testdrive*")), ("app", ("src_*", "app_*")))}
+                      for main, kinds in (("test", ("src_*", "test_*", "*testdrive*")), ("app", ("src_*", "app_*")), ("c", ("src_*",)))}
+        self.parts["c"].append(ROOT / "bindings/refusals.c")
 
     def object_of(self, path):
         return self.objects / (path.replace("/", "_") + ".o")
@@ -172,11 +173,12 @@ class Build:
         return None if changed else folder / "mutant.o"
 
     def link(self, folder, main="test", mutant=None, counting=False):
-        """Links the tests, or by main="app" the program, in a folder, with a mutant's object in place of its file's."""
-        program = folder / {"test": "tests", "app": "gestell"}[main]
+        """Links the tests, by main="app" the program, or by main="c" the tests in C, in a folder, with a mutant's object in place of
+        its file's."""
+        program = folder / {"test": "tests", "app": "gestell", "c": "refusals"}[main]
         parts = [path for path in self.parts[main] if not mutant or path != self.object_of(mutant.path)]
         parts += [folder / "mutant.o"] * (mutant is not None)
-        run = subprocess.run(["gfortran", "-fopenmp", "-o", str(program)] + ["--coverage"] * counting + [str(path) for path in parts]
+        run = subprocess.run(["gfortran", "-fopenmp", f"-I{ROOT}/include", "-o", str(program)] + ["--coverage"] * counting + [str(path) for path in parts]
                              + ["-llapack", "-lblas"], capture_output=True, text=True, cwd=folder)
         if run.returncode:
             sys.exit(f"linking fails: {run.stderr[-1000:]}")
@@ -247,13 +249,24 @@ def limit(seconds):
     resource.setrlimit(resource.RLIMIT_DATA, (MEMORY, MEMORY))
 
 
+def way_of(test):
+    """What runs a test: a procedure, the program that it runs, and the test's name for it."""
+    if test[0] == COMMAND_LINE:
+        return run_on_command_line, "app", test[1]
+    if test[0] == C:
+        return run_test, "c", [str(ROOT / "data/khang_four_bar.nml")]
+    return run_test, "test", test
+
+
 def quick_tests(program):
-    """(key, [suite, test]) of the unit tests that are not slow, and of the tests of test/cli, whose keys change with their files."""
+    """(key, [suite, test]) of the unit tests that are not slow, of the tests in C, and of the tests of test/cli, whose keys change with
+    their files."""
     # A name that does not exist makes the program list the names that do.
     for suite in re.findall(r"^  (\S+)$", run_test(program, ["?"], SECONDS)[1], re.M):
         for name in re.findall(r"- (.+)$", run_test(program, [suite, "?"], SECONDS)[1], re.M):
             if not name.startswith("slow: "):
                 yield f"{suite} | {name}", [suite, name]
+    yield "refusals", [C, "refusals"]
     listed = subprocess.run([sys.executable, str(ROOT / "test/cli/run.py"), str(program), "--list"], capture_output=True, text=True)
     for name in listed.stdout.split():
         yield f"{name} {digest([ROOT / 'test/cli' / (name.split('.')[0] + '.py')])}", [COMMAND_LINE, name]
@@ -286,7 +299,7 @@ class Reach:
         saved = time.time()
         with tempfile.TemporaryDirectory() as folder:
             folder = pathlib.Path(folder)
-            programs = {main: counted.link(folder, main, counting=True) for main in ("test", "app")}
+            programs = {main: counted.link(folder, main, counting=True) for main in counted.parts}
             for key, test in quick_tests(programs["test"]):
                 if key not in known["tests"]:
                     found = self.record(counted, programs, test, folder / "counters")
@@ -303,7 +316,7 @@ class Reach:
     @staticmethod
     def record(counted, programs, test, counters):
         """[test, seconds, {file: [(first line, last line)]}] of a test, or None if it fails."""
-        run, main, what = (run_on_command_line, "app", test[1]) if test[0] == COMMAND_LINE else (run_test, "test", test)
+        run, main, what = way_of(test)
         passed, _, seconds = run(programs[main], what, 1000, counters)
         reached = {}
         for one in counters.rglob("src_*.gcda"):
@@ -331,10 +344,9 @@ def examine(build, mutant, tests, patience=float("inf")):
         for count, (seconds, test) in enumerate(tests):
             if time.time() - begin > patience:
                 return f"survives {count} of {len(tests)} tests"
-            main = "app" if test[0] == COMMAND_LINE else "test"
+            run, main, what = way_of(test)
             if main not in programs:
                 programs[main] = build.link(folder, main, mutant)
-            run, what = (run_on_command_line, test[1]) if main == "app" else (run_test, test)
             if not run(programs[main], what, SECONDS + TIMES * seconds)[0]:
                 return "killed by " + " | ".join(test)
     return f"survives {len(tests)} tests"
