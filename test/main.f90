@@ -73,6 +73,7 @@ program main
   use test_newton, only: collect_newton
   use test_convergence, only: collect_convergence
   use test_oracle, only: collect_oracle
+  use test_edited_input, only: collect_edited_input
   use test_embedded_methods, only: collect_embedded_methods
   use test_decoupling, only: collect_decoupling
   use test_period_parts, only: collect_period_parts
@@ -235,6 +236,7 @@ program main
     & new_testsuite("small_motions", collect_small_motions), &
     & new_testsuite("weights", collect_weights), &
     & new_testsuite("namelist", collect_namelist), &
+    & new_testsuite("edited-input", collect_edited_input), &
     & new_testsuite("namelist-errors", collect_namelist_errors), &
     & new_testsuite("namelist-fuzz", collect_namelist_fuzz), &
     & new_testsuite("set-option", collect_set_option)]
