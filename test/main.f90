@@ -26,6 +26,7 @@ program main
   use test_method_choice, only: collect_method_choice
   use test_chains, only: collect_chains
   use test_checks, only: collect_checks
+  use test_climb, only: collect_climb
   use test_composition, only: collect_composition
   use test_cost, only: collect_cost
   use test_cylinder, only: collect_cylinder
@@ -217,6 +218,7 @@ program main
     & new_testsuite("critical", collect_campbell_critical), &
     & new_testsuite("resonance-curve", collect_resonance_curve), &
     & new_testsuite("design", collect_design), &
+    & new_testsuite("climb", collect_climb), &
     & new_testsuite("design-gradients", collect_design_gradients), &
     & new_testsuite("sensitivity", collect_sensitivity), &
     & new_testsuite("separation", collect_separation), &
