@@ -26,6 +26,7 @@ program main
   use test_method_choice, only: collect_method_choice
   use test_chains, only: collect_chains
   use test_checks, only: collect_checks
+  use test_climb, only: collect_climb
   use test_composition, only: collect_composition
   use test_cost, only: collect_cost
   use test_cylinder, only: collect_cylinder
@@ -70,9 +71,11 @@ program main
   use test_namelist, only: collect_namelist
   use test_namelist_errors, only: collect_namelist_errors
   use test_namelist_fuzz, only: collect_namelist_fuzz
+  use test_gmres, only: collect_gmres
   use test_newton, only: collect_newton
   use test_convergence, only: collect_convergence
   use test_oracle, only: collect_oracle
+  use test_edited_input, only: collect_edited_input
   use test_embedded_methods, only: collect_embedded_methods
   use test_decoupling, only: collect_decoupling
   use test_period_parts, only: collect_period_parts
@@ -83,7 +86,9 @@ program main
   use test_population, only: collect_population
   use test_prediction, only: collect_prediction
   use test_motion_bounds, only: collect_motion_bounds
+  use test_regions, only: collect_regions
   use test_reduction, only: collect_reduction
+  use test_reduction_equations, only: collect_reduction_equations
   use test_resonance, only: collect_resonance
   use test_probes, only: collect_probes
   use test_resonance_curve, only: collect_resonance_curve
@@ -146,7 +151,10 @@ program main
     & new_testsuite("factors", collect_factors), &
     & new_testsuite("schur", collect_periodic_schur), &
     & new_testsuite("schur-bounds", collect_periodic_bounds), &
+    & new_testsuite("regions", collect_regions), &
+    & new_testsuite("gmres", collect_gmres), &
     & new_testsuite("reduction", collect_reduction), &
+    & new_testsuite("reduction-equations", collect_reduction_equations), &
     & new_testsuite("phasewise", collect_phasewise), &
     & new_testsuite("model", collect_model), &
     & new_testsuite("ground", collect_ground), &
@@ -212,6 +220,7 @@ program main
     & new_testsuite("critical", collect_campbell_critical), &
     & new_testsuite("resonance-curve", collect_resonance_curve), &
     & new_testsuite("design", collect_design), &
+    & new_testsuite("climb", collect_climb), &
     & new_testsuite("design-gradients", collect_design_gradients), &
     & new_testsuite("sensitivity", collect_sensitivity), &
     & new_testsuite("separation", collect_separation), &
@@ -231,6 +240,7 @@ program main
     & new_testsuite("small_motions", collect_small_motions), &
     & new_testsuite("weights", collect_weights), &
     & new_testsuite("namelist", collect_namelist), &
+    & new_testsuite("edited-input", collect_edited_input), &
     & new_testsuite("namelist-errors", collect_namelist_errors), &
     & new_testsuite("namelist-fuzz", collect_namelist_fuzz), &
     & new_testsuite("set-option", collect_set_option)]

@@ -1,7 +1,9 @@
-!> Searches for zeros of functions with known zeros, and sorting.
+!> Searches for zeros of functions with known zeros, sorting, and fractions.
 module test_math
+  use checks, only: check_that
   use gestell_base_kinds, only: dp, pi
   use gestell_base_text, only: concise, text
+  use gestell_math_rational, only: common_multiple, greatest_divisor, to_rational
   use gestell_math_sorting, only: ascending
   use gestell_math_root_search, only: root_search_type
   use testdrive, only: check, error_type, new_unittest, unittest_type
@@ -26,7 +28,8 @@ contains
       & new_unittest("zeros are found within tolerance from both ends of the bracket", test_zeros), &
       & new_unittest("smooth functions need fewer steps than bisection", test_speed), &
       & new_unittest("a search that hits the zero exactly ends there", test_exact_hit), &
-      & new_unittest("sorting is ascending and keeps the order of equal numbers", test_ascending)]
+      & new_unittest("sorting is ascending and keeps the order of equal numbers", test_ascending), &
+      & new_unittest("decimal numbers and pairs become the same fraction in lowest terms", test_fractions)]
   end subroutine collect_math
 
   real(dp) function f(which, x)
@@ -130,5 +133,54 @@ contains
     call check(error, all(ascending(values) == expected), more="the places are" // words)
     if (.not. allocated(error)) call check(error, size(ascending(values(:0))), 0)
   end subroutine test_ascending
+
+  !> Every fraction with a denominator of at most 64, as a decimal number and as a pair that is not in lowest terms. Signs belong to
+  !> the numerator.
+  subroutine test_fractions(error)
+    type(error_type), allocatable, intent(out) :: error
+    integer :: p, q, k, numerator, denominator, shared
+    logical :: known
+
+    do q = 1, 64
+      do p = -130, 130
+        if (p == 0) cycle
+        shared = maxval([(k, k = 1, q)], mask=[(mod(p, k) == 0 .and. mod(q, k) == 0, k = 1, q)])
+        call check_that(error, greatest_divisor(p, q), "==", shared, "greatest divisor")
+        call check_that(error, common_multiple(p, q), "==", abs(p) * q / shared, "common multiple")
+        call to_rational([real(p, dp) / q], numerator, denominator, known)
+        call check_that(error, known, "==", .true., "decimal number")
+        call check_that(error, [numerator, denominator], "==", [p, q] / shared, "decimal number")
+        ! The signs of both numbers count.
+        k = merge(-3, 3, mod(p + q, 2) == 0)
+        call to_rational(real(k * [p, q], dp), numerator, denominator, known)
+        call check_that(error, known, "==", .true., "pair")
+        call check_that(error, [numerator, denominator], "==", [p, q] / shared, "pair")
+        if (allocated(error)) return
+      end do
+    end do
+    call expect("zero", [0.0_dp], .false.)
+    call expect("division by zero", [1.0_dp, 0.0_dp], .false.)
+    call expect("half a tooth", [1.5_dp, 2.0_dp], .false.)
+    call expect("denominator 65", [1 / 65.0_dp], .false.)
+    call expect("the largest number", [4096.0_dp], .true.)
+    call expect("beyond it", [4096.5_dp], .false.)
+    call expect("the largest pair", [4096.0_dp, -4096.0_dp], .true.)
+    call expect("a pair beyond it", [1.0_dp, 4097.0_dp], .false.)
+    ! Ten digits are enough for a fraction, eight are not.
+    call expect("one third with ten digits", [0.3333333333_dp], .true.)
+    call expect("one third with eight digits", [0.33333333_dp], .false.)
+
+  contains
+
+    subroutine expect(what, values, wanted)
+      character(len=*), intent(in) :: what
+      real(dp), intent(in) :: values(:)
+      logical, intent(in) :: wanted
+
+      call to_rational(values, numerator, denominator, known)
+      call check_that(error, known, "==", wanted, what)
+    end subroutine expect
+
+  end subroutine test_fractions
 
 end module test_math

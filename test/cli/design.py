@@ -175,6 +175,10 @@ def design_tests():
             check("design, out of reach: reported", "DESIGN: limits not met within these ranges: xi peak is" in run.out, "out", run.out)
             equal("design, out of reach: state", table(folder / "input", "design_goals")[1]["state"], "violated")
     limit_tests(reach)
+
+
+def refused_tests():
+    """Designs that make no sense are refused with the line of the input and without files."""
     for what, words, message in REFUSED:
         with Folder(input=SOUND.replace("'stability', 'response'", "'design'") + words) as folder:
             run = Run(folder, "input.nml")
@@ -467,4 +471,4 @@ REFUSED = [
     ("a curve of one", D + "&objective quantity='f', trade_off=5 /\n", "needs exactly two groups &objective"),
     ("scatter out of range", D + O + "&robust speed_percent=60 /\n", "must lie between 0 and 50"),
 ]
-DESIGN_TESTS = (test_bounds_worth, design_tests, between_tests, branch_tests, end_tests, tongue_tests, exact_limit_tests)
+DESIGN_TESTS = (test_bounds_worth, design_tests, refused_tests, between_tests, branch_tests, end_tests, tongue_tests, exact_limit_tests)

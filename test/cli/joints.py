@@ -37,7 +37,9 @@ def solve(folder, *settings, tasks="'joints'"):
     run = Run(folder, "-s", f"case.tasks={tasks}", *(word for one in settings for word in ("-s", one)), "-o", "new", "input.nml")
     if not run.done("joints: run"):
         return {}
-    return {(row["joint"], row["on"], row["pair"]): row for row in rows_of(folder / "new" / "joints.csv")}
+    rows = rows_of(folder / "new" / "joints.csv")
+    check("joints: rows of joints.csv", rows, "rows", "none")
+    return {(row["joint"], row["on"], row["pair"]): row for row in rows}
 
 
 def test_rigid():

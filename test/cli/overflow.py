@@ -5,6 +5,7 @@ import re
 from pathlib import Path
 
 from harness import Folder, Run, check, equal, files
+from scaling import MACHINES, scaled
 
 DATA = Path(__file__).resolve().parents[2] / "data"
 
@@ -88,6 +89,25 @@ def test_implausible_motion():
                       "joint(B0).position(1)=4e91", "-s", "joint(B).lengths=3.7e91,1.6e91", "input.nml")
             run.done(f"a joint at {speed} rpm")
             check(f"a joint at {speed} rpm", message in run.out and "Inf" not in run.out, message, run.out)
+
+
+def test_masses():
+    """Machines whose forces have squares beyond all numbers have finite tables.
+
+    Forces, springs, dampers and inertias grow or fall by 2^520 with the masses; the motion remains. NaN stands only where it stands
+    for the ordinary machine: for phases of zero and for limits that are not set.
+    """
+    text, tasks = MACHINES["compressor"]
+    expected = None
+    for power in (0, 520, -520):
+        with Folder(input=scaled(text, (power, 0, 0))) as folder:
+            settings = "-s", "case.tasks=" + ",".join(f"'{task}'" for task in (tasks + " joints").split())
+            run = Run(folder, "-q", "-o", "out", *settings, "input.nml")
+            run.done(f"masses by 2^{power}")
+            came = {name: len(re.findall("NaN|Infinity", (folder / "out" / name).read_text())) for name in files(folder / "out")
+                    if name.endswith(".csv") and not name.startswith("balance")}
+            expected = expected or came
+            equal(f"masses by 2^{power}: undefined numbers", came, expected)
 
 
 def test_multiplier():
@@ -352,4 +372,5 @@ def test_decades_of_speed():
 
 OVERFLOW_TESTS = [
     test_decades_of_speed, test_faint_balance, test_heavy_link, test_heavy_frame, test_all_vibrations, test_growing, test_vectors, test_averaged,
-    test_shaking, test_probe, test_balanced, test_multiplier, test_moduli, test_factors, test_places, test_implausible_motion]
+    test_shaking, test_probe, test_balanced, test_multiplier, test_moduli, test_factors, test_places, test_implausible_motion,
+    test_masses]

@@ -3,6 +3,8 @@
     ./bootstrap python3 test/cli/run.py                 builds the program, then tests it
     python3 test/cli/run.py PROGRAM                     tests an existing program
     python3 test/cli/run.py PROGRAM space held_speed    only the tests of these files; "run" stands for this file
+    python3 test/cli/run.py PROGRAM records.test_map    only this test
+    python3 test/cli/run.py PROGRAM --list              prints the names of all tests
     python3 test/cli/run.py PROGRAM --write-golden      replaces the files in golden/ after an intended change of results; names of
                                                         files before it restrict this to their results
 
@@ -660,7 +662,11 @@ def main():
              *REPORT_LAYOUT_TESTS, *RECORD_TESTS, *SCALING_TESTS)
     titles = {test: title_of(test) for test in tests}
     files_of = {test: Path(inspect.getfile(test)).stem for test in tests}
-    unknown = set(names) - set(files_of.values())
+    names_of = {test: f"{files_of[test]}.{test.__name__}" for test in tests}
+    if names == ["--list"]:
+        print(*names_of.values(), sep="\n")
+        return
+    unknown = set(names) - set(files_of.values()) - set(names_of.values())
     if unknown:
         sys.exit(f"no tests in {', '.join(sorted(unknown))}; there are {', '.join(sorted(set(files_of.values())))}")
     with tempfile.TemporaryDirectory() as folder:
@@ -671,7 +677,7 @@ def main():
                 if not names or name in names:
                     write()
         for test in tests:
-            if not names or files_of[test] in names:
+            if not names or files_of[test] in names or names_of[test] in names:
                 Count.title = titles[test]
                 test()
     print(f"{Count.passed} passed, {Count.failed} failed")

@@ -67,6 +67,36 @@ def test_scaling():
                     compare(f"{what}: {table}", first[table], other[table], scale)
 
 
+def test_reports():
+    """Reports of a machine with a mass 1024 times as large say the same, and only forces, energies and masses grow.
+
+    A threshold with the wrong dimension changes words, or a number that does not depend on the mass.
+    """
+    number = re.compile(r"(?<![\w.])-?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?(?!\w)")
+    # Harmonics of a four-bar's forces fall below rounding errors, where the report's mean ratio of amplitudes must end.
+    four_bar = {"four-bar": ((DATA / "khang_four_bar.nml").read_text() + SHORT, "stability modes response drawing")}
+    for name, (text, tasks) in {**MACHINES, **four_bar}.items():
+        texts = []
+        for scale in ((0, 0, 0), (10, 0, 0)):
+            with Folder(input=scaled(text, scale)) as folder:
+                run = Run(folder, "--verbose", "-o", "out", "-s", "case.tasks=" + ",".join(f"'{task}'" for task in tasks.split()),
+                          "input.nml")
+                equal(f"{name} by 2^{scale}", (run.code, run.err), (0, ""))
+                texts.append(run.flat)
+        words = [number.sub("#", text).split() for text in texts]
+        differing = next((k for k, pair in enumerate(zip(*words)) if pair[0] != pair[1]), None)
+        check(f"{name}, words of the report", words[0] == words[1], *(" ".join(each[max(differing or 0, 8) - 8:][:16]) for each in words))
+        numbers = list(zip(*map(number.findall, texts)))
+        wrong = [(one, two) for one, two in numbers if not grows(float(one), float(two))]
+        check(f"{name}, numbers of the report", not wrong, "the same numbers, or 1024 times as large", wrong[:10])
+
+
+def grows(one, two):
+    """True if the second number equals the first one, or is 1024 times as large, within 6 %: reports round to two digits at least.
+    Numbers below 1e-6 are rounding errors or their bounds."""
+    return any(abs(two - factor * one) <= 0.06 * factor * abs(one) for factor in (1, 1024, 1 / 1024)) or max(abs(one), abs(two)) < 1e-6
+
+
 def compare(what, one, two, scale):
     """Compares numbers within 1e-9 of the largest of their column, amplitudes of the harmonics of one quantity within 1e-9 of the
     largest harmonic: the smallest ones are rounding errors. Bounds follow the mass alone, because their norms combine metres,
@@ -90,4 +120,4 @@ def compare(what, one, two, scale):
         check(f"{what}: {column['key']}", good, f"{factor} times", worst)
 
 
-SCALING_TESTS = (test_scaling,)
+SCALING_TESTS = (test_scaling, test_reports)

@@ -6,13 +6,14 @@
 
 The last line is "N passed, M failed": a mutant passes if a test fails. Survivors are listed; whether one is equivalent, that is
 without any effect for a user, a reader must judge (README.md). `fixed` runs the one test that each line names, and first
-without the mutant, when it must pass. The others run the quick tests of `fpm test` that execute the mutated procedure, the
-shortest first, then the files of test/cli that execute it; `draw` ends with 1 if fewer than 90 % are found. build/mutants keeps
-the build, and which test executes which procedure.
+without the mutant, when it must pass. The others run the quick tests of `fpm test`, of test/cli and of bindings/refusals.c that
+execute the mutated procedure, the shortest first; `draw` ends with 1 if fewer than 90 % are found. build/mutants keeps the build,
+and which test executes which procedure.
 """
 import argparse
 import concurrent.futures
 import functools
+import hashlib
 import json
 import os
 import pathlib
@@ -32,14 +33,15 @@ from reach import executed_procedures, procedures_of
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 HOME = ROOT / "build/mutants"
 FIXED = pathlib.Path(__file__).with_name("fixed.txt")
-# Time limit of a test in seconds, and as a multiple of its time without a mutant: processor time, on the command line wall time.
-SECONDS, TIMES = 10, 8
+# Time limit of a test in seconds, and as a multiple of its time with the counted build, which is slower: processor time, on the
+# command line wall time.
+SECONDS, TIMES = 10, 4
 # Limit of its memory in bytes.
 MEMORY = 6 * 1024**3
 # Share of the mutants drawn from all lines that tests must find.
 SHARE = 0.9
-# Suite name that stands for a file of test/cli.
-COMMAND_LINE = "command line"
+# Suite names that stand for test/cli, and for the C program bindings/refusals.c.
+COMMAND_LINE, C = "command line", "C"
 
 # ---- where a line may change, and how
 
@@ -101,7 +103,7 @@ def _condition(line):
 
 
 def _dropped(line):
-    return [re.match(r"\s*", line)[0] + "continue"] if re.match(r"\s*(call \w|[\w%(), :]+ = )", line) else []
+    return [re.match(r"\s*", line)[0] + "continue"] if re.match(r"\s*(?!do\b)(call \w|[\w%(), :]+ = )", line) else []
 
 
 def _bound(line):
@@ -144,7 +146,7 @@ def draw(dice, places):
 # ---- build, link, run
 
 class Build:
-    """A build of the tests by fpm in one folder: modules, and objects of src, of the tests and of test-drive."""
+    """A build of the tests by fpm in one folder: modules, and objects of src, of the program, of the tests and of test-drive."""
 
     def __init__(self, place):
         mains = list(place.glob("build/*/gestell/test_main.f90.o"))
@@ -152,7 +154,8 @@ class Build:
             sys.exit("the tests are not built: ./bootstrap fpm test")
         self.objects = max(mains, key=lambda path: path.stat().st_mtime).parent
         self.parts = {main: sorted(path for kind in kinds for path in self.objects.glob(kind + ".o"))
-                      for main, kinds in (("test", ("src_*", "test_*", "*testdrive*")), ("app", ("src_*", "app_*")))}
+                      for main, kinds in (("test", ("src_*", "test_*", "*testdrive*")), ("app", ("src_*", "app_*")), ("c", ("src_*",)))}
+        self.parts["c"].append(ROOT / "bindings/refusals.c")
 
     def object_of(self, path):
         return self.objects / (path.replace("/", "_") + ".o")
@@ -170,11 +173,12 @@ class Build:
         return None if changed else folder / "mutant.o"
 
     def link(self, folder, main="test", mutant=None, counting=False):
-        """Links the tests, or by main="app" the program, in a folder, with a mutant's object in place of its file's."""
-        program = folder / {"test": "tests", "app": "gestell"}[main]
+        """Links the tests, by main="app" the program, or by main="c" the tests in C, in a folder, with a mutant's object in place of
+        its file's."""
+        program = folder / {"test": "tests", "app": "gestell", "c": "refusals"}[main]
         parts = [path for path in self.parts[main] if not mutant or path != self.object_of(mutant.path)]
         parts += [folder / "mutant.o"] * (mutant is not None)
-        run = subprocess.run(["gfortran", "-fopenmp", "-o", str(program)] + ["--coverage"] * counting + [str(path) for path in parts]
+        run = subprocess.run(["gfortran", "-fopenmp", f"-I{ROOT}/include", "-o", str(program)] + ["--coverage"] * counting + [str(path) for path in parts]
                              + ["-llapack", "-lblas"], capture_output=True, text=True, cwd=folder)
         if run.returncode:
             sys.exit(f"linking fails: {run.stderr[-1000:]}")
@@ -183,7 +187,7 @@ class Build:
 
 def optimised_build():
     """The tests of this checkout, built by fpm for speed. Mutants are linked with its objects."""
-    fpm_test(ROOT, "--profile release")
+    build_by_fpm(ROOT, "build --tests --profile release")
     return Build(ROOT)
 
 
@@ -196,13 +200,13 @@ def counted_build():
             (copy / name).symlink_to(ROOT / name)
     if not (copy / "build/dependencies").exists():
         shutil.copytree(ROOT / "build/dependencies", copy / "build/dependencies", symlinks=True)
-    fpm_test(copy, "--flag '-O1 -g1 -fPIC -fopenmp -fcheck=bounds --coverage'")
+    build_by_fpm(copy, "build --tests --flag '-O1 -g1 -fPIC -fopenmp --coverage'")
     return Build(copy)
 
 
-def fpm_test(folder, options):
-    """Builds the tests in a folder, and runs one suite of them."""
-    run = subprocess.run([str(ROOT / "bootstrap"), "sh", "-c", f"cd '{folder}' && fpm test {options} -- base"], capture_output=True, text=True)
+def build_by_fpm(folder, command):
+    """Runs fpm in a folder."""
+    run = subprocess.run([str(ROOT / "bootstrap"), "sh", "-c", f"cd '{folder}' && fpm {command}"], capture_output=True, text=True)
     if run.returncode:
         sys.exit(f"the build fails:\n{run.stdout[-2000:]}{run.stderr[-2000:]}")
 
@@ -216,8 +220,8 @@ def run_test(program, test, seconds, counters=None):
     return run.returncode == 0, run.stderr, resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before
 
 
-def run_file(program, name, seconds, counters=None):
-    """Runs a file of test/cli and ends it at the first failure. Returns whether it passes, its output, and its seconds."""
+def run_on_command_line(program, name, seconds, counters=None):
+    """Runs a test of test/cli and ends it at the first failure. Returns whether it passes, its output, and its seconds."""
     begin = time.time()
     run = subprocess.Popen([sys.executable, str(ROOT / "test/cli/run.py"), str(program), name], stdout=subprocess.PIPE, text=True,
                            stderr=subprocess.DEVNULL, errors="replace", cwd=program.parent, env=environment(program, counters),
@@ -245,73 +249,104 @@ def limit(seconds):
     resource.setrlimit(resource.RLIMIT_DATA, (MEMORY, MEMORY))
 
 
-class Reach:
-    """For each quick test, and each file of test/cli: its seconds with one build, and the procedures of src that it executes,
-    counted by another build: {file: [(first line, last line)]}."""
+def way_of(test):
+    """What runs a test: a procedure, the program that it runs, and the test's name for it."""
+    if test[0] == COMMAND_LINE:
+        return run_on_command_line, "app", test[1]
+    if test[0] == C:
+        return run_test, "c", [str(ROOT / "data/khang_four_bar.nml")]
+    return run_test, "test", test
 
-    def __init__(self, build, counted):
+
+def quick_tests(program):
+    """(key, [suite, test]) of the unit tests that are not slow, of the tests in C, and of the tests of test/cli, whose keys change with
+    their files."""
+    # A name that does not exist makes the program list the names that do.
+    for suite in re.findall(r"^  (\S+)$", run_test(program, ["?"], SECONDS)[1], re.M):
+        for name in re.findall(r"- (.+)$", run_test(program, [suite, "?"], SECONDS)[1], re.M):
+            if not name.startswith("slow: "):
+                yield f"{suite} | {name}", [suite, name]
+    yield "refusals", [C, "refusals"]
+    listed = subprocess.run([sys.executable, str(ROOT / "test/cli/run.py"), str(program), "--list"], capture_output=True, text=True)
+    for name in listed.stdout.split():
+        yield f"{name} {digest([ROOT / 'test/cli' / (name.split('.')[0] + '.py')])}", [COMMAND_LINE, name]
+
+
+def digest(files):
+    """A digest of the contents of files."""
+    return hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest()
+
+
+@functools.cache
+def procedures_in(counted):
+    """{name of an object: (file of src, {identity of a procedure: (first line, last line)})}."""
+    paths = {str(path.relative_to(ROOT)).replace("/", "_"): str(path.relative_to(ROOT)) for path in (ROOT / "src").rglob("*.f90")}
+    return {notes.stem: (paths[notes.stem], procedures_of(notes)) for notes in counted.objects.glob("src_*.gcno") if notes.stem in paths}
+
+
+class Reach:
+    """For each quick test: its seconds with the counted build, and the procedures of src that it executes: {file: [(first line,
+    last line)]}. build/mutants/reach.json keeps them until a line of src changes; new or renamed unit tests, and the tests of each
+    changed file of test/cli, are recorded when they are first needed."""
+
+    def __init__(self, counted):
         file = HOME / "reach.json"
-        newest = max(path.stat().st_mtime for path in [*counted.objects.glob("*.o"), *(ROOT / "test/cli").glob("*.py")])
-        if not file.exists() or file.stat().st_mtime < newest:
-            file.write_text(json.dumps(self.record(build, counted)))
-        self.tests = json.loads(file.read_text())
+        source = digest(sorted((ROOT / "src").rglob("*.f90")))
+        known = json.loads(file.read_text()) if file.exists() else {}
+        if known.get("source") != source:
+            known = {"source": source, "tests": {}}
+        self.tests = []
+        saved = time.time()
+        with tempfile.TemporaryDirectory() as folder:
+            folder = pathlib.Path(folder)
+            programs = {main: counted.link(folder, main, counting=True) for main in counted.parts}
+            for key, test in quick_tests(programs["test"]):
+                if key not in known["tests"]:
+                    found = self.record(counted, programs, test, folder / "counters")
+                    if not found:
+                        print(f"{' | '.join(test)} fails without any mutant; it is skipped", flush=True)
+                        continue
+                    known["tests"][key] = found
+                    if time.time() > saved + 60:
+                        file.write_text(json.dumps(known))
+                        saved = time.time()
+                self.tests.append(known["tests"][key])
+        file.write_text(json.dumps(known))
 
     @staticmethod
-    def record(build, counted):
-        procedures = {notes.stem: procedures_of(notes) for notes in counted.objects.glob("src_*.gcno")}
-        paths = {str(path.relative_to(ROOT)).replace("/", "_"): str(path.relative_to(ROOT)) for path in (ROOT / "src").rglob("*.f90")}
-        found = []
-
-        def add(test, run, main, what):
-            counters = pathlib.Path(folder) / "counters"
-            run(counting[main], what, 1000, counters)
-            passed, _, seconds = run(timed[main], what, 1000)
-            reached = {}
-            for one in counters.rglob("src_*.gcda"):
-                lines = [procedures[one.stem][identity] for identity in executed_procedures(one)]
-                if lines and one.stem in paths:
-                    reached[paths[one.stem]] = lines
-            shutil.rmtree(counters, ignore_errors=True)
-            if passed:
-                found.append([test, seconds, reached])
-            else:
-                print(f"{' | '.join(test)} fails without any mutant; it is skipped", flush=True)
-
-        with tempfile.TemporaryDirectory() as folder:
-            places = {which: pathlib.Path(folder) / which for which in ("counting", "timed")}
-            for place in places.values():
-                place.mkdir()
-            counting = {main: counted.link(places["counting"], main, counting=True) for main in ("test", "app")}
-            timed = {main: build.link(places["timed"], main) for main in ("test", "app")}
-            # A name that does not exist makes the program list the names that do.
-            for suite in re.findall(r"^  (\S+)$", run_test(timed["test"], ["?"], SECONDS)[1], re.M):
-                for name in re.findall(r"- (.+)$", run_test(timed["test"], [suite, "?"], SECONDS)[1], re.M):
-                    if not name.startswith("slow: "):
-                        add([suite, name], run_test, "test", [suite, name])
-            for path in sorted((ROOT / "test/cli").glob("*.py")):
-                if "_TESTS = " in path.read_text() or path.stem == "run":
-                    add([COMMAND_LINE, path.stem], run_file, "app", path.stem)
-        return found
+    def record(counted, programs, test, counters):
+        """[test, seconds, {file: [(first line, last line)]}] of a test, or None if it fails."""
+        run, main, what = way_of(test)
+        passed, _, seconds = run(programs[main], what, 1000, counters)
+        reached = {}
+        for one in counters.rglob("src_*.gcda"):
+            path = procedures_in(counted).get(one.stem)
+            lines = [path[1][identity] for identity in executed_procedures(one)] if path else []
+            if lines:
+                reached[path[0]] = lines
+        shutil.rmtree(counters, ignore_errors=True)
+        return [test, seconds, reached] if passed else None
 
     def of(self, mutant):
-        """The tests that execute the mutant's procedure: the shortest first, those on the command line last."""
+        """The tests that execute the mutant's procedure, the shortest first."""
         line = mutant.number + 1
         return sorted(((seconds, test) for test, seconds, reached in self.tests
-                       if any(first <= line <= last for first, last in reached.get(mutant.path, []))),
-                      key=lambda each: (each[1][0] == COMMAND_LINE, each[0]))
+                       if any(first <= line <= last for first, last in reached.get(mutant.path, []))), key=lambda each: each[0])
 
 
-def examine(build, mutant, tests):
-    """"killed by" a test, "survives N tests", or "" where it is no mutant."""
+def examine(build, mutant, tests, patience=float("inf")):
+    """"killed by" a test, "survives" so many of the tests, or "" where it is no mutant. No test begins after `patience` seconds."""
+    begin = time.time()
     with tempfile.TemporaryDirectory() as folder:
         folder, programs = pathlib.Path(folder), {}
         if not build.compile(mutant, folder):
             return ""
-        for seconds, test in tests:
-            main = "app" if test[0] == COMMAND_LINE else "test"
+        for count, (seconds, test) in enumerate(tests):
+            if time.time() - begin > patience:
+                return f"survives {count} of {len(tests)} tests"
+            run, main, what = way_of(test)
             if main not in programs:
                 programs[main] = build.link(folder, main, mutant)
-            run, what = (run_file, test[1]) if main == "app" else (run_test, test)
             if not run(programs[main], what, SECONDS + TIMES * seconds)[0]:
                 return "killed by " + " | ".join(test)
     return f"survives {len(tests)} tests"
@@ -354,8 +389,8 @@ def drawn(arguments):
                   for number in executable_lines(path.read_text())]
     if not places:
         sys.exit("no line can be changed")
-    counted, build = counted_build(), optimised_build()
-    reach = Reach(build, counted)
+    build = optimised_build()
+    reach = Reach(counted_build())
     dice, seen, survivors, killed = random.Random(arguments.seed), set(), [], 0
     begin, wanted = time.time(), arguments.number
     with concurrent.futures.ThreadPoolExecutor(arguments.jobs) as pool:
@@ -368,7 +403,7 @@ def drawn(arguments):
                     batch.append(mutant)
             if not batch:
                 break
-            for mutant, verdict in zip(batch, pool.map(lambda each: examine(build, each, reach.of(each)), batch)):
+            for mutant, verdict in zip(batch, pool.map(lambda each: examine(build, each, reach.of(each), arguments.patience), batch)):
                 if not verdict:
                     continue
                 wanted -= 1
@@ -404,6 +439,8 @@ def changed_lines(base):
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--jobs", type=int, default=os.cpu_count())
+    parser.add_argument("--patience", type=float, default=float("inf"), metavar="SECONDS", help="time after which a mutant counts as a "
+                        "survivor even if tests remain")
     ways = parser.add_subparsers(dest="way", required=True)
     ways.add_parser("fixed")
     change = ways.add_parser("change")

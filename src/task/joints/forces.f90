@@ -134,6 +134,7 @@ contains
       associate (place => forces(k)%place%row)
         total = vibration%motion(place + fx:place + fy, :)
         peak = maxloc(norm2(total, dim=1), dim=1)
+        ! A product of two forces could overflow.
         along = total(:, peak) / max(norm2(total(:, peak)), tiny(1.0_dp))
         do i = 1, last
           if (i < last) part = vibration%joint_parts(place - row + fx:place - row + fy, :, i)
