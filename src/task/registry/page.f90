@@ -16,6 +16,7 @@ module gestell_task_registry_page
   use gestell_output_page_svg, only: inline_svg
   use gestell_output_page_table, only: html_table
   use gestell_output_page_viewer, only: viewer, viewer_script
+  use gestell_output_picture_script, only: figure_type
   use gestell_output_result, only: result_type
   use gestell_output_table, only: table_type
   use gestell_input_namelist_document, only: group_type, name_of
@@ -52,7 +53,7 @@ contains
     title = context%head%title
     if (len_trim(title) == 0) title = input
     do i = 1, size(sections)
-      sections(i)%html = section(context%staging, result%tables(i))
+      sections(i)%html = section(context%staging, result%tables(i), result%figures)
     end do
     call open_output(page, context%staging // "/report.html")
     call page%append(head(title) // "<a class=""skip"" href=""#summary"">Skip to the summary</a>" // newline // "<header><h1>" &
@@ -94,20 +95,27 @@ contains
       & // "</pre></details>" // newline
   end function folded
 
-  !> HTML section with the picture of a table. It includes the table itself if the page shows it. It is empty if there is neither
+  !> HTML section with the pictures of a table. It includes the table itself if the page shows it. It is empty if there is neither
   !> picture nor table.
-  function section(folder, table) result(words)
+  function section(folder, table, figures) result(words)
     character(len=*), intent(in) :: folder
     type(table_type), intent(in) :: table
-    character(len=:), allocatable :: words, source, picture, rows
+    !> Pictures of all tables
+    type(figure_type), intent(in) :: figures(:)
+    character(len=:), allocatable :: words, source, picture, pictures, rows
+    integer :: i
 
     words = ""
-    call read_file(folder // "/" // table%name // ".svg", source)
-    picture = inline_svg(source, table%name // "-", table%heading // ". " // table%caption)
-    if (picture == "" .and. .not. table%shown) return
-    words = section_start(table%name, table%heading)
-    if (picture /= "") words = words // "<figure>" // scroll_start(table%heading // ", picture") // picture // "</div>" &
-      & // "<figcaption>" // escaped(table%caption) // "</figcaption></figure>" // newline
+    pictures = ""
+    do i = 1, size(figures)
+      if (figures(i)%name /= table%name) cycle
+      call read_file(folder // "/" // figures(i)%name // ".svg", source)
+      picture = inline_svg(source, figures(i)%name // "-", table%heading // ". " // figures(i)%shown)
+      if (picture /= "") pictures = pictures // "<figure>" // scroll_start(table%heading // ", picture") // picture // "</div>" &
+        & // "<figcaption>" // escaped(table%caption) // "</figcaption></figure>" // newline
+    end do
+    if (pictures == "" .and. .not. table%shown) return
+    words = section_start(table%name, table%heading) // pictures
     if (table%shown) then
       rows = html_table(table)
       words = words // rows
