@@ -12,8 +12,8 @@ module gestell_output_page_table
 
   public :: html_table
 
-  !> `max_rows`: maximum number of rows shown. `most_columns`: a table that shows more columns than this is transposed if it has
-  !> fewer rows than columns.
+  !> `max_rows`: maximum number of rows shown. `most_columns`: a table that shows more columns than this is transposed if it
+  !> has less than half as many rows.
   integer, parameter :: max_rows = 60, most_columns = 10
   !> A table with more rows than this is hidden until the reader opens it.
   integer, parameter :: most_open = 12
@@ -48,7 +48,7 @@ contains
     lines = lines // scroll_start(table%heading // ", table") // "<table>" // newline
     if (table%rows > rows) lines = lines // "<caption>The first " // text(rows) // " of " // text(table%rows) &
       & // " rows; the file " // escaped(table%name) // ".csv contains all rows.</caption>" // newline
-    if (count(.not. details) > most_columns .and. rows < size(details)) then
+    if (count(.not. details) > max(most_columns, 2 * rows)) then
       ! transposed: each column of the table becomes a row, headed by its label
       lines = lines // "<tbody>" // newline
       do k = 1, size(details)

@@ -96,7 +96,7 @@ contains
       & // "</pre></details>" // newline
   end function folded
 
-  !> HTML section with the picture of a table. It includes the table itself if the page shows it. It is empty if there is neither
+  !> HTML section with the pictures of a table. It includes the table itself if the page shows it. It is empty if there is neither
   !> picture nor table.
   function section(folder, table, figures) result(words)
     character(len=*), intent(in) :: folder
