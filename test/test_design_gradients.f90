@@ -151,7 +151,8 @@ contains
   end subroutine compare_in_space
 
   !> Relative changes of the values over the parameters' ranges. The differences are extrapolated from steps of a 200th, 400th and
-  !> 800th of these ranges: solutions to 1e-11 leave 1e-8 of them.
+  !> 800th of these ranges: solutions to 1e-11 leave 1e-8 of them. `text` contains the values `start`: the differences vary only the
+  !> parameters that change, because each parameter more costs further solutions.
   !> Eleven arguments: the machine, its goals, its parameters and, with `seed`, the random direction in which all of them change.
   !> Without `seed` they change one after the other.
   subroutine compare(what, text, names, kinds, paths, start, range, link, part, error, seed)
@@ -160,27 +161,22 @@ contains
     real(dp), intent(in) :: start(:), range(:)
     type(error_type), allocatable, intent(out) :: error
     integer, intent(in), optional :: seed
-    type(document_family_type) :: family
-    type(design_options) :: options
-    type(configuration_type) :: configuration
+    type(document_family_type) :: family, single
+    type(design_options) :: options, one
+    type(configuration_type) :: configuration, unused
     type(goal_branches_type) :: above(3), at, below(3)
     type(goal_type), allocatable :: goals(:)
     type(gestell_error), allocatable :: failure
     character(len=:), allocatable :: which
     type(random_type) :: random
-    !> Change of each parameter, as a part of its range
-    real(dp) :: direction(size(start))
+    !> Change of each parameter: as a part of its range, and in its unit
+    real(dp), dimension(size(start)) :: direction, change_of
     real(dp) :: table(3), h, change, found, unit, side, part_of_change
-    integer :: g, k, i, b, n
+    integer :: g, k, i, b, n, first, last
 
     call new_family(text, paths, start, family, options, configuration, error)
     if (allocated(error)) return
-    options%lower = start - range / 2
-    options%upper = start + range / 2
-    options%conditions = [condition_type()]
-    options%link = link
-    options%part = part
-    options%unit = [(1.0_dp, k = 1, size(start))]
+    call set_parameters(options, 1, size(start))
     n = size(names)
     allocate(goals(n))
     do g = 1, n
@@ -193,21 +189,28 @@ contains
     call check_that(error, at%known, "==", .true., trim(what) // " known")
     if (allocated(error)) return
     do k = 1, size(paths)
+      first = k
+      last = k
       direction = 0
       direction(k) = 1
       which = trim(paths(k))
       if (present(seed)) then
         if (k > 1) exit
+        last = size(paths)
         call random%start(seed, 1)
         direction = [(merge(-1.0_dp, 1.0_dp, random%chance(0.5_dp)) * random%between(0.2_dp, 0.6_dp), i = 1, size(start))]
         which = "all parameters"
       end if
+      call new_family(text, paths(first:last), start(first:last), single, one, unused, error)
+      if (allocated(error)) return
+      call set_parameters(one, first, last)
+      change_of = direction * range
       do i = 1, 3
         h = 0.01_dp / 2**i
-        call evaluate_goals(family, options, goals, start + h * direction * range, .true., above(i), failure)
+        call evaluate_goals(single, one, goals, start(first:last) + h * change_of(first:last), .true., above(i), failure)
         call check_success(error, failure)
         if (allocated(error)) return
-        call evaluate_goals(family, options, goals, start - h * direction * range, .true., below(i), failure)
+        call evaluate_goals(single, one, goals, start(first:last) - h * change_of(first:last), .true., below(i), failure)
         call check_success(error, failure)
         if (allocated(error)) return
       end do
@@ -229,7 +232,7 @@ contains
           change = (top(above(3), h) - top(below(3), -h)) / (2 * h) / unit
           part_of_change = 1.0e-5_dp
         end if
-        found = sum(at%slope(:, b) * direction * range) / unit
+        found = sum(at%slope(:, b) * change_of) / unit
         call check_that(error, abs(found - change), "<=", part_of_change * max(abs(change), 1.0_dp), trim(what) // " d " // &
           & goals(g)%name() // " / d " // which)
         if (allocated(error)) return
@@ -237,6 +240,20 @@ contains
     end do
 
   contains
+
+    !> The design has the parameters from `from` to `to`.
+    subroutine set_parameters(design, from, to)
+      type(design_options), intent(inout) :: design
+      integer, intent(in) :: from, to
+      integer :: p
+
+      design%lower = start(from:to) - range(from:to) / 2
+      design%upper = start(from:to) + range(from:to) / 2
+      design%conditions = [condition_type()]
+      design%link = link(from:to)
+      design%part = part(from:to)
+      design%unit = [(1.0_dp, p = from, to)]
+    end subroutine set_parameters
 
     !> The value of goal g after a step, for the same one of several local maxima: both slopes predict its value, and samples
     !> next to it are lower.
@@ -247,7 +264,8 @@ contains
       real(dp) :: predicted(size(there%value))
 
       same = there%group == g
-      predicted = at%value(b) + step * matmul(direction * range, spread(at%slope(:, b), 2, size(same)) + there%slope) / 2
+      predicted = at%value(b) + step * matmul(change_of(first:last), spread(at%slope(first:last, b), 2, size(same)) &
+        & + there%slope) / 2
       if (kinds(g) == peak_measure .and. side > 0) same = same .and. abs(there%value - predicted) <= 1.0e-4_dp * abs(at%value(b))
       top = side * maxval(side * there%value, mask=same)
     end function top
