@@ -65,7 +65,8 @@ contains
     real(dp), allocatable :: boxes(:, :)
     real(dp) :: x, y, low(2), high(2)
     character(len=60) :: place
-    logical :: covered(across, across), met
+    logical, allocatable :: covered(:, :)
+    logical :: met
     integer :: i, k
 
     boxes = left_side(points, curve)
@@ -74,7 +75,7 @@ contains
       & max(boxes(2, :) - boxes(1, :), boxes(4, :) - boxes(3, :)) > 1.2_dp * width), "<", 1.0e-12_dp, name // ": width of a box")
     low = minval(points, dim=2)
     high = maxval(points, dim=2)
-    covered = .false.
+    allocate(covered(across, across), source=.false.)
     do i = 1, size(boxes, 2)
       associate (x => boxes(:2, i) * across + 0.5_dp, y => boxes(3:, i) * across + 0.5_dp)
         covered(max(1, ceiling(x(1))):min(across, floor(x(2))), max(1, ceiling(y(1))):min(across, floor(y(2)))) = .true.
