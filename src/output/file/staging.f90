@@ -221,7 +221,8 @@ contains
     end do
   end subroutine restore
 
-  !> Removes the old pictures of each table that has a new gnuplot script but no new pictures.
+  !> Removes the old pictures of each table that has a new gnuplot script but no new pictures. Also removes the old script NAME_2.gp
+  !> and its pictures if there are a new NAME.csv and no new NAME_2.gp: the pictures of a table are numbered.
   subroutine remove_old_pictures(staging, tables, names)
     type(staging_type), intent(in) :: staging
     character(len=*), intent(in) :: tables(:), names(:)
@@ -229,7 +230,13 @@ contains
     integer :: i, k
 
     do i = 1, size(tables)
-      if (all(names /= trim(tables(i)) // ".gp")) cycle
+      if (all(names /= trim(tables(i)) // ".gp")) then
+        k = index(tables(i), "_", back=.true.)
+        if (k == 0) cycle
+        if (verify(trim(tables(i)(k + 1:)), "0123456789") > 0 .or. all(names /= tables(i)(:max(k, 1) - 1) // ".csv")) cycle
+        picture = staging%folder // "/" // trim(tables(i)) // ".gp"
+        if (.not. is_same_file(picture, staging%input)) call remove_file(picture)
+      end if
       do k = 1, size(picture_endings)
         picture = trim(tables(i)) // picture_endings(k)
         if (any(names == picture)) cycle
