@@ -190,6 +190,7 @@ contains
     end do
     if (.not. allocated(error)) then
       call remove_old_pictures(self, tables, names)
+      call remove_numbered_pictures(self, names)
       do i = 1, size(names)
         if (replaces(i)) call remove_file(self%path // "/" // trim(names(i)) // old)
       end do
@@ -221,8 +222,7 @@ contains
     end do
   end subroutine restore
 
-  !> Removes the old pictures of each table that has a new gnuplot script but no new pictures. Also removes the old script NAME_2.gp
-  !> and its pictures if there are a new NAME.csv and no new NAME_2.gp: the pictures of a table are numbered.
+  !> Removes the old pictures of each table that has a new gnuplot script but no new pictures.
   subroutine remove_old_pictures(staging, tables, names)
     type(staging_type), intent(in) :: staging
     character(len=*), intent(in) :: tables(:), names(:)
@@ -230,13 +230,7 @@ contains
     integer :: i, k
 
     do i = 1, size(tables)
-      if (all(names /= trim(tables(i)) // ".gp")) then
-        k = index(tables(i), "_", back=.true.)
-        if (k == 0) cycle
-        if (verify(trim(tables(i)(k + 1:)), "0123456789") > 0 .or. all(names /= tables(i)(:max(k, 1) - 1) // ".csv")) cycle
-        picture = staging%folder // "/" // trim(tables(i)) // ".gp"
-        if (.not. is_same_file(picture, staging%input)) call remove_file(picture)
-      end if
+      if (all(names /= trim(tables(i)) // ".gp")) cycle
       do k = 1, size(picture_endings)
         picture = trim(tables(i)) // picture_endings(k)
         if (any(names == picture)) cycle
@@ -245,6 +239,35 @@ contains
       end do
     end do
   end subroutine remove_old_pictures
+
+  !> Removes old pictures NAME_2, NAME_3, ... of each table NAME that is replaced, with their scripts, if they are not replaced.
+  !> This run may have fewer pictures than the run before.
+  subroutine remove_numbered_pictures(staging, names)
+    type(staging_type), intent(in) :: staging
+    !> Names of the files that were published
+    character(len=*), intent(in) :: names(:)
+    character(len=:), allocatable :: name
+    integer :: i, k
+
+    do i = 1, size(staging%tables)
+      name = trim(staging%tables(i))
+      k = index(name, "_", back=.true.)
+      if (k == 0 .or. k == len(name) .or. any(names == name // ".gp")) cycle
+      if (verify(name(k + 1:), "0123456789") > 0 .or. all(names /= name(:k - 1) // ".gp")) cycle
+      call remove_unless_input(staging, name // ".gp")
+      do k = 1, size(picture_endings)
+        call remove_unless_input(staging, name // picture_endings(k))
+      end do
+    end do
+  end subroutine remove_numbered_pictures
+
+  !> Removes a file from the folder of the results unless it is the input.
+  subroutine remove_unless_input(staging, name)
+    type(staging_type), intent(in) :: staging
+    character(len=*), intent(in) :: name
+
+    if (.not. is_same_file(staging%folder // "/" // name, staging%input)) call remove_file(staging%folder // "/" // name)
+  end subroutine remove_unless_input
 
   !> Removes the staging folder and publishes no file. Also removes the folder of the results if this run created it and it is
   !> empty. `done`: true if the staging folder no longer exists.
