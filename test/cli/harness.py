@@ -134,10 +134,15 @@ class Folder:
 
 
 def files(folder):
-    """Names of the files in a folder, except gnuplot scripts that have a table."""
+    """Names of the files in a folder, except gnuplot scripts of pictures whose table is in the folder."""
     if not folder.is_dir():
         return []
-    return sorted(path.name for path in folder.iterdir() if path.suffix != ".gp" or not path.with_suffix(".csv").exists())
+
+    def has_table(script):
+        table = re.search(r" from (\w+\.csv):", script.read_text().partition("\n")[0])
+        return bool(table) and (folder / table[1]).exists()
+
+    return sorted(path.name for path in folder.iterdir() if path.suffix != ".gp" or not has_table(path))
 
 
 class Table:

@@ -68,14 +68,14 @@ contains
     n = max(128, ceiling(min(real(most, dp), 8 * pi / mechanism%angle_scale)))
     do
       if (allocated(samples)) deallocate(samples)
-      allocate(samples(3, n))
+      allocate(samples(n, 3))
       do k = 1, n
         call mechanism%mass_functions(2 * pi * (k - 1) / n, a)
         drive = 0
         if (corrected) call mechanism%tabulate_drive([2 * pi * (k - 1) / n], drive, corrected)
-        samples(:, k) = -speed**2 * [a%a1%dd, a%a2%dd, a%a4 - part_of_turn(mechanism, corrected) * drive(1, energy_d) / 2]
+        samples(k, :) = -speed**2 * [a%a1%dd, a%a2%dd, a%a4 - part_of_turn(mechanism, corrected) * drive(1, energy_d) / 2]
       end do
-      call find_series(samples, computed%series)
+      call find_series(transpose(samples), computed%series)
       ! terms that cancel to less than this are rounding, which no number of samples resolves
       if (all([(computed%series(k)%tail() < 1.0e-9_dp .or. computed%series(k)%largest_term() <= 1.0e-12_dp * speed**2 &
         & * mechanism%terms(k), k = 1, 3)]) .or. n >= most) exit

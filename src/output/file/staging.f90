@@ -190,6 +190,7 @@ contains
     end do
     if (.not. allocated(error)) then
       call remove_old_pictures(self, tables, names)
+      call remove_numbered_pictures(self, names)
       do i = 1, size(names)
         if (replaces(i)) call remove_file(self%path // "/" // trim(names(i)) // old)
       end do
@@ -238,6 +239,35 @@ contains
       end do
     end do
   end subroutine remove_old_pictures
+
+  !> Removes old pictures NAME_2, NAME_3, ... of each table NAME that is replaced, with their scripts, if they are not replaced.
+  !> This run may have fewer pictures than the run before.
+  subroutine remove_numbered_pictures(staging, names)
+    type(staging_type), intent(in) :: staging
+    !> Names of the files that were published
+    character(len=*), intent(in) :: names(:)
+    character(len=:), allocatable :: name
+    integer :: i, k
+
+    do i = 1, size(staging%tables)
+      name = trim(staging%tables(i))
+      k = index(name, "_", back=.true.)
+      if (k == 0 .or. k == len(name) .or. any(names == name // ".gp")) cycle
+      if (verify(name(k + 1:), "0123456789") > 0 .or. all(names /= name(:k - 1) // ".gp")) cycle
+      call remove_unless_input(staging, name // ".gp")
+      do k = 1, size(picture_endings)
+        call remove_unless_input(staging, name // picture_endings(k))
+      end do
+    end do
+  end subroutine remove_numbered_pictures
+
+  !> Removes a file from the folder of the results unless it is the input.
+  subroutine remove_unless_input(staging, name)
+    type(staging_type), intent(in) :: staging
+    character(len=*), intent(in) :: name
+
+    if (.not. is_same_file(staging%folder // "/" // name, staging%input)) call remove_file(staging%folder // "/" // name)
+  end subroutine remove_unless_input
 
   !> Removes the staging folder and publishes no file. Also removes the folder of the results if this run created it and it is
   !> empty. `done`: true if the staging folder no longer exists.

@@ -31,7 +31,7 @@ contains
     case ("m", "rad", "m/s", "rad/s")
       if (maximum < 1.0e-5_dp .and. maximum > 0) then
         unit = axis_unit_type("1e6", 1.0e6_dp, "µ" // si)
-      else if (maximum < 10) then
+      else
         unit = axis_unit_type("1e3", 1.0e3_dp, "m" // si)
       end if
     case ("N", "N m", "Nm", "W", "J")

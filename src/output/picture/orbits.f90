@@ -25,13 +25,13 @@ contains
     integer, intent(in) :: panels, across
     character(len=:), allocatable, intent(out) :: line
     integer, intent(out) :: height
-    integer, parameter :: below = 64, above = 76, between = 84
+    integer, parameter :: below = 64, above = 76, between = 92
     integer :: rows, side
 
     rows = (panels + across - 1) / across
-    side = 555 / across - between * (across - 1) / across
+    side = 535 / across - between * (across - 1) / across
     height = above + below + rows * side + between * (rows - 1)
-    line = "set multiplot layout " // text(rows) // "," // text(across) // " margins 0.13,0.985," &
+    line = "set multiplot layout " // text(rows) // "," // text(across) // " margins 0.155,0.985," &
       & // concise(real(below, dp) / height, 3) // "," // concise(1 - real(above, dp) / height, 3) // " spacing " &
       & // concise(between / 640.0_dp, 3) // "," // concise(real(between, dp) / height, 3) // " title heading noenhanced" &
       & // newline // "set size square" // newline

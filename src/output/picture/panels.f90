@@ -32,9 +32,9 @@ contains
     below = 70
     if (present(legend)) height = height + legend
     if (present(legend)) below = below + legend
-    line = "set multiplot layout " // text(rows) // "," // text(across) // " margins " // merge("0.15", "0.14", across == 1) &
+    line = "set multiplot layout " // text(rows) // "," // text(across) // " margins " // merge("0.145", "0.155", across == 1) &
       & // ",0.975," // concise(below / height, 3) // "," // concise(1 - 86 / height, 3) &
-      & // " spacing 0.16," // concise(34 / height, 3) // " title heading noenhanced" // newline
+      & // " spacing 0.165," // concise(34 / height, 3) // " title heading noenhanced" // newline
   end function layout_line
 
   !> Gnuplot range between two values, with a margin at both ends so that a mark and its label fit.
@@ -79,7 +79,7 @@ contains
     logical, intent(in) :: shown
     character(len=:), allocatable :: line
 
-    line = "set key " // either("on at graph 1,graph 1.01 bottom right horizontal samplen 1 width -1 font ',12'", "off", shown) &
+    line = "set key " // either("on at graph 1,graph 1.01 bottom right horizontal samplen 1 font ',12'", "off", shown) &
       & // newline
   end function key_line
 

@@ -68,7 +68,7 @@ contains
       & concise(6 * unit%factor * high, 3)) // "edge = top / 1.3" // newline // labels(peaks, range, [0.5_dp * low, 6 * high], &
       & unit%factor)
     call curves%append("plot NaN notitle")
-    do i = 1, size(groups)
+    do i = 1, merge(size(groups), 0, size(peaks) > 0)
       using = "'" // file // "' using (" // trim(groups(i)) // " && strcol('small_motion') ne '0' ? " // x // " : 1e290):(" &
         & // trim(unit%words) // " * " // y // ")"
       call curves%append(", \" // newline // "  " // using // " with impulses lt " // text(style(i)) // " dt 1 lw 1.5 notitle, " &

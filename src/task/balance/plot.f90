@@ -32,7 +32,7 @@ contains
       longest = min(32, max(longest, character_count(trim(labels(i)))))
     end do
     height = 560 + 6 * longest
-    lines = "set multiplot layout 2,1 margins 0.11,0.975," // concise((60 + 4.2_dp * longest) / height, 3) // "," &
+    lines = "set multiplot layout 2,1 margins 0.14,0.975," // concise((60 + 4.2_dp * longest) / height, 3) // "," &
       & // concise(1 - 60.0_dp / height, 3) // " spacing 0.1," // concise(34.0_dp / height, 3) // " title heading noenhanced" &
       & // newline // "set style data boxes; set boxwidth 0.36" // newline &
       & // "set key at screen 0.5,screen 0.01 bottom center horizontal samplen 2" // newline &

@@ -89,17 +89,17 @@ contains
     lines = layout_line(3, 1) // marks%lines // "set xrange " // range // newline &
       & // "wide(part) = column('locked') > 0 && abs(column('to_rpm') - column('from_rpm')) > " &
       & // "part * abs(column('growth_1_per_s')) * 30 / (pi * column('order'))" // newline &
-      & // "set lmargin screen 0.13; set rmargin screen 0.94; set tmargin screen 0.84; set bmargin screen 0.42" // newline &
-      & // "set key on at screen 0.94,screen 0.87 bottom right horizontal samplen 2 width 1 font ',12'" // newline &
+      & // "set lmargin screen 0.155; set rmargin screen 0.94; set tmargin screen 0.87; set bmargin screen 0.49" // newline &
+      & // "set key on at screen 0.5,screen 0.004 bottom center horizontal samplen 2 font ',12'" // newline &
       & // "set format x ''; set yrange [0:" // concise(top, 6) // "]; set ylabel 'frequency (Hz)'" // newline &
       & // order_names(speeds, top, [shown, [(real(k, dp), k = 1, orders)]]) // frequencies // marks%entries // newline &
       & // "unset label" // newline &
-      & // "set lmargin screen 0.13; set rmargin screen 0.94; set tmargin screen 0.37; set bmargin screen 0.1" // newline &
+      & // "set lmargin screen 0.155; set rmargin screen 0.94; set tmargin screen 0.44; set bmargin screen 0.21" // newline &
       & // key_line(.false.) // "set format x; set xlabel 'crank speed (rpm)'; set yrange " // from_zero(damping) // newline &
       & // "set ylabel 'damping (%)'" // newline &
       & // "set arrow 1 from graph 0,first 0 to graph 1,first 0 nohead lt 7 dt 1 lw 1" // newline // dampings // newline &
       & // "unset multiplot" // newline
-    figure = new_figure("campbell", "Campbell diagram", lines, height=600)
+    figure = new_figure("campbell", "Campbell diagram", lines, height=700)
   end function plot_campbell
 
   !> Gnuplot range that includes all values and zero.

@@ -3,7 +3,7 @@ module gestell_task_critical_plot
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, newline, text
   use gestell_output_picture_marks, only: marks_type
-  use gestell_output_picture_panels, only: height_of, key_line, layout_line, range_with_margin
+  use gestell_output_picture_panels, only: height_of, layout_line, range_with_margin
   use gestell_output_picture_peaks, only: beyond_entry, peak_panel, peak_type
   use gestell_output_picture_script, only: figure_type, new_figure
   use gestell_task_campbell, only: campbell_type
@@ -13,6 +13,9 @@ module gestell_task_critical_plot
   private
 
   public :: plot_critical
+
+  !> Height of the legend in pixels
+  integer, parameter :: legend = 64
 
 contains
 
@@ -46,13 +49,14 @@ contains
       titles = [character(len=48) :: titles, "mode " // text(k)]
     end do
     figure = new_figure("critical", "Critical speeds, labelled with the order of the crank; crossings: " &
-      & // text(size(critical)), layout_line(2, 1) // marks%lines // "set xrange " // range_with_margin(speeds(1), speeds(2)) &
-      & // newline // key_line(.true.) // "set format x ''" // newline &
+      & // text(size(critical)), layout_line(2, 1, legend) // marks%lines // "set xrange " &
+      & // range_with_margin(speeds(1), speeds(2)) // newline // "set key off; set format x ''" // newline &
       & // peak_panel(peaks_of(critical, amplitude), speeds, "amplitude", "m", "critical.csv", "column('speed_rpm')", &
-      & "column('amplitude_m')", groups, titles, marks%entries) // key_line(.false.) &
+      & "column('amplitude_m')", groups, titles, "") &
+      & // "set key on at screen 0.5,screen 0.004 bottom center horizontal samplen 1 font ',12'" // newline &
       & // "set format x; set xlabel 'crank speed (rpm)'" // newline // peak_panel(peaks_of(critical, force), speeds, "force", &
-      & "N", "critical.csv", "column('force_speed_rpm')", "column('force_N')", groups, titles, "") &
-      & // "unset multiplot" // newline, height=nint(height_of(2)) + 60)
+      & "N", "critical.csv", "column('force_speed_rpm')", "column('force_N')", groups, titles, marks%entries) &
+      & // "unset multiplot" // newline, height=nint(height_of(2)) + legend)
   end function plot_critical
 
   !> Peaks of the quantity `which`, as its panel shows them.

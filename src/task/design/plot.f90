@@ -5,7 +5,7 @@ module gestell_task_design_plot
   use gestell_base_words, only: character_count
   use gestell_output_picture_axis_unit, only: axis_unit_type, label_with, unit_of
   use gestell_output_table, only: table_type
-  use gestell_output_picture_script, only: figure_type, new_figure, quoted, tic, tics
+  use gestell_output_picture_script, only: figure_type, new_figure, picture_width, quoted, tic, tics
   use gestell_task_design_plan, only: design_plan_type
   use gestell_task_design_report, only: worst_of
   use gestell_task_design_search, only: design_type
@@ -56,15 +56,19 @@ contains
     type(design_type), intent(in) :: design
     character(len=:), allocatable :: block, lines, marks
     real(dp) :: before(3), after(3), top
-    integer :: g
+    integer :: g, longest
+    !> Width of the picture in pixels if a name is long
+    integer, parameter :: wide = 800
 
     block = ""
     marks = ""
+    longest = 0
     top = 110
     do g = 1, size(design%goals)
       before = worst_of(design%before, design, g)
       after = worst_of(design%after, design, g)
       if (.not. abs(before(1)) > 0) cycle
+      longest = max(longest, character_count(trim(design%goals(g)%name())))
       marks = marks // ", " // tic(design%goals(g)%name()) // " " // text(g)
       block = block // text(g) // "," // concise(100 * after(1) / before(1), 6) // ","
       if (g > size(design%options%objectives)) then
@@ -84,7 +88,7 @@ contains
       & // "plot 100 with lines lt 8 dt 2 title 'before', $goals using 1:2 with boxes lt 1 title 'after', " &
       & // "'' using ($1 - 0.35):3:(0.7):(0) with vectors nohead lt 2 lw 2 title 'limit'" // newline
     figure = new_figure("design_goals", "Objectives and quantities with a limit, before and after the design", lines, &
-      & height=480)
+      & height=480, width=merge(wide, picture_width, longest > 24))
   end function plot_goals
 
   !> The plot design_range.gp: first objective against the speed, before and after the design.

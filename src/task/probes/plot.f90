@@ -17,6 +17,8 @@ module gestell_task_probes_plot
 
   public :: plot_histories, plot_limits, plot_orbits, plot_orders
 
+  !> Height of the legend in pixels
+  integer, parameter :: legend = 80
   !> Maximum number of panels with orbits
   integer, parameter :: most_orbits = 8
 
@@ -77,16 +79,23 @@ contains
     character(len=word_length + 3) :: columns(size(names))
     integer :: kind, axis
 
+    ! three panels side by side are too narrow for a legend above one of them
     lines = layout_line(3 * axes, axes)
+    if (axes > 2) lines = layout_line(3 * axes, axes, legend)
     do kind = 1, 3
       do axis = 1, axes
         columns = trim(kinds(kind)) // along(axis) // "_" // names
-        lines = lines // turn_axis(frame, kind == 3) // key_line(kind == 1 .and. axis == axes) // history_panel(table, &
+        lines = lines // turn_axis(frame, kind == 3) // key_line(axes == 2 .and. kind == 1 .and. axis == axes)
+        if (axes > 2) lines = lines // "set xtics " // text(180 * frame%mechanism%turns) // newline
+        if (axes > 2 .and. kind == 3 .and. axis == axes) lines = lines &
+          & // "set key on at screen 0.5,screen 0.004 bottom center vertical maxrows 4 samplen 1 font ',12'" // newline
+        lines = lines // history_panel(table, &
           & along(axis) // trim(dots(kind)), columns, names)
       end do
     end do
     figure = new_figure(table%name, "Displacement, velocity and acceleration at the probes over " &
-      & // turns_in_words(frame%mechanism%turns), lines // "unset multiplot" // newline, height=nint(height_of(3)))
+      & // turns_in_words(frame%mechanism%turns), lines // "unset multiplot" // newline, &
+      & height=nint(height_of(3)) + merge(legend, 0, axes > 2))
   end function plot_histories
 
   !> The picture probes_orbit.gp: the paths of the probes during the period. In space each probe has three projections.

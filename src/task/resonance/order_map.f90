@@ -15,7 +15,7 @@ module gestell_task_resonance_order_map
   public :: plot_order_map
 
   !> `most_panels`: maximum number of quantities. `most_columns`: maximum number of columns of the map
-  integer, parameter :: most_panels = 4, most_columns = 240
+  integer, parameter :: most_panels = 4, most_columns = 160
 
 contains
 
@@ -40,7 +40,7 @@ contains
     if (size(harmonics) < 2 .or. columns < 2 .or. .not. abs(ends(2) - ends(1)) > 0) return
     panels = min(size(quantities), most_panels)
     height = 160 + 190 * panels
-    lines = "set multiplot layout " // text(panels) // ",1 margins 0.1,0.82," // concise(70 / height, 3) // "," &
+    lines = "set multiplot layout " // text(panels) // ",1 margins 0.1,0.8," // concise(70 / height, 3) // "," &
       & // concise(1 - 70 / height, 3) // " spacing 0," // concise(26 / height, 3) // " title heading noenhanced" // newline &
       & // "columns = " // text(columns) // "; orders = " // text(size(harmonics)) // "; from = " // concise(ends(1), 9) &
       & // "; step = " // concise((ends(2) - ends(1)) / (columns - 1), 9) // newline &
@@ -87,7 +87,7 @@ contains
         & // ".0, last > 0 ? sprintf('%.6g', last) : 'NaN')" // newline // "} }" // newline // "unset print" // newline &
         & // "most = most > 0 ? most : 1" // newline // decade_lines("1e-4 * most", "most", "cb") // "set cblabel " &
         & // quoted(label_with(trim(quantity%name), unit)) // " noenhanced offset 0.6" // newline &
-        & // "plot $map using 1:2:3 with image" // newline
+        & // "plot $map using 1:2:3 with image pixels" // newline
     end function panel
 
   end function plot_order_map

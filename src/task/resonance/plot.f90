@@ -28,7 +28,7 @@ module gestell_task_resonance_plot
   !> The lower end of a panel is the larger of two values: `depth` times its maximum, and `below` times the lowest peak or rms
   real(dp), parameter :: depth = 1.0e-4_dp, below = 0.5_dp
   !> Height of the legend in pixels
-  integer, parameter :: legend = 62
+  integer, parameter :: legend = 100
 
   !> States of points that have special marks, in the order of the marks in the legend
   type(verdict_type), parameter :: marked(6) = [undamped, undecided, unstable, in_resonance, impossible, failed]

@@ -89,12 +89,12 @@ contains
       & lines // "unset multiplot" // newline, height=nint(height_of(2)))
   end function plot_harmonics
 
-  !> Symbol without the words "force" and "moment", which the label of the axis contains.
+  !> Symbol without the word "force", "moment" or "rot", because the label of the axis says what is shown.
   elemental character(len=10) function axis_of(symbol) result(axis)
     character(len=*), intent(in) :: symbol
 
     axis = symbol
-    if (index(symbol, "force ") == 1 .or. index(symbol, "moment ") == 1) axis = symbol(index(symbol, " ") + 1:)
+    if (any([index(symbol, "force "), index(symbol, "moment "), index(symbol, "rot ")] == 1)) axis = symbol(index(symbol, " ") + 1:)
   end function axis_of
 
   !> The drive speed as text, for example "360 rpm".

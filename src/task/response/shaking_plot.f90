@@ -27,6 +27,8 @@ module gestell_task_response_shaking_plot
   integer, parameter :: phases_per_turn = 180
   !> Orders whose shaking force is below this fraction of the strongest order have no transmissibility
   real(dp), parameter :: least = 1.0e-4_dp
+  !> Shaking forces below this fraction of the largest are rounding errors
+  real(dp), parameter :: noise = 1.0e-9_dp
 
 contains
 
@@ -58,16 +60,21 @@ contains
     integer, parameter :: along(3) = [1, 2, 4], planes(2, 3) = reshape([1, 2, 1, 3, 2, 3], [2, 3])
     character(len=2), parameter :: columns(3) = ["fx", "fy", "fz"]
     character(len=7), parameter :: labels(3) = ["force x", "force y", "force z"]
+    real(dp) :: shown(size(loads, 1), size(loads, 2))
     character(len=:), allocatable :: lines
     integer :: i, n, height
 
+    shown = loads
+    if (size(loads) > 0) then
+      where (abs(loads) < noise * maxval(abs(loads(along(:merge(3, 2, frame%dofs() > 3)), :)))) shown = 0
+    end if
     n = merge(3, 1, frame%dofs() > 3)
     call orbit_layout(2 * n, 2, lines, height)
     if (size(loads) == 0) call orbit_layout(n, min(n, 2), lines, height)
     lines = lines // "set key off" // newline
     do i = 1, n
       associate (k => planes(:, i))
-        if (size(loads) > 0) lines = lines // inline_orbit_panel(closed(loads(along(k), :)), frame%degrees_per_period(), "N", &
+        if (size(loads) > 0) lines = lines // inline_orbit_panel(closed(shown(along(k), :)), frame%degrees_per_period(), "N", &
           & labels(k), "shaking force on a frame at rest")
         lines = lines // orbit_panel(table, columns(k), labels(k), "force on the ground", .true.)
       end associate
@@ -145,7 +152,7 @@ contains
       low = minval(ratio, mask=ratio > 0)
       high = maxval(ratio)
       lines = "set multiplot title heading noenhanced; set lmargin screen 0.14; set rmargin screen 0.97" // newline &
-        & // "set bmargin screen 0.23; set tmargin screen 0.76" // newline // decade_lines(concise(min(low, 0.5_dp) / 1.5_dp, 3), &
+        & // "set bmargin screen 0.26; set tmargin screen 0.76" // newline // decade_lines(concise(min(low, 0.5_dp) / 1.5_dp, 3), &
         & concise(max(high, 1.0_dp) * 1.5_dp, 3)) // "set ylabel 'transmissibility'" // newline
       associate (from => 0.8_dp * present_orders(1) / frame%period, &
         & to => 1.25_dp * present_orders(size(present_orders)) / frame%period)

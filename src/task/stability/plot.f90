@@ -3,6 +3,7 @@ module gestell_task_stability_plot
   use gestell_base_kinds, only: dp, pi
   use gestell_base_text, only: concise, either, newline, text
   use gestell_floquet_multipliers, only: multipliers_type
+  use gestell_output_report_orders, only: turns_in_words
   use gestell_output_picture_marks, only: unstable_fill
   use gestell_output_picture_script, only: figure_type, new_figure, panel_heading, span
   use gestell_study_mode, only: mode_type
@@ -34,15 +35,18 @@ contains
 
     allocate(shown(0))
     if (present(modes)) shown = pack(modes, modes%identified)
-    lines = "set multiplot title heading noenhanced" // newline // circle_panel(abs(multipliers%rho), size(shown) > 0)
+    lines = "set multiplot title heading noenhanced" // newline // circle_panel(abs(multipliers%rho), frame%mechanism%turns, &
+      & size(shown) > 0)
     if (size(shown) > 0) lines = lines // damping_panel(shown)
     figure = new_figure("multipliers", "Multipliers at " // speed_in_words(frame) // ": " // trim(multipliers%verdict()) &
       & // ", |ρ|max = " // concise(abs(multipliers%rho(1)), 7), lines // "unset multiplot" // newline, height=height)
   end function plot_multipliers
 
-  !> The panel with the multipliers in the complex plane. `beside`: true if there is a panel on its right.
-  pure function circle_panel(modulus, beside) result(lines)
+  !> The panel with the multipliers in the complex plane. `turns`: number of turns of the crank in the period. `beside`: true if
+  !> there is a panel on its right.
+  pure function circle_panel(modulus, turns, beside) result(lines)
     real(dp), intent(in) :: modulus(:)
+    integer, intent(in) :: turns
     logical, intent(in) :: beside
     character(len=:), allocatable :: lines, range
     real(dp) :: half_width
@@ -50,8 +54,9 @@ contains
     half_width = 1.25_dp
     if (any(modulus < largest_modulus)) half_width = max(half_width, 1.1_dp * maxval(modulus, mask=modulus < largest_modulus))
     range = "range [-" // concise(half_width, 4) // ":" // concise(half_width, 4) // "]; "
-    lines = panel_heading("multipliers; shaded: stable") // "set lmargin screen " // either("0.11", "0.3 ", beside) &
-      & // "; set rmargin screen " // either("0.47", "0.84", beside) // "; set bmargin screen 0.27; set tmargin screen 0.81" &
+    lines = panel_heading("multipliers of " // turns_in_words(turns) // "; shaded: stable") &
+      & // "set lmargin screen " // either("0.11", "0.3 ", beside) &
+      & // "; set rmargin screen " // either("0.47", "0.84", beside) // "; set bmargin screen 0.29; set tmargin screen 0.81" &
       & // newline // "set size ratio -1; set x" // range // "set y" // range // "set xtics 0.5; set ytics 0.5" // newline &
       & // "set xlabel 'Re ρ'; set ylabel 'Im ρ' offset 1" // newline &
       & // "set object 1 circle at 0,0 size 1 behind fillcolor rgb '#E4EEF5' fillstyle solid 1 border lt -1" // newline &
@@ -99,7 +104,7 @@ contains
     do i = 1, size(modes)
       lines = lines // "set label " // text(i) // " '" // text(i) // ":  " // concise(frequency(i), 4) // " Hz,  " &
         & // concise(ratio(i), 3) // " %' at screen " // concise(0.05_dp + 0.325_dp * mod(i - 1, 3), 3) // ",screen " &
-        & // concise(0.1_dp - 0.05_dp * ((i - 1) / 3), 3) // " font ',13'" // newline
+        & // concise(0.09_dp - 0.05_dp * ((i - 1) / 3), 3) // " font ',13'" // newline
     end do
     lines = lines // "plot $modes using 1:2:3:4 with yerrorbars pt 7 ps 0.9 lw 1.5 lc rgb variable notitle, " &
       & // "'' using 1:2:5 with labels offset 0.9,0.6 font ',12' notitle" // newline

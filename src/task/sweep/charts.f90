@@ -1,7 +1,7 @@
 !> Composes the gnuplot lines of a chart: a column of a sweep as colours over two parameters.
 module gestell_task_sweep_charts
   use gestell_base_kinds, only: dp
-  use gestell_base_text, only: newline, text
+  use gestell_base_text, only: either, newline, text
   use gestell_output_picture_axis, only: decade_lines, extent_lines, parameter_axis, with_unit
   use gestell_output_picture_marks, only: input_point
   use gestell_output_picture_script, only: quoted
@@ -14,6 +14,8 @@ module gestell_task_sweep_charts
 
   !> Colours of a logarithmic scale, from dark to light (viridis): their order is visible without colours, and to the colour-blind
   character(len=*), parameter :: viridis = "set palette defined (0 '#440154', 1 '#3B528B', 2 '#21918C', 3 '#5EC962', 4 '#FDE725')"
+  !> Charts with more cells than this are drawn as an image, whose cells web browsers blur, instead of one rectangle for each cell
+  integer, parameter :: most_cells = 10000
   !> Values below this fraction of the maximum have the colour of the lower end of the scale
   character(len=*), parameter :: least = "1e-4"
 
@@ -34,7 +36,7 @@ contains
     if (size(plan%base) == 2) lines = lines // input_point(plan%grid%axes, plan%base)
     lines = lines // "set object 1 rectangle from graph 0,graph 0 to graph 1,graph 1 behind fillcolor rgb '#BBBBBB' fillstyle " &
       & // "solid 1 noborder" // newline // "set tics out; unset grid; set key off; set title heading noenhanced" // newline &
-      & // "set lmargin at screen 0.16; set rmargin at screen 0.79; set bmargin at screen 0.13; set tmargin at screen 0.86" &
+      & // "set lmargin at screen 0.16; set rmargin at screen 0.79; set bmargin at screen 0.15; set tmargin at screen 0.86" &
       & // newline
     select case (shown%kind)
     case (growth)
@@ -52,7 +54,8 @@ contains
     case default ! other kinds do not exist
     end select
     lines = lines // "set cblabel " // quoted(trim(shown%label)) // " noenhanced offset 0.8" // newline &
-      & // "plot 'sweep.csv' using (X(column(1))):(Y(column(2))):(" // value // ") with image @over" // newline
+      & // "plot 'sweep.csv' using (X(column(1))):(Y(column(2))):(" // value // ") with image " &
+      & // either("pixels", "      ", product(real(plan%grid%axes%count, dp)) <= most_cells) // " @over" // newline
   end function chart_lines
 
   !> Gnuplot lines for the colours of growth: stable points are blue, paler toward the border; unstable points are orange to brown.
