@@ -40,8 +40,9 @@ contains
     end do
     speeds = [minval(speeds), maxval(speeds)]
     if (descends) speeds = speeds([2, 1])
-    if (any((critical%found(amplitude) .or. critical%found(force)) .and. .not. critical%moved%small())) &
-      & marks%entries = beyond_entry // marks%entries
+    if (any((critical%found(amplitude) .or. critical%found(force)) .and. .not. critical%moved%small())) then
+      marks%entries = beyond_entry // marks%entries
+    end if
     allocate(groups(0), titles(0))
     do k = 1, maxval([0, critical%crossing%mode])
       if (.not. any(critical%crossing%mode == k)) cycle
