@@ -131,7 +131,8 @@ def test_blocks_stay():
             equal(f"sweep.blocks: {what}: unchanged", everything(folder), before)
         (folder / "empty" / "sweep.blocks").mkdir(parents=True)
         Run(folder, "-q", "input.nml", "-o", "empty").done("sweep.blocks: empty")
-        check("sweep.blocks: empty: is used", list(everything(folder / "empty")) == ["sweep.csv", "sweep.gp"], "sweep.csv",
+        check("sweep.blocks: empty: is used", list(everything(folder / "empty"))
+              == ["sweep.csv", "sweep.gp", "sweep_2.gp", "sweep_3.gp", "sweep_4.gp"], "sweep.csv",
               everything(folder / "empty").keys())
 
 
