@@ -235,7 +235,7 @@ def test_standard_output():
             run = faulty(folder, ["input.nml"], "out", stdout=1, at=n, errno=errno.EIO, short=n % 2 or "")
             check(f"write {n} to standard output fails", run.code == 4 and re.fullmatch(
                 "standard output cannot be written: (Input/output error|No space left on device)\n", run.err), "4", (run.code, run.err))
-            equal(f"write {n} to standard output fails: files", len(contents(folder / "out")[0]), 6)
+            equal(f"write {n} to standard output fails: files", len(contents(folder / "out")[0]), 8)
 
 
 def limited(kind, size):
@@ -280,8 +280,8 @@ def test_pictures_break_off():
         run.refused("pictures break off", 4, "out/mechanism.gp: gnuplot cannot draw it (exit code 0); run gnuplot mechanism.gp in "
                     "that folder to see why")
         found, others = contents(folder / "out")
-        check("pictures break off: no picture, all other files", not any(name.endswith(("svg", "png")) for name in found) and len(found) == 8
-              and others == [], "4 tables with scripts", sorted(found))
+        check("pictures break off: no picture, all other files", not any(name.endswith(("svg", "png")) for name in found) and len(found) == 10
+              and others == [], "4 tables and 6 scripts", sorted(found))
 
 
 def test_odd_names():
