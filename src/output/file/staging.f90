@@ -233,9 +233,7 @@ contains
       if (all(names /= trim(tables(i)) // ".gp")) cycle
       do k = 1, size(picture_endings)
         picture = trim(tables(i)) // trim(picture_endings(k))
-        if (any(names == picture)) cycle
-        picture = staging%folder // "/" // picture
-        if (.not. is_same_file(picture, staging%input)) call remove_file(picture)
+        if (all(names /= picture)) call remove_unless_input(staging, picture)
       end do
     end do
   end subroutine remove_old_pictures
@@ -256,7 +254,7 @@ contains
       if (verify(name(k + 1:), "0123456789") > 0 .or. all(names /= name(:k - 1) // ".gp")) cycle
       call remove_unless_input(staging, name // ".gp")
       do k = 1, size(picture_endings)
-        call remove_unless_input(staging, name // picture_endings(k))
+        call remove_unless_input(staging, name // trim(picture_endings(k)))
       end do
     end do
   end subroutine remove_numbered_pictures

@@ -119,7 +119,7 @@ contains
       if (.not. allocated(column%numbers) .or. trim(column%unit%words) /= words) return
       maximum = largest(column%numbers)
       if (words == "m/s" .and. maximum < 1) unit = axis_unit_type("1e3", 1.0e3_dp, "mm/s")
-      if (words == "rad" .and. .not. (maximum < small_angle .and. maximum > rounding)) return
+      if (words == "rad/s" .or. words == "rad" .and. .not. (maximum < small_angle .and. maximum > rounding)) return
       if (words /= "m/s" .and. len(words) <= len(unit%name)) unit = pick_unit(words, maximum)
     end associate
   end function shown_unit
