@@ -135,7 +135,7 @@ contains
         end do
       end do
       ! gnuplot skips a block without data
-      call data%append("NaN,NaN,0" // newline // newline // newline)
+      call data%append("-9999,-9999,0" // newline // newline // newline)
     end do
     words = data%whole()
   end function blocks
