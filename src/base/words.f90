@@ -89,7 +89,7 @@ contains
   !> byte. Line ends remain.
   pure function printable(words) result(safe)
     character(len=*), intent(in) :: words
-    character(len=:), allocatable :: safe
+    character(len=len(words)) :: safe
 
     safe = words
     call make_printable(safe, .true.)
