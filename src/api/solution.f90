@@ -129,6 +129,8 @@ contains
     logical, intent(in), optional :: pictures
 
     type(staging_type) :: staging
+    type(context_type) :: context
+    type(result_type) :: result
     type(error_type), allocatable :: picture_error
     character(len=:), allocatable :: drawn
     logical :: draws
@@ -136,15 +138,21 @@ contains
     draws = .false.
     if (present(pictures)) draws = pictures
     !$omp critical (texts_of_gestell)
-    call open_staging(staging, folder, all_tables(), error, self%context%configuration%document%path)
+    ! results that only reports and pictures need are computed now
+    if (self%context%reports) then
+      result = self%result
+    else
+      call solve_tasks(self%context%configuration%document, self%context%configuration%schema, .true., context, result, error)
+    end if
+    if (.not. allocated(error)) call open_staging(staging, folder, all_tables(), error, self%context%configuration%document%path)
     if (.not. allocated(error)) then
-      call self%result%write(staging%path, self%context%head, error)
+      call result%write(staging%path, self%context%head, error)
       if (allocated(error)) then
         call staging%show_final_folder(error)
         call staging%discard()
       else
-        if (draws) call draw_pictures(staging%path, folder, self%result%figures, drawn, picture_error)
-        call staging%publish(self%result%left(), error)
+        if (draws) call draw_pictures(staging%path, folder, result%figures, drawn, picture_error)
+        call staging%publish(result%left(), error)
       end if
     end if
     if (allocated(picture_error) .and. .not. allocated(error)) call move_alloc(picture_error, error)

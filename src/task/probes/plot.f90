@@ -106,7 +106,7 @@ contains
     !> Number of axes (2 or 3)
     integer, intent(in) :: axes
     integer, parameter :: planes(2, 3) = reshape([1, 2, 1, 3, 2, 3], [2, 3])
-    character(len=:), allocatable :: lines
+    character(len=:), allocatable :: lines, name
     integer :: i, k, n, shown, height
 
     n = merge(3, 1, axes > 2)
@@ -114,9 +114,10 @@ contains
     call orbit_layout(n * shown, merge(2, min(2, shown), n > 1), lines, height)
     lines = lines // "set key off" // newline
     do i = 1, shown
+      ! gfortran 12 does not free trim(names(i)) as an argument beside another function
+      name = trim(names(i))
       do k = 1, n
-        lines = lines // orbit_panel(table, along(planes(:, k)) // "_" // trim(names(i)), along(planes(:, k)), trim(names(i)), &
-          & .false.)
+        lines = lines // orbit_panel(table, along(planes(:, k)) // "_" // name, along(planes(:, k)), name, .false.)
       end do
     end do
     figure = new_figure("probes_orbit", "Orbits of the probes (angles: crank)", lines // "unset multiplot" // newline, &

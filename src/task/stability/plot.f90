@@ -32,9 +32,10 @@ contains
     type(mode_type), intent(in), optional :: modes(:)
     type(mode_type), allocatable :: shown(:)
     character(len=:), allocatable :: lines
+    integer :: i
 
     allocate(shown(0))
-    if (present(modes)) shown = pack(modes, modes%identified)
+    if (present(modes)) shown = pack(modes, [(modes(i)%identified, i = 1, size(modes))])
     lines = "set multiplot title heading noenhanced" // newline // circle_panel(abs(multipliers%rho), frame%mechanism%turns, &
       & size(shown) > 0)
     if (size(shown) > 0) lines = lines // damping_panel(shown)
