@@ -26,7 +26,7 @@ contains
   !>
   !> With n = l m there are m transforms X(a, j) of length l, one for each sequence of samples x_a, x_a+m, x_a+2m, ... For each
   !> factor p of m, groups of p transforms are joined into one transform. The results are in Stockham's order, which needs no
-  !> sorting (D. A. Bailey, Int. J. Supercomput. Appl. 2, 1988, 82). The functions are further sequences beside the m.
+  !> sorting (D. A. Bailey, Int. J. Supercomput. Appl. 2, 1988, 82). Each function has m such sequences.
   pure function transform_many(x) result(y)
     complex(dp), contiguous, intent(in) :: x(:, :)
     complex(dp), allocatable :: y(:, :), before(:, :)

@@ -32,8 +32,8 @@ module gestell_model_quantity_rows
   integer, parameter, public :: displacements = 3, velocities = 6, accelerations = 9, guide_forces = 12
 
   !> Denotes a further group of rows: the forces in the pairs of the mechanisms (gestell_model_pairs_rows). They are behind all
-  !> other rows, from row `exact_rows` + 1 on. `joint_sources`: the same rows, and beside them the parts of the joint forces that
-  !> have one source each.
+  !> other rows, from row `exact_rows` + 1 on. `joint_sources`: the same rows, and also the parts of the joint forces that have one
+  !> source each.
   integer, parameter, public :: joint_forces = 15, joint_sources = 18
 
   !> A probe: a measuring point on the frame, at `position` and `z` in the frame's axes (m). `limit`: maximum permitted vibration

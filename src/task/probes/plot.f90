@@ -114,7 +114,7 @@ contains
     call orbit_layout(n * shown, merge(2, min(2, shown), n > 1), lines, height)
     lines = lines // "set key off" // newline
     do i = 1, shown
-      ! gfortran 12 does not free trim(names(i)) as an argument beside another function
+      ! gfortran 12 never frees trim(names(i)) if it is an argument of this function
       name = trim(names(i))
       do k = 1, n
         lines = lines // orbit_panel(table, along(planes(:, k)) // "_" // name, along(planes(:, k)), name, .false.)
