@@ -5,7 +5,7 @@ module fuzz_folder
   use gestell_base_files, only: file_size, remove_file, remove_folder
   use gestell_output_file_folder, only: make_folder
   use gestell_base_error, only: error_type
-  use gestell_output_file_result_files, only: longest_table
+  use gestell_output_file_result_files, only: longest_file, result_files
   use gestell_task_registry, only: all_tables
   implicit none (type, external)
   private
@@ -31,20 +31,17 @@ contains
     type(input_type), intent(in) :: input
     logical, intent(out) :: clean
     character(len=:), allocatable :: results
-    character(len=longest_table), allocatable :: tables(:)
+    character(len=longest_file), allocatable :: names(:)
+    logical :: pictures
     integer :: i, status
 
     results = folder // "/case/" // input%folder
-    tables = all_tables()
     if (file_exists(results // "/.")) then
-      do i = 1, size(tables)
-        call remove_file(results // "/" // trim(tables(i)) // ".csv")
-        call remove_file(results // "/" // trim(tables(i)) // ".gp")
-        if (.not. input%option("--report") .and. .not. input%option("--plot")) cycle
-        call remove_file(results // "/" // trim(tables(i)) // ".svg")
-        call remove_file(results // "/" // trim(tables(i)) // ".png")
+      names = result_files(all_tables())
+      pictures = input%option("--report") .or. input%option("--plot")
+      do i = 1, size(names)
+        if (pictures .or. .not. is_picture(names(i))) call remove_file(results // "/" // trim(names(i)))
       end do
-      call remove_file(results // "/report.html")
       call remove_folder(results)
     end if
     call remove_file(folder // "/case/" // input%file)
@@ -55,6 +52,12 @@ contains
     call execute_command_line("rm -rf '" // folder // "/case'", exitstat=status)
     if (status /= 0) error stop "a folder cannot be removed"
   end subroutine clear
+
+  pure logical function is_picture(name)
+    character(len=*), intent(in) :: name
+
+    is_picture = any([index(name, ".svg"), index(name, ".png"), index(name, ".gif")] > 0)
+  end function is_picture
 
   logical function file_exists(name)
     character(len=*), intent(in) :: name

@@ -7,7 +7,7 @@ module fuzz_oracle
   use fuzz_text, only: absurd_word, read_content, control_character, count_lines, has, lowered, newline
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: text
-  use gestell_output_file_result_files, only: longest_table
+  use gestell_output_file_result_files, only: animation, longest_table
   use gestell_task_registry, only: all_tables
   implicit none (type, external)
   private
@@ -130,8 +130,9 @@ contains
     character(len=*), intent(in) :: said, folder
     character(len=:), allocatable :: fault, content
     character(len=longest_table), allocatable :: tables(:)
+    character(len=*), parameter :: scripts(*) = [character(len=10) :: ".gp", animation // ".gp"]
     logical :: there
-    integer :: i
+    integer :: i, k
 
     fault = ""
     if (.not. file_exists(folder // "/.")) return
@@ -146,10 +147,12 @@ contains
         if (fault /= "") fault = trim(tables(i)) // ".csv: " // fault
       end if
       if (fault /= "") return
-      call read_content(folder // "/" // trim(tables(i)) // ".gp", content, there)
-      if (there) fault = script(input, content)
-      if (fault /= "") fault = trim(tables(i)) // ".gp: " // fault
-      if (fault /= "") return
+      do k = 1, size(scripts)
+        call read_content(folder // "/" // trim(tables(i)) // trim(scripts(k)), content, there)
+        if (there) fault = script(input, content)
+        if (fault /= "") fault = trim(tables(i)) // trim(scripts(k)) // ": " // fault
+        if (fault /= "") return
+      end do
     end do
     call read_content(folder // "/report.html", content, there)
     if (.not. there) return
