@@ -159,8 +159,8 @@ def bare_calls(dice):
 
 
 # Arguments of type char * into which the library writes: function and place.
-_TAKES_TEXT = {("get_text", 3), ("describe_response", 5), ("name_table", 3), ("describe_column", 4), ("describe_column", 5),
-               ("describe_column", 6)}
+_TAKES_TEXT = {("get_text", 3), ("get_input", 2), ("describe_response", 5), ("name_table", 3), ("describe_column", 4),
+               ("describe_column", 5), ("describe_column", 6)}
 
 
 def one_input(seed, number, folder):

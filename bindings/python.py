@@ -8,6 +8,7 @@ import difflib
 import faulthandler
 import gc
 import io
+import json
 import multiprocessing
 import os
 import pathlib
@@ -284,6 +285,41 @@ def pictures():
     check("in a notebook", solution._repr_html_().count("data:image/svg+xml") == len(drawn), len(drawn))
 
 
+def texts(program):
+    """The text of a machine, its results and page are those of the program; machines and solutions move in notebooks."""
+    file = ROOT / "data/khang_four_bar.nml"
+    machine = gestell.Machine(file)
+    check("text", machine.text == file.read_text(), machine.text[:200])
+    for path, value in {"drive.speed_rpm": 0.1 + 0.2, "link(rocker).center": [0.07, 1e-5], "case.title": "it's"}.items():
+        machine[path] = value
+    copy = INPUTS / "copy.nml"
+    machine.write(copy)
+    again = gestell.Machine(copy)
+    check("written text", again["drive.speed_rpm"] == 0.1 + 0.2 and again.text == machine.text, again.text)
+    tasks = "drawing, modes, forces"
+    with tempfile.TemporaryDirectory() as folder:
+        subprocess.run([program, "--json", "--plot", "-o", folder, "--set", f"case.tasks={tasks}", file], check=False,
+                       capture_output=True)
+        files = {path.name: path.read_text() for path in pathlib.Path(folder).iterdir() if path.suffix in (".json", ".svg")}
+    solution = gestell.Machine(file).solve(tasks)
+    told = json.loads(files["results.json"])
+    results = solution.results
+    for member in "machine", "verdict", "headlines", "tables":
+        check(f"results, {member}", results[member] == told[member], str(results[member])[:300])
+    check("machine", solution.machine == results["machine"] and len(results["machine"]["scenes"]) == 4)
+    check("page", solution.page.startswith("<!DOCTYPE html>") and solution.page.endswith("</html>\n") and "<svg" not in
+          solution.page.split("<script")[0], solution.page[:99])
+    for what in "mechanism", "modes":
+        motion = solution.animate(what)
+        check(f"animation, {what}", motion.svg == files[f"{what}_motion.svg"] and "data:image/svg+xml" in motion._repr_html_())
+        motion.save(INPUTS / "motion.svg")
+        check(f"animation, {what}, saved", (INPUTS / "motion.svg").read_text() == motion.svg)
+    check("a machine in a notebook", "data:image/svg+xml" in gestell.Machine(file)._repr_html_())
+    # what was not computed at first is computed on request
+    later = gestell.Machine(file).solve("modes")
+    check("animation on request", later.animate("modes").svg == files["modes_motion.svg"])
+
+
 def refusals():
     machine = gestell.Machine(ROOT / "data/khang_four_bar.nml")
     for name, code, words, call in (
@@ -295,6 +331,8 @@ def refusals():
             ("no task", 2, "dance", lambda: machine.solve("dance")),
             ("no table", 1, "no table", lambda: machine.solve("stability").table("response")),
             ("no quantity", 2, "unknown quantity", lambda: machine.solve("response").response("zeta")),
+            ("no text", 1, "no text", lambda: machine.solve("stability").animate("joy")),
+            ("empty text", 2, "empty", lambda: gestell.Machine().text),
             ("impossible", 3, "", lambda: impossible().solve("stability"))):
         try:
             call()
@@ -347,6 +385,7 @@ def main():
     built_in_code()
     files(sys.argv[1])
     page()
+    texts(sys.argv[1])
     pictures()
     value = pickle.loads(pickle.dumps(gestell.Value(2.0, 0.1, "N")))
     check("a value's copy", (value, value.error, value.unit) == (2, 0.1, "N"), value)

@@ -283,6 +283,7 @@ by_python() {
     PYTHONPATH=$home/python "$interpreter" "$@"
 }
 python() { by_python "$home/bindings/python.py" "$prefix-shared/bin/gestell"; }
+live() { by_python "$home/bindings/live.py" "$prefix-shared/bin/gestell"; }
 fuzzed() { PROGRAM=$prefix-shared/bin/gestell by_python "$home/bindings/fuzz.py" 300; }
 
 for tool in cmake pkg-config cc; do
@@ -305,6 +306,7 @@ check 'sweeps after fork' forked shared
 check 'example' example shared
 check 'doc/c.md' page
 check 'Python' python
+check 'the live page' live
 check 'random texts and calls through Python and C' fuzzed
 check 'Python, from a wheel' wheel
 check 'FetchContent from C and Fortran' fetched

@@ -39,13 +39,17 @@ int gestell_set_text(gestell_machine machine, const char *path, const char *valu
 /* Count and copy the numbers at a path. */
 int gestell_count_values(gestell_machine machine, const char *path, int *count, gestell_error error);
 int gestell_get_values(gestell_machine machine, const char *path, int count, double *values, gestell_error error);
+/* The machine as the text of an input file, with all values set and groups added. The size includes the zero byte at the end. */
+int gestell_size_input(gestell_machine machine, int *size, gestell_error error);
+int gestell_get_input(gestell_machine machine, int size, char *text, gestell_error error);
 
 /* ---- solutions: gestell_solve runs the tasks of the input (tasks is NULL) or those listed, for example "stability, response" */
 int gestell_solve(gestell_machine machine, const char *tasks, gestell_solution *solution, gestell_error error);
 void gestell_delete_solution(gestell_solution *solution);
 
-/* The text `what` is "verdict", "report" (the program's report, composed on request) or "failure" (why a result other than the
- * verdict could not be computed; empty if there is none). Sizes include the zero byte at the end. */
+/* The text `what` is "verdict", "report" (the program's report), "results" (all results and the machine in JSON, as in
+ * results.json), "page" (the report as an HTML page, without gnuplot's pictures) or "failure" (why a result other than the verdict
+ * could not be computed; empty if there is none). Texts are composed on request. Sizes include the zero byte at the end. */
 int gestell_size_text(gestell_solution solution, const char *what, int *size, gestell_error error);
 int gestell_get_text(gestell_solution solution, const char *what, int size, char *text, gestell_error error);
 

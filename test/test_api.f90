@@ -24,6 +24,7 @@ contains
 
     testsuite = [ &
       & new_unittest("a rotor built in code agrees with its closed form", test_rotor), &
+      & new_unittest("the text of a machine describes the same machine", test_text), &
       & new_unittest("a refused change leaves the machine unchanged", test_refused), &
       & new_unittest("several threads obtain the same numbers as one", test_threads)]
   end subroutine collect_api
@@ -63,6 +64,72 @@ contains
     if (allocated(error)) return
     call check(error, index(lines, "720 rpm") > 0 .and. index(lines, "VERDICT") > 0, more="the report: " // lines)
   end subroutine test_rotor
+
+  !> A machine that was read, changed and extended, and one that was built in code: its text describes the same machine, keeps
+  !> comments, and yields itself.
+  subroutine test_text(error)
+    type(error_type), allocatable, intent(out) :: error
+    character(len=*), parameter :: comment = "   ! the springs / & not 'changed'"
+    type(machine_type) :: machine, built
+    type(gestell_error), allocatable :: failure
+    character(len=:), allocatable :: words
+
+    call machine%text(words, failure)
+    call refused(error, failure, "the machine is empty")
+    if (allocated(error)) return
+    call machine%parse(rotor // springs // comment, failure)
+    if (.not. allocated(failure)) call machine%text(words, failure)
+    call check_success(error, failure)
+    if (allocated(error)) return
+    call check(error, words == rotor // springs // comment, more="unchanged: " // words)
+    if (allocated(error)) return
+    call machine%set("link(crank).mass", 0.1_dp + 0.2_dp, failure)
+    if (.not. allocated(failure)) call machine%set("accuracy.tolerance", 1.0e-10_dp, failure)
+    if (.not. allocated(failure)) call machine%set("case.title", "it's / &", failure)
+    if (.not. allocated(failure)) call machine%add("&support position=1,0, stiffness=1e5,1e5 /", failure)
+    if (.not. allocated(failure)) call machine%add("&probe name='p', position=1,2 /", failure)
+    call check_success(error, failure)
+    if (allocated(error)) return
+    call same_machine(error, machine, words)
+    if (allocated(error)) return
+    call check(error, index(words, springs // comment // newline) > 0, more="comments stay: " // words)
+    if (allocated(error)) return
+    call built%add(rotor, failure)
+    if (.not. allocated(failure)) call built%add("&joint name='it''s', type='ground', position=1,2 /" // springs, failure)
+    call check_success(error, failure)
+    if (.not. allocated(error)) call same_machine(error, built, words)
+  end subroutine test_text
+
+  !> Compares a machine with another that reads its text. Returns this text.
+  subroutine same_machine(error, machine, words)
+    type(error_type), allocatable, intent(out) :: error
+    type(machine_type), intent(in) :: machine
+    character(len=:), allocatable, intent(out) :: words
+    type(machine_type) :: again
+    type(solution_type) :: solution, other
+    type(gestell_error), allocatable :: failure
+    complex(dp), allocatable :: rho(:), other_rho(:)
+    real(dp), allocatable :: errors(:), mass(:), other_mass(:)
+    character(len=:), allocatable :: other_words
+
+    call machine%text(words, failure)
+    if (.not. allocated(failure)) call again%parse(words, failure)
+    if (.not. allocated(failure)) call again%text(other_words, failure)
+    if (.not. allocated(failure)) call machine%get("link(crank).mass", mass, failure)
+    if (.not. allocated(failure)) call again%get("link(crank).mass", other_mass, failure)
+    if (.not. allocated(failure)) call machine%solve(solution, failure, "stability")
+    if (.not. allocated(failure)) call again%solve(other, failure, "stability")
+    call check_success(error, failure, words)
+    if (allocated(error)) return
+    call check(error, words == other_words, more="the text of its text: " // other_words)
+    if (allocated(error)) return
+    ! no digit is lost
+    call check_that(error, abs(mass(1) - other_mass(1)), "<=", 0.0_dp, "mass")
+    if (allocated(error)) return
+    call solution%multipliers(rho, errors)
+    call other%multipliers(other_rho, errors)
+    call check_that(error, maxval(abs(rho - other_rho)), "<=", 0.0_dp, "multipliers")
+  end subroutine same_machine
 
   subroutine test_refused(error)
     type(error_type), allocatable, intent(out) :: error

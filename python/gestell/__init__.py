@@ -9,7 +9,7 @@
 from ._array import Array, Value
 from ._library import Error, version
 from ._machine import Machine
-from ._solution import Response, Solution, Table
+from ._solution import Animation, Response, Solution, Table
 
-__all__ = ["Array", "Error", "Machine", "Response", "Solution", "Table", "Value"]
+__all__ = ["Animation", "Array", "Error", "Machine", "Response", "Solution", "Table", "Value"]
 __version__ = version()

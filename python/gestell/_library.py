@@ -20,6 +20,8 @@ _SIGNATURES = {
     "set_text": [c_void_p, c_char_p, c_char_p, c_void_p],
     "count_values": [c_void_p, c_char_p, POINTER(c_int), c_void_p],
     "get_values": [c_void_p, c_char_p, c_int, c_void_p, c_void_p],
+    "size_input": [c_void_p, POINTER(c_int), c_void_p],
+    "get_input": [c_void_p, c_int, c_char_p, c_void_p],
     "solve": [c_void_p, c_char_p, POINTER(c_void_p), c_void_p],
     "size_text": [c_void_p, c_char_p, POINTER(c_int), c_void_p],
     "get_text": [c_void_p, c_char_p, c_int, c_char_p, c_void_p],

@@ -3,11 +3,11 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from ctypes import byref, c_double, c_int, c_void_p
+from ctypes import byref, c_double, c_int, c_void_p, create_string_buffer
 
 import numpy
 
-from ._library import Error, call, delete, encoded, encoded_path, functions, new_machine
+from ._library import Error, call, decoded, delete, encoded, encoded_path, functions, new_machine
 from ._solution import Solution
 
 
@@ -72,6 +72,24 @@ class Machine:
             call(functions.set_text, self._handle, encoded(path), encoded(_spelled(value)))
         else:
             call(functions.set, self._handle, encoded(path), _number(value))
+
+    @property
+    def text(self) -> str:
+        """The machine as the text of an input file: the text that was read, with all values set and all groups added since then."""
+        size = c_int()
+        call(functions.size_input, self._handle, byref(size))
+        text = create_string_buffer(size.value)
+        call(functions.get_input, self._handle, size.value, text)
+        return decoded(text.value)
+
+    def write(self, path: str | bytes | os.PathLike) -> None:
+        """Writes the machine as an input file."""
+        with open(path, "w", encoding="utf-8", newline="") as file:
+            file.write(self.text)
+
+    def _repr_html_(self) -> str:
+        """The machine in motion, for notebooks."""
+        return self.solve("drawing").animate()._repr_html_()
 
     def solve(self, tasks: str | Sequence[str] | None = None) -> Solution:
         """Runs the tasks of the input, or the given ones: "stability", or ["stability", "response"]. Writes no files."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 import base64
 import ctypes
 import html
+import json
 import os
 import tempfile
 from ctypes import byref, c_int, c_void_p
@@ -63,6 +64,27 @@ class Response:
     history: numpy.ndarray
 
 
+class Animation:
+    """An animated picture as SVG text, `svg`, which notebooks and browsers play."""
+
+    def __init__(self, svg: str):
+        self.svg = svg
+
+    def save(self, path: str | bytes | os.PathLike) -> None:
+        """Writes the picture to a file, whose name should end with .svg."""
+        with open(path, "w", encoding="utf-8", newline="") as file:
+            file.write(self.svg)
+
+    def _repr_html_(self) -> str:
+        return _image("animation", self.svg)
+
+
+def _image(name: str, picture: str) -> str:
+    """An HTML image of an SVG picture. Ids of several pictures cannot clash, because each is a document of its own."""
+    data = base64.b64encode(picture.encode()).decode()
+    return f'<img alt="{html.escape(name)}" src="data:image/svg+xml;base64,{data}">'
+
+
 class Solution:
     """Results of a machine: verdict, multipliers, vibrations, tables and the report."""
 
@@ -91,6 +113,25 @@ class Solution:
     def report(self) -> str:
         """The report that the program prints."""
         return self._text("report")
+
+    @property
+    def page(self) -> str:
+        """The HTML page of the report, without the pictures of gnuplot."""
+        return self._text("page")
+
+    @property
+    def machine(self) -> dict:
+        """The machine of the solution, as in results.json: its values with units and ranges, and its scenes."""
+        return json.loads(self._text("machine"))
+
+    @property
+    def results(self) -> dict:
+        """All results, as in results.json."""
+        return json.loads(self._text("results"))
+
+    def animate(self, what: str = "mechanism") -> Animation:
+        """The machine in motion, with the vibration of its frame magnified; with "modes" its mode shapes, if they were computed."""
+        return Animation(self._text(what + "_motion.svg"))
 
     @property
     def failure(self) -> str:
@@ -185,10 +226,7 @@ class Solution:
             pass
         parts.append("<p>tables: " + ", ".join(html.escape(name) for name in self.tables) + "</p>")
         try:
-            # One image element per picture, because ids within the SVGs would clash in one document.
-            for name, picture in self.pictures().items():
-                data = base64.b64encode(picture.encode()).decode()
-                parts.append(f'<img alt="{html.escape(name)}" src="data:image/svg+xml;base64,{data}">')
+            parts += [_image(name, picture) for name, picture in self.pictures().items()]
         except Error as error:
             parts.append(f"<p>no pictures: {html.escape(error.message)}</p>")
         return "".join(parts)

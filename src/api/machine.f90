@@ -2,15 +2,16 @@
 module gestell_api_machine
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
+  use gestell_base_text, only: concise, exact
   use gestell_api_solution, only: solution_type, solve_document
   use gestell_input_namelist, only: parse_document, read_document
   use gestell_input_namelist_document, only: document_type, group_type
   use gestell_input_schema, only: find_group_rule, schema_type
   use gestell_input_schema_check, only: check_document, normalise
   use gestell_input_schema_path, only: get_path, set_path_real, set_path_text
+  use gestell_input_schema_rewrite, only: rewrite
   use gestell_output_head, only: setting_type
   use gestell_task_registry, only: input_schema
-  use, intrinsic :: iso_fortran_env, only: int64
   !$ use omp_lib, only: omp_pause_resource_all, omp_pause_soft
   implicit none (type, external)
   private
@@ -37,13 +38,11 @@ module gestell_api_machine
     procedure :: read => read_file, parse, add
     procedure, private :: set_number, set_text
     generic :: set => set_number, set_text
-    procedure :: get, solve
+    procedure :: get, text => input_text, solve
   end type machine_type
 
   !> Messages use this name in place of a file name if the input is a text.
   character(len=*), parameter :: text_name = "text"
-  !> Whole numbers below this limit are written without decimal point and exponent, because keys with integer values require it.
-  real(dp), parameter :: longest_whole = 1.0e15_dp
 
 contains
 
@@ -165,6 +164,7 @@ contains
     document%file = text_name
     if (n > 0) document%file = self%document%file
     if (n > 0 .and. allocated(self%document%path)) document%path = self%document%path
+    if (n > 0 .and. allocated(self%document%text)) document%text = self%document%text
     allocate(document%groups(n + self%waiting))
     if (n > 0) document%groups(:n) = self%document%groups
     document%groups(n + 1:) = self%added(:self%waiting)
@@ -178,14 +178,14 @@ contains
     character(len=*), intent(in) :: path
     real(dp), intent(in) :: value
     type(error_type), allocatable, intent(out) :: error
-    character(len=24) :: digits
+    character(len=:), allocatable :: digits
+    real(dp) :: again
 
-    if (abs(value - aint(value)) <= 0 .and. abs(value) < longest_whole) then
-      write(digits, "(i0)") int(value, int64)
-    else
-      write(digits, "(es24.16e3)") value
-    end if
-    call self%set_text(path, trim(adjustl(digits)), error)
+    ! 15 digits are enough for numbers that people type, and for whole numbers, which integer keys require without a point
+    digits = concise(value, 15)
+    read (digits, *) again
+    if (exact(again) /= exact(value)) digits = exact(value)
+    call self%set_text(path, digits, error)
   end subroutine set_number
 
   !> Sets the value at `path` to the text `value`, in the form that `--set PATH=VALUE` accepts after the equals sign. Fails if the
@@ -243,6 +243,20 @@ contains
     if (.not. allocated(error)) call get_path(document, self%schema, path, values, error)
     !$omp end critical (texts_of_gestell)
   end subroutine get
+
+  !> Returns the machine as the text of an input file: the text that was read, with all values set since then, and all groups added
+  !> since then at its end. Comments and blanks remain as they are. Fails if the machine is empty.
+  subroutine input_text(self, words, error)
+    class(machine_type), intent(in) :: self
+    character(len=:), allocatable, intent(out) :: words
+    type(error_type), allocatable, intent(out) :: error
+    type(document_type) :: document
+
+    !$omp critical (texts_of_gestell)
+    call merge_groups(self, document, error)
+    if (.not. allocated(error)) call rewrite(document, self%schema, words, error)
+    !$omp end critical (texts_of_gestell)
+  end subroutine input_text
 
   !> Runs the tasks and returns their results in `solution`. Prints nothing and writes no files. Fails if the input is invalid, the
   !> mechanism cannot be assembled, or a computation fails.

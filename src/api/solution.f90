@@ -1,14 +1,17 @@
 !> Returns the results computed for a machine: verdict, multipliers, vibrations, tables, report and files.
 module gestell_api_solution
-  use gestell_base_error, only: error_type, fatal_error, invalid_input
+  use gestell_base_error, only: error_type, fatal_error, invalid_input, wrong_usage
   use gestell_base_verdict, only: verdict_length
   use gestell_base_kinds, only: dp
   use gestell_input_namelist_document, only: document_type
   use gestell_input_schema, only: schema_type
   use gestell_model_quantity, only: find_quantity
   use gestell_model_quantity_rows, only: quantity_type
+  use gestell_output_file_output, only: collect_output, output_type
+  use gestell_output_file_result_files, only: animation
   use gestell_output_file_staging, only: open_staging, staging_type
   use gestell_output_head, only: setting_type
+  use gestell_output_json, only: append_json
   use gestell_output_picture_gnuplot, only: draw_pictures
   use gestell_output_result, only: result_type
   use gestell_output_table, only: table_type
@@ -20,23 +23,33 @@ module gestell_api_solution
   use gestell_task_common_context, only: context_type
   use gestell_task_machine_report, only: report_machine
   use gestell_task_registry, only: all_tables, read_input
+  use gestell_task_registry_machine_json, only: machine_json
+  use gestell_task_registry_page, only: append_page
   use gestell_task_registry_run, only: prepare_tasks, run_tasks
   implicit none (type, external)
   private
 
   public :: solve_document
 
-  !> Results of the tasks that were run. Its procedures `verdict`, `multipliers`, `response`, `table`, `report` and `write` return
-  !> them.
+  !> A text that was composed from the results.
+  type :: text_type
+    character(len=:), allocatable :: name, words
+  end type text_type
+
+  !> Results of the tasks that were run. Its procedures `verdict`, `multipliers`, `response`, `table`, `text`, `report` and `write`
+  !> return them.
   type, public :: solution_type
     private
     type(context_type) :: context
     type(result_type), public :: result
-    !> Text of the report; unallocated until `report` is called for the first time
-    character(len=:), allocatable :: report_text
+    !> Texts that were composed earlier
+    type(text_type), allocatable :: texts(:)
   contains
-    procedure :: verdict, multipliers, response, table, report, write => write_files
+    procedure :: verdict, multipliers, response, table, text => text_of, report, write => write_files
   end type solution_type
+
+  !> What is computed: results only, or also what the report needs, what pictures and animations need, and what the page needs
+  integer, parameter :: numbers = 1, for_report = 2, for_pictures = 3, for_page = 4
 
   !> Vibration of one quantity over one period T.
   type, public :: response_type
@@ -52,9 +65,9 @@ module gestell_api_solution
 
 contains
 
-  !> Runs the tasks of a checked document. If the tasks concern only the machine of the input, the report is composed only on
-  !> request, because composing it takes longer than computing the verdict. Fails if the machine is invalid, its mechanism cannot
-  !> be assembled at every crank angle, or nothing could be computed.
+  !> Runs the tasks of a checked document. If the tasks concern only the machine of the input, what reports and pictures need is
+  !> computed only on request, because this takes longer than the verdict; the task `drawing` is such a request. Fails if the
+  !> machine is invalid, its mechanism cannot be assembled at every crank angle, or nothing could be computed.
   subroutine solve_document(document, schema, settings, solution, error)
     type(document_type), intent(in) :: document
     type(schema_type), intent(in) :: schema
@@ -63,32 +76,136 @@ contains
     type(solution_type), intent(out) :: solution
     type(error_type), allocatable, intent(out) :: error
 
-    call solve_tasks(document, schema, .false., solution%context, solution%result, error)
+    call solve_tasks(document, schema, numbers, solution%context, solution%result, error)
     if (.not. allocated(error)) call solution%context%fill_header(document%file, settings)
   end subroutine solve_document
 
   !> Runs the tasks of a document. Fails under the conditions stated at `solve_document`.
-  subroutine solve_tasks(document, schema, reports, context, result, error)
+  subroutine solve_tasks(document, schema, extent, context, result, error)
     type(document_type), intent(in) :: document
     type(schema_type), intent(in) :: schema
-    !> True if the report is to be composed as well
-    logical, intent(in) :: reports
+    !> What is computed at least: `numbers`, `for_report`, `for_pictures` or `for_page`
+    integer, intent(in) :: extent
     type(context_type), intent(out) :: context
     type(result_type), intent(out) :: result
     type(error_type), allocatable, intent(out) :: error
     type(any_task_type), allocatable :: tasks(:)
+    logical :: draws, others
     integer :: i
 
     call read_input(document, schema, tasks, context%configuration, error)
     if (allocated(error)) return
+    draws = extent == numbers .and. any([(tasks(i)%task%requested .and. tasks(i)%task%drawn_with_plot, i = 1, size(tasks))])
+    others = any([(tasks(i)%task%requested .and. tasks(i)%task%scope /= own_machine, i = 1, size(tasks))])
     context%keep_all_rows = .true.
-    context%reports = reports .or. any([(tasks(i)%task%requested .and. tasks(i)%task%scope /= own_machine, i = 1, size(tasks))])
+    context%reports = draws .or. others .or. extent >= for_report
+    context%draws = draws .or. extent >= for_pictures
+    context%describes_mechanism = draws .or. extent >= for_page
     call prepare_tasks(tasks, context, result, error)
     if (.not. allocated(error)) call run_tasks(tasks, context, result, error)
     if (.not. allocated(error) .and. allocated(result%failure) .and. size(result%tables) == 0) then
       allocate(error, source=result%failure)
     end if
   end subroutine solve_tasks
+
+  !> Returns a text about the results. `what` is "verdict"; "failure": why some results could not be computed; "report": the lines
+  !> that the program prints; "results": the content of results.json; "machine": its member about the machine; "page": the HTML page
+  !> without the pictures of gnuplot; or the name of a result file that is no table, such as mechanism_motion.svg. If the tasks have
+  !> not computed what the text needs, they run again. Fails if there is no such text or it cannot be composed.
+  subroutine text_of(self, what, words, error)
+    class(solution_type), intent(inout) :: self
+    character(len=*), intent(in) :: what
+    character(len=:), allocatable, intent(out) :: words
+    type(error_type), allocatable, intent(out) :: error
+    integer :: i
+
+    words = ""
+    if (what == "verdict") then
+      words = trim(self%result%worst%word())
+    else if (what == "failure") then
+      if (allocated(self%result%failure)) words = self%result%failure%message
+    else
+      !$omp critical (texts_of_gestell)
+      if (.not. allocated(self%texts)) allocate(self%texts(0))
+      i = findloc([(self%texts(i)%name == what, i = 1, size(self%texts))], .true., dim=1)
+      if (i > 0) then
+        words = self%texts(i)%words
+      else
+        call compose(self, what, words, error)
+      end if
+      !$omp end critical (texts_of_gestell)
+    end if
+  end subroutine text_of
+
+  !> Composes a text other than verdict and failure, and stores it in the solution.
+  subroutine compose(solution, what, words, error)
+    class(solution_type), intent(inout) :: solution
+    character(len=*), intent(in) :: what
+    character(len=:), allocatable, intent(out) :: words
+    type(error_type), allocatable, intent(out) :: error
+    type(context_type) :: context
+    type(result_type) :: result
+    integer :: extent
+
+    extent = numbers
+    if (what == "report") extent = for_report
+    if (what == "results" .or. what == "machine" .or. index(what, animation) > 0) extent = for_pictures
+    if (what == "page") extent = for_page
+    if (has_computed(solution%context, extent)) then
+      call append(solution%context, solution%result)
+    else
+      associate (configuration => solution%context%configuration)
+        call solve_tasks(configuration%document, configuration%schema, extent, context, result, error)
+      end associate
+      if (allocated(error)) return
+      context%head = solution%context%head
+      call append(context, result)
+    end if
+    if (.not. allocated(error)) solution%texts = [solution%texts, text_type(what, words)]
+
+  contains
+
+    subroutine append(context, result)
+      type(context_type), intent(in) :: context
+      type(result_type), intent(inout) :: result
+      type(output_type) :: output
+      character(len=:), allocatable :: failure, bytes
+
+      call result%insert_headlines()
+      failure = ""
+      if (allocated(result%failure)) failure = result%failure%message
+      call collect_output(output)
+      select case (what)
+      case ("report")
+        call output%append(report_machine(context%configuration, context%head%input) // result%report // result%summary_line())
+      case ("results")
+        call append_json(result, context%head, machine_json(context%configuration, result%scenes()), failure, output)
+      case ("machine")
+        call output%append(machine_json(context%configuration, result%scenes()))
+      case ("page")
+        call append_page(context, result, output)
+      case default
+        call result%find_file(what, trim(context%head%title), bytes)
+        if (allocated(bytes)) then
+          call output%append(bytes)
+        else
+          call fatal_error(error, "there is no text '" // what // "': use verdict, report, results, machine, page, failure, or " &
+            & // "the name of a result file", wrong_usage)
+        end if
+      end select
+      call output%take(words)
+    end subroutine append
+
+  end subroutine compose
+
+  !> True if the tasks have computed everything that `extent` comprises.
+  pure logical function has_computed(context, extent)
+    type(context_type), intent(in) :: context
+    integer, intent(in) :: extent
+
+    has_computed = (context%reports .or. extent < for_report) .and. (context%draws .or. extent < for_pictures) &
+      & .and. (context%describes_mechanism .or. extent < for_page)
+  end function has_computed
 
   !> Returns the report, with the same lines as the program prints. Composes the report now if this was postponed; fails if this is
   !> impossible.
@@ -97,25 +214,7 @@ contains
     character(len=:), allocatable, intent(out) :: lines
     type(error_type), allocatable, intent(out) :: error
 
-    type(context_type) :: context
-    type(result_type) :: result
-
-    !$omp critical (texts_of_gestell)
-    if (.not. allocated(self%report_text)) then
-      associate (configuration => self%context%configuration)
-        if (self%context%reports) then
-          result = self%result
-        else
-          call solve_tasks(configuration%document, configuration%schema, .true., context, result, error)
-        end if
-        if (.not. allocated(error)) then
-          call result%insert_headlines()
-          self%report_text = report_machine(configuration, self%context%head%input) // result%report // result%summary_line()
-        end if
-      end associate
-    end if
-    if (allocated(self%report_text)) lines = self%report_text
-    !$omp end critical (texts_of_gestell)
+    call self%text("report", lines, error)
   end subroutine report
 
   !> Writes the files of the program into `folder`: tables, and the gnuplot scripts that draw their pictures. Fails if a file
@@ -139,10 +238,11 @@ contains
     if (present(pictures)) draws = pictures
     !$omp critical (texts_of_gestell)
     ! results that only reports and pictures need are computed now
-    if (self%context%reports) then
+    if (self%context%reports .and. (self%context%draws .eqv. draws)) then
       result = self%result
     else
-      call solve_tasks(self%context%configuration%document, self%context%configuration%schema, .true., context, result, error)
+      call solve_tasks(self%context%configuration%document, self%context%configuration%schema, merge(for_pictures, for_report, &
+        & draws), context, result, error)
     end if
     if (.not. allocated(error)) call open_staging(staging, folder, all_tables(), error, self%context%configuration%document%path)
     if (.not. allocated(error)) then

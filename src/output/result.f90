@@ -47,8 +47,6 @@ module gestell_output_result
     type(headline_type), allocatable :: headlines(:)
     !> Texts of all headlines, by which a repeated headline is recognised and not added again
     type(dictionary_type), private :: headline_texts
-    !> The moving machine for the viewer of the page (JSON); unallocated if the run does not show it
-    character(len=:), allocatable :: scene
     !> Result files that are not tables
     type(attachment_type), allocatable, private :: attachments(:)
     !> The report
@@ -77,9 +75,9 @@ module gestell_output_result
     !> First failure of a computation on which the verdict does not depend
     type(error_type), allocatable :: failure
   contains
-    procedure :: begin, has, left, add_curves, add, add_figure, animate, animations, attach, draw, write_lines, write_section
-    procedure :: detail, note, reserve_headlines, insert_headlines, summary_line, unprinted_report, warn, warn_each, judge
-    procedure :: include_verdict, record_failure
+    procedure :: begin, has, left, add_curves, add, add_figure, animate, animations, attach, draw
+    procedure :: find_file, moves, scenes, write_lines, write_section, detail, note, reserve_headlines, insert_headlines
+    procedure :: summary_line, unprinted_report, warn, warn_each, judge, include_verdict, record_failure
     procedure :: write => write_result
   end type result_type
 
@@ -155,6 +153,25 @@ contains
     self%attachments = [self%attachments, attachment]
   end subroutine attach
 
+  !> Returns the content of a result file that is neither table nor script nor drawn by gnuplot; `bytes` stays unallocated if there
+  !> is no such file. `title`: title of the input.
+  subroutine find_file(self, name, title, bytes)
+    class(result_type), intent(in) :: self
+    character(len=*), intent(in) :: name, title
+    character(len=:), allocatable, intent(out) :: bytes
+    integer :: i
+
+    do i = 1, size(self%attachments)
+      if (self%attachments(i)%name == name) bytes = self%attachments(i)%bytes
+    end do
+    do i = 1, size(self%figures)
+      associate (figure => self%figures(i))
+        if (.not. allocated(figure%scenes)) cycle
+        if (figure%name // ".svg" == name) allocate(bytes, source=animated_svg(figure%scenes, title, figure%shown))
+      end associate
+    end do
+  end subroutine find_file
+
   !> Adds a still picture of scenes, which shows the table called `name`. `shown`: what the picture shows.
   subroutine draw(self, name, shown, scenes)
     class(result_type), intent(inout) :: self
@@ -168,22 +185,42 @@ contains
   end subroutine draw
 
   !> Adds an animation of the picture called `name`: the file NAME_motion.svg, and a gnuplot script that draws NAME_motion.gif.
-  !> `title`: title of the input. `shown`: what the animation shows.
-  subroutine animate(self, name, title, shown, scenes)
+  !> `shown`: what the animation shows.
+  subroutine animate(self, name, shown, scenes)
     class(result_type), intent(inout) :: self
-    character(len=*), intent(in) :: name, title, shown
+    character(len=*), intent(in) :: name, shown
     type(scene_type), intent(in) :: scenes(:)
     type(figure_type) :: figure
-    character(len=:), allocatable :: commands
-    integer :: pixels(2)
 
-    call write_animation(scenes, commands, pixels)
-    figure = new_figure(name // animation, shown, commands, width=pixels(1), height=pixels(2))
-    figure%animated = .true.
+    figure = new_figure(name // animation, shown, "")
+    figure%scenes = scenes
     self%figures = [self%figures, figure]
-    call self%attach(figure%name // ".svg", animated_svg(scenes, title, shown))
-    if (name == "mechanism") self%scene = scenes(1)%json()
   end subroutine animate
+
+  !> True if the result contains an animation.
+  pure logical function moves(self)
+    class(result_type), intent(in) :: self
+    integer :: i
+
+    moves = any([(allocated(self%figures(i)%scenes), i = 1, size(self%figures))])
+  end function moves
+
+  !> The scenes of all animations, as a list in JSON.
+  pure function scenes(self) result(words)
+    class(result_type), intent(in) :: self
+    character(len=:), allocatable :: words
+    type(growing_text_type) :: list
+    integer :: i, k
+
+    do i = 1, size(self%figures)
+      if (.not. allocated(self%figures(i)%scenes)) cycle
+      do k = 1, size(self%figures(i)%scenes)
+        call list%append("," // newline // self%figures(i)%scenes(k)%json())
+      end do
+    end do
+    words = list%whole()
+    words = "[" // words(min(2, len(words) + 1):) // "]"
+  end function scenes
 
   !> Names of the files with animations, separated by commas.
   pure function animations(self) result(names)
@@ -193,7 +230,7 @@ contains
 
     names = ""
     do i = 1, size(self%figures)
-      if (self%figures(i)%animated) names = names // either(", ", "", names /= "") // self%figures(i)%name // ".svg"
+      if (allocated(self%figures(i)%scenes)) names = names // either(", ", "", names /= "") // self%figures(i)%name // ".svg"
     end do
   end function animations
 
@@ -398,6 +435,7 @@ contains
     type(head_type), intent(in) :: head
     type(error_type), allocatable, intent(out) :: error
     character(len=:), allocatable :: warning
+    type(figure_type) :: figure
     integer :: i, k
 
     do i = 1, size(self%attachments)
@@ -413,7 +451,13 @@ contains
       do k = 1, size(self%tables)
         if (self%tables(k)%name == self%figures(i)%table) warning = alarm(self%tables(k)%verdict)
       end do
-      call write_figure(folder, self%figures(i), head%title, warning, error)
+      figure = self%figures(i)
+      if (allocated(figure%scenes)) then
+        call write_animation(figure%scenes, figure%lines, figure%pixels)
+        call write_file(folder // "/" // figure%name // ".svg", animated_svg(figure%scenes, trim(head%title), figure%shown), error)
+        if (allocated(error)) return
+      end if
+      call write_figure(folder, figure, head%title, warning, error)
       if (allocated(error)) return
     end do
   end subroutine write_result

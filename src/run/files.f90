@@ -13,7 +13,7 @@ module gestell_run_files
   use gestell_run_command_line, only: options_type
   use gestell_task_common_context, only: context_type
   use gestell_task_registry_machine_json, only: machine_json
-  use gestell_task_registry_page, only: write_page
+  use gestell_task_registry_page, only: append_page
   implicit none (type, external)
   private
 
@@ -34,6 +34,7 @@ contains
     character(len=:), allocatable, intent(inout) :: closing
     type(error_type), allocatable, intent(inout) :: error
     type(error_type), allocatable :: write_failed, undrawn
+    type(output_type) :: page
     character(len=:), allocatable :: drawn, failure
 
     if (options%has("--one-line")) then
@@ -61,7 +62,11 @@ contains
     if (allocated(result%failure)) failure = result%failure%message
     if (options%has("--json")) call write_json(options, context, result, failure, error)
     if (allocated(error)) return
-    if (options%has("--report") .and. .not. options%has("--check")) call write_page(context, result, error)
+    if (options%has("--report") .and. .not. options%has("--check")) then
+      call open_output(page, context%staging // "/report.html")
+      call append_page(context, result, page, context%staging)
+      call page%complete(error)
+    end if
   end subroutine write_files
 
   !> Writes results.json or, with --quiet, writes the same text to standard output. Fails if it cannot be written.
@@ -79,7 +84,7 @@ contains
     else
       call open_output(output, context%staging // "/results.json")
     end if
-    call append_json(result, context%head, machine_json(context%configuration, result%scene), failure, output)
+    call append_json(result, context%head, machine_json(context%configuration, result%scenes()), failure, output)
     call output%complete(error)
   end subroutine write_json
 

@@ -60,12 +60,12 @@ def test_tables():
 
 
 def test_machine():
-    """The parameters of the machine, set to their own values, describe the same machine; the scene is that of the animation."""
+    """The parameters of the machine, set to their own values, describe the same machine; the scenes are those of the animations."""
     with Folder() as folder:
         for name in ("compressor", "engine_in_space", "cam_press"):
             run = Run(folder, "--json", "-q", "-o", name, DATA / f"{name}.nml")
             machine = json.loads(run.out)["machine"]
-            equal(f"{name}: scene", machine["scene"], None)
+            equal(f"{name}: scenes", machine["scenes"], [])
             settings = []
             for one in machine["parameters"]:
                 good = isinstance(one["meaning"], str) and one["meaning"] and isinstance(one["unit"], str)
@@ -81,7 +81,7 @@ def test_machine():
             plain = Run(folder, "--check", "-o", "plain", DATA / f"{name}.nml")
             equal(f"{name}: the same machine", again.out, plain.out)
         run = Run(folder, "--json", "-q", "--plot", "-o", "drawn", "-s", "case.tasks=drawing", DATA / "compressor.nml")
-        scene = json.loads(run.out)["machine"]["scene"]
+        scene = json.loads(run.out)["machine"]["scenes"][0]
         equal("scene: instants", (len(scene["motion"]), len(scene["moving"]), len(scene["degrees"])), (48, 48, 48))
         check("scene: indices", all(0 <= i < len(scene["points"]) for line in scene["lines"] for i in line["points"]), "points", "")
         # the crank pin is 50 mm from the pivot at all instants

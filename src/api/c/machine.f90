@@ -12,8 +12,8 @@ module gestell_api_c_machine
   implicit none (type, external)
   private
 
-  public :: add_groups, count_values, delete_error, delete_machine, error_text, get_values, get_version, new_error, new_machine, &
-    & parse_text, read_file, set_number, set_text, solve_machine
+  public :: add_groups, count_values, delete_error, delete_machine, error_text, get_input, get_values, get_version, new_error, &
+    & new_machine, parse_text, read_file, set_number, set_text, size_input, solve_machine
 
 contains
 
@@ -186,6 +186,42 @@ contains
     if (.not. allocated(error)) call machine%get(name, values, error)
     if (.not. allocated(values)) allocate(values(0))
   end subroutine find_values
+
+  !> Returns in `size` the length in bytes, with the terminating zero, of the machine's input.
+  integer(c_int) function size_input(handle, size, failure) result(code) bind(c, name="gestell_size_input")
+    type(c_ptr), value :: handle, failure
+    integer(c_int), intent(out), optional :: size
+    character(len=:), allocatable :: text
+    type(error_type), allocatable :: error
+
+    call find_input(handle, text, error)
+    call return_count(len(text) + 1, error, size)
+    code = code_of(error, failure)
+  end function size_input
+
+  !> Copies the machine's input to `place`, for which C provides `size` bytes.
+  integer(c_int) function get_input(handle, size, place, failure) result(code) bind(c, name="gestell_get_input")
+    type(c_ptr), value :: handle, place, failure
+    integer(c_int), value :: size
+    character(len=:), allocatable :: text
+    type(error_type), allocatable :: error
+
+    call find_input(handle, text, error)
+    if (.not. allocated(error)) call return_text(text, size, place, error)
+    code = code_of(error, failure)
+  end function get_input
+
+  !> Returns the text of the machine's input. After an error it is empty.
+  subroutine find_input(handle, text, error)
+    type(c_ptr), intent(in) :: handle
+    character(len=:), allocatable, intent(out) :: text
+    type(error_type), allocatable, intent(out) :: error
+    type(machine_type), pointer :: machine
+
+    call find_machine(handle, machine, error)
+    if (.not. allocated(error)) call machine%text(text, error)
+    if (.not. allocated(text)) text = ""
+  end subroutine find_input
 
   !> Computes the results of a machine. If `tasks` is null, the tasks named in the machine's input are run. `found` receives the
   !> handle of the new solution, or null after an error.

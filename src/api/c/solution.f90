@@ -50,7 +50,7 @@ contains
     code = code_of(error, failure)
   end function get_text
 
-  !> Returns the text called `what` of a solution: "verdict", "report", or "failure" (why some results could not be computed).
+  !> Returns the text of a solution that C calls `what` (see `text_of` in gestell_api_solution).
   subroutine find_text(handle, what, text, error)
     type(c_ptr), intent(in) :: handle, what
     character(len=:), allocatable, intent(out) :: text
@@ -61,16 +61,7 @@ contains
     text = ""
     call find_solution_and_name(handle, what, "the name of the requested text", solution, name, error)
     if (allocated(error)) return
-    select case (name)
-    case ("verdict")
-      text = trim(solution%result%worst%word())
-    case ("report")
-      call solution%report(text, error)
-    case ("failure")
-      if (allocated(solution%result%failure)) text = solution%result%failure%message
-    case default
-      call fatal_error(error, "unknown text '" // name // "': use verdict, report or failure", wrong_usage)
-    end select
+    call solution%text(name, text, error)
     if (.not. allocated(text)) text = ""
   end subroutine find_text
 

@@ -62,7 +62,7 @@ contains
     integer, intent(in) :: group
     !> Name of the key, and the values that replace its old ones
     type(entry_type), intent(in) :: entry
-    !> Comment that is added at the end of the line
+    !> Comment that is added at the end of the line; none if empty
     character(len=*), intent(in) :: remark
     integer, allocatable :: first(:), last(:)
     character(len=:), allocatable :: comma
@@ -79,6 +79,7 @@ contains
       at = ending
       text = trim(text(:at - 1)) // " " // entry_text(entry) // " " // text(at:)
     end if
+    if (remark == "") return
     i = index(text(at:), newline)
     if (i == 0) i = len(text) - at + 2
     at = at + i - 1

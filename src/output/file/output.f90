@@ -1,14 +1,15 @@
 !> Writes a file that becomes visible only when it is complete. The file is written under a temporary name and every write is
 !> checked. Finally the file is renamed, which replaces the old file in one step. After a failure the new file is removed and the
-!> old one stays unchanged.
+!> old one stays unchanged. The same procedures collect a text in memory.
 module gestell_output_file_output
   use gestell_base_error, only: error_type, failed_computation, fatal_error
+  use gestell_base_growing_text, only: growing_text_type
   use gestell_base_files, only: close_file, create_file, system_message, remove_file, rename_file, write_bytes
   use, intrinsic :: iso_c_binding, only: c_int
   implicit none (type, external)
   private
 
-  public :: open_output, write_file
+  public :: collect_output, open_output, write_file
 
   !> Ending appended to the name of a file while the file is being written
   character(len=*), parameter, public :: temporary_ending = ".new"
@@ -24,10 +25,12 @@ module gestell_output_file_output
     character(len=:), allocatable :: pending
     !> Number of valid characters in `pending`
     integer :: used = 0
+    !> Everything that has been appended; allocated if the output is collected in memory
+    type(growing_text_type), allocatable :: collected
     !> Explanation of the first failure; empty as long as nothing has failed
     character(len=:), allocatable :: reason
   contains
-    procedure :: append, complete
+    procedure :: append, complete, take
   end type output_type
 
   !> Number of bytes that are passed to the system in one call
@@ -63,11 +66,30 @@ contains
     if (output%handle < 0) output%reason = system_message()
   end subroutine open_output
 
+  !> Makes `output` collect everything in memory, from where `take` returns it.
+  subroutine collect_output(output)
+    type(output_type), intent(out) :: output
+
+    allocate(output%collected)
+  end subroutine collect_output
+
+  !> Returns everything that has been appended to an output in memory.
+  subroutine take(self, text)
+    class(output_type), intent(in) :: self
+    character(len=:), allocatable, intent(out) :: text
+
+    allocate(text, source=self%collected%whole())
+  end subroutine take
+
   !> Appends bytes to the file; they are collected and written in larger pieces.
   subroutine append(self, bytes)
     class(output_type), intent(inout) :: self
     character(len=*), intent(in) :: bytes
 
+    if (allocated(self%collected)) then
+      call self%collected%append(bytes)
+      return
+    end if
     if (self%used + len(bytes) > piece) call flush_pending(self)
     if (len(bytes) > piece) then
       call flush_bytes(self, bytes)

@@ -71,7 +71,7 @@ module gestell_output_page_style
     & ".controls input{width:10rem;height:1.5rem;accent-color:var(--c1)}", &
     & "output{min-width:5rem;font-variant-numeric:tabular-nums}", &
     & ".play{min-width:5rem}", &
-    & "[hidden]{display:none}", &
+    & "[hidden]{display:none!important}", &
     & "@media screen and (max-width:40rem){", &
     & "body{margin:1rem auto;font-size:15px}", &
     & "h1{font-size:1.6rem}", &

@@ -1,4 +1,5 @@
-!> Viewer of a page: shows a machine in motion, with sliders for the crank angle and for the magnification of the motion.
+!> Viewer of a page: shows a machine in motion and its modes, with sliders for the crank angle and for the magnification of the
+!> motion.
 module gestell_output_page_viewer
   use gestell_base_growing_text, only: growing_text_type
   use gestell_base_text, only: newline
@@ -12,26 +13,23 @@ module gestell_output_page_viewer
 
   !> JavaScript that draws the scenes of all viewers of a page
   character(len=*), parameter :: script(*) = [character(len=124) :: &
-    & "// Shows each machine of the page in motion. With the rotation matrix R of the vector M t, the point p is drawn at", &
+    & "// Shows scenes in motion. With the rotation matrix R of the vector M t, the point p is drawn at", &
     & "// p + share (R p + M u - p), where u and t are the frame's displacement and rotation, and M is the magnification.", &
     & "for (const box of document.querySelectorAll('.viewer')) {", &
-    & "  const scene = JSON.parse(box.querySelector('script').textContent), colours = JSON.parse(box.dataset.colours);", &
-    & "  const find = name => box.querySelector('.' + name);", &
-    & "  const [play, angle, zoom] = ['play', 'angle', 'zoom'].map(find), frames = scene.motion.length;", &
-    & "  const steps = [1];", &
-    & "  for (let ten = 1; ten < 10 * scene.magnification; ten *= 10) for (const digit of [1, 2, 5]) steps.push(digit * ten);", &
-    & "  const choices = [...new Set([...steps.filter(x => x < 10 * scene.magnification), scene.magnification,", &
-    & "    10 * scene.magnification])].sort((a, b) => a - b);", &
-    & "  let at = 0, running = false, before;", &
-    & "  // Between two frames of the animation the motion is interpolated.", &
+    & "  const colours = JSON.parse(box.dataset.colours), find = name => box.querySelector('.' + name);", &
+    & "  const [choice, play, angle, zoom] = ['choice', 'play', 'angle', 'zoom'].map(find);", &
+    & "  // `at`: instant that is shown. `chosen`: for each scene, the magnification that the reader has chosen", &
+    & "  let scenes, scene, frames = 1, magnifications, views, at = 0, running = false, before;", &
+    & "  const chosen = [];", &
+    & "  // Between two instants the motion is interpolated.", &
     & "  const between = list => {", &
-    & "    const i = Math.floor(at) % frames, f = at - Math.floor(at), next = list[(i + 1) % frames];", &
+    & "    const i = Math.floor(at) % list.length, f = at - Math.floor(at), next = list[(i + 1) % list.length];", &
     & "    const mean = (a, b) => a + f * (b - a);", &
     & "    return list[i].map((a, k) => Array.isArray(a) ? a.map((x, n) => mean(x, next[k][n])) : mean(a, next[k]));", &
     & "  };", &
     & "  // Positions of all points at the time `at`.", &
     & "  function positions() {", &
-    & "    const [ux, uy, uz, ...t] = between(scene.motion).map(x => x * choices[zoom.value]);", &
+    & "    const [ux, uy, uz, ...t] = between(scene.motion).map(x => x * magnifications[zoom.value]);", &
     & "    const moving = scene.moving.length ? between(scene.moving) : [];", &
     & "    const turn = Math.hypot(...t), c = Math.cos(turn), s = Math.sin(turn);", &
     & "    const [a, b, d] = turn > 0 ? t.map(x => x / turn) : [0, 0, 0];", &
@@ -56,61 +54,73 @@ module gestell_output_page_viewer
     & "  }", &
     & "  const circle = 'M-4,0a4,4 0 1 0 8,0a4,4 0 1 0 -8,0z';", &
     & "  const symbols = { pin: circle, centre: circle + 'M-6,0h12M0,-6v12', probe: 'M0,-7L7,0L0,7L-7,0z' };", &
-    & "  // All views have the same scale. They have room for the motion of the default magnification.", &
-    & "  zoom.max = choices.length - 1;", &
-    & "  zoom.value = choices.indexOf(scene.magnification);", &
-    & "  angle.max = frames - 1;", &
-    & "  const extents = scene.views.map(() => [1 / 0, 1 / 0, -1 / 0, -1 / 0]);", &
-    & "  const flat = (view, p) => [p[view.right], view.flip ? p[view.up] : -p[view.up]];", &
-    & "  for (at = 0; at < frames; at += Math.max(1, Math.floor(frames / 24))) {", &
-    & "    const now = positions();", &
-    & "    scene.views.forEach((view, v) => now.forEach(p => flat(view, p).forEach((x, k) => {", &
-    & "      extents[v][k] = Math.min(extents[v][k], x);", &
-    & "      extents[v][k + 2] = Math.max(extents[v][k + 2], x);", &
-    & "    })));", &
-    & "  }", &
-    & "  at = 0;", &
-    & "  const size = Math.max(...extents.map(e => Math.max(e[2] - e[0], e[3] - e[1])));", &
-    & "  const scale = 400 / (size || 1), margin = 20;", &
-    & "  const views = scene.views.map((view, v) => {", &
-    & "    const [left, top, right, bottom] = extents[v], figure = document.createElement('figure');", &
-    & "    const [width, height] = [right - left, bottom - top].map(x => Math.round(x * scale + 2 * margin));", &
-    & "    const picture = element(figure, 'svg', { viewBox: `0 0 ${width} ${height}`, role: 'img',", &
-    & "      'aria-label': 'The machine in motion' + (view.name ? ', ' + view.name : '') });", &
-    & "    figure.style.flex = `0 1 ${Math.max(width, 120)}px`;", &
-    & "    picture.style.maxWidth = width + 'px';", &
-    & "    figure.appendChild(document.createElement('figcaption')).textContent = view.name;", &
-    & "    find('views').append(figure);", &
-    & "    const shapes = scene.lines.filter(line => !(line.view >= 0 && line.view !== v)).map(line => {", &
-    & "      const single = line.kind in symbols && line.points.length === 1;", &
-    & "      const name = single ? 'path' : line.kind === 'frame' ? 'polygon' : 'polyline';", &
-    & "      const shape = element(picture, name, { class: line.kind });", &
-    & "      if (single) shape.setAttribute('d', symbols[line.kind]);", &
-    & "      shape.style.stroke = paint(line.colour);", &
-    & "      if (line.kind === 'frame') shape.style.fill = paint(line.colour);", &
-    & "      return [shape, line.points, single];", &
+    & "  // Draws the chosen scene in new pictures. All views have the same scale, and room for the motion.", &
+    & "  function open() {", &
+    & "    const part = at / frames, steps = [], largest = 10 * scene.magnification;", &
+    & "    frames = scene.motion.length;", &
+    & "    for (let ten = scene.name ? 0.1 : 1; ten < largest; ten *= 10) steps.push(ten, 2 * ten, 5 * ten);", &
+    & "    const all = [...steps.filter(x => x < largest), scene.magnification, largest];", &
+    & "    magnifications = [...new Set(all)].sort((a, b) => a - b);", &
+    & "    const wanted = chosen[choice.value] || scene.magnification;", &
+    & "    const distance = i => Math.abs(Math.log(magnifications[i] / wanted));", &
+    & "    zoom.max = magnifications.length - 1;", &
+    & "    zoom.value = magnifications.reduce((best, _, i) => distance(i) < distance(best) ? i : best, 0);", &
+    & "    angle.max = frames - 1;", &
+    & "    angle.parentNode.firstChild.textContent = scene.name ? 'phase ' : 'crank angle ';", &
+    & "    const extents = scene.views.map(() => [1 / 0, 1 / 0, -1 / 0, -1 / 0]);", &
+    & "    const flat = (view, p) => [p[view.right], view.flip ? p[view.up] : -p[view.up]];", &
+    & "    for (at = 0; at < frames; at += Math.max(1, Math.floor(frames / 24))) {", &
+    & "      const now = positions();", &
+    & "      scene.views.forEach((view, v) => now.forEach(p => flat(view, p).forEach((x, k) => {", &
+    & "        extents[v][k] = Math.min(extents[v][k], x);", &
+    & "        extents[v][k + 2] = Math.max(extents[v][k + 2], x);", &
+    & "      })));", &
+    & "    }", &
+    & "    at = part * frames;", &
+    & "    const size = Math.max(...extents.map(e => Math.max(e[2] - e[0], e[3] - e[1])));", &
+    & "    const scale = 400 / (size || 1), margin = 20;", &
+    & "    find('views').replaceChildren();", &
+    & "    views = scene.views.map((view, v) => {", &
+    & "      const [left, top, right, bottom] = extents[v], figure = document.createElement('figure');", &
+    & "      const [width, height] = [right - left, bottom - top].map(x => Math.round(x * scale + 2 * margin));", &
+    & "      const picture = element(figure, 'svg', { viewBox: `0 0 ${width} ${height}`, role: 'img',", &
+    & "        'aria-label': (scene.name || 'The machine in motion') + (view.name ? ', ' + view.name : '') });", &
+    & "      figure.style.flex = `0 1 ${Math.max(width, 120)}px`;", &
+    & "      picture.style.maxWidth = width + 'px';", &
+    & "      figure.appendChild(document.createElement('figcaption')).textContent = view.name;", &
+    & "      find('views').append(figure);", &
+    & "      const shapes = scene.lines.filter(line => !(line.view >= 0 && line.view !== v)).map(line => {", &
+    & "        const single = line.kind in symbols && line.points.length === 1;", &
+    & "        const name = single ? 'path' : line.kind === 'frame' ? 'polygon' : 'polyline';", &
+    & "        const shape = element(picture, name, { class: line.kind });", &
+    & "        if (single) shape.setAttribute('d', symbols[line.kind]);", &
+    & "        shape.style.stroke = paint(line.colour);", &
+    & "        if (line.kind === 'frame') shape.style.fill = paint(line.colour);", &
+    & "        return [shape, line.points, single];", &
+    & "      });", &
+    & "      const place = p => flat(view, p).map((x, k) => (margin + (x - (k ? top : left)) * scale).toFixed(1)).join();", &
+    & "      return now => shapes.forEach(([shape, points, single]) => single", &
+    & "        ? shape.setAttribute('transform', `translate(${place(now[points[0]])})`)", &
+    & "        : shape.setAttribute('points', points.map(i => place(now[i])).join(' ')));", &
     & "    });", &
-    & "    const place = p => flat(view, p).map((x, k) => (margin + (x - (k ? top : left)) * scale).toFixed(1)).join();", &
-    & "    return now => shapes.forEach(([shape, points, single]) => single", &
-    & "      ? shape.setAttribute('transform', `translate(${place(now[points[0]])})`)", &
-    & "      : shape.setAttribute('points', points.map(i => place(now[i])).join(' ')));", &
-    & "  });", &
+    & "    draw();", &
+    & "  }", &
     & "  function draw() {", &
-    & "    const now = positions(), times = choices[zoom.value];", &
-    & "    const degrees = Math.round(scene.degrees[Math.floor(at) % frames]) + ' deg';", &
+    & "    const now = positions(), times = magnifications[zoom.value], shown = +times.toPrecision(3) + ' times';", &
+    & "    const i = Math.floor(at) % frames;", &
     & "    views.forEach(view => view(now));", &
-    & "    const words = times === 1 ? 'motion to scale' : `motion magnified ${+times.toPrecision(3)} times`;", &
-    & "    angle.value = Math.floor(at);", &
+    & "    const degrees = Math.round(scene.name ? 360 * i / frames : scene.degrees[i]) + ' deg';", &
+    & "    const words = scene.name ? shown : times === 1 ? 'motion to scale' : 'motion magnified ' + shown;", &
+    & "    angle.value = i;", &
     & "    for (const [control, text] of [[angle, degrees], [zoom, words]]) {", &
     & "      control.setAttribute('aria-valuetext', text);", &
     & "      control.nextElementSibling.textContent = text;", &
     & "    }", &
     & "  }", &
-    & "  // One turn of the crank takes four seconds.", &
-    & "  const turns = Math.max(1, Math.round(Math.abs(scene.degrees[frames - 1] - scene.degrees[0]) / 360));", &
+    & "  // A period takes as many seconds as the scene says.", &
     & "  function step(time) {", &
     & "    if (!running) return;", &
-    & "    if (before !== undefined) at = (at + (time - before) / 4000 / turns * frames) % frames;", &
+    & "    if (before !== undefined) at = (at + (time - before) / 1000 / scene.seconds * frames) % frames;", &
     & "    before = time;", &
     & "    draw();", &
     & "    requestAnimationFrame(step);", &
@@ -121,35 +131,53 @@ module gestell_output_page_viewer
     & "    play.textContent = on ? 'Pause' : 'Play';", &
     & "    if (on) requestAnimationFrame(step);", &
     & "  }", &
+    & "  function choose() {", &
+    & "    scene = scenes[choice.value];", &
+    & "    open();", &
+    & "  }", &
+    & "  // Shows a list of scenes. The reader's choices remain as they are.", &
+    & "  box.show = list => {", &
+    & "    const last = Math.min(Math.max(choice.selectedIndex, 0), list.length - 1);", &
+    & "    scenes = list;", &
+    & "    choice.replaceChildren(...scenes.map((each, i) => new Option(each.name || 'machine in motion', i)));", &
+    & "    choice.selectedIndex = last;", &
+    & "    choice.parentNode.hidden = scenes.length < 2;", &
+    & "    choose();", &
+    & "  };", &
     & "  play.onclick = () => run(!running);", &
     & "  angle.oninput = () => { run(false); at = +angle.value; draw(); };", &
-    & "  zoom.oninput = draw;", &
+    & "  zoom.oninput = () => { chosen[choice.value] = magnifications[zoom.value]; draw(); };", &
+    & "  zoom.onchange = open;", &
+    & "  choice.onchange = choose;", &
     & "  box.hidden = false;", &
-    & "  draw();", &
+    & "  box.show(JSON.parse(box.querySelector('script').textContent));", &
     & "  run(!matchMedia('(prefers-reduced-motion: reduce)').matches);", &
     & "}"]
 
 contains
 
-  !> HTML of the viewer of one machine. Browsers that run no scripts do not show it. The page must contain `viewer_script` once,
-  !> after its last viewer.
+  !> HTML of a viewer. Browsers that run no scripts do not show it. The page must contain `viewer_script` once, after its last
+  !> viewer. Other scripts of the page may call the viewer's function `show` with another list of scenes.
   pure function viewer(json) result(words)
-    !> The scene in JSON, an object with these members:
+    !> List of scenes in JSON, each an object with these members:
+    !> `name`: caption; empty for the machine in motion
     !> `views`: list of {name, right, up, flip}: the axes (0 to 2) that point right and up; `flip` is true if `up` points down
     !> `points`: list of [x, y, z, share, moving]: position (m), share of the frame's motion that the point follows, and index of
     !> the point in each element of `moving`, or -1
     !> `lines`: list of {kind, colour, view, points}: what the line is, its colour #rrggbb, the only view in which it appears (-1:
     !> all views), and the indices of its points
-    !> `moving`: for each frame of the animation, a list of positions relative to the frame (m)
-    !> `motion`: for each frame of the animation, displacement (m) and rotation vector (rad) of the frame
-    !> `degrees`: for each frame of the animation, the crank angle
+    !> `moving`: for each instant, a list of positions relative to the frame (m); a single list if they do not change
+    !> `motion`: for each instant, displacement (m) and rotation vector (rad) of the frame
+    !> `degrees`: for each instant, the crank angle
     !> `magnification`: magnification of the motion at the beginning
+    !> `seconds`: how long the viewer shows a period
     character(len=*), intent(in) :: json
     character(len=:), allocatable :: words
 
     words = "<noscript><p>The animation needs JavaScript.</p></noscript>" // newline &
       & // "<div class=""viewer"" hidden data-colours=""" // escaped(colour_map()) // """><div class=""views""></div>" // newline &
       & // "<p class=""controls""><button type=""button"" class=""play"">Play</button>" // newline &
+      & // "<label>show <select class=""choice""></select></label>" // newline &
       & // slider("crank angle", "angle") // slider("magnification", "zoom") // "</p>" &
       & // newline // "<script type=""application/json"">" // without_tags(json) // "</script></div>" // newline
   end function viewer

@@ -38,7 +38,7 @@ contains
       name = figures(i)%name
       ! -d: ignore the user's gnuplot settings
       complete = shell_does("cd " // quoted(staging) // " && gnuplot -d " // name // ".gp", code)
-      if (figures(i)%animated) then
+      if (allocated(figures(i)%scenes)) then
         ! gnuplot may have been built without GIF: then only the animated SVG file is there, which needs no gnuplot
         if (.not. (complete .and. has_end(staging // "/" // name // ".gif", gif_end))) call remove_file(staging // "/" // name &
           & // ".gif")

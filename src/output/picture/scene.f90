@@ -163,14 +163,20 @@ contains
   end subroutine scale_motion
 
   !> The scene as JSON text, for the page. Indices of points, moving points, views and axes count from 0; -1 marks a constant
-  !> point, and a line that appears in all views. The last instant, which repeats the first, is omitted.
+  !> point, and a line that appears in all views. The last instant, which repeats the first, is omitted. If the moving points do not
+  !> move, they have a single instant.
   pure function json(self) result(words)
     class(scene_type), intent(in) :: self
     character(len=:), allocatable :: words
     type(growing_text_type) :: all
-    integer :: i, k
+    integer :: i, k, instants, positions
 
-    call all%append('{"views":[')
+    instants = size(self%degrees) - 1
+    positions = 1
+    if (maxval(maxval(self%moving, dim=3) - minval(self%moving, dim=3)) > 0) positions = instants
+    call all%append('{"name":"')
+    if (allocated(self%name)) call all%append(self%name)
+    call all%append('","views":[')
     do i = 1, size(self%views)
       associate (view => self%views(i))
         call all%append(comma(i) // '{"name":"' // trim(view%name) // '","right":' // text(view%right - 1) // ',"up":' &
@@ -190,7 +196,7 @@ contains
       end associate
     end do
     call all%append('],"moving":[')
-    do k = 1, size(self%degrees) - 1
+    do k = 1, positions
       call all%append(comma(k) // "[")
       do i = 1, size(self%moving, 2)
         call all%append(comma(i) // list(self%moving(:, i, k)))
@@ -198,11 +204,11 @@ contains
       call all%append("]")
     end do
     call all%append('],"motion":[')
-    do k = 1, size(self%degrees) - 1
+    do k = 1, instants
       call all%append(comma(k) // list(self%motion(:, k)))
     end do
-    call all%append('],"degrees":' // list(self%degrees(:size(self%degrees) - 1)) // ',"magnification":' &
-      & // concise(self%magnification, 6) // "}")
+    call all%append('],"degrees":' // list(self%degrees(:instants)) // ',"magnification":' // concise(self%magnification, 6) &
+      & // ',"seconds":' // concise(self%seconds, 6) // "}")
     words = all%whole()
   end function json
 

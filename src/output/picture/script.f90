@@ -6,6 +6,7 @@ module gestell_output_picture_script
   use gestell_base_text, only: concise, either, newline, text
   use gestell_base_words, only: length_of_character
   use gestell_output_file_output, only: write_file
+  use gestell_output_picture_scene, only: scene_type
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none (type, external)
   private
@@ -26,8 +27,9 @@ module gestell_output_picture_script
     character(len=:), allocatable :: shown, lines
     !> Width and height of the picture in pixels
     integer :: pixels(2) = [picture_width, 480]
-    !> True if the script draws NAME.gif, an animation, instead of NAME.svg and NAME.png
-    logical :: animated = .false.
+    !> If the picture is an animation: what it shows. The script then draws NAME.gif instead of NAME.svg and NAME.png, and its lines
+    !> are composed when it is written
+    type(scene_type), allocatable :: scenes(:)
   end type figure_type
 
   !> Maximum number of characters of a picture's title
@@ -62,7 +64,7 @@ contains
 
     heading = quoted(alarm // figure%shown)
     if (title /= "") heading = quoted(title) // " . ""\n"" . " // heading
-    if (figure%animated) then
+    if (allocated(figure%scenes)) then
       start = "# Draws " // figure%name // ".gif: run gnuplot " // figure%name // ".gp in this folder." // newline // "reset" &
         & // newline // "set encoding utf8" // newline // "set terminal gif animate delay 8 loop 0 optimize size " &
         & // text(figure%pixels(1)) // "," // text(figure%pixels(2)) // " font 'sans,11'" // newline // "set output '" &

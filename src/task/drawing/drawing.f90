@@ -126,8 +126,7 @@ contains
     if (.not. allocated(analysis%frame)) allocate(analysis%frame, source=context%configuration%frame)
     associate (mechanism => context%configuration%frame%mechanism)
       call build_motion(analysis, mechanism, context%configuration%probes, scene)
-      call result%animate("mechanism", trim(context%head%title), "The machine during " &
-        & // turns_in_words(mechanism%turns), [scene])
+      call result%animate("mechanism", "The machine during " // turns_in_words(mechanism%turns), [scene])
     end associate
   end subroutine add_animation
 

@@ -81,7 +81,7 @@ contains
       call build_shapes(frame, context%analysis%modes, context%configuration%probes, scenes)
       shown = "Mode shapes at " // speed_in_words(frame)
       call result%draw("modes", shown, scenes)
-      if (context%draws) call result%animate("modes", trim(context%head%title), shown, scenes)
+      if (context%draws) call result%animate("modes", shown, scenes)
     end associate
   end subroutine run
 

@@ -1,5 +1,5 @@
 !> Describes the machine of the input in JSON, for programs that show or change it: its numbers and words with their units and
-!> ranges, and the scene from which it is drawn.
+!> ranges, and the scenes from which it is drawn.
 module gestell_task_registry_machine_json
   use gestell_base_growing_text, only: growing_text_type
   use gestell_base_kinds, only: dp
@@ -17,11 +17,10 @@ module gestell_task_registry_machine_json
 
 contains
 
-  !> JSON object with the members `parameters`, one for each key that the input contains, and `scene`, which is null if the run has
-  !> not drawn the machine.
-  function machine_json(configuration, scene) result(words)
+  !> JSON object with the members `parameters`, one for each key that the input contains, and `scenes`.
+  function machine_json(configuration, scenes) result(words)
     type(configuration_type), intent(in) :: configuration
-    character(len=:), allocatable, intent(in) :: scene
+    character(len=*), intent(in) :: scenes
     character(len=:), allocatable :: words
     type(growing_text_type) :: all
     integer :: i, k
@@ -38,12 +37,7 @@ contains
       end do
     end associate
     words = all%whole()
-    words = "{""parameters"": [" // words(min(2, len(words) + 1):) // "]," // newline // """scene"": "
-    if (allocated(scene)) then
-      words = words // scene // "}"
-    else
-      words = words // "null}"
-    end if
+    words = "{""parameters"": [" // words(min(2, len(words) + 1):) // "]," // newline // """scenes"": " // scenes // "}"
   end function machine_json
 
   !> JSON object that describes one key of a group. Its path is the one that --set takes.

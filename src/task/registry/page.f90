@@ -1,6 +1,5 @@
-!> Writes report.html, a self-contained page with the input, the verdict, the tables and the pictures of a run.
+!> Composes a self-contained HTML page with the input, the verdict, the tables and the pictures of a run.
 module gestell_task_registry_page
-  use gestell_base_error, only: error_type
   use gestell_base_files, only: read_file
   use gestell_base_text, only: either, newline, text
   use gestell_base_version, only: version
@@ -10,7 +9,7 @@ module gestell_task_registry_page
   use gestell_task_machine_report, only: report_machine
   use gestell_task_registry_summary, only: summary
   use gestell_output_head, only: setting_type
-  use gestell_output_file_output, only: open_output, output_type
+  use gestell_output_file_output, only: output_type
   use gestell_base_markup, only: escaped
   use gestell_output_page_html, only: cell, head, row, scroll_start, section_start, tail, with_squares
   use gestell_output_page_style, only: button_script
@@ -27,7 +26,7 @@ module gestell_task_registry_page
   implicit none (type, external)
   private
 
-  public :: write_page
+  public :: append_page
 
   !> HTML of one section of the page.
   type :: section_type
@@ -39,13 +38,13 @@ module gestell_task_registry_page
 
 contains
 
-  !> Writes report.html with the results and the pictures. The page shows the name of the input file without its folder. Fails if
-  !> the file cannot be written.
-  subroutine write_page(context, result, error)
+  !> Appends the page with the results to `page`. The page shows the name of the input file without its folder. It contains the
+  !> pictures in `folder`; none if `folder` is absent.
+  subroutine append_page(context, result, page, folder)
     type(context_type), intent(in) :: context
     type(result_type), intent(in) :: result
-    type(error_type), allocatable, intent(out) :: error
-    type(output_type) :: page
+    type(output_type), intent(inout) :: page
+    character(len=*), intent(in), optional :: folder
     character(len=:), allocatable :: title, input, words
     type(section_type) :: sections(size(result%tables))
     integer :: i
@@ -54,19 +53,18 @@ contains
     title = context%head%title
     if (len_trim(title) == 0) title = input
     do i = 1, size(sections)
-      sections(i)%html = section(context%staging, result%tables(i), result%figures)
+      sections(i)%html = section(result%tables(i), result%figures, folder)
     end do
-    call open_output(page, context%staging // "/report.html")
     call page%append(head(title) // "<a class=""skip"" href=""#summary"">Skip to the summary</a>" // newline // "<header><h1>" &
       & // escaped(title) // "</h1>" // newline // "<p class=""sub"">Gestell " // version // ", input " // escaped(input) &
       & // "</p></header>" // newline // "<main>" // newline // summary(context, result))
     call page%append("<nav aria-label=""Contents""><h2>Contents</h2><ol>" // newline)
-    if (allocated(result%scene)) call page%append(link("motion", motion_heading))
+    if (result%moves()) call page%append(link("motion", motion_heading))
     do i = 1, size(sections)
       if (sections(i)%html /= "") call page%append(link(result%tables(i)%name, result%tables(i)%heading))
     end do
     call page%append(link("input", "Input") // link("report", "Report") // "</ol></nav>" // newline)
-    if (allocated(result%scene)) call page%append(section_start("motion", motion_heading) // viewer(result%scene) &
+    if (result%moves()) call page%append(section_start("motion", motion_heading) // viewer(result%scenes()) &
       & // viewer_script() // "</section>" // newline)
     do i = 1, size(sections)
       call page%append(sections(i)%html)
@@ -76,8 +74,7 @@ contains
       & printable(report_machine(context%configuration, input) // result%report) // newline // result%summary_line())
     if (result%details /= "") words = words // folded("accuracy of the numerical solution", result%details)
     call page%append(words // "</section>" // newline // "</main>" // newline // button_script() // tail)
-    call page%complete(error)
-  end subroutine write_page
+  end subroutine append_page
 
   !> HTML of an entry of the contents.
   pure function link(id, heading) result(words)
@@ -98,18 +95,20 @@ contains
 
   !> HTML section with the pictures of a table. It includes the table itself if the page shows it. It is empty if there is neither
   !> picture nor table.
-  function section(folder, table, figures) result(words)
-    character(len=*), intent(in) :: folder
+  function section(table, figures, folder) result(words)
     type(table_type), intent(in) :: table
     !> All pictures of the run
     type(figure_type), intent(in) :: figures(:)
+    !> Folder of the pictures; the section has none if it is absent
+    character(len=*), intent(in), optional :: folder
     character(len=:), allocatable :: words, source, picture, rows, caption
     integer :: i
 
     words = ""
     do i = 1, size(figures)
+      if (.not. present(folder)) exit
       associate (figure => figures(i))
-        if (figure%table /= table%name .or. figure%animated) cycle
+        if (figure%table /= table%name .or. allocated(figure%scenes)) cycle
         call read_file(folder // "/" // figure%name // ".svg", source)
         picture = inline_svg(source, figure%name // "-", table%heading // ". " // figure%shown)
         ! the picture of the table itself has the table's caption, further pictures say what they show

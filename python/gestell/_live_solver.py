@@ -1,0 +1,152 @@
+"""Solves machines for the live page, in a process of its own that can be stopped when a machine takes too long."""
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import queue
+import subprocess
+import sys
+import threading
+
+from ._library import Error
+from ._machine import Machine
+
+# Results that follow every change; further ones if the input requests them. Tasks that compute many machines take too long.
+TASKS = ("drawing", "stability", "modes", "response", "forces")
+FURTHER = ("joints", "power", "balance", "separation", "sensitivity")
+SECONDS = 20
+MEMORY = 4 << 30
+# Titles of the curves, and factor and unit in which people read the columns with this unit.
+CURVES = {"m": ("Displacement of the frame", 1e3, "mm"), "rad": ("Rotation of the frame", 1e3, "mrad"),
+          "N": ("Force on the ground", 1, "N"), "N m": ("Moment on the ground", 1, "N m")}
+
+
+def solve(text: str, changes: list, tasks: list) -> dict:
+    """The machine with the changes, a list of paths and values as text: its input, its parameters, its page and its curves.
+
+    Raises gestell.Error if the machine cannot be solved.
+    """
+    machine = _machine(text)
+    for path, value in changes:
+        machine[path] = value
+    text = machine.text
+    machine = _machine(text)
+    tasks = [*TASKS, *(task for task in FURTHER if task in tasks)]
+    try:
+        solution = machine.solve(tasks)
+    except Error as first:
+        # A mechanism that is given by mass functions cannot be drawn.
+        try:
+            solution = machine.solve(tasks[1:])
+        except Error:
+            raise first from None
+    return {"text": text, "parameters": solution.machine["parameters"], "page": solution.page, "curves": _curves(solution)}
+
+
+def _machine(text: str) -> Machine:
+    """The machine of a text, which is not taken for the name of a file even if it has a single line."""
+    return Machine(text if "\n" in text else text + "\n")
+
+
+def _curves(solution) -> list:
+    """The vibration over the crank angle: one diagram for each unit."""
+    if "response" not in solution.tables:
+        return []
+    table = solution.table("response")
+    curves: dict = {}
+    for key, column in table.items():
+        if key in ("crank_deg", "t_s") or "_dot_" in key:
+            continue
+        title, factor, unit = CURVES[column.unit]
+        diagram = curves.setdefault(title, {"title": title, "unit": unit, "x": table["crank_deg"].tolist(), "series": []})
+        diagram["series"].append({"name": key.rsplit("_", 1)[0], "values": (factor * column).tolist()})
+    return list(curves.values())
+
+
+class Solver:
+    """Answers one request after the other. Of several requests of a client that wait, only the latest is answered."""
+
+    def __init__(self, folder: str | os.PathLike, seconds: float = SECONDS):
+        """`folder`: where files are that an input names, such as tables of loads. `seconds`: longest time for a machine."""
+        self._folder = os.fspath(folder)
+        self._seconds = seconds
+        self._busy = threading.Lock()
+        self._latest: dict = {}
+        self._process = None
+        self._answers: queue.Queue = queue.Queue()
+
+    def answer(self, client: str, number: int, text: str, changes: list, tasks: list) -> str:
+        """The result of `solve` in JSON, or {"error": message}, or {"outdated": true} if the client has sent a later request."""
+        self._latest[client] = max(number, self._latest.get(client, number))
+        with self._busy:
+            if self._latest[client] > number:
+                return json.dumps({"outdated": True})
+            try:
+                return self._ask(json.dumps([text, changes, tasks])) or _failure("the computation has ended unexpectedly")
+            except OSError:
+                return _failure("the computation has ended unexpectedly")
+            except queue.Empty:
+                self.stop()
+                return _failure(f"this machine takes longer than {self._seconds:g} s")
+
+    def _ask(self, request: str) -> str:
+        """The line that the process answers; empty if it has died."""
+        if self._process is None or self._process.poll() is not None:
+            self._start()
+        self._process.stdin.write(request + "\n")
+        self._process.stdin.flush()
+        return self._answers.get(timeout=self._seconds)
+
+    def _start(self) -> None:
+        self.stop()
+        self._process = subprocess.Popen([sys.executable, "-m", __name__, self._folder], stdin=subprocess.PIPE,
+                                         stdout=subprocess.PIPE, encoding="utf-8",
+                                         env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)})
+        self._answers = queue.Queue()
+        threading.Thread(target=_collect, args=(self._process.stdout, self._answers), daemon=True).start()
+
+    def stop(self) -> None:
+        """Ends the process; the next request starts a new one."""
+        if self._process is not None:
+            self._process.kill()
+            self._process.wait()
+            with contextlib.suppress(OSError):
+                self._process.stdin.close()
+        self._process = None
+
+
+def _failure(message: str) -> str:
+    return json.dumps({"error": message + "; the value was not accepted"})
+
+
+def _collect(lines, answers: queue.Queue) -> None:
+    """Puts all lines into the queue; an empty one is the last."""
+    with lines:
+        for line in lines:
+            answers.put(line)
+    answers.put("")
+
+
+def _work(folder: str) -> None:
+    """Answers the requests on standard input, each on one line."""
+    with contextlib.suppress(ImportError, ValueError, OSError):
+        import resource
+        resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
+    # the module must be imported from the same place when the folder changes
+    sys.path[:] = [os.path.abspath(path) for path in sys.path]
+    os.chdir(folder)
+    for request in sys.stdin:
+        try:
+            answer = solve(*json.loads(request))
+        except Error as error:
+            answer = {"error": error.message}
+        except MemoryError:
+            answer = {"error": "this machine needs too much memory"}
+        print(json.dumps(answer), flush=True)
+
+
+if __name__ == "__main__":
+    sys.stdin.reconfigure(encoding="utf-8")
+    with contextlib.suppress(KeyboardInterrupt):
+        _work(sys.argv[1])

@@ -1,0 +1,89 @@
+!> Writes the text of an input again after its values have been changed.
+module gestell_input_schema_rewrite
+  use gestell_base_error, only: error_type
+  use gestell_base_growing_text, only: growing_text_type
+  use gestell_base_text, only: newline
+  use gestell_input_namelist, only: parse_document
+  use gestell_input_namelist_document, only: document_type, find_entry, group_type
+  use gestell_input_namelist_edit, only: entry_text, set_entry
+  use gestell_input_schema, only: schema_type
+  use gestell_input_schema_check, only: normalise
+  implicit none (type, external)
+  private
+
+  public :: rewrite
+
+contains
+
+  !> Returns the text from which a document was read, with the document's present values. Comments and blanks remain as they are.
+  !> Groups that the text does not contain follow at its end. Fails if the text from which the document was read is invalid.
+  pure subroutine rewrite(document, schema, text, error, author)
+    type(document_type), intent(in) :: document
+    !> Groups and keys that are allowed in the input
+    type(schema_type), intent(in) :: schema
+    character(len=:), allocatable, intent(out) :: text
+    type(error_type), allocatable, intent(out) :: error
+    !> Who has changed the values. If present, comments in the text mark the changes and state the old values
+    character(len=*), intent(in), optional :: author
+    type(document_type) :: original
+    type(growing_text_type) :: added
+    integer :: i, k, e
+
+    text = ""
+    if (allocated(document%text)) text = document%text
+    if (text == "") then
+      allocate(original%groups(0))
+    else
+      call parse_document(text, document%file, original, error)
+      if (.not. allocated(error)) call normalise(original, schema, error)
+      if (allocated(error)) return
+    end if
+    do i = 1, size(original%groups)
+      do k = 1, size(document%groups(i)%entries)
+        associate (entry => document%groups(i)%entries(k))
+          e = find_entry(original%groups(i), entry%key)
+          if (e == 0) then
+            call set_entry(text, i, entry, remark(entry%key // " was missing"))
+          else if (entry_text(entry) /= entry_text(original%groups(i)%entries(e))) then
+            call set_entry(text, i, entry, remark("was " // entry_text(original%groups(i)%entries(e))))
+          end if
+        end associate
+      end do
+    end do
+    do i = size(original%groups) + 1, size(document%groups)
+      call added%append(group_text(document%groups(i)))
+      if (present(author)) call added%append("   ! added by " // author)
+      call added%append(newline)
+    end do
+    if (size(document%groups) > size(original%groups) .and. text /= "") then
+      if (text(len(text):) /= newline) text = text // newline
+    end if
+    text = text // added%whole()
+
+  contains
+
+    !> The words if changes are marked; otherwise empty.
+    pure function remark(words)
+      character(len=*), intent(in) :: words
+      character(len=:), allocatable :: remark
+
+      remark = ""
+      if (present(author)) remark = words
+    end function remark
+
+  end subroutine rewrite
+
+  !> Text of a group, on one line.
+  pure function group_text(group) result(words)
+    type(group_type), intent(in) :: group
+    character(len=:), allocatable :: words
+    integer :: k
+
+    words = "&" // group%name
+    do k = 1, size(group%entries)
+      words = words // trim(merge(", ", "  ", k > 1)) // " " // entry_text(group%entries(k))
+    end do
+    words = words // " /"
+  end function group_text
+
+end module gestell_input_schema_rewrite
