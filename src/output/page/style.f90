@@ -63,7 +63,6 @@ module gestell_output_page_style
     & ".views .frame{fill-opacity:.15}", &
     & ".views .bar{stroke-width:4}", &
     & ".views .slider{stroke-width:8;stroke-linecap:butt}", &
-    & ".views .path{stroke-width:1;stroke-dasharray:3 3}", &
     & ".views .guide{stroke-width:1}", &
     & ".views .pin{fill:var(--gf)}", &
     & ".controls,.controls label{display:flex;flex-wrap:wrap;align-items:center;gap:.5rem 1.5rem}", &

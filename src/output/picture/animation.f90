@@ -17,7 +17,7 @@ module gestell_output_picture_animation
   character(len=*), parameter :: style = "<style>:root{color-scheme:light dark;--ink:#222;--pale:#8c9bab;--body:#e9edf0}" &
     & // "@media(prefers-color-scheme:dark){:root{--ink:#ddd;--pale:#8090a0;--body:#33393f}}" &
     & // "polyline,polygon{fill:none;stroke:var(--ink);stroke-width:10;stroke-linejoin:round;stroke-linecap:round}" &
-    & // ".frame{fill:var(--body);stroke:var(--pale)}.ground,.path{stroke:var(--pale)}" &
+    & // ".frame{fill:var(--body);stroke:var(--pale)}.ground{stroke:var(--pale)}" &
     & // ".guide{stroke:var(--pale);stroke-width:70;stroke-opacity:.4}.bar{stroke-width:50}.slider{stroke-width:110}" &
     & // ".pin{fill:var(--body);stroke:var(--ink);stroke-width:14}.centre{fill:none;stroke-width:14}" &
     & // ".probe{fill:none;stroke:#d00;stroke-width:20}text{fill:var(--ink);font:130px sans-serif}</style>"

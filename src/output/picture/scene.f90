@@ -12,7 +12,7 @@ module gestell_output_picture_scene
   !> Kinds of lines. `outline`: filled polygon of the frame. `pin`, `center`, `probe`: single points that are drawn as symbols. The
   !> lines of all other kinds connect their points.
   character(len=*), parameter, public :: outline = "frame", ground = "ground", spring = "spring", guide = "guide", bar = "bar", &
-    & block = "slider", pin = "pin", center = "centre", probe = "probe", path = "path"
+    & block = "slider", pin = "pin", center = "centre", probe = "probe"
 
   !> A line through points of a scene.
   type, public :: line_type

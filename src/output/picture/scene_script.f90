@@ -4,7 +4,7 @@ module gestell_output_picture_scene_script
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: newline, text
   use gestell_output_picture_layout, only: caption_of, cell_type, place, projected
-  use gestell_output_picture_scene, only: bar, block, center, ground, guide, outline, path, pin, probe, scene_type
+  use gestell_output_picture_scene, only: bar, block, center, ground, guide, outline, pin, probe, scene_type
   use gestell_output_picture_script, only: quoted
   implicit none (type, external)
   private
@@ -161,7 +161,7 @@ contains
     character(len=*), intent(in) :: kind
 
     select case (trim(kind))
-    case (ground, guide, path)
+    case (ground, guide)
       colour_of = "8C9BAB"
     case (probe)
       colour_of = "DD0000"
