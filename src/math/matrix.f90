@@ -31,47 +31,60 @@ contains
     end do
   end function unit_matrix
 
-  !> Solves A X = B by elimination with partial pivoting: for systems so small that a call of LAPACK would cost more. A is the upper
-  !> left part of `a`, shape (n, n), which is destroyed; the first n rows of `b` become X. `singular`: true if a pivot is 0; X is
-  !> then undefined.
-  pure subroutine solve_small(n, a, b, singular)
-    integer, intent(in) :: n
-    real(dp), contiguous, intent(inout) :: a(:, :), b(:, :)
+  !> Solves A X = B by elimination with partial pivoting: for small systems most of whose coefficients are zero, where a call of
+  !> LAPACK would cost more. Zero coefficients are skipped.
+  pure subroutine solve_small(rows, singular)
+    !> Column i contains the coefficients of equation i, row i of A, and then its right-hand sides, row i of B. The coefficients
+    !> are destroyed; row i of B becomes row i of X
+    real(dp), contiguous, intent(inout) :: rows(:, :)
+    !> True if a pivot is 0; X is then undefined
     logical, intent(out) :: singular
-    real(dp) :: factors(n), top
-    integer :: i, j, k, pivot
+    real(dp) :: largest, swapped, top
+    integer :: i, j, k, n, last, pivot
 
+    n = size(rows, 2)
+    last = size(rows, 1)
     singular = .true.
     do k = 1, n
       pivot = k
+      largest = abs(rows(k, k))
       do i = k + 1, n
-        if (abs(a(i, k)) > abs(a(pivot, k))) pivot = i
+        if (.not. abs(rows(k, i)) > largest) cycle
+        pivot = i
+        largest = abs(rows(k, i))
       end do
-      top = a(pivot, k)
-      if (.not. abs(top) > 0) return
-      a(pivot, k) = a(k, k)
-      a(k, k) = top
-      factors(k + 1:) = a(k + 1:n, k) / top
-      do j = k + 1, n
-        top = a(pivot, j)
-        a(pivot, j) = a(k, j)
-        a(k, j) = top
-        if (abs(top) > 0) a(k + 1:n, j) = a(k + 1:n, j) - factors(k + 1:) * top
-      end do
-      do j = 1, size(b, 2)
-        top = b(pivot, j)
-        b(pivot, j) = b(k, j)
-        b(k, j) = top
-        if (abs(top) > 0) b(k + 1:n, j) = b(k + 1:n, j) - factors(k + 1:) * top
+      if (.not. largest > 0) return
+      if (pivot /= k) then
+        do j = k, last
+          swapped = rows(j, k)
+          rows(j, k) = rows(j, pivot)
+          rows(j, pivot) = swapped
+        end do
+      end if
+      do i = k + 1, n
+        if (abs(rows(k, i)) > 0) call subtract(last - k, rows(k, i) / rows(k, k), rows(k + 1:last, k), rows(k + 1:last, i))
       end do
     end do
-    do j = 1, size(b, 2)
-      do k = n, 1, -1
-        b(k, j) = b(k, j) / a(k, k)
-        if (abs(b(k, j)) > 0) b(:k - 1, j) = b(:k - 1, j) - a(:k - 1, k) * b(k, j)
+    do k = n, 1, -1
+      do i = n, k + 1, -1
+        if (abs(rows(i, k)) > 0) call subtract(last - n, rows(i, k), rows(n + 1:last, i), rows(n + 1:last, k))
       end do
+      top = rows(k, k)
+      rows(n + 1:last, k) = rows(n + 1:last, k) / top
     end do
     singular = .false.
+
+  contains
+
+    !> Subtracts `factor` times the numbers `row` from the numbers `from`.
+    pure subroutine subtract(m, factor, row, from)
+      integer, intent(in) :: m
+      real(dp), intent(in) :: factor, row(m)
+      real(dp), intent(inout) :: from(m)
+
+      from = from - factor * row
+    end subroutine subtract
+
   end subroutine solve_small
 
   !> Solves C q = load for a positive semi-definite C, by elimination with full pivoting, in units in which the diagonal is 1.

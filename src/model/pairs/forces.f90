@@ -5,7 +5,7 @@
 module gestell_model_pairs_forces
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_kinds, only: dp
-  use gestell_math_matrix, only: solve_small, unit_matrix
+  use gestell_math_matrix, only: solve_small
   use gestell_model_joints_joint, only: point_type
   use gestell_model_joints_pairs, only: contact, pair_type, pin, shaft, slide, slot, thrust
   use gestell_model_pairs, only: carrier_of, frame_body, on_pin, structure_type
@@ -22,7 +22,7 @@ module gestell_model_pairs_forces
   !> Known forces at one crank angle, for each source: the last dimension runs from 0, which stands for all sources together.
   !> `on_bodies`: force along x and y (N) and moment about the joint that adds the body (N m), shape (3, bodies, sources).
   !> `on_pins`: force on the pin of each joint (N), shape (2, joints, sources). `body_errors`, `pin_errors`: bounds on the errors
-  !> of all sources together. `relative`: bound on the relative errors of directions and lever arms.
+  !> of all sources together, if requested. `relative`: bound on the relative errors of directions and lever arms.
   type, public :: applied_type
     real(dp), allocatable :: on_bodies(:, :, :), on_pins(:, :, :), body_errors(:, :), pin_errors(:, :)
     real(dp) :: relative = 0
@@ -32,16 +32,20 @@ module gestell_model_pairs_forces
 
 contains
 
-  !> Creates the list of known forces. `sources`: number of sources that are distinguished.
-  pure subroutine new_applied(structure, sources, applied)
+  !> Creates the list of known forces.
+  pure subroutine new_applied(structure, sources, bounded, applied)
     type(structure_type), intent(in) :: structure
+    !> Number of sources that are distinguished
     integer, intent(in) :: sources
+    !> True if bounds on the errors of the joint forces are requested
+    logical, intent(in) :: bounded
     type(applied_type), intent(out) :: applied
 
     associate (bodies => size(structure%bodies), joints => size(structure%groups))
       allocate(applied%on_bodies(3, bodies, 0:sources), applied%body_errors(3, bodies))
       allocate(applied%on_pins(2, joints, 0:sources), applied%pin_errors(2, joints))
     end associate
+    applied%bounded = bounded
     call clear(applied)
   end subroutine new_applied
 
@@ -51,6 +55,7 @@ contains
 
     applied%on_bodies = 0
     applied%on_pins = 0
+    if (.not. applied%bounded) return
     applied%body_errors = 0
     applied%pin_errors = 0
   end subroutine clear
@@ -72,7 +77,7 @@ contains
     associate (sums => applied%on_bodies(:, body, source))
       sums = sums + [force, torque + arm(1) * force(2) - arm(2) * force(1)]
     end associate
-    if (source > 0) return
+    if (source > 0 .or. .not. applied%bounded) return
     associate (bounds => applied%body_errors(:, body))
       bounds = bounds + [errors(:2), errors(3) + abs(arm(1)) * (errors(2) + applied%relative * abs(force(2))) &
         & + abs(arm(2)) * (errors(1) + applied%relative * abs(force(1)))]
@@ -86,21 +91,23 @@ contains
     type(applied_type), intent(inout) :: applied
 
     applied%on_pins(:, joint, source) = applied%on_pins(:, joint, source) + force
-    if (source == 0) applied%pin_errors(:, joint) = applied%pin_errors(:, joint) + errors
+    if (source == 0 .and. applied%bounded) applied%pin_errors(:, joint) = applied%pin_errors(:, joint) + errors
   end subroutine add_to_pin
 
   !> Computes the forces at all places. Fails if the linkage is at a dead point.
-  subroutine solve_pairs(structure, at, applied, values, bounds, error)
+  subroutine solve_pairs(structure, at, sources, applied, values, bounds, error)
     type(structure_type), intent(in) :: structure
     !> Points of all joints at the crank angle
     type(point_type), intent(in) :: at(:)
+    !> Number of sources that are distinguished
+    integer, intent(in) :: sources
     !> Known forces. The procedure adds the reactions of the pairs
     type(applied_type), intent(inout) :: applied
-    !> `values`: forces and moments on the bodies, shape (components, places, sources), where the last dimension runs from 0 (all
-    !> sources together). `bounds`: bounds on the errors of all sources together, shape (components, places)
-    real(dp), intent(out) :: values(:, :, 0:), bounds(:, :)
+    !> `values`: forces and moments on the bodies; the last dimension runs from 0 (all sources together). `bounds`: bounds on the
+    !> errors of all sources together; zero unless they are requested
+    real(dp), intent(out) :: values(components, size(structure%places), 0:sources), bounds(components, size(structure%places))
     type(error_type), allocatable, intent(out) :: error
-    real(dp) :: force(2), errors(3)
+    real(dp) :: force(2), errors(3), axis(2)
     integer :: j, k, source
 
     values = 0
@@ -109,100 +116,116 @@ contains
     do j = size(structure%groups), 1, -1
       if (structure%hosts(j) > frame_body) then
         ! the bodies on the pin act on the body of which the pin is a point
-        errors(:2) = applied%pin_errors(:, j)
-        do source = 0, ubound(values, 3)
+        if (applied%bounded) errors(:2) = applied%pin_errors(:, j)
+        do source = 0, sources
           force = applied%on_pins(:, j, source)
           call add_force(structure, at, structure%hosts(j), source, place_of(at(j)), force, 0.0_dp, errors, applied)
         end do
         k = structure%host_places(j)
         if (k > 0) then
           values(fx:fy, k, :) = applied%on_pins(:, j, :)
-          bounds(fx:fy, k) = applied%pin_errors(:, j)
+          bounds(fx:fy, k) = errors(:2)
         end if
       end if
-      if (size(structure%groups(j)%pairs) > 0) call solve_group(structure, j, at, applied, values, bounds, error)
+      if (size(structure%groups(j)%pairs) > 0) call solve_group(structure, j, at, sources, applied, values, bounds, error)
       if (allocated(error)) return
     end do
     do k = 1, size(structure%places)
-      call resolve(structure, k, at, values(:, k, :), bounds(:, k))
+      axis = axis_at(structure, k, at)
+      do source = 0, sources
+        associate (value => values(:, k, source))
+          value(axial) = axis(1) * value(fx) + axis(2) * value(fy)
+          value(transverse) = axis(1) * value(fy) - axis(2) * value(fx)
+        end associate
+      end do
+      if (applied%bounded) bounds(axial:transverse, k) = sum(bounds(fx:fy, k))
     end do
   end subroutine solve_pairs
 
   !> Solves the balances of the bodies and of the pin that joint `j` adds, and passes the reactions on to earlier joints.
-  subroutine solve_group(structure, j, at, applied, values, bounds, error)
+  subroutine solve_group(structure, j, at, sources, applied, values, bounds, error)
     type(structure_type), intent(in) :: structure
-    integer, intent(in) :: j
+    integer, intent(in) :: j, sources
     type(point_type), intent(in) :: at(:)
     type(applied_type), intent(inout) :: applied
-    real(dp), intent(inout) :: values(:, :, 0:), bounds(:, :)
+    real(dp), intent(inout) :: values(components, size(structure%places), 0:sources), bounds(components, size(structure%places))
     type(error_type), allocatable, intent(out) :: error
-    !> A dyad has two bodies and a pin, hence 2 x 3 + 2 equations
+    !> A dyad has two bodies and a pin, hence 2 x 3 + 2 equations and as many unknowns
     integer, parameter :: most = 8
-    !> `sides`: right-hand sides of all sources, then the unit matrix, which becomes the inverse of `a`
-    real(dp) :: a(most, most), sizes(most, most), sides(most, 0:ubound(values, 3) + most), errors(most), bound(most)
+    !> `rows`: coefficients of each equation, then its right-hand sides of all sources, and then, for bounds, a row of the unit
+    !> matrix, which becomes a row of the inverse. `sizes`: absolute values of the coefficients
+    real(dp) :: rows(sources + 1 + merge(2, 1, applied%bounded) * equations(structure, j), equations(structure, j))
+    real(dp) :: sizes(most, most), errors(most), bound(most)
     real(dp) :: columns(3, 2, most), action(3), wrong_by(3), second
-    logical :: singular
-    integer :: k, n, row, equations, unknowns, source, last, first(most), widths(most), carrier
+    logical :: singular, on_guide
+    integer :: i, k, n, row, last, unknowns, source, first(most), widths(most), carrier
 
-    last = ubound(values, 3)
     associate (group => structure%groups(j))
-      a = 0
-      sides(:, :last) = 0
-      errors = 0
-      equations = 3 * group%bodies
-      do k = 1, group%bodies
-        sides(3 * k - 2:3 * k, :last) = -applied%on_bodies(:, group%first + k, :)
-        errors(3 * k - 2:3 * k) = applied%body_errors(:, group%first + k)
+      n = equations(structure, j)
+      last = n + 1 + sources
+      rows = 0
+      do source = 0, sources
+        do k = 1, group%bodies
+          rows(n + 1 + source, 3 * k - 2:3 * k) = -applied%on_bodies(:, group%first + k, source)
+        end do
+        if (structure%hosts(j) == on_pin) rows(n + 1 + source, n - 1:n) = -applied%on_pins(:, j, source)
       end do
-      if (structure%hosts(j) == on_pin) then
-        sides(equations + 1:equations + 2, :last) = -applied%on_pins(:, j, :)
-        errors(equations + 1:equations + 2) = applied%pin_errors(:, j)
-      end if
       unknowns = 0
       do k = 1, size(group%pairs)
-        call find_columns(group%pairs(k), at, j, columns(:, :, k), n)
-        row = 3 * group%pairs(k)%body - 2
         first(k) = unknowns + 1
-        widths(k) = n
-        a(row:row + 2, unknowns + 1:unknowns + n) = columns(:, :n, k)
-        if (group%pairs(k)%kind == slot) then
-          row = 3 * group%pairs(k)%against - 2
-          a(row:row + 2, unknowns + 1:unknowns + n) = -columns(:, :n, k)
-        end if
-        ! the pin feels the opposite of the forces on the bodies
-        if (group%pairs(k)%kind == pin .and. group%pairs(k)%joint == j) a(equations + 1:equations + 2, unknowns + 1:unknowns + 2) &
-          & = reshape([-1, 0, 0, -1], [2, 2])
-        unknowns = unknowns + n
+        call find_columns(group%pairs(k), at, j, columns(:, :, k), widths(k))
+        do i = 1, widths(k)
+          unknowns = unknowns + 1
+          row = 3 * group%pairs(k)%body
+          rows(unknowns, row - 2:row) = columns(:, i, k)
+          if (group%pairs(k)%kind == slot) then
+            row = 3 * group%pairs(k)%against
+            rows(unknowns, row - 2:row) = -columns(:, i, k)
+          end if
+          ! the pin feels the opposite of the forces on the bodies
+          if (group%pairs(k)%kind == pin .and. group%pairs(k)%joint == j) rows(unknowns, 3 * group%bodies + i) = -1
+        end do
       end do
-      bound = 0
-      n = last
       if (applied%bounded) then
-        n = last + unknowns
-        sides(:unknowns, last + 1:n) = unit_matrix(unknowns)
-        sizes = abs(a)
+        do k = 1, group%bodies
+          errors(3 * k - 2:3 * k) = applied%body_errors(:, group%first + k)
+        end do
+        if (structure%hosts(j) == on_pin) errors(n - 1:n) = applied%pin_errors(:, j)
+        sizes(:n, :n) = abs(rows(:n, :))
+        do i = 1, n
+          rows(last + i, i) = 1
+        end do
       end if
-      call solve_small(unknowns, a, sides(:, :n), singular)
+      call solve_small(rows, singular)
       if (singular) then
         call fatal_error(error, "the forces at a joint are not determined at a dead point", failed_computation)
         return
       end if
-      if (applied%bounded) bound(:unknowns) = matmul(abs(sides(:unknowns, last + 1:n)), errors(:unknowns) &
-        & + applied%relative * matmul(sizes(:unknowns, :unknowns), abs(sides(:unknowns, 0))))
+      if (applied%bounded) then
+        do i = 1, n
+          errors(i) = errors(i) + applied%relative * dot_product(sizes(:n, i), abs(rows(n + 1, :)))
+        end do
+        bound(:n) = [(dot_product(abs(rows(last + 1:, i)), errors(:n)), i = 1, n)]
+      end if
+      wrong_by = 0
       do k = 1, size(group%pairs)
         associate (pair => group%pairs(k), from => first(k))
+          on_guide = any(pair%kind == [slide, contact, thrust])
           carrier = frame_body
-          if (any(pair%kind == [slide, contact, thrust])) carrier = carrier_of(structure, pair%guide)
-          second = 0
-          if (widths(k) == 2) second = bound(from + 1)
-          wrong_by = abs(columns(:, 1, k)) * bound(from) + abs(columns(:, 2, k)) * second
-          if (pair%kind == pin) wrong_by(3) = 0
-          if (pair%kind == slot) wrong_by(3) = second
-          if (pair%kind == shaft) bounds(moment, group%places(1)) = wrong_by(3)
-          if (pair%kind /= shaft) bounds(:moment, group%places(k)) = wrong_by
-          do source = 0, last
+          if (on_guide) carrier = carrier_of(structure, pair%guide)
+          if (applied%bounded) then
             second = 0
-            if (widths(k) == 2) second = sides(from + 1, source)
-            action = columns(:, 1, k) * sides(from, source) + columns(:, 2, k) * second
+            if (widths(k) == 2) second = bound(from + 1)
+            wrong_by = abs(columns(:, 1, k)) * bound(from) + abs(columns(:, 2, k)) * second
+            if (pair%kind == pin) wrong_by(3) = 0
+            if (pair%kind == slot) wrong_by(3) = second
+            if (pair%kind == shaft) bounds(moment, group%places(1)) = wrong_by(3)
+            if (pair%kind /= shaft) bounds(:moment, group%places(k)) = wrong_by
+          end if
+          do source = 0, sources
+            second = 0
+            if (widths(k) == 2) second = rows(n + 1 + source, from + 1)
+            action = columns(:, 1, k) * rows(n + 1 + source, from) + columns(:, 2, k) * second
             ! moments of the actions about the joint at which they act
             select case (pair%kind)
             case (shaft)
@@ -216,7 +239,7 @@ contains
             end select
             values(:moment, group%places(k), source) = action
             if (pair%kind == slot) cycle
-            if (any(pair%kind == [slide, contact, thrust])) then
+            if (on_guide) then
               call add_force(structure, at, carrier, source, place_of(at(j)), -action(:2), -action(3), wrong_by, applied)
             else if (pair%joint /= j) then
               call add_to_pin(pair%joint, source, -action(:2), wrong_by(:2), applied)
@@ -226,6 +249,15 @@ contains
       end do
     end associate
   end subroutine solve_group
+
+  !> Number of balances of the bodies and of the pin that joint `j` adds.
+  pure integer function equations(structure, j)
+    type(structure_type), intent(in) :: structure
+    integer, intent(in) :: j
+
+    equations = 3 * structure%groups(j)%bodies
+    if (structure%hosts(j) == on_pin) equations = equations + 2
+  end function equations
 
   !> Forces along x and y and moment about joint `j` of the unit unknowns of a pair on its body, in the first `n` columns.
   pure subroutine find_columns(pair, at, j, columns, n)
@@ -280,14 +312,13 @@ contains
     normal = normal / norm2(normal)
   end function normal_of
 
-  !> Resolves the forces of each source at place `k` along the axis of its body, or along the guide or slot of a sliding body.
-  pure subroutine resolve(structure, k, at, values, bounds)
+  !> Axis along which the force at place `k` is resolved: that of its body, or the guide or slot of a sliding body.
+  pure function axis_at(structure, k, at) result(axis)
     type(structure_type), intent(in) :: structure
     integer, intent(in) :: k
     type(point_type), intent(in) :: at(:)
-    real(dp), intent(inout) :: values(:, :), bounds(:)
-    type(point_type) :: origin, along
     real(dp) :: axis(2)
+    type(point_type) :: origin, along
 
     associate (place => structure%places(k), body => structure%bodies(structure%places(k)%body))
       if (place%kind == slot) then
@@ -304,10 +335,7 @@ contains
         axis = place_of(along)
       end if
     end associate
-    values(axial, :) = axis(1) * values(fx, :) + axis(2) * values(fy, :)
-    values(transverse, :) = axis(1) * values(fy, :) - axis(2) * values(fx, :)
-    bounds(axial:transverse) = sum(bounds(fx:fy))
-  end subroutine resolve
+  end function axis_at
 
   !> Position of a point (m).
   pure function place_of(point)

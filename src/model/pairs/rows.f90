@@ -117,7 +117,7 @@ contains
     type(applied_type) :: applied
     type(point_type), allocatable :: at(:)
     type(uncertainty_type) :: uncertainty
-    real(dp), allocatable :: values(:, :, :), wrong_by(:, :)
+    real(dp), allocatable :: values(:, :), wrong_by(:)
     real(dp) :: angles(size(phases)), lag(size(phases), 3), angle
     integer :: i, k, n, first, last, sources, load
 
@@ -139,10 +139,9 @@ contains
         first = last + 1
         last = last + components * size(structure%places)
         allocate(at(size(linkage%joints)))
-        allocate(values(components, size(structure%places), 0:sources), wrong_by(components, size(structure%places)))
-        call new_applied(structure, sources, applied)
+        allocate(values(first:last, 0:sources), wrong_by(first:last))
+        call new_applied(structure, sources, present(bounds), applied)
         applied%relative = uncertainty%relative + uncertainty%turn
-        applied%bounded = present(bounds)
         do k = 1, size(phases)
           call move_frame(frame, angles(k), motion(:, k), lag(k, :), moved, angle)
           call linkage%points(angle, at)
@@ -156,15 +155,11 @@ contains
             call add_load(pairs(i)%plane, structure, n, at, angle, moved(all_sources)%rotation, pack([all_sources, load + n], &
               & [.true., present(parts)]), applied)
           end do
-          call solve_pairs(structure, at, applied, values, wrong_by, error)
+          call solve_pairs(structure, at, sources, applied, values, wrong_by, error)
           if (allocated(error)) return
-          do n = 1, size(structure%places)
-            associate (from => first + components * (n - 1), to => first + components * n - 1)
-              forces(from:to, k) = values(:, n, all_sources)
-              if (present(bounds)) bounds(from:to) = max(bounds(from:to), wrong_by(:, n))
-              if (present(parts)) parts(from:to, k, :) = values(:, n, 1:)
-            end associate
-          end do
+          forces(first:last, k) = values(:, all_sources)
+          if (present(bounds)) bounds(first:last) = max(bounds(first:last), wrong_by)
+          if (present(parts)) parts(first:last, k, :) = values(:, 1:)
         end do
         load = load + load_count(pairs(i:i))
         deallocate(at, values, wrong_by)
@@ -244,7 +239,8 @@ contains
         part = part_of_turn(frame%mechanism, frame%uniform_in_space())
         c = cos(motion(3))
         s = sin(motion(3))
-        whole%rotation(:2, :2) = reshape([c, s, -s, c], [2, 2])
+        whole%rotation(:2, 1) = [c, s]
+        whole%rotation(:2, 2) = [-s, c]
         whole%a = matmul([motion(7:8), 0.0_dp] - frame%weights%gravity, whole%rotation)
         whole%w(3) = motion(6)
         whole%w_d(3) = motion(9)
