@@ -17,7 +17,13 @@ module gestell_study_vibration_motion
   implicit none (type, external)
   private
 
-  public :: add_joints, bound_joint_forces, complete_motion, motion_errors, motion_rows, whole_motion
+  public :: add_joints, bound_joint_forces, complete_motion, motion_errors, motion_rows, sample_accelerations, whole_motion
+
+  !> Accelerations of the free degrees of freedom at some phases as functions of the states x: q'' = P x + f (doc/theory.md,
+  !> equations 20 to 22). `p`: P, shape (degrees of freedom, states, phases). `load`: f, shape (degrees of freedom, phases)
+  type, public :: accelerations_type
+    real(dp), allocatable :: p(:, :, :), load(:, :)
+  end type accelerations_type
 
   !> Number of phases that are sampled together.
   integer, parameter :: block_length = 1024
@@ -39,7 +45,7 @@ contains
   end function motion_rows
 
   !> Computes the complete motion at `phases` from the states x, which belong to the free degrees of freedom.
-  subroutine whole_motion(frame, system, phases, x, last, motion, parts)
+  subroutine whole_motion(frame, system, phases, x, last, accelerations, motion, parts)
     class(frame_type), intent(in) :: frame
     !> The system of which the states x are a solution: the frame or its averaged model
     class(periodic_system), intent(in) :: system
@@ -48,11 +54,13 @@ contains
     real(dp), intent(in) :: x(:, :)
     !> Last group of rows that is needed (see `motion_rows`)
     integer, intent(in) :: last
+    !> The accelerations at the phases, by `sample_accelerations`
+    type(accelerations_type), intent(in) :: accelerations
     !> The motion, shape (rows, phases)
     real(dp), allocatable, intent(out) :: motion(:, :)
     !> Parts of the joint forces that have one source each, if `last` is `joint_sources` (see `add_joints`)
     real(dp), allocatable, intent(out), optional :: parts(:, :, :)
-    integer :: f, from, to, dofs
+    integer :: f, k, dofs
 
     f = size(frame%free)
     dofs = frame%dofs()
@@ -60,9 +68,8 @@ contains
     motion(frame%free, :) = x(:f, :)
     motion(dofs + frame%free, :) = x(f + 1:, :)
     if (size(motion, 1) <= rows_of(dofs, velocities)) return
-    do from = 1, size(phases), block_length
-      to = min(from + block_length - 1, size(phases))
-      call add_accelerations(frame, system, phases(from:to), x(:, from:to), motion(:, from:to))
+    do k = 1, size(phases)
+      motion(2 * dofs + frame%free, k) = matmul(accelerations%p(:, :, k), x(:, k)) + accelerations%load(:, k)
     end do
     if (size(motion, 1) >= rows_of(dofs, guide_forces)) call complete_motion(frame, system, phases, motion)
     if (last == joint_forces) call add_joints(frame, phases, motion)
@@ -138,22 +145,30 @@ contains
     end associate
   end subroutine bound_joint_forces
 
-  !> Computes the accelerations q'' from the states x and the equations x' = P x + f (doc/theory.md, equations 20 to 22).
-  subroutine add_accelerations(frame, system, phases, x, motion)
+  !> Samples the accelerations at `phases`, if the motion has rows for them.
+  subroutine sample_accelerations(frame, system, phases, last, accelerations)
     class(frame_type), intent(in) :: frame
+    !> The frame or its averaged model
     class(periodic_system), intent(in) :: system
-    real(dp), intent(in) :: phases(:), x(:, :)
-    real(dp), intent(inout) :: motion(:, :)
+    real(dp), contiguous, intent(in) :: phases(:)
+    !> Last group of rows that is needed (see `motion_rows`)
+    integer, intent(in) :: last
+    type(accelerations_type), intent(out) :: accelerations
     real(dp), allocatable :: p(:, :, :), load(:, :)
-    integer :: f, k
+    integer :: f, from, to
 
+    if (motion_rows(frame, min(last, guide_forces)) <= rows_of(frame%dofs(), velocities)) return
     f = size(frame%free)
-    allocate(p(2 * f, 2 * f, size(phases)), load(2 * f, size(phases)))
-    call system%sample(phases, p, load)
-    do k = 1, size(phases)
-      motion(2 * frame%dofs() + frame%free, k) = matmul(p(f + 1:, :, k), x(:, k)) + load(f + 1:, k)
+    allocate(accelerations%p(f, 2 * f, size(phases)), accelerations%load(f, size(phases)))
+    do from = 1, size(phases), block_length
+      to = min(from + block_length - 1, size(phases))
+      allocate(p(2 * f, 2 * f, from:to), load(2 * f, from:to))
+      call system%sample(phases(from:to), p, load)
+      accelerations%p(:, :, from:to) = p(f + 1:, :, :)
+      accelerations%load(:, from:to) = load(f + 1:, :)
+      deallocate(p, load)
     end do
-  end subroutine add_accelerations
+  end subroutine sample_accelerations
 
   !> Returns a copy of the frame in which all degrees of freedom are free. The copy is an averaged model if `system` is averaged.
   subroutine release_all_dofs(frame, system, whole)
@@ -206,7 +221,7 @@ contains
   end subroutine add_guides
 
   !> Computes bounds on the errors of the rows of the motion that are caused by errors of the states.
-  subroutine motion_errors(frame, system, phases, states, parts, motion, errors)
+  subroutine motion_errors(frame, system, phases, states, parts, accelerations, motion, errors)
     !> The frame whose motion was computed
     class(frame_type), intent(in) :: frame
     !> The system of which the states are a solution: the frame or its averaged model
@@ -217,10 +232,12 @@ contains
     !> relative rounding error of those terms of the load that may cancel in the forces of the guides. `motion`: rows at the phases,
     !> shape (rows, phases)
     real(dp), intent(in) :: states(:), parts(2), motion(:, :)
+    !> The accelerations at the phases or at more phases of which they are the first, by `sample_accelerations`
+    type(accelerations_type), intent(in) :: accelerations
     !> Error bounds of the rows, shape (rows)
     real(dp), intent(out) :: errors(:)
     class(second_order_system), allocatable :: whole
-    real(dp), allocatable :: p(:, :, :), load(:, :), m(:, :, :), b(:, :, :), c(:, :, :), h(:, :), terms(:)
+    real(dp), allocatable :: m(:, :, :), b(:, :, :), c(:, :, :), h(:, :), terms(:)
     integer :: f, i, k, n
 
     f = size(frame%free)
@@ -229,11 +246,12 @@ contains
     errors(frame%free) = states(:f)
     errors(n + frame%free) = states(f + 1:)
     if (size(errors) <= rows_of(n, velocities)) return
-    allocate(p(2 * f, 2 * f, size(phases)), load(2 * f, size(phases)))
-    call system%sample(phases, p, load)
     do k = 1, size(phases)
-      errors(2 * n + frame%free) = max(errors(2 * n + frame%free), matmul(abs(p(f + 1:, :, k)), states) &
-        & + parts(1) * abs(load(f + 1:, k)))
+      do i = 1, f
+        associate (bound => errors(2 * n + frame%free(i)))
+          bound = max(bound, dot_product(abs(accelerations%p(i, :, k)), states) + parts(1) * abs(accelerations%load(i, k)))
+        end associate
+      end do
     end do
     if (.not. frame%about_rest) call add_turned_errors(frame, errors)
     if (size(errors) > exact_rows(frame)) call bound_joint_forces(frame, phases, motion, parts(2), errors)

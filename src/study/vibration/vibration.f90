@@ -12,7 +12,7 @@ module gestell_study_vibration
   use gestell_model_mounting, only: load_rounding, matrix_rounding
   use gestell_model_quantity_rows, only: accelerations, guide_forces, joint_forces, joint_sources, rows_of, velocities
   use gestell_model_exact_varied_frame, only: varied_frame_type
-  use gestell_study_vibration_motion, only: motion_errors, motion_rows, whole_motion
+  use gestell_study_vibration_motion, only: accelerations_type, motion_errors, sample_accelerations, whole_motion
   use gestell_system_periodic, only: periodic_system
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none (type, external)
@@ -82,6 +82,7 @@ contains
     class(frame_type), pointer :: frame
     real(dp), allocatable :: x(:, :), all(:, :), phases(:)
     type(turn_errors_type) :: errors
+    type(accelerations_type) :: sampled
     logical :: resolved_all
     integer :: samples, numbers, every, k, i
 
@@ -127,14 +128,15 @@ contains
       call find_series(all(:, :samples), vibration%series)
       resolved_all = states_resolved(frame, floquet, vibration, abs(x(:, samples + 1) - x(:, 1)))
       if (present(rows)) then
-        call whole_motion(frame, system, phases, x, rows, vibration%motion, vibration%joint_parts)
+        call sample_accelerations(frame, system, phases, rows, sampled)
+        call whole_motion(frame, system, phases, x, rows, sampled, vibration%motion, vibration%joint_parts)
         if (allocated(vibration%motion_series)) deallocate(vibration%motion_series)
         allocate(vibration%motion_series(size(vibration%motion, 1)))
         ! The first rows are the states, whose series are known.
         vibration%motion_series(:2 * frame%dofs()) = vibration%series(:2 * frame%dofs())
         k = 2 * frame%dofs() + 1
         call find_series(vibration%motion(k:, :samples), vibration%motion_series(k:))
-        if (resolved_all) resolved_all = rows_resolved(frame, system, phases, x, vibration)
+        if (resolved_all) resolved_all = rows_resolved(frame, system, phases, x, sampled, vibration)
       end if
       if (resolved_all .or. 2 * samples > max_samples) exit
       samples = 2 * samples
@@ -153,7 +155,10 @@ contains
       call follow(frame, floquet, vibration%start, phases, x, error)
       if (allocated(error)) return
       vibration%history = all_quantities(frame, x)
-      if (present(rows)) call whole_motion(frame, system, phases, x, min(rows, joint_forces), vibration%motion_history)
+      if (present(rows)) then
+        call sample_accelerations(frame, system, phases, rows, sampled)
+        call whole_motion(frame, system, phases, x, min(rows, joint_forces), sampled, vibration%motion_history)
+      end if
     end if
     if (present(rows)) vibration%motion = vibration%motion(:, :samples)
     if (allocated(vibration%joint_parts)) vibration%joint_parts = vibration%joint_parts(:, :samples, :)
@@ -232,26 +237,27 @@ contains
     type(turn_errors_type), intent(out) :: errors
     real(dp), parameter :: sums = 4 * epsilon(1.0_dp)
     real(dp), allocatable :: from(:, :), there(:, :), compared(:, :), finer(:, :)
-    integer :: n, count, last
+    type(accelerations_type) :: sampled
+    integer :: n, last
 
     n = size(phases)
     last = min(rows, joint_forces)
-    count = motion_rows(frame, last)
     from = 0 * x
     select type (frame)
     class is (varied_frame_type)
       from = x
     end select
-    call whole_motion(frame, system, phases, from, last, there)
-    call whole_motion(frame, system, phases, from + states%differences(:, :n), last, compared)
-    call whole_motion(frame, system, phases, from + states%differences(:, n + 1:), last, finer)
-    allocate(errors%differences(count, 2 * n), errors%rounding(count))
+    call sample_accelerations(frame, system, phases, last, sampled)
+    call whole_motion(frame, system, phases, from, last, sampled, there)
+    call whole_motion(frame, system, phases, from + states%differences(:, :n), last, sampled, compared)
+    call whole_motion(frame, system, phases, from + states%differences(:, n + 1:), last, sampled, finer)
+    allocate(errors%differences(size(there, 1), 2 * n), errors%rounding(size(there, 1)))
     errors%differences(:, :n) = compared - there
     errors%differences(:, n + 1:) = finer - there
     ! Relative errors of coefficients and load of the accelerations. They have three sources: the model; the mechanism's first and
     ! second derivatives, whose errors accumulate over several joints; and forces of links that cancel.
     associate (own => 16 * (sums + frame%rounding), model => 16 * (sums + frame%rounding) + frame%load_rounding)
-      call motion_errors(frame, system, phases, states%rounding + model * maxval(abs(x), dim=2), [model, own], there, &
+      call motion_errors(frame, system, phases, states%rounding + model * maxval(abs(x), dim=2), [model, own], sampled, there, &
         & errors%rounding)
     end associate
   end subroutine compute_motion_errors
@@ -259,11 +265,13 @@ contains
   !> True if the samples resolve the accelerations and the forces of guides, which are the rows of the motion after those of the
   !> states. Harmonics below the rounding error of a row's terms count as resolved. A larger harmonic counts as resolved if it is
   !> smaller than both the row's error and the difference between the row's values at the start and at the end of the period.
-  logical function rows_resolved(frame, system, phases, x, vibration)
+  logical function rows_resolved(frame, system, phases, x, sampled, vibration)
     class(frame_type), intent(in) :: frame
     class(periodic_system), intent(in) :: system
     real(dp), contiguous, intent(in) :: phases(:)
     real(dp), intent(in) :: x(:, :)
+    !> The accelerations at the phases
+    type(accelerations_type), intent(in) :: sampled
     type(vibration_type), intent(in) :: vibration
     real(dp), parameter :: rounding = 1.0e-12_dp
     real(dp), dimension(size(vibration%motion_series)) :: terms, errors, missed
@@ -271,7 +279,7 @@ contains
 
     errors = vibration%motion_errors%bounds()
     associate (inner => phases(:size(phases) - 1), series => vibration%motion_series, motion => vibration%motion)
-      call motion_errors(frame, system, inner, maxval(abs(x), dim=2), [1.0_dp, 1.0_dp], motion, terms)
+      call motion_errors(frame, system, inner, maxval(abs(x), dim=2), [1.0_dp, 1.0_dp], sampled, motion, terms)
       missed = abs(motion(:, size(phases)) - motion(:, 1))
       rows_resolved = all([(is_resolved(series(k), max(rounding * terms(k), min(missed(k), errors(k))), errors(k)), &
         & k = 2 * frame%dofs() + 1, size(series))])

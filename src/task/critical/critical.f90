@@ -20,7 +20,7 @@ module gestell_task_critical
   use gestell_system_family, only: family_type
   use gestell_study_member, only: member_type
   use gestell_study_speed_point, only: speed_point_type
-  use gestell_study_vibration_motion, only: whole_motion
+  use gestell_study_vibration_motion, only: accelerations_type, sample_accelerations, whole_motion
   use gestell_study_vibration_small_motion, only: moved, moved_type
   use gestell_system_second_order, only: second_order_system
   use gestell_task_common_executor, only: executor_type, distribute_over, work_type
@@ -339,6 +339,7 @@ contains
     type(quantity_type) :: total
     type(probe_type) :: no_probes(0)
     real(dp), allocatable :: x(:, :), motion(:, :), forces(:, :), phases(:)
+    type(accelerations_type) :: sampled
     real(dp), allocatable, dimension(:, :, :) :: m, b, c
     complex(dp) :: harmonic(system%states / 2), wave(max(128, 8 * system%least_steps, 16 * multiple))
     real(dp) :: mass(system%states / 2, system%states / 2), peaks(6)
@@ -369,7 +370,8 @@ contains
       size_of(amplitude) = sqrt(real(dot_product(harmonic, matmul(mass, harmonic))) / (frame%mass + frame%mechanism%mass))
       call find_quantity(frame, no_probes, "f", total, error)
       if (allocated(error)) return
-      call whole_motion(frame, system, phases, x, total%rows(), motion)
+      call sample_accelerations(frame, system, phases, total%rows(), sampled)
+      call whole_motion(frame, system, phases, x, total%rows(), sampled, motion)
       forces = matmul(transpose(motion), total%weights(:size(motion, 1), :))
       size_of(force) = sqrt(largest_value(sum(forces**2, dim=2)))
       share(force) = norm2(abs(2 * matmul(transpose(forces), wave) / count)) / max(size_of(force), tiny(mass))
