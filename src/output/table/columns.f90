@@ -96,12 +96,14 @@ pure subroutine append(table, column, name, unit, meaning, rows)
 end subroutine append
 
 module procedure number_of
+  integer :: n
+
+  n = len_trim(name)
   do number = size(self%columns), 1, -1
     associate (column => self%columns(number))
-      if (column%key == name) return
-      ! the test of the first letters is quick
-      if (index(column%key, name(:len_trim(name))) /= 1) cycle
-      if (column%key == new_key(name, column%unit)) return
+      if (len(column%key) < n) cycle
+      if (column%key(:n) /= name(:n)) cycle
+      if (len(column%key) == n .or. column%key == new_key(name, column%unit)) return
     end associate
   end do
 end procedure number_of

@@ -40,18 +40,19 @@ contains
     end do
     call output%append(newline)
     do i = 1, table%rows, piece
-      call output%append(rows(table, i, min(i + piece - 1, table%rows)))
+      call append_piece(table, i, min(i + piece - 1, table%rows), output)
     end do
   end subroutine append_rows
 
-  !> Text of the rows `first` to `last` of a table, one line for each row.
-  pure function rows(table, first, last) result(lines)
+  !> Writes the rows `first` to `last` of a table to `output`, one line for each row.
+  subroutine append_piece(table, first, last, output)
     type(table_type), intent(in) :: table
     integer, intent(in) :: first, last
+    type(output_type), intent(inout) :: output
     character(len=:), allocatable :: lines
     integer :: i, k, n
 
-    lines = repeat(" ", (number_width + 1) * size(table%columns) * (last - first + 1))
+    allocate(character(len=(number_width + 1) * size(table%columns) * (last - first + 1)) :: lines)
     n = 0
     do i = first, last
       do k = 1, size(table%columns)
@@ -61,8 +62,8 @@ contains
       end do
       lines(n:n) = newline
     end do
-    lines = lines(:n)
-  end function rows
+    call output%append(lines(:n))
+  end subroutine append_piece
 
   !> Writes the value of a column in row `i` after the first `n` characters of `line`, and increases `n` accordingly. `line` is made
   !> longer if a word does not fit.

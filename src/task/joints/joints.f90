@@ -147,6 +147,9 @@ contains
     harmonics = new_table("joints_harmonics", "Joint forces by orders", "Amplitudes of the joint forces of the machine " // ground &
       & // ", for each order of the crank speed.")
     call add_orders(harmonics, frame, last)
+    k = count(forces%has_moment)
+    call histories%expect((magnitude - 1) * size(forces) + k)
+    call harmonics%expect(2 * (2 * size(forces) + k))
     do i = 1, size(forces)
       do k = 1, magnitude
         if (k == moment .and. .not. forces(i)%has_moment) cycle
