@@ -61,11 +61,17 @@ contains
   pure real(dp) function along(self, weights)
     class(turn_errors_type), intent(in) :: self
     real(dp), intent(in) :: weights(:)
-    integer :: n
+    real(dp) :: differences(size(self%differences, 2))
+    integer :: i, n
 
     n = size(weights)
     along = dot_product(abs(weights), self%rounding(:n))
-    if (size(self%differences, 2) > 0) along = along + maxval(abs(matmul(weights, self%differences(:n, :))))
+    ! Most weights are zero.
+    differences = 0
+    do i = 1, n
+      if (abs(weights(i)) > 0) differences = differences + weights(i) * self%differences(i, :)
+    end do
+    if (size(differences) > 0) along = along + maxval(abs(differences))
   end function along
 
   !> Bounds on the error of each quantity, valid at all times; shape (n).

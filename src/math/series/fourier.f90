@@ -31,23 +31,33 @@ contains
     series = only(1)
   end function fourier_series
 
-  !> Computes the series of several functions, as `fourier_series` does for one. `samples`: shape (functions, samples).
+  !> Computes the series of several functions, as `fourier_series` does for one. `samples`: shape (functions, samples). Functions
+  !> that are zero, such as the moments in pins, are not transformed.
   pure subroutine find_series(samples, series)
     real(dp), intent(in) :: samples(:, :)
     type(fourier_type), intent(out) :: series(:)
     !> Number of functions that are transformed together: few enough for the processor's cache
     integer, parameter :: together = 8
     real(dp), allocatable :: cosine(:, :), sine(:, :)
-    integer :: first, last, k
+    integer, allocatable :: used(:)
+    logical :: is_zero(size(series))
+    integer :: first, last, orders, i, k
 
-    do first = 1, size(series), together
-      last = min(first + together - 1, size(series))
-      allocate(cosine(first:last, (size(samples, 2) - 1) / 2), sine(first:last, (size(samples, 2) - 1) / 2))
-      call transform(samples(first:last, :), cosine, sine)
-      do k = first, last
+    orders = (size(samples, 2) - 1) / 2
+    do k = 1, size(series)
+      is_zero(k) = all(abs(samples(k, :)) <= 0)
+      if (is_zero(k)) allocate(series(k)%amplitude(orders), series(k)%phase(orders), source=0.0_dp)
+    end do
+    used = pack([(k, k = 1, size(series))], .not. is_zero)
+    do first = 1, size(used), together
+      last = min(first + together - 1, size(used))
+      allocate(cosine(first:last, orders), sine(first:last, orders))
+      call transform(samples(used(first:last), :), cosine, sine)
+      do i = first, last
+        k = used(i)
         series(k)%mean = sum(samples(k, :)) / size(samples, 2)
-        series(k)%amplitude = hypot(cosine(k, :), sine(k, :))
-        series(k)%phase = atan2(-sine(k, :), cosine(k, :))
+        series(k)%amplitude = hypot(cosine(i, :), sine(i, :))
+        series(k)%phase = atan2(-sine(i, :), cosine(i, :))
       end do
       deallocate(cosine, sine)
     end do

@@ -63,10 +63,11 @@ contains
     end do
     if (size(samples, 2) == 1) then
       statistics%peak = statistics%series(1)%peak(samples(:, 1))
+      statistics%peak_phase = phase_of_maximum(abs(samples(:, 1)))
     else
       statistics%peak = largest_size(statistics%series, samples)
+      statistics%peak_phase = phase_of_maximum(norm2(samples, dim=2))
     end if
-    statistics%peak_phase = phase_of_maximum(norm2(samples, dim=2))
     statistics%peak_error = statistics%error + between
   end subroutine compute_statistics
 
