@@ -29,7 +29,7 @@ contains
   !> sorting (D. A. Bailey, Int. J. Supercomput. Appl. 2, 1988, 82). Each function has m such sequences.
   pure function transform_many(x) result(y)
     complex(dp), contiguous, intent(in) :: x(:, :)
-    complex(dp), allocatable :: y(:, :), before(:, :)
+    complex(dp), allocatable, dimension(:, :) :: y, before, spare
     complex(dp) :: roots(0:size(x, 2) - 1)
     real(dp), dimension(size(x, 2)) :: c, s
     integer :: n, l, m, p, i
@@ -46,7 +46,9 @@ contains
       do p = 2, m
         if (mod(m, p) == 0) exit
       end do
-      before = y
+      call move_alloc(y, spare)
+      call move_alloc(before, y)
+      call move_alloc(spare, before)
       call join_transforms(size(x, 1) * m / p, p, l, roots, before, y)
       l = l * p
     end do

@@ -53,12 +53,20 @@ contains
   pure subroutine clear(applied)
     type(applied_type), intent(inout) :: applied
 
-    applied%on_bodies = 0
-    applied%on_pins = 0
+    call set_zero(size(applied%on_bodies), applied%on_bodies)
+    call set_zero(size(applied%on_pins), applied%on_pins)
     if (.not. applied%bounded) return
     applied%body_errors = 0
     applied%pin_errors = 0
   end subroutine clear
+
+  !> Sets the numbers of a small array to zero at once: gfortran clears an array with several dimensions column by column.
+  pure subroutine set_zero(length, numbers)
+    integer, intent(in) :: length
+    real(dp), intent(out) :: numbers(length)
+
+    numbers = 0
+  end subroutine set_zero
 
   !> Adds a force (N) at a point (m) and a moment (N m) of a source to the forces on a body; forces on the frame are ignored.
   !> `errors`: bounds on the errors of force and moment.
@@ -163,7 +171,7 @@ contains
     associate (group => structure%groups(j))
       n = equations(structure, j)
       last = n + 1 + sources
-      rows = 0
+      call set_zero(size(rows), rows)
       do source = 0, sources
         do k = 1, group%bodies
           rows(n + 1 + source, 3 * k - 2:3 * k) = -applied%on_bodies(:, group%first + k, source)

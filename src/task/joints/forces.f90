@@ -72,20 +72,21 @@ contains
     type(quantity_type) :: quantity
     real(dp), allocatable :: history(:)
     integer, allocatable :: chosen(:)
-    integer :: i, k
+    integer :: i, k, rows
 
     call list_joint_places(frame, places, error)
     if (allocated(error)) return
     chosen = [(i, i = 1, size(places))]
     if (size(names) > 0) chosen = pack(chosen, [(any(names == places(i)%joint), i = 1, size(places))])
     allocate(forces(size(chosen)))
+    rows = exact_rows(frame) + components * size(places)
     do i = 1, size(forces)
       associate (force => forces(i))
         force%place = places(chosen(i))
         allocate(force%history(size(vibration%motion_history, 2), magnitude))
         do k = 1, magnitude
           quantity = quantity_type(dofs=frame%dofs(), of_joints=.true.)
-          allocate(quantity%weights(exact_rows(frame) + components * size(places), merge(2, 1, k == magnitude)), source=0.0_dp)
+          allocate(quantity%weights(rows, merge(2, 1, k == magnitude)), source=0.0_dp)
           quantity%weights(force%place%row + merge(fx, k, k == magnitude), 1) = 1
           if (k == magnitude) quantity%weights(force%place%row + fy, 2) = 1
           if (any(k == [axes, moment, magnitude])) call compute_statistics(vibration, quantity, force%statistics(k), error)
@@ -139,11 +140,21 @@ contains
         do i = 1, last
           if (i < last) part = vibration%joint_parts(place - row + fx:place - row + fy, :, i)
           if (i == last) part = total - sum(vibration%joint_parts(place - row + fx:place - row + fy, :, :), dim=3)
-          sources(i)%peak(k) = maxval(norm2(part, dim=1))
+          sources(i)%peak(k) = largest_magnitude(part)
           sources(i)%at_peak(k) = dot_product(along, part(:, peak))
         end do
       end associate
     end do
   end subroutine find_sources
+
+  !> Maximum magnitude of a force with these components, shape (2, samples). The components are scaled, because their squares could
+  !> overflow.
+  pure real(dp) function largest_magnitude(force)
+    real(dp), intent(in) :: force(:, :)
+    real(dp) :: unit
+
+    unit = max(maxval(abs(force)), tiny(1.0_dp))
+    largest_magnitude = unit * sqrt(maxval((force(1, :) / unit)**2 + (force(2, :) / unit)**2))
+  end function largest_magnitude
 
 end module gestell_task_joints_forces
