@@ -17,7 +17,7 @@ module gestell_output_result
   use gestell_output_head, only: head_type
   use gestell_output_report_verdict, only: alarm, section
   use gestell_output_report_wrapping, only: widest, wrapped
-  use gestell_output_table, only: new_table, table_type
+  use gestell_output_table, only: column_type, new_table, table_type
   use gestell_output_table_csv, only: write_csv
   implicit none (type, external)
   private
@@ -126,8 +126,20 @@ contains
     class(result_type), intent(inout) :: self
     type(table_type), intent(in) :: table
     type(figure_type), intent(in), optional :: figure
+    type(table_type), allocatable :: longer(:)
+    type(column_type), allocatable :: columns(:)
+    integer :: i, n
 
-    self%tables = [self%tables, table]
+    n = size(self%tables)
+    allocate(longer(n + 1))
+    do i = 1, n
+      ! the columns of earlier tables are moved, not copied
+      call move_alloc(self%tables(i)%columns, columns)
+      longer(i) = self%tables(i)
+      call move_alloc(columns, longer(i)%columns)
+    end do
+    longer(n + 1) = table
+    call move_alloc(longer, self%tables)
     associate (added => self%tables(size(self%tables)))
       if (.not. allocated(added%verdict)) added%verdict = judgement_type(self%verdict)
     end associate
