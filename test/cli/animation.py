@@ -112,6 +112,13 @@ def test_modes():
         middle = [frame[1] for frame in pins[0]]
         near("the mode moves up and down alike", max(middle) - middle[6], middle[6] - min(middle), 1.5)
     with Folder() as folder:
+        Run(folder, "-q", "--plot", "-s", "case.tasks=modes", DATA / "khang_four_bar.nml").done("modes of three links")
+        if GNUPLOT:
+            # each link has a bar and a centre of mass in each of three pictures
+            picture = (folder / "khang_four_bar/modes.svg").read_text()
+            for colour in "0, 114, 178", "0, 158, 115", "213,  94,   0":
+                equal(f"link of colour {colour}", len(re.findall(rf"rgb\( *{re.sub(' +', ' *', colour)}\)", picture)), 6)
+    with Folder() as folder:
         Run(folder, "-q", "--plot", "-s", "case.tasks=modes,drawing", DATA / "v_twin.nml").done("modes in space")
         texts, _ = animated(folder / "v_twin/modes_motion.svg")
         for view in ("from the front", "from the left", "from above"):

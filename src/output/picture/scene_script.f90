@@ -59,7 +59,8 @@ contains
     character(len=*), intent(in) :: blocks
     character(len=:), allocatable :: lines
 
-    lines = "$scene << END" // newline // "x,y,colour" // newline // blocks // "END" // newline
+    ! with column headers, gnuplot would skip the first line of each block
+    lines = "unset datafile columnheaders" // newline // "$scene << END" // newline // blocks // "END" // newline
   end function data_lines
 
   !> Gnuplot commands that set title, ranges and captions.

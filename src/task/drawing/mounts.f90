@@ -114,8 +114,9 @@ contains
       else if (spring) then
         call add_shape(drawing, zigzag(start), aside, start, 1.0_dp)
       end if
-      if (damper) call add_shape(drawing, rod, -aside, 1.0_dp, 1.0_dp)
-      if (damper) call add_shape(drawing, cup, -aside, 0.0_dp, 0.0_dp)
+      ! The damper is stretched as a whole, so that its parts stay together when the frame moves across it.
+      if (damper) call add_shape(drawing, rod, -aside, start, 1.0_dp)
+      if (damper) call add_shape(drawing, cup, -aside, start, 1.0_dp)
       if (spring .and. damper) then
         call add_shape(drawing, reshape([0.15_dp, -aside, 0.15_dp, aside], [2, 2]), 0.0_dp, 1.0_dp, 1.0_dp)
         call add_shape(drawing, reshape([0.0_dp, 0.0_dp, 0.15_dp, 0.0_dp], [2, 2]), 0.0_dp, 1.0_dp, 1.0_dp)

@@ -92,7 +92,11 @@ contains
     end do
     do i = 1, size(diagram%bars)
       associate (rod => diagram%bars(i))
-        call scene%add_moving(bar, rod%joints, link_colour(merge(0, rod%link, rod%slides)))
+        if (rod%slides) then
+          call scene%add_moving(guide, rod%joints)
+        else
+          call scene%add_moving(bar, rod%joints, link_colour(rod%link))
+        end if
       end associate
     end do
     do i = 1, sliders
