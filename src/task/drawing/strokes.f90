@@ -25,7 +25,7 @@ contains
     real(dp), allocatable :: forward(:)
     integer :: i
 
-    sliders = pack([(i, i = 1, size(linkage%joints))], diagnosis%joints%slides)
+    sliders = pack([(i, i = 1, size(linkage%joints))], [(diagnosis%joints(i)%slides, i = 1, size(linkage%joints))])
     allocate(character(len=maxval([0, (len(linkage%joints(i)%name), i = 1, size(linkage%joints))])) :: names(size(sliders)))
     do i = 1, size(sliders)
       names(i) = linkage%joints(sliders(i))%name
