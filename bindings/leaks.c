@@ -1,6 +1,7 @@
 /* 100,000 calls, for a program that looks for leaks: leaks INPUT */
 #include <gestell.h>
 #include <stdio.h>
+#include <stdlib.h>
 
 static void coefficients(double t, int dof, double *m, double *b, double *c, double *h, void *data) {
   (void)t;
@@ -10,6 +11,21 @@ static void coefficients(double t, int dof, double *m, double *b, double *c, dou
   *b = 0.1;
   *c = 4;
   *h = 8;
+}
+
+/* Copies long texts: the input of the machine, and what is composed of the results. Returns how many calls went wrong. */
+static int long_texts(gestell_machine machine, gestell_solution solution, gestell_error error) {
+  const char *names[] = {"results", "page", "mechanism_motion.svg"};
+  int size = 0, bad = gestell_size_input(machine, &size, error) != 0;
+  char *place = malloc(size);
+  bad += gestell_get_input(machine, size, place, error) != 0;
+  for (int i = 0; i < 3; i++) {
+    bad += gestell_size_text(solution, names[i], &size, error) != 0;
+    place = realloc(place, size);
+    bad += gestell_get_text(solution, names[i], size, place, error) != 0;
+  }
+  free(place);
+  return bad;
 }
 
 int main(int argc, char **argv) {
@@ -33,6 +49,7 @@ int main(int argc, char **argv) {
       bad += gestell_get_numbers(solution, "none", 1, 6, numbers, error) != GESTELL_USAGE;
       calls += 6;
     }
+    if (k == 0) bad += long_texts(machine, solution, error);
     bad += gestell_get_values(machine, "frame.origin", 2, numbers, error) != 0;
     bad += gestell_set(machine, "frame.orign", 1, error) != GESTELL_INPUT;
     bad += gestell_parse(machine, "&case", error) != GESTELL_INPUT;
@@ -42,6 +59,6 @@ int main(int argc, char **argv) {
   }
   gestell_delete_machine(&machine);
   gestell_delete_error(&error);
-  printf("%d calls, %d of them wrong\n", calls + 4, bad);
+  printf("%d calls, %d of them wrong\n", calls + 12, bad);
   return bad != 0;
 }

@@ -93,6 +93,8 @@ int main(int argc, char **argv) {
   expect("count", gestell_count_values(machine, "frame.origin", &count, error), 0, NULL);
   expect("wrong count", gestell_get_values(machine, "frame.origin", count + 1, numbers, error), GESTELL_USAGE, "elements");
   expect("null place", gestell_get_values(machine, "frame.origin", count, NULL, error), GESTELL_USAGE, "null");
+  expect("short input", gestell_get_input(machine, 3, text, error), GESTELL_USAGE, "elements");
+  expect("null size", gestell_size_input(machine, NULL, error), GESTELL_USAGE, "null");
   expect("unknown task", gestell_solve(machine, "dance", &solution, error), GESTELL_INPUT, "dance");
   expect("null solution's place", gestell_solve(machine, "stability", NULL, error), GESTELL_USAGE, "null");
   expect("nothing to take apart", gestell_count_multipliers(solution, &count, error), GESTELL_USAGE, "null");

@@ -145,6 +145,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(context_type) :: context
     type(result_type) :: result
+    type(text_type) :: text
     integer :: extent
 
     extent = numbers
@@ -161,7 +162,11 @@ contains
       context%head = solution%context%head
       call append(context, result)
     end if
-    if (.not. allocated(error)) solution%texts = [solution%texts, text_type(what, words)]
+    if (allocated(error)) return
+    ! gfortran 12 does not free the components of a structure constructor within an array constructor
+    text%name = what
+    text%words = words
+    solution%texts = [solution%texts, text]
 
   contains
 

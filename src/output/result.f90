@@ -189,11 +189,13 @@ contains
     class(result_type), intent(inout) :: self
     character(len=*), intent(in) :: name, shown
     type(scene_type), intent(in) :: scenes(:)
+    type(figure_type) :: figure
     character(len=:), allocatable :: commands
     integer :: pixels(2)
 
     call write_still(scenes, commands, pixels)
-    self%figures = [self%figures, new_figure(name, shown, commands, width=pixels(1), height=pixels(2))]
+    figure = new_figure(name, shown, commands, width=pixels(1), height=pixels(2))
+    call self%add_figure(figure)
   end subroutine draw
 
   !> Adds an animation of the picture called `name`: the file NAME_motion.svg, and a gnuplot script that draws NAME_motion.gif.
@@ -206,7 +208,7 @@ contains
 
     figure = new_figure(name // animation, shown, "")
     figure%scenes = scenes
-    self%figures = [self%figures, figure]
+    call self%add_figure(figure)
   end subroutine animate
 
   !> True if the result contains an animation.
