@@ -121,6 +121,16 @@ def answers(program):
               one_line(program, saved))
     check("the file itself is unchanged", FILE.read_text() == TEXT)
 
+    # Vectors that are not given whole, matrices, and whole numbers
+    text = (ROOT / "data/rocking_sieve.nml").read_text()
+    changed = client.solve(text=text, changes=[["foundation.damping(3)", "1.6"], ["foundation.stiffness(3,3)", "640"]])["text"]
+    check("a vector without its end", "damping=0.0,0.0,1.6" in changed.replace(" ", ""), changed)
+    again = client.solve(text=changed, changes=[["foundation.damping(2)", "0.1"], ["foundation.stiffness(3,3)", "650"]])
+    matrix = next(one for one in client.solve(text=text)["parameters"] if one["path"] == "foundation.stiffness")
+    check("a matrix changed twice", "650" in again.get("text", "") and "640" not in again["text"], again)
+    check("description of a matrix", matrix.get("rows", 0) ** 2 == len(matrix["values"]) and "whole" not in matrix, matrix)
+    check("a whole number", paths["joint(B).branch"].get("whole") is True, paths["joint(B).branch"])
+
     # Further tasks of the input
     check("joints on request", 'id="joints"' in client.solve(tasks=["joints", "sweep"])["page"])
     close(server)

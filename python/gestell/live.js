@@ -72,17 +72,23 @@ function rangeOf({ least, most, positive }) {
 }
 
 // A slider reaches from 0 to twice the value, but no further than the key allows.
-function setSlider(slider, value, { least, most, positive }) {
+function setSlider(slider, value, { least, most, positive, whole }) {
   const reach = Math.abs(value) || 1;
   let low = value - reach, high = value + reach;
-  if (positive) low = Math.max(low, reach / 100);
+  if (positive) low = Math.max(low, whole ? 1 : reach / 100);
   if (least !== null) low = Math.max(low, least);
   if (most !== null) high = Math.min(high, most);
-  Object.assign(slider, { min: low, max: high, step: 'any', value });
+  Object.assign(slider, { min: low, max: high, step: whole ? 1 : 'any', value });
+}
+
+// Path of a single value. Matrices are given column by column.
+function pathOf({ path, values, rows }, place) {
+  if (rows) return `${path}(${place % rows + 1},${Math.floor(place / rows) + 1})`;
+  return values.length > 1 ? `${path}(${place + 1})` : path;
 }
 
 function addValue(parameter, place, box, help) {
-  const several = parameter.values.length > 1, path = parameter.path + (several ? `(${place + 1})` : '');
+  const several = parameter.values.length > 1, path = pathOf(parameter, place);
   const value = parameter.values[place], name = path.slice(path.indexOf('.') + 1) + ' of ' + path.split('.')[0];
   const isNumber = 'least' in parameter, row = make('div', { className: 'value' });
   let field, slider;
@@ -92,12 +98,13 @@ function addValue(parameter, place, box, help) {
     field.value = value;
   } else {
     const type = isNumber ? 'number' : 'text';
-    field = make('input', { type, step: 'any', value: value ?? '', className: isNumber ? '' : 'words' });
+    const step = parameter.whole ? 1 : 'any';
+    field = make('input', { type, step, value: value ?? '', className: isNumber ? '' : 'words' });
   }
   field.setAttribute('aria-label', name);
   field.setAttribute('aria-describedby', help);
   row.append(field);
-  if (isNumber && value !== null) {
+  if (isNumber) {
     slider = make('input', { type: 'range' });
     slider.setAttribute('aria-label', name + ', slider');
     setSlider(slider, value, parameter);
@@ -142,7 +149,7 @@ function addFields() {
     const range = rangeOf(parameter), help = make('p', { className: 'help', id }, parameter.meaning + (range ? ': ' + range : ''));
     label.title = help.textContent;
     box.append(label);
-    parameter.values.forEach((_, place) => addValue(parameter, place, box, id));
+    parameter.values.forEach((value, place) => value === null || addValue(parameter, place, box, id));
     box.append(help);
     group.append(box);
   });
@@ -150,10 +157,11 @@ function addFields() {
 
 // Values that others than the reader have changed.
 function refreshFields() {
-  const paths = list => list.map(parameter => parameter.path + ' ' + parameter.values.length).join();
-  if (paths([...new Set([...controls.values()].map(control => control.parameter))]) !== paths(state.parameters)) addFields();
+  const paths = state.parameters.flatMap(one => one.values.flatMap((value, place) => value === null ? [] : [pathOf(one, place)]));
+  if (paths.join() !== [...controls.keys()].join()) addFields();
   for (const parameter of state.parameters) parameter.values.forEach((value, place) => {
-    const path = parameter.path + (parameter.values.length > 1 ? `(${place + 1})` : ''), control = controls.get(path);
+    const path = pathOf(parameter, place), control = controls.get(path);
+    if (!control) return;
     control.parameter = parameter;
     control.field.removeAttribute('aria-invalid');
     if (changes.has(path) || control.field === document.activeElement || control.slider === document.activeElement) return;

@@ -14,17 +14,19 @@ module gestell_input_namelist_edit
 
 contains
 
-  !> Text of a key and its values as in an input file: "key=values". If elements are missing, "key(i)=value" for each given element.
+  !> Text of a key and its values as in an input file: "key=values". If elements are missing before others, "key(i)=value" for each
+  !> given element.
   pure function entry_text(entry) result(words)
     type(entry_type), intent(in) :: entry
     character(len=:), allocatable :: words, value
     logical :: whole
-    integer :: i
+    integer :: i, last
 
-    whole = all([(allocated(entry%values(i)%text), i = 1, size(entry%values))])
+    last = findloc([(allocated(entry%values(i)%text), i = 1, size(entry%values))], .true., dim=1, back=.true.)
+    whole = all([(allocated(entry%values(i)%text), i = 1, last)])
     words = ""
     if (whole) words = ", " // entry%key // "="
-    do i = 1, size(entry%values)
+    do i = 1, last
       if (.not. allocated(entry%values(i)%text)) cycle
       value = entry%values(i)%text
       if (entry%values(i)%quoted) value = "'" // with_doubled_quotes(value) // "'"
@@ -70,6 +72,7 @@ contains
 
     call find_entries(text, group, entry%key, first, last, ending)
     do i = size(first), 2, -1
+      call remove_comma(text, last(i) + 1)
       text = text(:first(i) - 1) // text(last(i) + 1:)
     end do
     if (size(first) > 0) then
@@ -87,6 +90,17 @@ contains
     if (index(text(index(text(:at - 1), newline, back=.true.) + 1:at - 1), "!") > 0) comma = "; "
     text = text(:at - 1) // comma // remark // text(at:)
   end subroutine set_entry
+
+  !> Removes the first comma from position `from` on if nothing but blanks precedes it there.
+  pure subroutine remove_comma(text, from)
+    character(len=:), allocatable, intent(inout) :: text
+    integer, intent(in) :: from
+    integer :: i
+
+    i = from + verify(text(from:), " ") - 1
+    if (i < from) return
+    if (text(i:i) == ",") text = text(:i - 1) // text(i + 1:)
+  end subroutine remove_comma
 
   !> Finds the entries of a key in a group and returns the positions of their first and last characters, without trailing commas.
   !> `ending`: position of the end of the group.

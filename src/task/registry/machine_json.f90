@@ -63,6 +63,8 @@ contains
       & // json_string(trim(rule%meaning))
     if (rule%kind /= text_key) words = words // ", ""least"": " // bound(rule%range%least) // ", ""most"": " &
       & // bound(rule%range%most) // ", ""positive"": " // either("true", "false", rule%range%above_zero)
+    if (rule%kind == integer_key) words = words // ", ""whole"": true"
+    if (entry%rank == 2) words = words // ", ""rows"": " // text(entry%rows)
     if (rule%words /= "") words = words // ", ""words"": " // json_string(trim(rule%words))
     words = words // "}"
   end function parameter_json
