@@ -36,8 +36,7 @@ contains
     if (size(plan%base) == 2) lines = lines // input_point(plan%grid%axes, plan%base)
     lines = lines // "set object 1 rectangle from graph 0,graph 0 to graph 1,graph 1 behind fillcolor rgb '#BBBBBB' fillstyle " &
       & // "solid 1 noborder" // newline // "set tics out; unset grid; set key off; set title heading noenhanced" // newline &
-      & // "set lmargin at screen 0.16; set rmargin at screen 0.79; set bmargin at screen 0.15; set tmargin at screen 0.86" &
-      & // newline
+      & // "set rmargin at screen 0.79; set bmargin at screen 0.15; set tmargin at screen 0.86" // newline
     select case (shown%kind)
     case (growth)
       lines = lines // extent_lines("sweep.csv", [value]) // "set cbrange [low:high]" // newline // growth_colours()

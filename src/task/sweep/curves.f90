@@ -51,8 +51,8 @@ contains
           & - 1)), 6), "low", "high") // unstable_entry // shades
       end associate
     end if
-    lines = "set multiplot title heading noenhanced" // newline // "set lmargin at screen 0.15; set rmargin at screen 0.96; " &
-      & // "set bmargin at screen 0.15; set tmargin at screen 0.8" // newline &
+    lines = "set multiplot title heading noenhanced" // newline // "set rmargin at screen 0.96; set bmargin at screen 0.15; " &
+      & // "set tmargin at screen 0.8" // newline &
       & // parameter_axis("x", plan%grid%axes(k), with_unit(plan%paths(k), plan%units(k)), 0.0_dp) // marks%lines &
       & // "set key at graph 1,graph 1.02 bottom right horizontal samplen 2 font ',12'" // newline &
       & // "growth(r) = r > 0 ? log(r) : NaN" // newline // "set ylabel " // quoted(trim(shown%label)) // " noenhanced" // newline

@@ -1,7 +1,8 @@
 !> Writes the report of the task `sweep`.
 module gestell_task_sweep_report
   use gestell_base_kinds, only: dp
-  use gestell_base_text, only: concise, integer_text, newline, text
+  use gestell_base_verdict, only: stable_number
+  use gestell_base_text, only: concise, either, integer_text, newline, text
   use gestell_task_range_plan, only: sweep_plan_type
   use gestell_task_sweep_summary, only: summary_type, verdict_count_type
   use gestell_input_wording, only: counted
@@ -11,7 +12,7 @@ module gestell_task_sweep_report
   implicit none (type, external)
   private
 
-  public :: evidence_line, report_grid, report_sweep
+  public :: evidence_line, report_grid, report_sweep, sweep_headline
 
 contains
 
@@ -50,12 +51,8 @@ contains
     end do
     report = newline // tabulated("lrr", "", rows)
     if (summary%least <= summary%most) then
-      report = report // "  rho_max from " // modulus_text(summary%least) // " to " // modulus_text(summary%most) // ", maximum at"
-      do k = 1, size(plan%paths)
-        report = report // trim(merge(",", " ", k > 1)) // " " // trim(plan%paths(k)) // " = " &
-          & // concise(plan%grid%axes(k)%value(int(summary%where(k))), 9)
-      end do
-      report = report // newline
+      report = report // "  rho_max from " // modulus_text(summary%least) // " to " // modulus_text(summary%most) &
+        & // ", maximum at " // place_of_maximum(plan, summary) // newline
       if (plan%period_varies()) report = report &
         & // "  |rho| refers to one period; the ratio changes the period from point to point" // newline
     end if
@@ -66,6 +63,34 @@ contains
         & // small_motion_limits(0.0_dp) // newline
     end if
   end function report_sweep
+
+  !> Headline of the sweep: number of points with each verdict and, unless all points are stable, the largest rho_max with its
+  !> place.
+  pure function sweep_headline(plan, summary) result(line)
+    type(sweep_plan_type), intent(in) :: plan
+    type(summary_type), intent(in) :: summary
+    character(len=:), allocatable :: line
+
+    line = "Sweep: " // integer_text(summary%points) // " points"
+    line = line // ", " // either(summary%tally(), "column 'verdict' not requested", summary%tally() /= "")
+    if (summary%least > summary%most .or. summary%verdicts(stable_number) == summary%points) return
+    line = line // "; largest multiplier |rho| = " // modulus_text(summary%most) // " at " &
+      & // place_of_maximum(plan, summary)
+  end function sweep_headline
+
+  !> Values of the parameters at the point with the largest rho_max.
+  pure function place_of_maximum(plan, summary) result(words)
+    type(sweep_plan_type), intent(in) :: plan
+    type(summary_type), intent(in) :: summary
+    character(len=:), allocatable :: words
+    integer :: k
+
+    words = ""
+    do k = 1, size(plan%paths)
+      words = words // either(", ", "", k > 1) // trim(plan%paths(k)) // " = " &
+        & // concise(plan%grid%axes(k)%value(int(summary%where(k))), 9)
+    end do
+  end function place_of_maximum
 
   !> Line of the report: number of solutions, and number of points that were compared with separate solutions.
   pure function evidence_line(summary) result(line)

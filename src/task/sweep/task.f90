@@ -23,7 +23,7 @@ module gestell_task_sweep_task
   use gestell_task_range_plan, only: sweep_plan_type
   use gestell_output_picture_script, only: figure_type
   use gestell_task_sweep_plot, only: most_pictures, picture_name, plot_sweep
-  use gestell_task_sweep_report, only: evidence_line, report_grid, report_sweep
+  use gestell_task_sweep_report, only: evidence_line, report_grid, report_sweep, sweep_headline
   use gestell_task_sweep_summary, only: summary_type, verdict_count_type
   use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
@@ -228,7 +228,6 @@ contains
     type(table_type), intent(in) :: table
     type(result_type), intent(inout) :: result
     type(figure_type), allocatable :: figures(:)
-    character(len=:), allocatable :: found
     integer :: i
 
     associate (plan => context%configuration%plan)
@@ -242,9 +241,7 @@ contains
           call result%add_figure(figures(i))
         end do
       end if
-      found = summary%tally()
-      if (found /= "") found = ", " // found
-      call result%warn(not_judged, "Sweep: " // integer_text(summary%points) // " points" // found)
+      call result%warn(not_judged, sweep_headline(plan, summary))
       call result%write_lines(report_sweep(plan, summary))
     end associate
   end subroutine add_results
