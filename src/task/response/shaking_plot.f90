@@ -25,8 +25,10 @@ module gestell_task_response_shaking_plot
 
   !> Number of phases for each turn of the crank at which the shaking force is computed
   integer, parameter :: phases_per_turn = 180
-  !> Orders whose shaking force is below this fraction of the strongest order have no transmissibility
-  real(dp), parameter :: least = 1.0e-4_dp
+  !> Orders whose shaking force is below these fractions have no transmissibility, because the ratio to a small remainder says
+  !> nothing about the mounts. `least`: fraction of the strongest order of this component. `least_of_all`: fraction of the strongest
+  !> order of all forces or of all moments
+  real(dp), parameter :: least = 1.0e-2_dp, least_of_all = 1.0e-4_dp
   !> Shaking forces below this fraction of the largest are rounding errors
   real(dp), parameter :: noise = 1.0e-9_dp
 
@@ -103,7 +105,7 @@ contains
     type(fourier_type) :: series(size(loads, 1))
     type(name_type) :: names(3 * frame%dofs())
     type(growing_text_type) :: curves, rigid
-    real(dp) :: ratio(table%rows - 1, size(loads, 1)), largest
+    real(dp) :: ratio(table%rows - 1, size(loads, 1)), limit
     character(len=:), allocatable :: column
     integer :: i, k, n
 
@@ -115,21 +117,22 @@ contains
     ratio = 0
     do i = 1, size(series)
       if (all(frame%free /= i)) cycle
-      largest = 0
+      limit = 0
       do k = 1, size(series)
-        if (is_rotation(k) .eqv. is_rotation(i)) largest = max(largest, maxval(series(k)%amplitude))
+        if (is_rotation(k) .eqv. is_rotation(i)) limit = max(limit, maxval(series(k)%amplitude))
       end do
+      limit = max(least * maxval(series(i)%amplitude), least_of_all * limit)
       column = table%key_of(amplitude_of(trim(names(2 * frame%dofs() + i)%column), names(2 * frame%dofs() + i)%unit))
       associate (amplitudes => table%columns(table%number_of(column))%numbers(2:))
         call rigid%append("rigid" // text(i) // "(row) = real(word('0")
         do k = 1, n
-          if (series(i)%amplitude(k) > least * largest) ratio(k, i) = amplitudes(k) / series(i)%amplitude(k)
+          if (series(i)%amplitude(k) > limit) ratio(k, i) = amplitudes(k) / series(i)%amplitude(k)
           call rigid%append(" " // either(concise(series(i)%amplitude(k), 6), "0", ratio(k, i) > 0))
         end do
         call rigid%append(repeat(" 0", table%rows - 1 - n) // "', int(row) + 1))" // newline)
         if (any(ratio(:, i) > 0)) call curves%append(", 'harmonics.csv' using (rigid" // text(i) // "($0) > 0 ? " &
-          & // "column('frequency_Hz') : NaN):(column('" // column // "') / rigid" // text(i) // "($0)) with linespoints lt " &
-          & // text(i) // " lw 1 ps 1 title '" // trim(names(2 * frame%dofs() + i)%symbol) // "'")
+          & // "column('frequency_Hz') : NaN):(column('" // column // "') / rigid" // text(i) // "($0)) with points lt " &
+          & // text(i) // " ps 1.1 title '" // trim(names(2 * frame%dofs() + i)%symbol) // "'")
       end associate
     end do
     if (any(ratio > 0)) figures = [new_figure("transmissibility", "Transmissibility at " // speed_in_words(frame) &
@@ -145,6 +148,7 @@ contains
       character(len=:), allocatable :: lines, list
       integer, allocatable :: present_orders(:)
       logical, allocatable :: named(:)
+      real(dp), allocatable :: positions(:)
       real(dp) :: low, high
       integer :: k
 
@@ -159,15 +163,17 @@ contains
         lines = lines // decade_lines(concise(from, 5), concise(to, 5), "x") // "set x2range [" &
           & // concise(from, 5) // ":" // concise(to, 5) // "]; set logscale x2" // newline
       end associate
-      named = choose_spaced(log(real(present_orders, dp)), 0.06_dp * log(1.6_dp * present_orders(size(present_orders)) &
-        & / present_orders(1)))
+      ! positions on the axis; if labels are too wide for their distance, they are turned
+      positions = log(real(present_orders, dp)) / log(1.6_dp * present_orders(size(present_orders)) / present_orders(1))
+      named = choose_spaced(positions, 0.02_dp)
       list = ""
       do k = 1, size(present_orders)
         if (named(k)) list = list // either(", ", "", list /= "") // "'" // order_of(present_orders(k), frame%mechanism%turns) &
           & // "' " // concise(present_orders(k) / frame%period, 7)
       end do
-      lines = lines // "set xlabel 'frequency (Hz)'; set x2label 'order of the crank' offset 0,-0.4; set x2tics (" // list // ")" &
-        & // newline // "set key at screen 0.5,screen 0.01 bottom center horizontal samplen 2 font ',12'" // newline &
+      lines = lines // "set xlabel 'frequency (Hz)'; set x2label 'order of the crank' offset 0,-0.4; set x2tics " &
+        & // either("norotate", "rotate by 90", all(choose_spaced(positions, 0.05_dp))) // " (" // list // ")" // newline &
+        & // "set key at screen 0.5,screen 0.01 bottom center horizontal samplen 2 font ',12'" // newline &
         & // "set object 1 rectangle from graph 0,graph 0 to graph 1,first 1 behind fillcolor rgb '#E4EEF5' fillstyle solid 1 " &
         & // "noborder" // newline // "set label 1 'isolated' at graph 0.02,graph 0.05 textcolor rgb '#44617A' font ',12'" &
         & // newline
