@@ -7,7 +7,7 @@ module gestell_task_drawing_elements
   implicit none (type, external)
   private
 
-  public :: column_pair, element, link_colour, new_columns, outline_lines, pair, point_columns
+  public :: column_pair, element, link_colour, new_columns, original_link, outline_lines, pair, point_columns
 
   character, parameter, public :: axes(3) = ["x", "y", "z"]
   character(len=6), parameter :: colours(0:6) = [character(len=6) :: "555555", "D55E00", "0072B2", "009E73", "CC79A7", "E69F00", &
@@ -96,11 +96,27 @@ contains
     lines = lines // " behind fillcolor rgb '#E9EDF0' fillstyle solid 1 border lc rgb '#8C9BAB'" // newline
   end function outline_lines
 
-  !> Colour of link number `link`; grey for a bar that does not belong to a link (0).
-  pure character(len=6) function link_colour(link)
+  !> Colour of link number `link` in all pictures; grey for a bar that does not belong to a link (0). A copy that was made by
+  !> &repeat has the same colour as its original.
+  pure character(len=6) function link_colour(linkage, link)
+    class(linkage_type), intent(in) :: linkage
     integer, intent(in) :: link
 
-    link_colour = colours(merge(0, 1 + mod(link - 1, 6), link == 0))
+    link_colour = colours(0)
+    if (link > 0) link_colour = colours(1 + mod(original_link(linkage, link) - 1, 6))
   end function link_colour
+
+  !> Number of the link from which this link was copied, or its own number if it is not a copy. The name of a copy ends with a dot
+  !> and the name of the original.
+  pure integer function original_link(linkage, link) result(original)
+    class(linkage_type), intent(in) :: linkage
+    integer, intent(in) :: link
+
+    associate (name => linkage%links(link)%name)
+      do original = 1, link - 1
+        if (linkage%links(original)%name == name(index(name, ".", back=.true.) + 1:)) return
+      end do
+    end associate
+  end function original_link
 
 end module gestell_task_drawing_elements

@@ -2,11 +2,12 @@
 module gestell_task_drawing_plot
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, either, newline, text
+  use gestell_base_words, only: character_count
   use gestell_output_report_orders, only: turns_in_words
   use gestell_output_picture_script, only: figure_type, new_figure, plotted, quoted, span
   use gestell_output_table, only: table_type
   use gestell_task_drawing_elements, only: colour => link_colour, column_pair, columns_type, element, new_columns, &
-    & outline_lines, pair, point_columns
+    & original_link, outline_lines, pair, point_columns
   use gestell_task_drawing_guides, only: body_functions, guides, sliders
   use gestell_task_drawing_mounts, only: append, clear, draw_mount, drawing_type, outline
   use gestell_model_frame, only: frame_type
@@ -25,8 +26,10 @@ module gestell_task_drawing_plot
   integer, parameter :: plane(2) = [1, 2]
   !> Limits that keep the picture readable. With more bars than `many_bars`, fewer positions are drawn. With more joints than
   !> `many_joints`, names are smaller; with more than `too_many_joints`, only joints on the frame are named. With more links than
-  !> `longest_key`, there is no legend. With more probes than `most_marks`, probes are not named.
+  !> `longest_key`, not counting copies, there is no legend. With more probes than `most_marks`, probes are not named.
   integer, parameter :: many_bars = 14, many_joints = 16, too_many_joints = 40, longest_key = 12, most_marks = 12
+  !> Number of characters after which no further name is added to the label of several joints at the same point
+  integer, parameter :: longest_names = 12
 
 contains
 
@@ -44,9 +47,10 @@ contains
     character(len=:), allocatable :: lines, across, upward
     real(dp), allocatable :: hull(:, :)
     real(dp) :: low(2), high(2), extent, pixels
-    logical :: at_origin(size(diagram%grounded))
+    logical :: at_origin(size(diagram%grounded)), originals(size(linkage%links))
     integer :: i
 
+    originals = [(original_link(linkage, i) == i, i = 1, size(originals))]
     columns = new_columns(table, linkage, 2)
     ! bounding box of all moving points, of F, the supports and the probes
     do i = 1, 2
@@ -83,23 +87,26 @@ contains
     lines = lines // "$mounts << END" // newline // "x,y" // newline // mounts%data_lines() // "END" // newline &
       & // "$stiff << END" // newline // "x,y" // newline // stiff%data_lines() // "END" // newline
     lines = lines // "plot NaN notitle" // guides(diagram, columns, frame%origin, extent) &
-      & // bars(linkage, diagram, columns, .false.) // traces(diagram, columns)
+      & // bars(linkage, diagram, columns, .false.) // traces(linkage, diagram, columns)
     if (size(mounts%ends) > 0) lines = lines // ", \" // newline // "  $mounts using 1:2 with lines lt 7 dt 1 lw 1 notitle"
     if (size(stiff%ends) > 0) lines = lines // ", \" // newline // "  $stiff using 1:2 with lines lt 7 dt 1 lw 2.5 notitle"
+    pixels = min(max(680 * (high(2) - low(2)) / (high(1) - low(1)) + 150, 360.0_dp), 950.0_dp)
     lines = lines // bars(linkage, diagram, columns, .true.) // sliders(diagram, columns, extent) &
-      & // marks_and_pins(linkage, diagram, columns, at_origin) // probe_marks(probes, (low(1) + high(1)) / 2)
-    if (size(linkage%links) <= longest_key) then
+      & // marks_and_pins(linkage, diagram, columns, at_origin, min(620 / (high(1) - low(1)), (pixels - 190) &
+      & / (high(2) - low(2)))) // probe_marks(probes, (low(1) + high(1)) / 2)
+    ! copies of a link have its colour and need no entry of their own
+    if (count(originals) <= longest_key) then
       do i = 1, size(linkage%links)
+        if (.not. originals(i)) cycle
         lines = lines // ", \" // newline // "  keyentry with linespoints lt 1 dt 1 lw " &
-          & // merge("4.5", "1.0", any(diagram%bars%link == i)) // " pt 6 ps 1.1 lc rgb '#" // colour(i) // "' title " &
+          & // merge("4.5", "1.0", any(diagram%bars%link == i)) // " pt 6 ps 1.1 lc rgb '#" // colour(linkage, i) // "' title " &
           & // quoted(linkage%links(i)%name) // " noenhanced"
       end do
     end if
     lines = lines // newline
-    pixels = 680 * (high(2) - low(2)) / (high(1) - low(1)) + 150
     figure = new_figure("mechanism", "The mechanism during " // turns_in_words(frame%mechanism%turns) &
       & // "; the bold links are at a crank angle of " // text(nint(frame%degrees_per_period() * bold / 360)) &
-      & // " deg", lines, width=800, height=nint(min(max(pixels, 360.0_dp), 950.0_dp)))
+      & // " deg", lines, width=800, height=nint(pixels))
   end function plot_mechanism
 
   !> Points that belong to the frame (m), shape (2, points): F, supports, probes, joints on the frame, and ends of the guides on the
@@ -184,17 +191,17 @@ contains
       associate (link => linkage%links(i))
         if (link%to > 0 .or. .not. norm2(link%center) > 0) cycle
         words = words // element("::row::row", column_pair(columns%joints(plane, link%from)) // ":" // point_columns(link%center), &
-          & "vectors nohead lt 1 dt 1 lw 3 lc rgb '#" // colour(i) // "' notitle")
+          & "vectors nohead lt 1 dt 1 lw 3 lc rgb '#" // colour(linkage, i) // "' notitle")
       end associate
     end do
     do i = 1, size(diagram%bars)
       associate (bar => diagram%bars(i))
         at = columns%between(bar%joints, plane)
         if (in_full) then
-          words = words // element("::row::row", at, "vectors nohead lt 1 lc rgb '#" // colour(bar%link) // "' " &
+          words = words // element("::row::row", at, "vectors nohead lt 1 lc rgb '#" // colour(linkage, bar%link) // "' " &
             & // merge("dt (6,4) lw 1.5", "dt 1 lw 4.5    ", bar%slides) // " notitle")
         else if (.not. bar%slides) then
-          words = words // element("step::0::last", at, "vectors nohead lt 1 lc rgb '#A0" // colour(bar%link) &
+          words = words // element("step::0::last", at, "vectors nohead lt 1 lc rgb '#A0" // colour(linkage, bar%link) &
             & // "' dt 1 lw 1 notitle")
         end if
       end associate
@@ -202,7 +209,8 @@ contains
   end function bars
 
   !> Parts of the plot command that draw the paths of joints and centres of mass over the period.
-  pure function traces(diagram, columns) result(words)
+  pure function traces(linkage, diagram, columns) result(words)
+    class(linkage_type), intent(in) :: linkage
     type(diagram_type), intent(in) :: diagram
     type(columns_type), intent(in) :: columns
     character(len=:), allocatable :: words
@@ -214,8 +222,8 @@ contains
         & "lines lt 7 dt 1 lw 0.7 lc rgb '#777777' notitle")
     end do
     do i = 1, size(diagram%centers, 2)
-      words = words // element("1", column_pair(columns%links(plane, i)), "lines lt 7 dt (3,3) lw 1 lc rgb '#" // colour(i) &
-        & // "' notitle")
+      words = words // element("1", column_pair(columns%links(plane, i)), "lines lt 7 dt (3,3) lw 1 lc rgb '#" &
+        & // colour(linkage, i) // "' notitle")
     end do
   end function traces
 
@@ -239,22 +247,27 @@ contains
   end function probe_marks
 
   !> Parts of the plot command that mark the centres of mass and the joints. Joints on the frame are filled circles. A name is
-  !> placed on the side away from the other joints.
-  pure function marks_and_pins(linkage, diagram, columns, at_origin) result(words)
+  !> placed on the side away from the other joints. Joints at the same point have one label with all their names; a label that would
+  !> cover an earlier one is omitted.
+  pure function marks_and_pins(linkage, diagram, columns, at_origin, scale) result(words)
     class(linkage_type), intent(in) :: linkage
     type(diagram_type), intent(in) :: diagram
     type(columns_type), intent(in) :: columns
     logical, intent(in) :: at_origin(:)
+    !> Pixels per metre
+    real(dp), intent(in) :: scale
     character(len=:), allocatable :: words, name, at
-    real(dp) :: middle(2), aside(2)
-    integer :: i, n
+    logical :: here(size(at_origin))
+    real(dp) :: middle(2), places(2, size(at_origin)), corners(2, size(at_origin)), length, corner(2)
+    real(dp) :: lengths(size(at_origin))
+    integer :: i, k, n, labels, side(2), font
 
     words = ""
     do i = 1, size(diagram%centers, 2)
       at = column_pair(columns%links(plane, i))
       words = words // element("::row::row", at, "points lt 1 pt 7 ps 1.1 lc rgb '#FFFFFF' notitle") &
-        & // element("::row::row", at, "points lt 1 pt 6 ps 1.1 lw 1 lc rgb '#" // colour(i) // "' notitle") &
-        & // element("::row::row", at, "points lt 1 pt 1 ps 1.1 lw 1 lc rgb '#" // colour(i) // "' notitle")
+        & // element("::row::row", at, "points lt 1 pt 6 ps 1.1 lw 1 lc rgb '#" // colour(linkage, i) // "' notitle") &
+        & // element("::row::row", at, "points lt 1 pt 1 ps 1.1 lw 1 lc rgb '#" // colour(linkage, i) // "' notitle")
     end do
     n = size(linkage%joints)
     do i = 1, n
@@ -263,16 +276,36 @@ contains
         & // merge("000000", "FFFFFF", diagram%grounded(i)) // "' notitle") &
         & // element("::row::row", at, "points lt 1 pt 6 ps 0.9 lw 1.5 lc rgb '#000000' notitle")
     end do
-    middle = sum(diagram%joints(:, :, bold + 1), dim=2) / n
+    places = scale * diagram%joints(:, :, bold + 1)
+    middle = sum(places, dim=2) / n
+    font = merge(10, 13, n > many_joints)
+    labels = 0
     do i = 1, n
       if (n > too_many_joints .and. .not. diagram%grounded(i)) cycle
-      aside = diagram%joints(:, i, bold + 1) - middle
+      here = norm2(places - spread(places(:, i), 2, n), dim=1) < 1
+      if (any(here(:i - 1))) cycle
       name = trim(linkage%joints(i)%name)
-      if (at_origin(i) .and. name /= "O") name = name // " = O"
+      do k = i + 1, n
+        if (.not. here(k)) cycle
+        if (len(name) > longest_names) name = name // ", ..."
+        if (len(name) > longest_names) exit
+        name = name // ", " // trim(linkage%joints(k)%name)
+      end do
+      if (any(here .and. at_origin .and. [(linkage%joints(k)%name /= "O", k = 1, n)]) .and. index(name // ",", "O,") /= 1) &
+        & name = name // " = O"
+      ! lower left corner and length of the label in pixels
+      side = merge(1, -1, places(:, i) >= middle)
+      length = 0.6_dp * font * character_count(name)
+      corner = places(:, i) + font * [0.8_dp * side(1), 0.6_dp * side(2)]
+      if (side(1) < 0) corner(1) = corner(1) - length
+      if (any(corner(1) < corners(1, :labels) + lengths(:labels) .and. corners(1, :labels) < corner(1) + length &
+        & .and. abs(corner(2) - corners(2, :labels)) < font)) cycle
+      labels = labels + 1
+      corners(:, labels) = corner
+      lengths(labels) = length
       words = words // element("::row::row", column_pair(columns%joints(plane, i)) // ":(" // plotted(name) // ")", &
-        & "labels " // merge("left ", "right", aside(1) >= 0) // " offset " // merge(" 0.8", "-0.8", aside(1) >= 0) &
-        & // "," // merge(" 0.6", "-0.6", aside(2) >= 0) // " font '," // text(merge(10, 13, n > many_joints)) &
-        & // "' noenhanced notitle")
+        & "labels " // merge("left ", "right", side(1) > 0) // " offset " // merge(" 0.8", "-0.8", side(1) > 0) &
+        & // "," // merge(" 0.6", "-0.6", side(2) > 0) // " font '," // text(font) // "' noenhanced notitle")
     end do
   end function marks_and_pins
 

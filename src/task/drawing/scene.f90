@@ -88,14 +88,14 @@ contains
     end do
     do i = 1, links
       if (linkage%links(i)%to == 0 .and. norm2(linkage%links(i)%center) > 0) call scene%add_moving(bar, [linkage%links(i)%from, &
-        & joints + i], link_colour(i))
+        & joints + i], link_colour(linkage, i))
     end do
     do i = 1, size(diagram%bars)
       associate (rod => diagram%bars(i))
         if (rod%slides) then
           call scene%add_moving(guide, rod%joints)
         else
-          call scene%add_moving(bar, rod%joints, link_colour(rod%link))
+          call scene%add_moving(bar, rod%joints, link_colour(linkage, rod%link))
         end if
       end associate
     end do
@@ -103,7 +103,7 @@ contains
       call scene%add_moving(block, joints + links + 4 * i + [-1, 0])
     end do
     do i = 1, links
-      call scene%add_moving(center, [joints + i], link_colour(i))
+      call scene%add_moving(center, [joints + i], link_colour(linkage, i))
     end do
     do i = 1, joints
       call scene%add_moving(pin, [i])

@@ -11,8 +11,8 @@ module gestell_task_drawing_views
   use gestell_output_report_orders, only: turns_in_words
   use gestell_output_picture_script, only: figure_type, new_figure, plotted, quoted
   use gestell_output_table, only: table_type
-  use gestell_task_drawing_elements, only: column_pair, columns_type, element, link_colour, new_columns, outline_lines, pair, &
-    & point_columns
+  use gestell_task_drawing_elements, only: colour => link_colour, column_pair, columns_type, element, new_columns, &
+    & original_link, outline_lines, pair, point_columns
   use gestell_task_drawing_mounts, only: append, drawing_type, outline
   use gestell_task_drawing_placed, only: placed_type
   implicit none (type, external)
@@ -249,28 +249,6 @@ contains
     end do
   end function bars
 
-  !> Colour of a link. A copy that was made by &repeat has the same colour as its original.
-  pure character(len=6) function colour(linkage, link)
-    class(linkage_type), intent(in) :: linkage
-    integer, intent(in) :: link
-
-    colour = link_colour(link)
-    if (link > 0) colour = link_colour(original(linkage, link))
-  end function colour
-
-  !> Number of the link from which this link was copied, or its own number if it is not a copy. The name of a copy ends with a dot
-  !> and the name of the original.
-  pure integer function original(linkage, link)
-    class(linkage_type), intent(in) :: linkage
-    integer, intent(in) :: link
-
-    associate (name => linkage%links(link)%name)
-      do original = 1, link - 1
-        if (linkage%links(original)%name == name(index(name, ".", back=.true.) + 1:)) return
-      end do
-    end associate
-  end function original
-
   !> Gnuplot commands that draw a legend with the names and colours of the links. It is placed in the corner that no view occupies.
   pure function key(linkage, left, top) result(lines)
     class(linkage_type), intent(in) :: linkage
@@ -281,7 +259,7 @@ contains
     lines = "unset label; unset arrow; unset object" // newline
     n = 0
     do i = 1, size(linkage%links)
-      if (original(linkage, i) < i .or. n >= longest_key) cycle
+      if (original_link(linkage, i) < i .or. n >= longest_key) cycle
       n = n + 1
       lines = lines // "set label " // text(2 * n) // " '■' at screen " // concise(left, 5) // "," &
         & // concise(top - 0.028_dp * n, 5) // " font ',16' textcolor rgb '#" // colour(linkage, i) // "'" // newline &
