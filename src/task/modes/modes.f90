@@ -67,7 +67,8 @@ contains
       allocate(vectors(2 * dofs, size(multipliers%rho)), source=(0.0_dp, 0.0_dp))
       vectors(frame%free, :) = multipliers%vectors(:f, :)
       vectors(dofs + frame%free, :) = multipliers%vectors(f + 1:, :)
-      table = new_table("modes", "Modes", "Mode shapes of the free vibrations at crank angle 0: eigenvectors of Phi(T).", &
+      table = new_table("modes", "Modes", "Shapes in which the frame vibrates freely. The table contains their " &
+        & // "displacements and velocities at crank angle 0.", &
         & judgement_type(multipliers%judge()))
       call table%add("index", "number of the multiplier", [(i, i = 1, size(multipliers%rho))])
       do i = 1, 2 * dofs

@@ -1,8 +1,10 @@
-!> Plots torque, power and energy of the drive over the period.
+!> Plots torque, power, energy and speed of the drive over the period.
 module gestell_task_power_plot
-  use gestell_base_text, only: newline
+  use gestell_base_kinds, only: dp
+  use gestell_base_text, only: concise, newline
   use gestell_model_frame, only: frame_type
   use gestell_output_report_orders, only: turns_in_words
+  use gestell_output_picture_axis_unit, only: maximum_of
   use gestell_output_picture_panels, only: height_of, history_panel, key_line, layout_line, turn_axis
   use gestell_output_picture_script, only: figure_type, new_figure
   use gestell_output_table, only: table_type
@@ -11,21 +13,54 @@ module gestell_task_power_plot
 
   public :: plot_power
 
+  !> Powers below this fraction of the largest would be a line at zero
+  real(dp), parameter :: least = 1.0e-3_dp
+  !> Maximum length of an entry of a legend
+  integer, parameter :: longest = 48
+
 contains
 
-  !> The picture of the table power.csv: torque, power and energy against the crank angle.
+  !> The picture of the table power.csv: torque, power, energy and, if it is known, the fluctuation of the speed against the crank
+  !> angle. The power of the dampers is omitted if it is too small to be seen.
   type(figure_type) function plot_power(table, frame) result(figure)
     type(table_type), intent(in) :: table
     class(frame_type), intent(in) :: frame
+    character(len=:), allocatable :: lines
+    character(len=longest) :: torque(2), power(2)
+    character(len=*), parameter :: columns(2) = [character(len=7) :: "drive", "dampers"]
+    integer :: panels, shown
+    logical :: dampers, fluctuates
 
-    figure = new_figure(table%name, "Driving torque and power over " // turns_in_words(frame%mechanism%turns), &
-      & layout_line(3, 1) // turn_axis(frame, .false.) // key_line(.true.) &
-      & // history_panel(table, "torque", [character(len=12) :: "torque", "rigid_torque"], &
-      & [character(len=32) :: "on the vibrating frame", "on a frame at rest"]) &
-      & // history_panel(table, "power", [character(len=7) :: "drive", "dampers"], &
-      & [character(len=32) :: "of the drive", "absorbed by the dampers"]) &
-      & // turn_axis(frame, .true.) // key_line(.false.) // history_panel(table, "energy", ["energy"], ["energy"]) &
-      & // "unset multiplot" // newline, height=nint(height_of(3)))
+    dampers = maximum_of(table, ["dampers"]) > least * maximum_of(table, ["drive"])
+    fluctuates = any([(table%columns(panels)%label == "speed fluctuation", panels = 1, size(table%columns))])
+    panels = merge(4, 3, fluctuates)
+    torque = [character(len=longest) :: "", "on a frame at rest"]
+    torque(1) = "on the vibrating frame, mean " // mean("torque", "N m")
+    power(1) = "of the drive, mean " // mean("drive", "W")
+    power(2) = "absorbed by the dampers, mean " // mean("dampers", "W")
+    shown = merge(2, 1, dampers)
+    lines = layout_line(panels, 1) // turn_axis(frame, .false.) // key_line(.true.) &
+      & // history_panel(table, "torque", [character(len=12) :: "torque", "rigid_torque"], torque) &
+      & // history_panel(table, "power", columns(:shown), power(:shown))
+    if (.not. fluctuates) lines = lines // turn_axis(frame, .true.)
+    lines = lines // history_panel(table, "energy", ["energy"], ["kinetic plus potential energy, up to a constant"])
+    if (fluctuates) lines = lines // turn_axis(frame, .true.) // history_panel(table, "crank speed", ["speed_fluctuation"], &
+      & ["difference from the mean speed"])
+    figure = new_figure(table%name, "Torque, power and energy of the drive over " // turns_in_words(frame%mechanism%turns), &
+      & lines // "unset multiplot" // newline, height=nint(height_of(panels)))
+
+  contains
+
+    !> Mean of a column over the period, with its unit. The last row of the table repeats the first.
+    pure function mean(column, unit) result(words)
+      character(len=*), intent(in) :: column, unit
+      character(len=:), allocatable :: words
+
+      associate (values => table%columns(table%number_of(column))%numbers)
+        words = concise(sum(values(:size(values) - 1)) / max(1, size(values) - 1), 4) // " " // unit
+      end associate
+    end function mean
+
   end function plot_power
 
 end module gestell_task_power_plot

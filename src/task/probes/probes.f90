@@ -97,7 +97,8 @@ contains
       call add_turn(histories, frame, size(responses(1)%history, 1) - 1)
       call histories%expect(3 * (axes + 1) * size(responses))
       harmonics = new_table("probes_harmonics", "Harmonics at the probes", &
-        & "Amplitudes and phases of the motion at the probes for each order of the crank.")
+        & "Amplitudes of the velocity at the probes for each order of the crank. The table also contains displacements, " &
+        & // "accelerations and phases.")
       call add_orders(harmonics, frame, last)
       ! Each component along an axis has two columns, amplitude and phase. The magnitude of the vector has no columns.
       call harmonics%expect(2 * 3 * axes * size(responses))

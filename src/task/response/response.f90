@@ -63,14 +63,19 @@ contains
       if (allocated(context%analysis%vibration)) then
         associate (vibration => context%analysis%vibration)
           history = new_table("response", "Vibration over " // turns_in_words(frame%mechanism%turns), &
-            & "Displacements and velocities of the frame, and forces on the ground.")
+            & "Displacements of the frame and forces on the ground over the period. The table also contains the velocities.")
           call add_turn(history, frame, size(vibration%history, 2) - 1)
-          harmonics = new_table("harmonics", "Spectrum", "Amplitudes and phases for each order of the crank.")
+          harmonics = new_table("harmonics", "Spectrum", "Amplitudes for each order of the crank. " &
+            & // "The table also contains the phases.")
           call add_orders(harmonics, frame, tasks%harmonics)
           do k = 1, size(names)
             call history%add(trim(names(k)%column), names(k)%unit, trim(names(k)%meaning), vibration%history(k, :))
             call add_harmonics(harmonics, trim(names(k)%column), names(k)%unit, vibration%series(k), tasks%harmonics)
           end do
+          if (frame%dofs() > 3) then
+            call name_axis_of_moment(history)
+            call name_axis_of_moment(harmonics)
+          end if
           call result%add(history, plot_response(history, frame, vibration))
           call result%add(harmonics, plot_harmonics(harmonics, frame))
           if (context%may_draw()) then
@@ -91,5 +96,15 @@ contains
       end do
     end associate
   end subroutine run
+
+  !> Calls the moment about z "mz" for readers of a table in space, where the key of its column is m as in the plane.
+  pure subroutine name_axis_of_moment(table)
+    type(table_type), intent(inout) :: table
+    integer :: k
+
+    do k = 1, size(table%columns)
+      if (index(table%columns(k)%label // " ", "m ") == 1) table%columns(k)%label = "mz" // table%columns(k)%label(2:)
+    end do
+  end subroutine name_axis_of_moment
 
 end module gestell_task_response
