@@ -173,8 +173,12 @@ def test_report():
         for picture in re.findall(r'<svg class="plot".*?</svg>', text, re.S):
             check("report: SVG", xml.etree.ElementTree.fromstring(picture).get("role") == "img", "a picture", picture[:40])
         equal("report: pictures", page.pictures, len([one for one in (folder / "input").glob("*.svg") if "motion" not in one.name]))
-        for cell in ("&drive", "speed_rpm", "1/min", "200", "&probe a<b", "mm/s", "re", "exponent im (rad/s)", "near order 6"):
+        for cell in ("&drive", "speed_rpm", "rpm", "200", "&probe a<b", "mm/s", "re", "exponent im (rad/s)", "near order 6",
+                     "damping ratio (%)", "frequency / crank frequency", "angle (deg)"):
             check(f"report: {cell}", cell in page.cells, "a cell of a table", sorted(set(page.cells))[:20])
+        check("report: probe", "<dt>probe with the strongest vibration</dt>" in text, "no limit is given", "another word")
+        check("report: rounding errors are shown as 0", not re.search(r">-?[\d.]+e-[23]\d<", text), "0", re.findall(
+            r">-?[\d.]+e-[23]\d<", text))
         check("report: settings", "<code>drive.speed_rpm=200</code>" in text, "the setting", "none")
         check("report: verdict", '<p class="verdict stable"><strong>stable</strong>' in text, "the verdict", "none")
         check("report: file names as captions", not re.search(r"<caption>\w+\.csv", text), "none", "a file name")

@@ -100,8 +100,8 @@ def test_verbose():
             check("page: no folders", str(DATA) not in page and str(folder) not in page, "names alone", page[:600])
             summary = re.sub(r"<[^>]*>", "|", page.partition('<section id="summary">')[2].partition("</section>")[0])
             summary = re.sub(r"[|\n]+", "|", summary)
-            for words in ("|1450 1/min|", "|5.569|1.749 %|11.24|3.532 %|17.34|5.447 %|", "|x|68.98|48.8|N|y|494.6|341.4|N|magnitude|494.6|",
-                          "|worst probe|bearing: 213.7 mm/s rms, limit 18 mm/s|", "|bearing: 213.7 mm/s, 11.9 times the limit of 18 mm/s|"):
+            for words in ("|1450 rpm|", "|5.569|1.749 %|11.24|3.532 %|17.34|5.447 %|", "|x|68.98|48.8|N|y|494.6|341.4|N|magnitude|494.6|",
+                          "|probe closest to its limit|bearing: 213.7 mm/s rms, limit 18 mm/s|", "|bearing: 213.7 mm/s, 11.9 times the limit of 18 mm/s|"):
                 check(f"page: {words}", words in summary, words, summary)
 
 

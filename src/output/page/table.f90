@@ -1,9 +1,10 @@
 !> Converts result tables to HTML. The tables show the columns that people read; a button shows all columns.
 module gestell_output_page_table
-  use gestell_base_kinds, only: dp
+  use gestell_base_kinds, only: dp, pi
   use gestell_base_text, only: concise, either, newline, text
   use gestell_base_markup, only: escaped
   use gestell_output_page_html, only: cell, row, scroll_start, with_squares
+  use gestell_output_picture_axis, only: unit_words
   use gestell_output_picture_axis_unit, only: axis_unit_type, pick_unit
   use gestell_output_table, only: column_type, nothing, table_type
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_is_nan
@@ -19,7 +20,7 @@ module gestell_output_page_table
   integer, parameter :: most_open = 12
   !> Numbers of significant digits of values and of error bounds
   integer, parameter :: value_digits = 5, error_digits = 2
-  !> A number below this fraction of the column's maximum is shown as zero, because it is only rounding error.
+  !> A number below this fraction of the maximum of all columns with its unit is shown as zero, because it is only rounding error.
   real(dp), parameter :: rounding = 1.0e-12_dp
   !> Angles below this are shown in mrad (rad)
   real(dp), parameter :: small_angle = 0.1_dp
@@ -34,6 +35,7 @@ contains
     character(len=:), allocatable :: lines, row_cells
     type(axis_unit_type) :: units(size(table%columns))
     logical :: details(size(table%columns))
+    real(dp) :: zero(size(table%columns))
     integer :: rows, i, k
 
     lines = ""
@@ -42,6 +44,7 @@ contains
     details = [(is_detail(table, k), k = 1, size(details))]
     if (all(details)) details = .false.
     units = [(shown_unit(table, k), k = 1, size(units))]
+    zero = [(zero_limit(table, k), k = 1, size(zero))]
     if (table%rows > most_open) lines = "<details><summary>" // text(table%rows) // " rows</summary>" // newline
     if (any(details)) lines = lines // "<button type=""button"" class=""all"" aria-pressed=""false"">all columns</button>" &
       & // newline
@@ -54,7 +57,7 @@ contains
       do k = 1, size(details)
         row_cells = heading_cell("row", table%columns(k), units(k))
         do i = 1, rows
-          row_cells = row_cells // value_cell(table, k, i, units(k))
+          row_cells = row_cells // value_cell(table, k, i, units(k), zero(k))
         end do
         lines = lines // row(row_cells, details(k))
       end do
@@ -67,7 +70,7 @@ contains
       do i = 1, rows
         row_cells = ""
         do k = 1, size(details)
-          row_cells = row_cells // value_cell(table, k, i, units(k), details(k))
+          row_cells = row_cells // value_cell(table, k, i, units(k), zero(k), details(k))
         end do
         lines = lines // row(row_cells)
       end do
@@ -106,7 +109,8 @@ contains
     end do
   end function value_column
 
-  !> Unit in which the page shows a column. Error bounds have the unit of the values.
+  !> Unit in which the page shows a column. Damping ratios are shown in per cent, directions and phases in degrees. Error
+  !> bounds have the unit of the values.
   pure type(axis_unit_type) function shown_unit(table, k) result(unit)
     type(table_type), intent(in) :: table
     integer, intent(in) :: k
@@ -117,12 +121,38 @@ contains
       words = trim(table%columns(k)%unit%words)
       unit = axis_unit_type(name=words)
       if (.not. allocated(column%numbers) .or. trim(column%unit%words) /= words) return
+      if (column%label == "damping ratio") then
+        unit = axis_unit_type("100", 100.0_dp, "%")
+        return
+      else if (words == "rad" .and. (column%label == "angle" .or. index(column%label, "phase") > 0)) then
+        unit = axis_unit_type("deg", 180 / pi, "deg")
+        return
+      end if
       maximum = largest(column%numbers)
       if (words == "m/s" .and. maximum < 1) unit = axis_unit_type("1e3", 1.0e3_dp, "mm/s")
       if (words == "rad/s" .or. words == "rad" .and. .not. (maximum < small_angle .and. maximum > rounding)) return
       if (words /= "m/s" .and. len(words) <= len(unit%name)) unit = pick_unit(words, maximum)
     end associate
   end function shown_unit
+
+  !> Numbers of column `k` below this limit are rounding errors. They are compared with all columns that have the same unit, because
+  !> forces along several axes result from the same terms. Numbers without a unit are compared with their own column, and angles
+  !> with 1 rad.
+  pure real(dp) function zero_limit(table, k) result(limit)
+    type(table_type), intent(in) :: table
+    integer, intent(in) :: k
+    integer :: i
+
+    limit = 0
+    do i = 1, size(table%columns)
+      associate (other => table%columns(i), own => table%columns(k)%unit%words)
+        if (allocated(other%numbers) .and. (i == k .or. own /= "" .and. other%unit%words == own)) limit = max(limit, &
+          & largest(other%numbers))
+      end associate
+    end do
+    if (table%columns(k)%unit%words == "rad") limit = 1
+    limit = rounding * limit
+  end function zero_limit
 
   !> Maximum of abs(x) over the finite values; 0 if there are none.
   pure real(dp) function largest(x)
@@ -147,22 +177,24 @@ contains
     if (unit%words /= "1") then
       label = label // " (" // trim(unit%name) // ")"
     else if (column%unit%words /= "") then
-      label = label // " (" // with_squares(trim(column%unit%words)) // ")"
+      label = label // " (" // with_squares(unit_words(column%unit%words)) // ")"
     end if
     words = cell(kind, label, is_detail, column%meaning)
   end function heading_cell
 
   !> HTML cell with the value of column `k` in row `i`.
-  pure function value_cell(table, k, i, unit, is_detail) result(words)
+  pure function value_cell(table, k, i, unit, zero, is_detail) result(words)
     type(table_type), intent(in) :: table
     integer, intent(in) :: k, i
     type(axis_unit_type), intent(in) :: unit
+    !> A smaller number is shown as zero
+    real(dp), intent(in) :: zero
     logical, intent(in), optional :: is_detail
     character(len=:), allocatable :: words
 
     associate (column => table%columns(k))
       if (allocated(column%numbers)) then
-        words = cell("n", number_text(table, k, i, unit%factor), is_detail)
+        words = cell("n", number_text(table, k, i, unit%factor, zero), is_detail)
       else if (allocated(column%words)) then
         ! In a transposed table words stand in a line with numbers.
         words = cell(either("td", "n ", present(is_detail)), column%word(i), is_detail)
@@ -175,11 +207,13 @@ contains
   end function value_cell
 
   !> Text of a number, with as many digits as people read.
-  pure function number_text(table, k, i, factor) result(words)
+  pure function number_text(table, k, i, factor, zero) result(words)
     type(table_type), intent(in) :: table
     integer, intent(in) :: k, i
     !> Factor that converts the number to the unit of the page
     real(dp), intent(in) :: factor
+    !> A smaller number is shown as zero
+    real(dp), intent(in) :: zero
     character(len=:), allocatable :: words
 
     associate (x => table%columns(k)%numbers)
@@ -187,7 +221,7 @@ contains
         words = no_value
       else if (index(table%columns(k)%label, "error") > 0) then
         words = concise(factor * x(i), error_digits)
-      else if (abs(x(i)) < rounding * merge(1.0_dp, largest(x), table%columns(k)%unit%words == "rad")) then
+      else if (abs(x(i)) < zero) then
         words = "0"
       else
         words = concise(factor * x(i), value_digits)

@@ -23,6 +23,7 @@ module gestell_task_registry_page
   use gestell_input_namelist_message, only: typed
   use gestell_input_schema, only: find_key_rule, schema_type
   use gestell_input_schema_units, only: unit_symbol
+  use gestell_output_picture_axis, only: unit_words
   implicit none (type, external)
   private
 
@@ -175,7 +176,7 @@ contains
         unit = unit_symbol(schema%keys(find_key_rule(schema, group%name, entry%key)), 0, configuration%units, .true.)
         if (words == "") heading = "<th scope=""rowgroup"" rowspan=""" // text(rows) // """>" // escaped(heading) // "</th>"
         words = words // row(either(heading, "", words == "") // cell("td", entry%key) // cell("td", line(equals + 3:)) &
-          & // cell("td", with_squares(unit)))
+          & // cell("td", with_squares(unit_words(unit))))
       end associate
     end do
     if (words /= "") words = "<tbody>" // words // "</tbody>" // newline

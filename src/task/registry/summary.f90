@@ -45,7 +45,7 @@ contains
     end do
     cards = cards // force_card(context)
     if (.not. allocated(context%configuration%impossible)) words = words // "<dl><div><dt>crank speed</dt><dd>" &
-      & // concise(abs(context%configuration%frame%drive_rpm()), 6) // " 1/min</dd></div>" // worst_probe(result%tables) &
+      & // concise(abs(context%configuration%frame%drive_rpm()), 6) // " rpm</dd></div>" // worst_probe(result%tables) &
       & // "</dl>" // newline
     if (cards /= "") words = words // "<div class=""cards"">" // cards // "</div>" // newline
     words = words // "</section>" // newline
@@ -111,7 +111,8 @@ contains
         else
           k = maxloc(velocity / limit, 1, mask=.not. ieee_is_nan(limit))
         end if
-        words = "<div><dt>worst probe</dt><dd>" // escaped(name%word(k)) // ": " // concise(velocity(k), digits) // " mm/s rms" &
+        words = "<div><dt>" // either("probe with the strongest vibration", "probe closest to its limit", all(ieee_is_nan(limit))) &
+          & // "</dt><dd>" // escaped(name%word(k)) // ": " // concise(velocity(k), digits) // " mm/s rms" &
           & // either("", ", limit " // concise(limit(k), digits) // " mm/s", ieee_is_nan(limit(k))) // "</dd></div>"
       end associate
     end do
