@@ -51,7 +51,7 @@ def pasted(report):
 
 
 def label(row):
-    return {"found": "original", "complete": "complete", "together": "together, for force"}.get(
+    return {"original": "original", "complete": "complete", "together": "together, for force"}.get(
         row["aim"], f"{row['links']}, for {row['aim']}")
 
 
@@ -95,7 +95,7 @@ def test_four_bar():
         header, found = rows(folder / "input")
         equal("balance: header", header, HEADER)
         equal("balance: rows", [(row["aim"], row["links"]) for row in found], [
-            ("found", ""), ("force", "crank"), ("moment", "crank"), ("sum", "crank"), ("moment", "coupler"), ("force", "rocker"),
+            ("original", ""), ("force", "crank"), ("moment", "crank"), ("sum", "crank"), ("moment", "coupler"), ("force", "rocker"),
             ("moment", "rocker"), ("sum", "rocker"), ("complete", "crank rocker")])
         # Berkof and Lowen (1969), at the links' lengths
         _, links = rows(folder / "input", "balance_links")
@@ -120,7 +120,7 @@ def test_four_bar():
         run = Run(folder, "input.nml")
         run.done("balance, balanced already")
         check("balance, balanced already", "the force is already balanced" in run.flat, "a line", run.out)
-        equal("balance, already balanced: aims", {row["aim"] for row in rows(folder / "input")[1]}, {"found", "moment", "sum"})
+        equal("balance, already balanced: aims", {row["aim"] for row in rows(folder / "input")[1]}, {"original", "moment", "sum"})
 
 
 def test_orders():

@@ -51,7 +51,7 @@ def tilted_tests():
                     near(f"{what}: {name}, {key} ({worst[1]}, {worst[2]})", worst[0], 0.0, 1e-9 * top + 1e-14)
 
 
-def found(folder, aim="found", order=1):
+def found(folder, aim="original", order=1):
     """The row of an order for the variant with this aim."""
     return next(row for row in balance_rows(folder, "balance_harmonics")[1] if (row["aim"], row["order"]) == (aim, str(order)))
 

@@ -142,7 +142,7 @@ contains
     end do
     table = new_table("balance", "Counterweights", "Force and moment of the machine with counterweights, standing on rigid " &
       & // "ground and on its mounts.", shown=.true.)
-    call table%add("aim", "what the counterweights minimise. 'found': machine of the input, without counterweights; " &
+    call table%add("aim", "what the counterweights minimise. 'original': machine of the input, without counterweights; " &
       & // "'complete': force cancelled completely", [(aims(variants(i)%aim), i = 1, n)])
     call table%add("links", "links with counterweights", links)
     call table%add("added_mass", kilogram, "mass of the counterweights", [(variants(i)%mass, i = 1, n)])

@@ -1,7 +1,7 @@
 !> Draws the picture of the task `balance`: effect of counterweights on rigid ground and on the mounts.
 module gestell_task_balance_plot
   use gestell_base_kinds, only: dp
-  use gestell_base_text, only: concise, exact, newline, text
+  use gestell_base_text, only: concise, either, exact, newline, text
   use gestell_base_words, only: character_count, word_length
   use gestell_output_picture_script, only: figure_type, new_figure, picture_width, tics
   use gestell_task_balance_variants, only: force, moment, variant_type
@@ -10,7 +10,7 @@ module gestell_task_balance_plot
 
   public :: plot_balance
 
-  !> Height (%) at which bars are cut off. The true value is then printed above the bar
+  !> Height (%) at which bars are cut off. A triangle then marks the bar, and the true value is printed above it
   integer, parameter :: top = 250
   !> If a force or moment of the original machine does not exceed this limit (N, N m), it counts as zero, because percentages of it
   !> would overflow
@@ -54,6 +54,7 @@ contains
       character(len=*), intent(in) :: what, rigid, mounted, axis
       character(len=:), allocatable :: lines
       real(dp) :: maximum
+      logical :: clipped
       integer :: k
 
       associate (original => variants(1))
@@ -64,26 +65,27 @@ contains
           if (original%mounted%rms(row) > least_original) maximum = max(maximum, &
             & variants(k)%mounted%rms(row) / original%mounted%rms(row))
         end do
-        lines = axis // newline // "set yrange [0:" // text(nint(112 * min(maximum, top / 100.0_dp))) // "]" // newline &
-          & // "set ylabel 'rms " // what // " (% of original)'" // newline // "plot " &
+        clipped = 100 * maximum > top
+        lines = axis // newline // "set yrange [0:" // text(nint(112 * merge(1.3_dp * top / 100, maximum, clipped))) // "]" &
+          & // newline // "set ylabel 'rms " // what // " (% of original)'" // newline // "plot " &
           & // bars("'balance.csv'", "-", percent(rigid, original%residual%rms(row)), "lt 1 dt 1 lw 1 fs solid 1", &
           & "on rigid ground") // ", \" // newline // "  " &
           & // bars("''", "+", percent(mounted, original%mounted%rms(row)), "lt 2 dt 1 lw 1 fs pattern 2", "on the mounts") &
-          & // newline
+          & // either(", keyentry with points pt 9 ps 1 lc rgb 'black' title 'above " // text(top) // " %'", "", clipped) // newline
       end associate
     end function panel
 
   end function plot_balance
 
   !> Part of a plot command that draws one bar for each variant, on one `side` ("-" left, "+" right) of the variant's tic mark. If a
-  !> bar is cut off, its value is printed above it.
+  !> bar is cut off, it is marked and its value is printed above it.
   pure function bars(file, side, value, style, title) result(words)
     character(len=*), intent(in) :: file, side, value, style, title
     character(len=:), allocatable :: words
 
     words = file // " using ($0 " // side // " 0.19):(cut(" // value // ")) " // style // " border lt -1 title '" // title &
       & // "', \" // newline // "  '' using ($0 " // side // " 0.19):(above(" // value // ")):(sprintf('%.0f', " // value &
-      & // ")) with labels font ',11' offset 0,0.5 notitle"
+      & // ")) with labels rotate by 90 left font ',11' offset 0,0.9 point pt 9 ps 1 lc rgb 'black' notitle"
   end function bars
 
   !> Gnuplot expression for a column as a percentage of the value `original` of the original machine; 0 if `original` counts as

@@ -29,8 +29,9 @@ module gestell_task_balance_report
 contains
 
   !> Headlines on the rms force, one per line. They name the variant with the smallest force on rigid ground, and the variant with
-  !> the smallest force on the mounts. If another variant reduces the force on rigid ground but increases it on the mounts, a last
-  !> line warns of it. Empty if no counterweight reduces the force on rigid ground.
+  !> the smallest force on the mounts. A gain below `notable_change` is called not useful. If
+  !> another variant reduces the force on rigid ground but increases it on the mounts, a last line warns of it. Empty if no
+  !> counterweight reduces the force on rigid ground.
   function balance_headlines(variants) result(lines)
     type(variant_type), intent(in) :: variants(:)
     character(len=:), allocatable :: lines
@@ -40,13 +41,23 @@ contains
     lines = ""
     on_rigid = minloc([(variants(i)%residual%rms(force), i = 1, size(variants))], dim=1)
     if (on_rigid == 1) return
-    lines = "Best counterweights for rigid ground (" // variants(on_rigid)%label() // "): rms force " // change(on_rigid, .true.) &
-      & // ", on the mounts " // change(on_rigid, .false.) // newline
+    lines = "Best counterweights for rigid ground ("
+    if (.not. variants(on_rigid)%residual%rms(force) < (1 - notable_change) * variants(1)%residual%rms(force)) &
+      & lines = "No useful counterweight for rigid ground: the best ("
+    lines = lines // variants(on_rigid)%label() // "): rms force " // change(on_rigid, .true.)
     solved = [(.not. allocated(variants(i)%mounted%reason), i = 1, size(variants))]
-    if (.not. solved(1)) return
+    if (.not. solved(1)) then
+      lines = lines // newline
+      return
+    end if
+    lines = lines // either(", but on the mounts ", ", on the mounts ", variants(on_rigid)%mounted%rms(force) &
+      & > variants(1)%mounted%rms(force)) // change(on_rigid, .false.) // newline
     on_mounts = minloc([(variants(i)%mounted%rms(force), i = 1, size(variants))], dim=1, mask=solved)
     if (on_mounts == 1) then
-      lines = lines // "None of these counterweights reduces the rms force on the mounts" // newline
+      lines = lines // "No useful counterweight for the mounts: none of these reduces the rms force on the mounts" // newline
+    else if (.not. variants(on_mounts)%mounted%rms(force) < (1 - notable_change) * variants(1)%mounted%rms(force)) then
+      lines = lines // "No useful counterweight for the mounts: the best (" // variants(on_mounts)%label() // "): rms force " &
+        & // change(on_mounts, .false.) // newline
     else if (on_mounts /= on_rigid) then
       lines = lines // "Best counterweights for the mounts (" // variants(on_mounts)%label() // "): rms force " &
         & // change(on_mounts, .false.) // ", on rigid ground " // change(on_mounts, .true.) // newline

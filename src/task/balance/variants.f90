@@ -27,7 +27,8 @@ module gestell_task_balance_variants
   !> `for_sum`: one counterweight minimises the force, the moment or the weighted sum of both. `complete`: several counterweights
   !> make the force vanish. `together`: several counterweights minimise the force, only on links with a pivot on the frame.
   integer, parameter, public :: original_machine = 0, for_force = 1, for_moment = 2, for_sum = 3, complete = 4, together = 5
-  character(len=8), parameter, public :: aims(0:5) = [character(len=8) :: "found", "force", "moment", "sum", "complete", "together"]
+  character(len=8), parameter, public :: aims(0:5) = [character(len=8) :: "original", &
+    & "force", "moment", "sum", "complete", "together"]
 
   !> Indices of force and moment on the ground in arrays such as `rms`
   integer, parameter, public :: force = 1, moment = 2
