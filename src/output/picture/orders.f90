@@ -77,7 +77,7 @@ contains
     character(len=*), intent(in) :: name, columns(:), titles(:)
     !> Number of turns that the crank completes in a period; it determines the distance of the stems of an order
     integer, intent(in) :: turns
-    character(len=:), allocatable :: lines, x, y, style
+    character(len=:), allocatable :: lines, x, y, style, lowest
     type(growing_text_type) :: curves
     type(axis_unit_type) :: unit
     real(dp) :: most
@@ -85,9 +85,12 @@ contains
 
     unit = unit_of(table, columns)
     most = maximum_of(table, columns)
+    lowest = concise(least * unit%factor * most, 3)
     do i = 1, size(columns)
       x = "(column('order') + " // concise(0.7_dp / size(columns) / turns * (i - 0.5_dp * (size(columns) + 1)), 3) // ")"
-      y = "(abs(" // trim(unit%words) // " * column(" // text(table%number_of(columns(i))) // ")))"
+      ! a mark below the lowest amplitude would be cut off by the edge of the panel
+      y = "(v = abs(" // trim(unit%words) // " * column(" // text(table%number_of(columns(i))) // ")), v >= " // lowest &
+        & // " ? v : NaN)"
       style = "lt " // text(1 + mod(i - 1, 8))
       call curves%append(either(", \" // newline // "  ", "", i > 1) // "'" // table%name // ".csv' using " // x // ":" // y &
         & // " with impulses " // style // " dt 1 lw 2 notitle, '' using " // x // ":" // y // " with points " // style &

@@ -27,9 +27,9 @@ contains
     integer, intent(in) :: harmonics(:), turns
     !> Required distance of a mode from an order (%)
     real(dp), intent(in) :: margin
-    character(len=:), allocatable :: lines, curves
+    character(len=:), allocatable :: lines, bands, curves
     real(dp) :: range(2), orders(size(harmonics)), top, at
-    integer :: i, k
+    integer :: i, k, n
 
     range = [minval(abs(campbell%points%speed)), maxval(abs(campbell%points%speed))]
     if (.not. range(2) > range(1)) range = range * [1 - narrow / 2, 1 + narrow / 2]
@@ -44,31 +44,39 @@ contains
         & // "set bmargin 6; set key at screen 0.5,screen 0.01 bottom center horizontal samplen 2" // newline &
         & // "$range << END" // newline // "speed_rpm" // newline // concise(range(1), 7) // newline // concise(range(2), 7) &
         & // newline // "END" // newline
+      bands = ""
       curves = ""
       do k = 1, size(orders)
         at = min(right, 60 * top / orders(k))
         lines = lines // "set label " // text(k) // " '" // concise(orders(k), 4) // "×' at " // concise(at, 7) // "," &
           & // concise(orders(k) * at / 60, 7) // " right offset -0.5,0.5 font ',12' textcolor rgb '#666666' front" // newline
-        curves = curves // ", $range using 1:(" // concise(orders(k), 9) // " * $1 / 60 * " &
+        bands = bands // ", $range using 1:(" // concise(orders(k), 9) // " * $1 / 60 * " &
           & // concise(max(0.0_dp, 1 - margin / 100), 6) // "):(" // concise(orders(k), 9) // " * $1 / 60 * " &
-          & // concise(1 + margin / 100, 6) // ") with filledcurves lc rgb '#E69F00' fs transparent solid 0.3 " &
-          & // either("title 'margin'", "notitle", k == 1) // ", " // concise(orders(k), 9) &
-          & // " * x / 60 with lines lt 8 dt 1 lw 0.8 notitle"
+          & // concise(1 + margin / 100, 6) // ") with filledcurves lc rgb '#F7E2B3' fs solid 1 noborder " &
+          & // either("title 'margin'", "notitle", k == 1)
+        curves = curves // ", " // concise(orders(k), 9) // " * x / 60 with lines lt 8 dt 1 lw 0.8 notitle"
       end do
     end associate
     do k = 1, campbell%modes
       lines = lines // "$mode" // text(k) // " << END" // newline // "speed_rpm,frequency_Hz" // newline
       do i = 1, size(campbell%points)
         associate (speed => campbell%points(i)%speed, mode => campbell%points(i)%modes(k))
-          if (mode%identified) lines = lines // concise(abs(speed), 9) // "," // concise(mode%frequency() / (2 * pi), 9) // newline
+          if (.not. mode%identified) cycle
+          ! a mode that is known at a single speed is drawn as a short line
+          do n = 1, merge(2, 1, size(campbell%points) == 1)
+            at = abs(speed)
+            if (size(campbell%points) == 1) at = range(n)
+            lines = lines // concise(at, 9) // "," // concise(mode%frequency() / (2 * pi), 9) // newline
+          end do
         end associate
       end do
       lines = lines // "END" // newline
-      curves = curves // ", $mode" // text(k) // " using 1:2 with " // either("points", "lines", size(campbell%points) == 1) &
-        & // " lt " // text(k) // " title 'mode " // text(k) // "'"
+      curves = curves // ", $mode" // text(k) // " using 1:2 with lines lt " // text(k) // " title 'mode " // text(k) // "'"
     end do
-    lines = lines // "plot " // curves(3:) // ", 'separation.csv' using (stringcolumn('state') eq 'fail' ? " &
-      & // "abs(column('speed_rpm')) : NaN):'frequency_Hz' with points lt 2 pt 6 ps 2 lw 2 title 'too close'" // newline
+    if (any(separations%state == "fail")) curves = curves // ", 'separation.csv' using (stringcolumn('state') eq 'fail' ? " &
+      & // "abs(column('speed_rpm')) : NaN):'frequency_Hz' with points lt 2 pt 6 ps 2 lw 2 title 'too close'"
+    bands = bands // curves
+    lines = lines // "plot " // bands(3:) // newline
     figure = new_figure("separation", "Natural frequencies and orders " // range_of(maxval(harmonics) / turns, turns) &
       & // " of the crank, margin " // concise(margin, 4) // " %", lines, height=520)
   end function plot_separation

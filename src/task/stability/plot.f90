@@ -20,6 +20,8 @@ module gestell_task_stability_plot
   real(dp), parameter :: largest_modulus = 20
   !> The axis of damping ratios is logarithmic if the ratio of the largest to the smallest exceeds this limit
   real(dp), parameter :: many_decades = 30
+  !> Labels of modes that are nearer to each other than this part of the axes are joined
+  real(dp), parameter :: least_distance = 0.07_dp
 
 contains
 
@@ -74,20 +76,34 @@ contains
   !> The panel with the damping ratio of each mode against its frequency. Modes that grow are orange.
   pure function damping_panel(modes) result(lines)
     type(mode_type), intent(in) :: modes(:)
-    character(len=:), allocatable :: lines
-    real(dp) :: frequency(size(modes)), ratio(size(modes)), bound(size(modes))
+    character(len=:), allocatable :: lines, numbers
+    real(dp) :: frequency(size(modes)), ratio(size(modes)), bound(size(modes)), place(size(modes), 2)
     logical :: logarithmic
-    integer :: i
+    integer :: labelled_at(size(modes)), i, k
 
     frequency = modes%frequency() / (2 * pi)
     ratio = 100 * modes%damping_ratio()
     bound = 100 * modes%error / max(modes%error, hypot(modes%growth, 2 * pi * frequency), tiny(1.0_dp))
     logarithmic = all(ratio > 0)
     if (logarithmic) logarithmic = maxval(ratio) > many_decades * minval(ratio)
+    ! modes whose labels would cover each other have a common label at the last of them, where no point covers it
+    place(:, 1) = frequency / max(1.15_dp * maxval(frequency), tiny(1.0_dp))
+    place(:, 2) = ratio / max(1.2_dp * maxval(abs(ratio)), tiny(1.0_dp))
+    if (logarithmic) place(:, 2) = log(ratio) / log(4 * maxval(ratio) / minval(ratio))
+    labelled_at = [(i, i = 1, size(modes))]
+    do i = size(modes) - 1, 1, -1
+      k = i + findloc(labelled_at(i + 1:) == [(k, k = i + 1, size(modes))] .and. maxval(abs(place(i + 1:, :) &
+        & - spread(place(i, :), 1, size(modes) - i)), dim=2) < least_distance, .true., dim=1)
+      labelled_at(i) = labelled_at(k)
+    end do
     lines = "$modes << EOD" // newline // "frequency,ratio,bound,colour,number" // newline
     do i = 1, size(modes)
+      numbers = ""
+      do k = 1, i
+        if (labelled_at(k) == i) numbers = numbers // either(", ", "", numbers /= "") // text(k)
+      end do
       lines = lines // concise(frequency(i), 7) // "," // concise(ratio(i), 7) // "," // concise(bound(i), 2) // "," &
-        & // either("0xD55E00", "0x0072B2", modes(i)%grows()) // "," // text(i) // newline
+        & // either("0xD55E00", "0x0072B2", modes(i)%grows()) // ",""" // numbers // """" // newline
     end do
     lines = lines // "EOD" // newline // panel_heading("free vibrations") &
       & // "set lmargin screen 0.64; set rmargin screen 0.97; set size noratio" // newline &
