@@ -5,6 +5,7 @@ module gestell_task_probes_plot
   use gestell_base_words, only: word_length
   use gestell_model_frame, only: frame_type
   use gestell_output_report_orders, only: turns_in_words
+  use gestell_output_picture_axis_unit, only: maximum_of
   use gestell_output_picture_script, only: figure_type, new_figure, tics
   use gestell_output_picture_panels, only: bar_style => bars, height_of, history_panel, key_line, layout_line, turn_axis
   use gestell_output_picture_orbits, only: orbit_layout, orbit_panel
@@ -32,6 +33,7 @@ contains
     character(len=*), intent(in) :: names(:)
     integer, intent(in) :: axes
     character(len=:), allocatable :: lines
+    logical :: has_limit
     integer :: i
 
     lines = "set title heading noenhanced" // newline // "set xtics noenhanced (" // tics(names, 0) // ")" // newline &
@@ -47,11 +49,12 @@ contains
     do i = 1, axes
       lines = lines // either(" 'probes.csv'", "  ''", i == 1) // boxes("v" // along(i) // "_rms_band", "along " // along(i))
     end do
-    lines = lines // "  ''" // boxes("v_rms_band", "strongest direction") &
-      & // "  '' using ($0 - 0.42):(limit(column('limit_mm_s'))):(0.84):(0) with vectors nohead lt 7 dt 1 lw 3 " &
-      & // "title 'limit'" // newline
-    figure = new_figure(table%name, "Vibration velocity at the probes: rms within the band, and its limit", lines, &
-      & height=460)
+    has_limit = maximum_of(table, ["limit"]) > 0
+    lines = lines // "  ''" // boxes("v_rms_band", "strongest direction") // "  " // either("'' using ($0 - 0.42):" &
+      & // "(limit(column('limit_mm_s'))):(0.84):(0) with vectors nohead lt 7 dt 1 lw 3 title 'limit'", "NaN notitle", has_limit) &
+      & // newline
+    figure = new_figure(table%name, "Vibration velocity at the probes: rms within the band" &
+      & // either(", and its limit", "", has_limit), lines, height=460)
 
   contains
 
