@@ -150,6 +150,51 @@ def test_nothing_to_plot():
                 drawn(what, folder / "input")
 
 
+def test_crowded_pictures():
+    """Labels of several joints or modes at one place are joined, and pictures show only what is there."""
+    if not GNUPLOT:
+        return
+    with Folder() as folder:
+        options = ("-q", "-s", "case.tasks='stability','response','separation','drawing'", "-o")
+        Run(folder, *options, "four", DATA / "inline_four.nml").done("crowded pictures, inline four")
+        texts = drawn("crowded pictures, inline four", folder / "four")
+        lines = texts["mechanism"].split("\n")
+        # one label for joints at one point; the legend has no entries for copies of links
+        for word in ("A, four.A", "O, two.O, three.O, ...", "throw", "rod"):
+            check(f"inline four, mechanism, {word}", word in lines, word, lines)
+        equal("inline four, copies have no entry", [word for word in lines if word.startswith("four.")], [])
+        # the animation has the colours of the legend: those of two bars of a cylinder, not of eight
+        legend = set(re.findall(r"lw 4\.5 pt 6 ps 1\.1 lc rgb '#(\w{6})' title", (folder / "four/mechanism.gp").read_text()))
+        Run(folder, "-q", "-s", "case.tasks='drawing'", "--plot", "-o", "moving", DATA / "inline_four.nml").done("inline four, moving")
+        moving = (folder / "moving" / "mechanism_motion.svg").read_text().upper()
+        equal("inline four, colours of the animation", [one for one in ("D55E00", "0072B2", "56B4E9") if one in moving],
+              [one for one in ("D55E00", "0072B2", "56B4E9") if one in legend])
+        equal("inline four, nothing is too close", "too close" in texts["separation"], False)
+        Run(folder, "-q", "-s", "case.tasks='stability','response','power','forces'", "-o", "engine",
+            DATA / "engine_four_stroke.nml").done("crowded pictures, engine")
+        texts = drawn("crowded pictures, engine", folder / "engine")
+        check("engine, modes 2 and 3", "2, 3" in texts["multipliers"].split("\n"), "2, 3", texts["multipliers"])
+        equal("engine, no limit", "limit" in texts["probes"], False)
+        for word in ("on the vibrating frame, mean -14", "of the drive, mean -4", "kinetic plus potential energy",
+                     "difference from the mean speed"):
+            check(f"engine, power, {word}", word in texts["power"], word, texts["power"])
+        equal("engine, dampers that would be a line at zero", "dampers" in texts["power"], False)
+
+
+def test_small_orders():
+    """Orders with a small shaking force have no transmissibility: a ratio to a remainder says nothing."""
+    with Folder() as folder:
+        Run(folder, "-q", "-o", "four_bar", DATA / "khang_four_bar.nml").done("small orders")
+        script = (folder / "four_bar" / "transmissibility.gp").read_text()
+        for name, values in re.findall(r"(rigid\d)\(row\) = real\(word\('([^']*)'", script):
+            amplitudes = [float(word) for word in values.split()]
+            shown = [a for a in amplitudes if a > 0]
+            check(f"small orders, {name}", len(shown) > 1 and min(shown) >= 0.01 * max(shown), "at least 1 %", amplitudes)
+        equal("small orders, no lines between orders", "linespoints" in script, False)
+        tics = re.search(r"set x2tics \w+(?: \w+ \d+)? \(([^)]*)\)", script)[1]
+        equal("small orders, labels", re.findall(r"'(\d+)'", tics), ["1", "2", "3", "4"])
+
+
 def test_sweeps():
     """Sweeps are drawn with the right axes and units."""
     one, two = SPEEDS, STIFFNESS
@@ -491,6 +536,7 @@ def test_trade():
         check("picture of the trade, methods", not GNUPLOT or "gauss8" in texts and "time of one solution (s)" in texts, "gauss8", texts)
 
 
-PLOT_TESTS = (test_scripts, test_titles, test_nothing_to_plot, test_sweeps, test_fewer_columns, test_borders, test_findings,
+PLOT_TESTS = (test_scripts, test_titles, test_nothing_to_plot, test_crowded_pictures, test_small_orders, test_sweeps,
+              test_fewer_columns, test_borders, test_findings,
               test_over_speed, test_pictures_in_space, test_loads_drawn, test_sensitivity, test_sensitivity_order, test_probes_drawn,
               test_drawing, test_plot_option, test_names, test_no_gnuplot, test_trade)
