@@ -53,8 +53,23 @@ contains
       integer, intent(in) :: row
       character(len=*), intent(in) :: what, rigid, mounted, axis
       character(len=:), allocatable :: lines
-      real(dp) :: maximum
       logical :: clipped
+
+      associate (original => variants(1))
+        clipped = 100 * maximum(row) > top
+        lines = axis // newline // "set yrange [0:" // text(nint(112 * merge(1.3_dp * top / 100, maximum(row), clipped))) // "]" &
+          & // newline // "set ylabel 'rms " // what // " (% of original)'" // newline // "plot " &
+          & // bars("'balance.csv'", "-", percent(rigid, original%residual%rms(row)), "lt 1 dt 1 lw 1 fs solid 1", &
+          & "on rigid ground") // ", \" // newline // "  " &
+          & // bars("''", "+", percent(mounted, original%mounted%rms(row)), "lt 2 dt 1 lw 1 fs pattern 2", "on the mounts") &
+          & // either(", keyentry with points pt 9 ps 1 lc rgb 'black' title 'above " // text(top) // " %'", "", &
+          & 100 * max(maximum(force), maximum(moment)) > top) // newline
+      end associate
+    end function panel
+
+    !> Largest force or moment of all variants, on rigid ground or on the mounts, relative to the original machine; at least 1.
+    pure real(dp) function maximum(row)
+      integer, intent(in) :: row
       integer :: k
 
       associate (original => variants(1))
@@ -65,15 +80,8 @@ contains
           if (original%mounted%rms(row) > least_original) maximum = max(maximum, &
             & variants(k)%mounted%rms(row) / original%mounted%rms(row))
         end do
-        clipped = 100 * maximum > top
-        lines = axis // newline // "set yrange [0:" // text(nint(112 * merge(1.3_dp * top / 100, maximum, clipped))) // "]" &
-          & // newline // "set ylabel 'rms " // what // " (% of original)'" // newline // "plot " &
-          & // bars("'balance.csv'", "-", percent(rigid, original%residual%rms(row)), "lt 1 dt 1 lw 1 fs solid 1", &
-          & "on rigid ground") // ", \" // newline // "  " &
-          & // bars("''", "+", percent(mounted, original%mounted%rms(row)), "lt 2 dt 1 lw 1 fs pattern 2", "on the mounts") &
-          & // either(", keyentry with points pt 9 ps 1 lc rgb 'black' title 'above " // text(top) // " %'", "", clipped) // newline
       end associate
-    end function panel
+    end function maximum
 
   end function plot_balance
 
