@@ -192,6 +192,17 @@ def test_report():
         check("report: the same bytes", same == text, "the same", "other bytes")
 
 
+def test_units():
+    """A table on the page shows all forces in one unit, that of the largest."""
+    with Folder(input=(DATA / "engine_four_stroke.nml").read_text()) as folder:
+        if Run(folder, "-q", "--report", "-s", "case.tasks='joints'", "input.nml").done("units"):
+            text = (folder / "input/report.html").read_text(encoding="utf-8")
+            for table in re.findall(r"<table>.*?</table>", text, re.S):
+                units = re.findall(r"<th[^>]*>f\w* [^<]*\((k?N)\)", table)
+                check("units: forces of a table", len(set(units)) < 2, "one unit", units)
+            check("units: table of joint forces", re.search(r"f peak \(kN\).*f rms \(kN\)", text, re.S), "kN", "none")
+
+
 def test_hostile_report():
     """Titles and names cannot add elements or scripts to the HTML report."""
     if not GNUPLOT:
@@ -247,4 +258,4 @@ def test_report_refused():
               ([*TOP, MACHINE[0], *MACHINE[2:], "Stability", "Input", "Report"], 0))
 
 
-HTML_REPORT_TESTS = (test_report, test_hostile_report, test_size_of_report, test_report_of_a_part, test_report_refused)
+HTML_REPORT_TESTS = (test_report, test_units, test_hostile_report, test_size_of_report, test_report_of_a_part, test_report_refused)

@@ -5,7 +5,7 @@ module gestell_output_page_table
   use gestell_base_markup, only: escaped
   use gestell_output_page_html, only: cell, row, scroll_start, with_squares
   use gestell_output_picture_axis, only: unit_words
-  use gestell_output_picture_axis_unit, only: axis_unit_type, pick_unit
+  use gestell_output_picture_axis_unit, only: axis_unit_type, maximum_in, pick_unit
   use gestell_output_table, only: column_type, nothing, table_type
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_is_nan
   implicit none (type, external)
@@ -109,8 +109,8 @@ contains
     end do
   end function value_column
 
-  !> Unit in which the page shows a column. Damping ratios are shown in per cent, directions and phases in degrees. Error
-  !> bounds have the unit of the values.
+  !> Unit in which the page shows a column. It is the same in all columns with the same unit in the files, and chosen by the largest
+  !> value in them. Damping ratios are shown in per cent, directions and phases in degrees.
   pure type(axis_unit_type) function shown_unit(table, k) result(unit)
     type(table_type), intent(in) :: table
     integer, intent(in) :: k
@@ -128,11 +128,11 @@ contains
         unit = axis_unit_type("deg", 180 / pi, "deg")
         return
       end if
-      maximum = largest(column%numbers)
-      if (words == "m/s" .and. maximum < 1) unit = axis_unit_type("1e3", 1.0e3_dp, "mm/s")
-      if (words == "rad/s" .or. words == "rad" .and. .not. (maximum < small_angle .and. maximum > rounding)) return
-      if (words /= "m/s" .and. len(words) <= len(unit%name)) unit = pick_unit(words, maximum)
     end associate
+    maximum = maximum_in(table, words)
+    if (words == "m/s" .and. maximum < 1) unit = axis_unit_type("1e3", 1.0e3_dp, "mm/s")
+    if (words == "rad/s" .or. words == "rad" .and. .not. (maximum < small_angle .and. maximum > rounding)) return
+    if (words /= "m/s" .and. len(words) <= len(unit%name)) unit = pick_unit(words, maximum)
   end function shown_unit
 
   !> Numbers of column `k` below this limit are rounding errors. They are compared with all columns that have the same unit, because
@@ -141,25 +141,15 @@ contains
   pure real(dp) function zero_limit(table, k) result(limit)
     type(table_type), intent(in) :: table
     integer, intent(in) :: k
-    integer :: i
 
-    limit = 0
-    do i = 1, size(table%columns)
-      associate (other => table%columns(i), own => table%columns(k)%unit%words)
-        if (allocated(other%numbers) .and. (i == k .or. own /= "" .and. other%unit%words == own)) limit = max(limit, &
-          & largest(other%numbers))
-      end associate
-    end do
-    if (table%columns(k)%unit%words == "rad") limit = 1
+    associate (column => table%columns(k))
+      limit = maximum_in(table, trim(column%unit%words))
+      if (column%unit%words == "" .and. allocated(column%numbers)) limit = max(0.0_dp, maxval(abs(column%numbers), &
+        & mask=ieee_is_finite(column%numbers)))
+      if (column%unit%words == "rad") limit = 1
+    end associate
     limit = rounding * limit
   end function zero_limit
-
-  !> Maximum of abs(x) over the finite values; 0 if there are none.
-  pure real(dp) function largest(x)
-    real(dp), intent(in) :: x(:)
-
-    largest = max(0.0_dp, maxval(abs(x), mask=ieee_is_finite(x)))
-  end function largest
 
   !> Heading cell with the label of a column and its unit in parentheses.
   pure function heading_cell(kind, column, unit, is_detail) result(words)

@@ -6,7 +6,7 @@ module gestell_output_picture_axis_unit
   implicit none (type, external)
   private
 
-  public :: label_with, maximum_of, pick_unit, unit_of
+  public :: label_with, maximum_in, maximum_of, pick_unit, unit_of
 
   !> Unit in which an axis shows a quantity.
   type, public :: axis_unit_type
@@ -29,7 +29,7 @@ contains
     unit = axis_unit_type(name=si)
     select case (si)
     case ("m", "rad", "m/s", "rad/s")
-      if (maximum < 1.0e-5_dp .and. maximum > 0) then
+      if (maximum < 1.0e-4_dp .and. maximum > 0) then
         unit = axis_unit_type("1e6", 1.0e6_dp, "µ" // si)
       else
         unit = axis_unit_type("1e3", 1.0e3_dp, "m" // si)
@@ -47,15 +47,33 @@ contains
     end select
   end function pick_unit
 
-  !> Unit for a panel that shows these columns of a table, which have the same unit.
+  !> Unit for a panel that shows these columns of a table, which have the same unit. It is chosen by the largest value in any column
+  !> of the table with this unit, so that all panels of a picture have the same unit.
   pure function unit_of(table, columns) result(unit)
     type(table_type), intent(in) :: table
     character(len=*), intent(in) :: columns(:)
     type(axis_unit_type) :: unit
 
-    if (size(columns) > 0) unit = pick_unit(trim(table%columns(table%number_of(columns(1)))%unit%words), &
-      & maximum_of(table, columns))
+    if (size(columns) == 0) return
+    associate (own => table%columns(table%number_of(columns(1)))%unit%words)
+      unit = pick_unit(trim(own), maximum_in(table, trim(own)))
+    end associate
   end function unit_of
+
+  !> Maximum absolute value in all columns of a table with this unit; infinite and missing values are ignored.
+  pure real(dp) function maximum_in(table, words) result(maximum)
+    type(table_type), intent(in) :: table
+    character(len=*), intent(in) :: words
+    integer :: i
+
+    maximum = 0
+    do i = 1, size(table%columns)
+      associate (column => table%columns(i))
+        if (column%unit%words == words .and. allocated(column%numbers)) maximum = max(maximum, maxval(abs(column%numbers), &
+          & mask=ieee_is_finite(column%numbers)))
+      end associate
+    end do
+  end function maximum_in
 
   !> Maximum absolute value in these columns of a table, in the unit of the table; infinite and missing values are ignored.
   pure real(dp) function maximum_of(table, columns) result(maximum)
