@@ -219,7 +219,7 @@ def test_pictures():
         solve(folder)
         texts = drawn("joints", folder / "new")
         if texts:
-            check("load diagram", "frame on crank at O" in texts.get("joints", ""), "its title", texts.get("joints"))
+            check("load diagram", "O: frame on crank" in texts.get("joints", ""), "its title", texts.get("joints"))
 
 
 def test_refused():

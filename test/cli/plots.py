@@ -68,6 +68,34 @@ def sound_picture(what, path):
     return "\n".join(texts)
 
 
+def boxes_of(path):
+    """The texts of an SVG with estimates of their boxes: (text, left, top, right, bottom); rotated texts are left out."""
+    boxes = []
+    root = xml.etree.ElementTree.fromstring(path.read_bytes())
+    for group in root.iter("{http://www.w3.org/2000/svg}g"):
+        text, place = group.find("{http://www.w3.org/2000/svg}text"), group.get("transform", "")
+        if text is None or "rotate" in place:
+            continue
+        x, y = map(float, re.findall(r"[-\d.]+", place)[:2])
+        words, size = " ".join("".join(text.itertext()).split()), float(group.get("font-size"))
+        # half of an em is the width of a mean letter of a sans-serif font
+        width = 0.5 * size * len(words)
+        left = x - width * dict(start=0, middle=0.5, end=1)[group.get("text-anchor", "start")]
+        boxes.append((words, left, y - 0.8 * size, left + width, y + 0.2 * size))
+    return root, boxes
+
+
+def legible(what, path):
+    """Checks that the texts of an SVG are inside it and do not lie on each other; returns them."""
+    root, boxes = boxes_of(path)
+    outside = [box for box in boxes if box[1] < 0 or box[2] < 0 or box[3] > float(root.get("width")) or box[4] > float(root.get("height"))]
+    equal(f"{what}, {path.name}, texts outside", outside, [])
+    over = [(one[0], other[0]) for i, one in enumerate(boxes) for other in boxes[:i]
+            if one[0] and other[0] and max(one[1], other[1]) < min(one[3], other[3]) and max(one[2], other[2]) < min(one[4], other[4])]
+    equal(f"{what}, {path.name}, texts on each other", over, [])
+    return [box[0] for box in boxes]
+
+
 def drawn(what, folder):
     """Checks that every table has a script that runs without output; returns the texts of the pictures by name."""
     texts = {}
@@ -357,6 +385,59 @@ def test_pictures_in_space():
                     check(f"pictures in space, {name}, {word}", not GNUPLOT or word in texts[name], word, texts.get(name))
 
 
+def test_many_curves():
+    """Legends and labels neither leave the picture nor lie on each other, however many curves and long names there are."""
+    if not GNUPLOT:
+        return
+    supports = "".join(f"&support position={0.1 * i},-0.2, stiffness={1e4 * i},2e4, damping=10,10 /\n" for i in range(1, 10))
+    probes = "".join(f"&probe name='probe {i}', position=0.0{i},0 /\n" for i in range(1, 14))
+    with Folder(input=SOUND + supports + probes) as folder:
+        if Run(folder, "-q", "input.nml", "-s", "case.tasks='forces','response'").done("many supports"):
+            drawn("many supports", folder / "input")
+            for name in ("supports", "supports_history", "supports_harmonics"):
+                texts = legible("many supports", folder / "input" / f"{name}.svg")
+                check(f"many supports, {name}, heading", any("the 7 largest of 1" in text for text in texts), "the number", texts)
+            legible("many probes", folder / "input" / "probes_harmonics.svg")
+    for name in ("inline_four", "engine_in_space", "flying_press", "khang_four_bar", "cam_press", "engine_four_stroke"):
+        with Folder(input=(DATA / f"{name}.nml").read_text()) as folder:
+            if not Run(folder, "-q", "input.nml", "-s", "case.tasks='joints','forces','response'").done(name):
+                continue
+            drawn(name, folder / "input")
+            for path in sorted((folder / "input").glob("*.svg")):
+                if path.stem in ("force_polar", "joints", "joints_history", "joints_harmonics", "joints_sources", "supports",
+                                 "supports_history", "supports_harmonics"):
+                    texts = legible(name, path)
+                    units = {text.rpartition("(")[2] for text in re.findall(r"\(\S*N\)", (path.with_suffix(".gp")).read_text())}
+                    check(f"{name}, {path.stem}, units of forces", len(units) < 2, "one", units)
+                    what = "the 8 largest of 1"
+                    if name == "inline_four" and path.stem.startswith("joints_h"):
+                        check(f"{name}, {path.stem}, heading", any(what in text for text in texts), what, texts)
+                    if name == "khang_four_bar":
+                        check(f"{name}, {path.stem}, no foundation", "foundation" not in texts, "none", texts)
+                    if name == "cam_press" and path.stem == "joints":
+                        check("load diagram of the cam", any(text.startswith("R: ") for text in texts), "R", texts)
+                    if path.stem == "joints_sources":
+                        check(f"{name}, causes", "weights" not in texts and len(set(texts)) == len(texts), "no weights", texts)
+
+
+def test_zero_forces():
+    """A force that is zero has no axes, and a moment that is zero has no curve."""
+    if not GNUPLOT:
+        return
+    with Folder(input=(DATA / "inline_four.nml").read_text()) as folder:
+        if Run(folder, "-q", "input.nml", "-s", "case.tasks='joints'", "-s", "joints.names='O','L'").done("zero forces"):
+            texts = drawn("zero forces", folder / "input")
+            script = (folder / "input" / "joints_history.gp").read_text()
+            equal("zero moments", [name for name in ("L:left", "R:right") if script.count(f'title "{name}"') > 1], [])
+            check("constant forces", "constant: " in texts["joints"], "the force", texts["joints"])
+    with Folder(input=SOUND) as folder:
+        still = "link(crank).mass=0", "link(crank).inertia=0", "link(coupler).mass=0", "link(coupler).inertia=0", "link(rocker).mass=0", \
+            "link(rocker).inertia=0"
+        if Run(folder, "-q", "input.nml", *(word for one in still for word in ("-s", one))).done("zero shaking force"):
+            texts = drawn("zero shaking force", folder / "input")
+            check("zero shaking force", "zero" in texts["force_polar"].split("\n"), "zero", texts["force_polar"])
+
+
 def test_loads_drawn():
     """With external loads there is no transmissibility, because they shake the frame too."""
     with Folder(input=(DATA / "press.nml").read_text()) as folder:
@@ -537,6 +618,6 @@ def test_trade():
 
 
 PLOT_TESTS = (test_scripts, test_titles, test_nothing_to_plot, test_crowded_pictures, test_small_orders, test_sweeps,
-              test_fewer_columns, test_borders, test_findings,
-              test_over_speed, test_pictures_in_space, test_loads_drawn, test_sensitivity, test_sensitivity_order, test_probes_drawn,
+              test_fewer_columns, test_borders, test_findings, test_over_speed, test_pictures_in_space, test_many_curves,
+              test_zero_forces, test_loads_drawn, test_sensitivity, test_sensitivity_order, test_probes_drawn,
               test_drawing, test_plot_option, test_names, test_no_gnuplot, test_trade)

@@ -14,8 +14,11 @@ module gestell_output_picture_orbits
 
   !> Number of points that mark equal parts of the period, and number of those that are labelled with the crank angle
   integer, parameter :: marked = 12, labelled = 4
-  !> Room around the orbit, relative to its half width
-  real(dp), parameter :: room = 1.3_dp
+  !> `room`: room around the orbit, relative to its half width. `noise`: values below this fraction of the largest in the picture
+  !> are zero. `constant`: a force whose variation is below this fraction of its magnitude is constant
+  real(dp), parameter :: room = 1.3_dp, noise = 1.0e-6_dp, constant = 0.01_dp
+  !> Maximum number of characters in the title of a panel
+  integer, parameter :: longest_title = 34
 
 contains
 
@@ -38,33 +41,30 @@ contains
   end subroutine orbit_layout
 
   !> Gnuplot lines for the orbit in two columns of a table over the period, whose first column is the crank angle.
-  pure function orbit_panel(table, columns, labels, title, round_origin) result(lines)
+  pure function orbit_panel(table, columns, labels, title, round_origin, largest) result(lines)
     type(table_type), intent(in) :: table
     !> `columns`: names of the columns for x and y, which have the same unit. `labels`: labels of the axes, without the unit
     character(len=*), intent(in) :: columns(2), labels(2), title
-    !> True if the panel is centred at the origin; false if it is centred at the orbit
+    !> True if the panel contains the origin; false if it is centred at the orbit
     logical, intent(in) :: round_origin
+    !> Largest value in all panels of the picture, which have the same unit
+    real(dp), intent(in) :: largest
     character(len=:), allocatable :: lines
-    real(dp) :: ends(2, 2)
-    integer :: number(2), k
+    integer :: number(2)
 
-    do k = 1, 2
-      number(k) = table%number_of(columns(k))
-      associate (values => table%columns(number(k))%numbers)
-        ends(:, k) = [minval(values, mask=ieee_is_finite(values)), maxval(values, mask=ieee_is_finite(values))]
-      end associate
-    end do
-    where (abs(ends) > 0.1_dp * huge(ends)) ends = 0
-    lines = panel("'" // table%name // ".csv'", number, table%rows - 1, ends, trim(table%columns(number(1))%unit%words), labels, &
-      & title, round_origin)
+    number = [table%number_of(columns(1)), table%number_of(columns(2))]
+    associate (x => table%columns(number(1)), y => table%columns(number(2)), crank => table%columns(1))
+      lines = panel("'" // table%name // ".csv'", number, transpose(reshape([x%numbers, y%numbers], [size(x%numbers), 2])), &
+        & crank%numbers, trim(x%unit%words), labels, title, round_origin, largest)
+    end associate
   end function orbit_panel
 
   !> Gnuplot lines for an orbit around the origin that is not in a table. The points become a block of data in the script.
-  pure function inline_orbit_panel(points, degrees, si, labels, title) result(lines)
+  pure function inline_orbit_panel(points, degrees, si, labels, title, largest) result(lines)
     !> Points at equal steps of the crank angle, from the beginning to the end of the period, shape (2, points)
     real(dp), intent(in) :: points(:, :)
-    !> Crank angle during the period (deg)
-    real(dp), intent(in) :: degrees
+    !> `degrees`: crank angle during the period (deg). `largest`: largest value in all panels of the picture
+    real(dp), intent(in) :: degrees, largest
     !> `si`: unit of the points. `labels`: labels of the axes, without the unit
     character(len=*), intent(in) :: si, labels(2), title
     character(len=:), allocatable :: lines
@@ -77,52 +77,54 @@ contains
       call block%append(concise(degrees * k / n, 6) // "," // concise(points(1, k + 1), 6) // "," // concise(points(2, k + 1), 6) &
         & // newline)
     end do
-    lines = block%whole() // "EOD" // newline // panel("$orbit", [2, 3], n, reshape([minval(points, dim=2), maxval(points, &
-      & dim=2)], [2, 2], order=[2, 1]), si, labels, title, .true.)
+    lines = block%whole() // "EOD" // newline // panel("$orbit", [2, 3], points, [(degrees * k / n, k = 0, n)], si, labels, title, &
+      & .true., largest)
   end function inline_orbit_panel
 
-  !> The panel of an orbit. Points mark twelfths of the period; every third is labelled with the crank angle.
-  pure function panel(source, columns, rows, ends, si, labels, title, round_origin) result(lines)
+  !> The panel of an orbit. Points mark twelfths of the period. If the orbit is practically a point, words take its place.
+  pure function panel(source, columns, points, crank, si, labels, title, round_origin, largest) result(lines)
     !> `source`: gnuplot name of the data. `si`: unit of the data. `labels`: labels of the axes, without the unit
     character(len=*), intent(in) :: source, si, labels(2), title
-    !> `columns`: numbers of the columns for x and y. `rows`: number of rows of the period
-    integer, intent(in) :: columns(2), rows
-    !> Minimum and maximum of x and y, shape (2, 2)
-    real(dp), intent(in) :: ends(2, 2)
+    !> Numbers of the columns for x and y
+    integer, intent(in) :: columns(2)
+    !> Points of the orbit, shape (2, points), their crank angles (deg), and the largest value in all panels of the picture
+    real(dp), intent(in) :: points(:, :), crank(:), largest
     logical, intent(in) :: round_origin
-    character(len=:), allocatable :: lines, x, y
+    character(len=:), allocatable :: lines, x, y, words
     type(axis_unit_type) :: unit
-    real(dp) :: centre(2), half
+    real(dp) :: ends(2, 2), middle(2), scale, half
+    integer :: k
 
-    centre = 0
-    if (.not. round_origin) centre = (ends(1, :) + ends(2, :)) / 2
-    half = max(maxval(abs(ends(1, :) - centre)), maxval(abs(ends(2, :) - centre)))
-    unit = pick_unit(si, maxval(abs(ends)))
-    half = room * unit%factor * half
-    centre = unit%factor * centre
-    ! variations that are only rounding errors are not enlarged
-    if (.not. half > 1.0e-9_dp * maxval(abs(centre))) half = max(1.0_dp, maxval(abs(centre)))
+    unit = pick_unit(si, largest)
+    scale = unit%factor * largest
+    do k = 1, 2
+      associate (values => points(k, :))
+        ends(:, k) = [minval(values, mask=ieee_is_finite(values)), maxval(values, mask=ieee_is_finite(values))]
+      end associate
+    end do
+    where (abs(ends) > 0.1_dp * huge(ends)) ends = 0
+    ends = unit%factor * ends
+    middle = sum(ends, dim=1) / 2
+    half = maxval(ends(2, :) - ends(1, :)) / 2
+    lines = panel_heading(title, longest_title) // "unset label" // newline
+    if (any(half <= [noise * scale, merge(constant, 0.0_dp, round_origin) * norm2(middle)])) then
+      words = "zero"
+      if (norm2(middle) > noise * scale) words = "constant: " // concise(norm2(middle), 3) // " " // trim(unit%name)
+      lines = lines // "unset xtics; unset ytics; unset xlabel; unset ylabel" // newline // "set label 1 '" // words &
+        & // "' at graph 0.5,graph 0.5 center" // newline // "plot [1:2] [1:2] NaN notitle" // newline
+      return
+    end if
+    if (round_origin) ends = reshape([min(ends(1, :), 0.0_dp), max(ends(2, :), 0.0_dp)], [2, 2], order=[2, 1])
+    half = room * maxval(ends(2, :) - ends(1, :)) / 2
+    ends = spread(sum(ends, dim=1) / 2, 1, 2) + reshape([-half, half, -half, half], [2, 2])
     x = "(" // trim(unit%words) // " * column(" // text(columns(1)) // "))"
     y = "(" // trim(unit%words) // " * column(" // text(columns(2)) // "))"
-    lines = panel_heading(title) // axis("x", 1) // axis("y", 2) &
-      & // "set xzeroaxis lt 8 dt 1 lw 0.6; set yzeroaxis lt 8 dt 1 lw 0.6" // newline &
-      & // "outward(v, u, c) = v + " // concise(0.11_dp * half, 4) // " * (v - c) / (u > 0 ? u : 1)" // newline &
-      & // "away(v, w) = sqrt((v - " // concise(centre(1), 7) // ")**2 + (w - " // concise(centre(2), 7) // ")**2)" // newline &
-      & // "plot " // source // " using " // x // ":" // y // " with lines lt 1 notitle, " // source // every(marked) // " using " &
-      & // x // ":" // y // " with points lt 1 pt 7 ps 0.5 notitle, " // source // every(labelled) // " using (outward(" // x &
-      & // ", away(" // x // ", " // y // "), " // concise(centre(1), 7) // ")):(outward(" // y // ", away(" // x // ", " // y &
-      & // "), " // concise(centre(2), 7) // ")):(sprintf('%.0f°', column(1))) with labels font ',12' textcolor rgb '#444444' " &
-      & // "notitle" // newline
+    lines = lines // axis("x", 1) // axis("y", 2) // "set xzeroaxis lt 8 dt 1 lw 0.6; set yzeroaxis lt 8 dt 1 lw 0.6" // newline &
+      & // angle_labels(unit%factor * points, crank, middle, ends) // "plot " // source // " using " // x // ":" // y &
+      & // " with lines lt 1 notitle, " // source // " every " // text(step(size(points, 2) - 1, marked)) // "::0::" &
+      & // text(max(size(points, 2) - 2, 0)) // " using " // x // ":" // y // " with points lt 1 pt 7 ps 0.5 notitle" // newline
 
   contains
-
-    !> Gnuplot option that selects `parts` rows at equal distances.
-    pure function every(parts) result(words)
-      integer, intent(in) :: parts
-      character(len=:), allocatable :: words
-
-      words = " every " // text(max(1, nint(real(rows, dp) / parts))) // "::0::" // text(max(rows, 1) - 1)
-    end function every
 
     !> Range, tics and label of an axis.
     pure function axis(letter, k) result(line)
@@ -130,12 +132,73 @@ contains
       integer, intent(in) :: k
       character(len=:), allocatable :: line
 
-      line = "set " // letter // "range [" // concise(centre(k) - half, 6) // ":" // concise(centre(k) + half, 6) // "]; set " &
-        & // letter // "tics " // concise(tic_step(half), 3) // "; set " // letter // "label " &
+      line = "set " // letter // "range [" // concise(ends(1, k), 6) // ":" // concise(ends(2, k), 6) // "]; set " // letter &
+        & // "tics nomirror " // concise(tic_step(half), 3) // "; set " // letter // "label " &
         & // quoted(label_with(labels(k), unit)) // " noenhanced" // newline
     end function axis
 
   end function panel
+
+  !> Gnuplot lines with the crank angles at quarters of the period, beside the orbit. Angles at nearly the same point share a label.
+  !> A label for which there is no room beside the orbit and earlier labels is left out. All labels are left out if the orbit is
+  !> smaller than they are.
+  pure function angle_labels(points, crank, middle, ends) result(lines)
+    !> Points of the orbit, shape (2, points), their crank angles, middle of the orbit, and ends of the axes, shape (2, 2)
+    real(dp), intent(in) :: points(:, :), crank(:), middle(2), ends(2, 2)
+    character(len=:), allocatable :: lines
+    !> Width of a character and height of a label, and space around it, as fractions of the axes
+    real(dp), parameter :: character_width = 0.031_dp, height = 0.065_dp, space = 0.02_dp
+    !> Angles between the direction from the middle to the point, and the direction from the point to its label (deg)
+    real(dp), parameter :: turns(8) = [0.0_dp, 45.0_dp, -45.0_dp, 90.0_dp, -90.0_dp, 135.0_dp, -135.0_dp, 180.0_dp]
+    character(len=32) :: words(labelled)
+    real(dp) :: at(2, labelled), box(2, labelled), centre(2), angle, side
+    logical :: shown(labelled)
+    integer :: i, k, m, n, first
+
+    side = ends(2, 1) - ends(1, 1)
+    lines = ""
+    n = 0
+    do k = 0, labelled - 1
+      i = 1 + k * step(size(points, 2) - 1, labelled)
+      if (i > size(points, 2) - merge(1, 0, k > 0)) exit
+      if (.not. all(ieee_is_finite(points(:, i)))) cycle
+      do first = 1, n
+        if (norm2(points(:, i) - at(:, first)) < space * side) exit
+      end do
+      if (first > n) then
+        n = first
+        at(:, n) = points(:, i)
+        words(n) = ""
+      else
+        words(first) = trim(words(first)) // "/"
+      end if
+      words(first) = trim(words(first)) // text(nint(crank(i))) // "°"
+    end do
+    if (maxval(maxval(points, dim=2) - minval(points, dim=2)) < 4 * character_width * side) return
+    shown = .false.
+    do k = 1, n
+      box(:, k) = side * [character_width * (len_trim(words(k)) - 1), height]
+      do m = 1, size(turns)
+        angle = atan2(at(2, k) - middle(2), at(1, k) - middle(1)) + turns(m) * acos(-1.0_dp) / 180
+        centre = at(:, k) + [cos(angle), sin(angle)] * (box(:, k) / 2 + space * side)
+        shown(k) = all(centre - box(:, k) / 2 > ends(1, :) .and. centre + box(:, k) / 2 < ends(2, :)) .and. .not. any([(shown(i) &
+          & .and. all(abs(centre - at(:, i)) < (box(:, k) + box(:, i)) / 2), i = 1, k - 1)]) .and. .not. any(abs(points(1, :) &
+          & - centre(1)) < box(1, k) / 2 .and. abs(points(2, :) - centre(2)) < box(2, k) / 2)
+        if (shown(k)) exit
+      end do
+      if (.not. shown(k)) cycle
+      at(:, k) = centre
+      lines = lines // "set label " // text(k) // " '" // trim(words(k)) // "' at " // concise(centre(1), 6) // "," &
+        & // concise(centre(2), 6) // " center font ',12' textcolor rgb '#444444'" // newline
+    end do
+  end function angle_labels
+
+  !> Distance of rows that divides this number of rows into equal parts.
+  pure integer function step(rows, parts)
+    integer, intent(in) :: rows, parts
+
+    step = max(1, nint(real(rows, dp) / parts))
+  end function step
 
   !> Distance of tics on an axis with this half width: 1, 2 or 5 times a power of ten, so that three to five tics fit.
   pure real(dp) function tic_step(half) result(step)

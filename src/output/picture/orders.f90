@@ -4,6 +4,7 @@ module gestell_output_picture_orders
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, either, newline, text
   use gestell_output_picture_axis_unit, only: axis_unit_type, label_with, maximum_of, unit_of
+  use gestell_output_picture_panels, only: longest_entry
   use gestell_output_picture_script, only: quoted
   use gestell_output_table, only: table_type
   implicit none (type, external)
@@ -94,7 +95,7 @@ contains
       style = "lt " // text(1 + mod(i - 1, 8))
       call curves%append(either(", \" // newline // "  ", "", i > 1) // "'" // table%name // ".csv' using " // x // ":" // y &
         & // " with impulses " // style // " dt 1 lw 2 notitle, '' using " // x // ":" // y // " with points " // style &
-        & // " ps 0.8 title " // quoted(trim(titles(i))) // " noenhanced")
+        & // " ps 0.8 title " // quoted(trim(titles(i)), longest_entry) // " noenhanced")
     end do
     lines = "unset logscale y; set yrange [0:1]; set format y" // newline
     if (most > 0) lines = "set logscale y; set yrange [" &

@@ -3,6 +3,7 @@ module gestell_output_picture_panels
   use gestell_base_growing_text, only: growing_text_type
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, either, newline, text
+  use gestell_math_sorting, only: ascending
   use gestell_model_frame, only: frame_type
   use gestell_output_picture_axis_unit, only: axis_unit_type, label_with, unit_of
   use gestell_output_picture_script, only: quoted, span
@@ -11,30 +12,68 @@ module gestell_output_picture_panels
   implicit none (type, external)
   private
 
-  public :: bars, height_of, history_panel, key_line, layout_line, turn_axis, range_with_margin
+  public :: bars, choose_largest, height_of, history_panel, key_line, layout_line, legend_height, turn_axis, range_with_margin
 
   !> Maximum length of a gnuplot expression for the values of a column, without the factor; names of joints and links may be long
   integer, parameter :: longest_column = 640
+  !> Curves whose peak is below this fraction of the largest are not drawn
+  real(dp), parameter :: least = 1.0e-3_dp
+  !> Maximum number of characters of an entry of a legend
+  integer, parameter, public :: longest_entry = 40
 
 contains
 
+  !> Chooses the curves of a picture: the `most` with the largest peaks, in their order, without those that are practically zero.
+  pure subroutine choose_largest(peaks, most, chosen, remark)
+    real(dp), intent(in) :: peaks(:)
+    integer, intent(in) :: most
+    integer, allocatable, intent(out) :: chosen(:)
+    !> Text for the heading, for example ", the 8 largest of 14"; empty if no curve was left out because there are too many
+    character(len=:), allocatable, intent(out) :: remark
+    integer :: order(size(peaks)), i
+
+    ! Rounding errors must not decide between equal peaks.
+    order = ascending(-anint(1.0e6_dp * peaks / max(maxval([0.0_dp, peaks]), tiny(1.0_dp))))
+    chosen = pack(order, peaks(order) >= least * maxval([0.0_dp, peaks]))
+    remark = ""
+    if (size(chosen) > most) remark = ", the " // text(most) // " largest of " // text(size(peaks))
+    chosen = chosen(:min(most, size(chosen)))
+    chosen = pack([(i, i = 1, size(peaks))], [(any(chosen == i), i = 1, size(peaks))])
+  end subroutine choose_largest
+
+  !> Height in pixels that a legend with these entries needs above a panel in addition to the height of `free` rows.
+  pure integer function legend_height(titles, free)
+    character(len=*), intent(in) :: titles(:)
+    integer, intent(in) :: free
+    !> Pixels: width of a picture without its left margin, width of a character, of the sample of a line, and height of a row
+    integer, parameter :: width = 530, character_width = 9, sample = 45, row = 18
+    integer :: columns
+
+    columns = max(1, width / (sample + character_width * min(longest_entry, maxval([0, len_trim(titles)]))))
+    legend_height = row * max(0, (size(titles) + columns - 1) / columns - free)
+  end function legend_height
+
   !> Gnuplot line that arranges the panels below the heading of the picture, with `across` panels in a row. `legend`: height in
-  !> pixels that is reserved for a legend at the bottom.
-  pure function layout_line(panels, across, legend) result(line)
+  !> pixels that is reserved for a legend at the bottom. `above`, `between`: additional height for legends above the first row of
+  !> panels, and between the rows.
+  pure function layout_line(panels, across, legend, above, between) result(line)
     integer, intent(in) :: panels, across
-    integer, intent(in), optional :: legend
+    integer, intent(in), optional :: legend, above, between
     character(len=:), allocatable :: line
-    real(dp) :: height, below
+    real(dp) :: height, below, top, gap
     integer :: rows
 
     rows = (panels + across - 1) / across
-    height = height_of(rows)
     below = 70
-    if (present(legend)) height = height + legend
     if (present(legend)) below = below + legend
+    top = 86
+    if (present(above)) top = top + above
+    gap = 34
+    if (present(between)) gap = gap + between
+    height = height_of(rows) + below - 70 + top - 86 + (rows - 1) * (gap - 34)
     line = "set multiplot layout " // text(rows) // "," // text(across) // " margins " // merge("0.145", "0.155", across == 1) &
-      & // ",0.975," // concise(below / height, 3) // "," // concise(1 - 86 / height, 3) &
-      & // " spacing 0.165," // concise(34 / height, 3) // " title heading noenhanced" // newline
+      & // ",0.975," // concise(below / height, 3) // "," // concise(1 - top / height, 3) &
+      & // " spacing 0.165," // concise(gap / height, 3) // " title heading noenhanced" // newline
   end function layout_line
 
   !> Gnuplot range between two values, with a margin at both ends so that a mark and its label fit.
@@ -104,7 +143,7 @@ contains
       if (present(styles)) number = styles(i)
       if (i > 1) call curves%append(", \" // newline // "  ")
       call curves%append("'" // table%name // ".csv' using 1:(" // trim(values(i)) // ") with lines lt " // text(style(number)) &
-        & // " title " // quoted(trim(titles(i))) // " noenhanced")
+        & // " title " // quoted(trim(titles(i)), longest_entry) // " noenhanced")
     end do
     lines = extent_lines(table%name // ".csv", values) // "set yrange [low - 0.07 * (high - low):high + 0.07 * (high - low)]" &
       & // newline // "set ylabel " // quoted(label_with(name, unit)) // " noenhanced" // newline // "plot " // curves%whole() &
@@ -123,14 +162,14 @@ contains
     end do
   end function values_of
 
-  !> Gnuplot style of the i-th of several bars at the same order. Successive bars use `fills` fill patterns in turn, so that they
+  !> Gnuplot options for the i-th of several bars at the same place. Successive bars use `fills` fill patterns in turn, so that they
   !> differ in black-and-white print.
   pure function bars(i, fills)
     integer, intent(in) :: i, fills
     character(len=:), allocatable :: bars
     character(len=*), parameter :: all(5) = [character(len=10) :: "solid 1", "pattern 2", "solid 0.25", "pattern 5", "pattern 4"]
 
-    bars = "boxes lt " // text(i) // " dt 1 lw 1 fs " // trim(all(1 + mod(i - 1, fills)))
+    bars = " lt " // text(i) // " dt 1 lw 1 fs " // trim(all(1 + mod(i - 1, fills)))
   end function bars
 
   !> Number of the gnuplot line type for the i-th curve. The script defines eight line types, which are used in turn.

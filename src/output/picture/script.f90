@@ -120,30 +120,36 @@ contains
   end function head
 
   !> Gnuplot line that sets the title of one panel.
-  pure function panel_heading(shown) result(line)
+  pure function panel_heading(shown, most) result(line)
     character(len=*), intent(in) :: shown
+    !> Maximum number of characters
+    integer, intent(in), optional :: most
     character(len=:), allocatable :: line
 
-    line = "set title " // quoted(shown) // " noenhanced font "",12"" offset 0,-0.6" // newline
+    line = "set title " // quoted(shown, most) // " noenhanced font "",12"" offset 0,-0.6" // newline
   end function panel_heading
 
   !> A user's text as a gnuplot string in which no character has a special meaning; the string is also valid in XML. Control
-  !> characters become blanks, bytes that are not UTF-8 become "?", and "..." replaces the text after `longest_title` characters.
-  pure function quoted(words) result(string)
+  !> characters become blanks, bytes that are not UTF-8 become "?", and "..." replaces the text after `most` characters.
+  pure function quoted(words, most) result(string)
     character(len=*), intent(in) :: words
+    !> If absent: `longest_title`
+    integer, intent(in), optional :: most
     character(len=:), allocatable :: string
     !> Characters that have a special meaning in gnuplot strings, or that gnuplot mistakes for the end of a string
     character(len=*), parameter :: active = "'""\`@${}#%"
     character(len=3) :: octal
-    integer :: i, n, characters
+    integer :: i, n, characters, last
     logical :: coded
 
+    last = longest_title
+    if (present(most)) last = most
     string = """"
     coded = .false.
     i = 1
     characters = 0
     do while (i <= len(words))
-      if (characters == longest_title) then
+      if (characters == last) then
         string = string // "..."
         exit
       end if
@@ -169,23 +175,27 @@ contains
   end function quoted
 
   !> A user's text as the label of a gnuplot tic. Every per cent sign is doubled, because gnuplot reads the label as a format.
-  pure function tic(words) result(string)
+  pure function tic(words, most) result(string)
     character(len=*), intent(in) :: words
+    !> Maximum number of characters
+    integer, intent(in), optional :: most
     character(len=:), allocatable :: string
 
-    string = doubled(quoted(words), "\045")
+    string = doubled(quoted(words, most), "\045")
   end function tic
 
   !> Gnuplot list of tics at the positions `first`, `first` + 1, ... The labels of the tics are `names`.
-  pure function tics(names, first) result(list)
+  pure function tics(names, first, most) result(list)
     character(len=*), intent(in) :: names(:)
     integer, intent(in) :: first
+    !> Maximum number of characters of a label
+    integer, intent(in), optional :: most
     character(len=:), allocatable :: list
     integer :: i
 
     list = ""
     do i = 1, size(names)
-      list = list // either(", ", "", i > 1) // tic(trim(names(i))) // " " // text(first + i - 1)
+      list = list // either(", ", "", i > 1) // tic(trim(names(i)), most) // " " // text(first + i - 1)
     end do
   end function tics
 

@@ -7,7 +7,9 @@ module gestell_task_probes_plot
   use gestell_output_report_orders, only: turns_in_words
   use gestell_output_picture_axis_unit, only: maximum_of
   use gestell_output_picture_script, only: figure_type, new_figure, tics
-  use gestell_output_picture_panels, only: bar_style => bars, height_of, history_panel, key_line, layout_line, turn_axis
+  use gestell_output_picture_panels, only: bar_style => bars, height_of, history_panel, key_line, layout_line, &
+    & legend_height, turn_axis
+  use gestell_output_picture_axis_unit, only: maximum_in
   use gestell_output_picture_orbits, only: orbit_layout, orbit_panel
   use gestell_output_picture_orders, only: highest_order, order_axis, order_panel
   use gestell_output_table, only: table_type
@@ -64,7 +66,7 @@ contains
       character(len=:), allocatable :: words
 
       words = " using ($0 + " // concise(0.78_dp / (axes + 1) * (i - 1 - axes / 2.0_dp), 3) // "):(column('" &
-        & // table%key_of(column) // "')) with " // bar_style(i, 3) // " border lt -1 title '" // title // "', \" // newline
+        & // table%key_of(column) // "')) with boxes" // bar_style(i, 3) // " border lt -1 title '" // title // "', \" // newline
     end function boxes
 
   end function plot_limits
@@ -120,7 +122,8 @@ contains
       ! gfortran 12 never frees trim(names(i)) if it is an argument of this function
       name = trim(names(i))
       do k = 1, n
-        lines = lines // orbit_panel(table, along(planes(:, k)) // "_" // name, along(planes(:, k)), name, .false.)
+        lines = lines // orbit_panel(table, along(planes(:, k)) // "_" // name, along(planes(:, k)), name, .false., &
+          & maximum_in(table, "m"))
       end do
     end do
     figure = new_figure("probes_orbit", "Orbits of the probes (angles: crank)", lines // "unset multiplot" // newline, &
@@ -136,20 +139,21 @@ contains
     integer, intent(in) :: axes, turns
     character(len=:), allocatable :: lines
     character(len=word_length + 20) :: columns(size(names), axes)
-    integer :: i, k
+    integer :: i, k, above
 
     do k = 1, axes
       do i = 1, size(names)
         columns(i, k) = amplitude_of("v" // along(k) // "_" // trim(names(i)), metre_per_s)
       end do
     end do
-    lines = layout_line(axes, 1) // "set grid noxtics ytics" // newline
+    above = legend_height(names, 2)
+    lines = layout_line(axes, 1, above=above) // "set grid noxtics ytics" // newline
     do k = 1, axes
       lines = lines // order_axis(table, highest_order(table, [columns], turns), k == axes, turns) // key_line(k == 1) &
         & // order_panel(table, along(k) // "'", columns(:, k), names, turns)
     end do
     figure = new_figure(table%name, "Amplitudes of the vibration velocity at the probes", lines // "unset multiplot" // newline, &
-      & height=nint(height_of(axes)))
+      & height=nint(height_of(axes)) + above)
   end function plot_orders
 
 end module gestell_task_probes_plot

@@ -9,6 +9,7 @@ module gestell_task_response_shaking_plot
   use gestell_model_frame_shaking, only: shaking_loads
   use gestell_model_space, only: is_rotation
   use gestell_output_picture_axis, only: decade_lines
+  use gestell_output_picture_axis_unit, only: maximum_in
   use gestell_output_picture_marks, only: choose_spaced
   use gestell_output_picture_orbits, only: inline_orbit_panel, orbit_layout, orbit_panel
   use gestell_output_picture_script, only: figure_type, new_figure
@@ -62,13 +63,15 @@ contains
     integer, parameter :: along(3) = [1, 2, 4], planes(2, 3) = reshape([1, 2, 1, 3, 2, 3], [2, 3])
     character(len=2), parameter :: columns(3) = ["fx", "fy", "fz"]
     character(len=7), parameter :: labels(3) = ["force x", "force y", "force z"]
-    real(dp) :: shown(size(loads, 1), size(loads, 2))
+    real(dp) :: shown(size(loads, 1), size(loads, 2)), largest
     character(len=:), allocatable :: lines
     integer :: i, n, height
 
+    largest = maximum_in(table, "N")
     shown = loads
     if (size(loads) > 0) then
-      where (abs(loads) < noise * maxval(abs(loads(along(:merge(3, 2, frame%dofs() > 3)), :)))) shown = 0
+      largest = max(largest, maxval(abs(loads(along(:merge(3, 2, frame%dofs() > 3)), :))))
+      where (abs(loads) < noise * largest) shown = 0
     end if
     n = merge(3, 1, frame%dofs() > 3)
     call orbit_layout(2 * n, 2, lines, height)
@@ -77,8 +80,8 @@ contains
     do i = 1, n
       associate (k => planes(:, i))
         if (size(loads) > 0) lines = lines // inline_orbit_panel(closed(shown(along(k), :)), frame%degrees_per_period(), "N", &
-          & labels(k), "shaking force on a frame at rest")
-        lines = lines // orbit_panel(table, columns(k), labels(k), "force on the ground", .true.)
+          & labels(k), "shaking force on a frame at rest", largest)
+        lines = lines // orbit_panel(table, columns(k), labels(k), "force on the ground", .true., largest)
       end associate
     end do
     figure = new_figure("force_polar", "Polar diagrams of the forces at " // speed_in_words(frame) // " (angles of the crank)", &
