@@ -200,14 +200,14 @@ contains
     step = max(1, nint(real(rows, dp) / parts))
   end function step
 
-  !> Distance of tics on an axis with this half width: 1, 2 or 5 times a power of ten, so that three to five tics fit.
+  !> Distance of tics on an axis with this half width: 1, 2, 5 or 10 times a power of ten, so that two to five tics fit.
   pure real(dp) function tic_step(half) result(step)
     real(dp), intent(in) :: half
-    real(dp) :: decade, most
+    real(dp) :: decade, least
 
-    most = half / 1.25_dp
-    decade = 10.0_dp**floor(log10(most))
-    step = decade * merge(1.0_dp, merge(2.0_dp, 5.0_dp, most < 5 * decade), most < 2 * decade)
+    least = half / 2.5_dp
+    decade = 10.0_dp**floor(log10(least))
+    step = decade * merge(merge(2.0_dp, 5.0_dp, least < 2 * decade), 10.0_dp, least < 5 * decade)
   end function tic_step
 
 end module gestell_output_picture_orbits
