@@ -28,6 +28,7 @@ contains
     !> Number of turns that the crank makes in the period
     integer, intent(in) :: turns
     type(figure_type), allocatable :: figures(:)
+    type(figure_type) :: figure
     character(len=:), allocatable :: lines
     integer, allocatable :: harmonics(:)
     real(dp) :: ends(2), height
@@ -57,8 +58,9 @@ contains
       if (i == panels) lines = lines // "set format x; set xlabel 'crank speed (rpm)'" // newline
       lines = lines // panel(quantities(i))
     end do
-    figures = [new_figure("order_map", "Order map: amplitude of each order over the crank speed", lines // "unset multiplot" &
-      & // newline, height=nint(height), table=table%name)]
+    figure = new_figure("order_map", "Order map: amplitude of each order over the crank speed", lines // "unset multiplot" &
+      & // newline, height=nint(height), table=table%name)
+    figures = [figure]
 
   contains
 

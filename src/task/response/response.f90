@@ -53,6 +53,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(name_type) :: names(3 * context%configuration%frame%dofs())
     type(table_type) :: history, harmonics
+    type(figure_type) :: figure
     type(figure_type), allocatable :: figures(:)
     real(dp), allocatable :: loads(:, :)
     real(dp) :: peak
@@ -80,7 +81,9 @@ contains
           call result%add(harmonics, plot_harmonics(harmonics, frame))
           if (context%may_draw()) then
             call sample_shaking(frame, loads)
-            figures = [plot_force_polar(history, frame, loads), plot_transmissibility(harmonics, frame, loads)]
+            figure = plot_force_polar(history, frame, loads)
+            call result%add_figure(figure)
+            figures = plot_transmissibility(harmonics, frame, loads)
             do k = 1, size(figures)
               call result%add_figure(figures(k))
             end do

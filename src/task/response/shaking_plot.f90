@@ -105,6 +105,7 @@ contains
     class(frame_type), intent(in) :: frame
     real(dp), intent(in) :: loads(:, :)
     type(figure_type), allocatable :: figures(:)
+    type(figure_type) :: figure
     type(fourier_type) :: series(size(loads, 1))
     type(name_type) :: names(3 * frame%dofs())
     type(growing_text_type) :: curves, rigid
@@ -138,10 +139,12 @@ contains
           & // text(i) // " ps 1.1 title '" // trim(names(2 * frame%dofs() + i)%symbol) // "'")
       end associate
     end do
-    if (any(ratio > 0)) figures = [new_figure("transmissibility", "Transmissibility at " // speed_in_words(frame) &
+    if (.not. any(ratio > 0)) return
+    figure = new_figure("transmissibility", "Transmissibility at " // speed_in_words(frame) &
       & // ": force on the ground / on a frame at rest", axes(ratio) // rigid%whole() &
       & // "plot 1 with lines lt 7 dt 1 lw 1 notitle" // curves%whole() // newline // "unset multiplot" // newline, &
-      & height=460, table="harmonics")]
+      & height=460, table="harmonics")
+    figures = [figure]
 
   contains
 

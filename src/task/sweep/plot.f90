@@ -54,14 +54,14 @@ contains
     if (counts /= "") counts = ": " // counts
     over = parameter_title(trim(plan%paths(varying)))
     if (is_chart) over = parameter_title(trim(plan%paths(1))) // " and " // parameter_title(trim(plan%paths(2)))
-    allocate(figures(0))
-    do i = 1, min(size(shown), most_pictures)
+    allocate(figures(min(size(shown), most_pictures)))
+    do i = 1, size(figures)
       if (is_chart) then
-        figures = [figures, new_figure(picture_name(i), trim(shown(i)%name) // " over " // over // counts, &
-          & chart_lines(plan, shown(i)), height=520, table="sweep")]
+        figures(i) = new_figure(picture_name(i), trim(shown(i)%name) // " over " // over // counts, &
+          & chart_lines(plan, shown(i)), height=520, table="sweep")
       else
-        figures = [figures, new_figure(picture_name(i), trim(shown(i)%name) // " over " // over // counts, &
-          & curve_lines(plan, varying, shown(i), summary), height=420, table="sweep")]
+        figures(i) = new_figure(picture_name(i), trim(shown(i)%name) // " over " // over // counts, &
+          & curve_lines(plan, varying, shown(i), summary), height=420, table="sweep")
       end if
     end do
   end function plot_sweep
