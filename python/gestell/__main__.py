@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import argparse
+import signal
 import sys
 import webbrowser
 
@@ -19,22 +20,27 @@ def main(arguments: list | None = None) -> int:
     live.add_argument("--port", type=int, default=PORT, help=f"port of the page on this computer (default {PORT})")
     live.add_argument("--no-browser", action="store_true", help="only print the address of the page")
     options = parser.parse_args(arguments)
+    if hasattr(sys.stdout, "reconfigure"):
+        # a terminal that cannot show a name shows ? in its place
+        sys.stdout.reconfigure(errors="replace")
+        sys.stderr.reconfigure(errors="replace")
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
-        server = Server(options.file, options.port)
+        with Server(options.file, options.port) as server:
+            print(f"{options.file} is shown at {server.address}\nStop with Ctrl+C.", flush=True)
+            if not options.no_browser:
+                webbrowser.open(server.address)
+            server.serve_forever()
     except Error as error:
         print(error.message, file=sys.stderr)
         return error.code
+    except BrokenPipeError:
+        return 1
     except (OSError, OverflowError) as error:
         print(f"port {options.port} cannot be used: {error}; choose another one with --port", file=sys.stderr)
         return 1
-    with server:
-        print(f"{options.file} is shown at {server.address}\nStop with Ctrl+C.", flush=True)
-        if not options.no_browser:
-            webbrowser.open(server.address)
-        try:
-            server.serve_forever()
-        except KeyboardInterrupt:
-            print()
+    except KeyboardInterrupt:
+        print()
     return 0
 
 

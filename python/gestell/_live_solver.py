@@ -5,9 +5,11 @@ import contextlib
 import json
 import os
 import queue
+import re
 import subprocess
 import sys
 import threading
+import time
 
 from ._library import Error
 from ._machine import Machine
@@ -16,13 +18,15 @@ from ._machine import Machine
 TASKS = ("drawing", "stability", "modes", "response", "forces")
 FURTHER = ("joints", "power", "balance", "separation", "sensitivity")
 SECONDS = 20
+MOST_POINTS = 720
+MOST_CLIENTS = 1000
 MEMORY = 4 << 30
 # Titles of the curves, and factor and unit in which people read the columns with this unit.
 CURVES = {"m": ("Displacement of the frame", 1e3, "mm"), "rad": ("Rotation of the frame", 1e3, "mrad"),
           "N": ("Force on the ground", 1, "N"), "N m": ("Moment on the ground", 1, "N m")}
 
 
-def solve(text: str, changes: list, tasks: list) -> dict:
+def solve(text: str, changes: list) -> dict:
     """The machine with the changes, a list of paths and values as text: its input, its parameters, its page and its curves.
 
     Raises gestell.Error if the machine cannot be solved.
@@ -32,7 +36,8 @@ def solve(text: str, changes: list, tasks: list) -> dict:
         machine[path] = value
     text = machine.text
     machine = _machine(text)
-    tasks = [*TASKS, *(task for task in FURTHER if task in tasks)]
+    requested = _requested(text)
+    tasks = [*TASKS, *(task for task in FURTHER if task in requested)]
     try:
         solution = machine.solve(tasks)
     except Error as first:
@@ -41,7 +46,22 @@ def solve(text: str, changes: list, tasks: list) -> dict:
             solution = machine.solve(tasks[1:])
         except Error:
             raise first from None
-    return {"text": text, "parameters": solution.machine["parameters"], "page": solution.page, "curves": _curves(solution)}
+    parameters = [one for one in solution.machine["parameters"] if one["path"] != "case.tasks" or requested]
+    for one in parameters:
+        if one["path"] == "case.tasks":
+            # those of the input, not those that were solved
+            one["values"] = requested
+    return {"text": text, "parameters": parameters, "page": solution.page, "curves": _curves(solution)}
+
+
+def _requested(text: str) -> list:
+    """Tasks that an input requests."""
+    quoted, comment = r"'[^']*'|\"[^\"]*\"", r"![^\n]*"
+    # words in quotes and comments before the key are passed over
+    for found in re.finditer(rf"{quoted}|{comment}|\btasks\s*=((?:{quoted}|{comment}|[\s,])*)", text, re.I):
+        if found[1]:
+            return [word[1:-1].strip().lower() for word in re.findall(quoted, re.sub(rf"({quoted})|{comment}", r"\1", found[1]))]
+    return []
 
 
 def _machine(text: str) -> Machine:
@@ -55,12 +75,13 @@ def _curves(solution) -> list:
         return []
     table = solution.table("response")
     curves: dict = {}
+    step = 1 + (table.rows - 1) // MOST_POINTS
     for key, column in table.items():
         if key in ("crank_deg", "t_s") or "_dot_" in key:
             continue
         title, factor, unit = CURVES[column.unit]
-        diagram = curves.setdefault(title, {"title": title, "unit": unit, "x": table["crank_deg"].tolist(), "series": []})
-        diagram["series"].append({"name": key.rsplit("_", 1)[0], "values": (factor * column).tolist()})
+        diagram = curves.setdefault(title, {"title": title, "unit": unit, "x": table["crank_deg"][::step].tolist(), "series": []})
+        diagram["series"].append({"name": key.rsplit("_", 1)[0], "values": (factor * column[::step]).tolist()})
     return list(curves.values())
 
 
@@ -76,14 +97,16 @@ class Solver:
         self._process = None
         self._answers: queue.Queue = queue.Queue()
 
-    def answer(self, client: str, number: int, text: str, changes: list, tasks: list) -> str:
+    def answer(self, client: str, number: int, text: str, changes: list) -> str:
         """The result of `solve` in JSON, or {"error": message}, or {"outdated": true} if the client has sent a later request."""
+        if len(self._latest) > MOST_CLIENTS:
+            self._latest.clear()
         self._latest[client] = max(number, self._latest.get(client, number))
         with self._busy:
-            if self._latest[client] > number:
+            if self._latest.get(client, number) > number:
                 return json.dumps({"outdated": True})
             try:
-                return self._ask(json.dumps([text, changes, tasks])) or _failure("the computation has ended unexpectedly")
+                return self._ask(json.dumps([text, changes])) or _failure("the computation has ended unexpectedly")
             except OSError:
                 return _failure("the computation has ended unexpectedly")
             except queue.Empty:
@@ -100,8 +123,9 @@ class Solver:
 
     def _start(self) -> None:
         self.stop()
+        # In a session of its own Ctrl+C does not reach it: this process ends it.
         self._process = subprocess.Popen([sys.executable, "-m", __name__, self._folder], stdin=subprocess.PIPE,
-                                         stdout=subprocess.PIPE, encoding="utf-8",
+                                         stdout=subprocess.PIPE, encoding="utf-8", start_new_session=True,
                                          env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)})
         self._answers = queue.Queue()
         threading.Thread(target=_collect, args=(self._process.stdout, self._answers), daemon=True).start()
@@ -133,9 +157,11 @@ def _work(folder: str) -> None:
     with contextlib.suppress(ImportError, ValueError, OSError):
         import resource
         resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
-    # the module must be imported from the same place when the folder changes
+    # modules must be imported from the same places when the folder changes
     sys.path[:] = [os.path.abspath(path) for path in sys.path]
-    os.chdir(folder)
+    with contextlib.suppress(OSError):
+        os.chdir(folder)
+    threading.Thread(target=_end_with, args=(os.getppid(),), daemon=True).start()
     for request in sys.stdin:
         try:
             answer = solve(*json.loads(request))
@@ -144,6 +170,13 @@ def _work(folder: str) -> None:
         except MemoryError:
             answer = {"error": "this machine needs too much memory"}
         print(json.dumps(answer), flush=True)
+
+
+def _end_with(parent: int) -> None:
+    """Ends this process as soon as its parent has ended, also during a computation."""
+    while os.getppid() == parent:
+        time.sleep(0.5)
+    os._exit(1)
 
 
 if __name__ == "__main__":

@@ -21,19 +21,28 @@ const decode = words => Uint8Array.from(atob(words.replace(/-/g, '+').replace(/_
 const through = async (bytes, stream) =>
   new Uint8Array(await new Response(new Blob([bytes]).stream().pipeThrough(stream)).arrayBuffer());
 
-async function textOfAddress() {
-  const packed = location.hash.slice(1);
-  if (!packed) return state.initial;
-  return new TextDecoder().decode(await through(decode(packed), new DecompressionStream('deflate-raw')));
+// The machine of the address: the name of its file, a colon and the compressed text; the machine of the file if there is none.
+async function readAddress() {
+  const [, name, packed] = /^#(.*):(.*)$/.exec(location.hash) || [];
+  if (location.hash.length > 1 && !packed) throw new Error('no machine');
+  if (!packed) return { text: state.initial, name: state.file };
+  return { text: new TextDecoder().decode(await through(decode(packed), new DecompressionStream('deflate-raw'))),
+    name: decodeURIComponent(name) };
 }
 
 // The browser's button Back returns to the state before a change; all positions of a slider that is drawn are one change.
 let changing = false;
 
-async function putInAddress(ends) {
+async function putInAddress(ends, replaces = changing) {
   const packed = encode(await through(new TextEncoder().encode(state.text), new CompressionStream('deflate-raw')));
-  if (location.hash.slice(1) !== packed) history[changing ? 'replaceState' : 'pushState'](null, '', '#' + packed);
+  const address = '#' + encodeURIComponent(state.name) + ':' + packed;
   changing = !ends;
+  if (location.hash === address) return;
+  try {
+    history[replaces ? 'replaceState' : 'pushState'](null, '', address);
+  } catch {
+    // browsers refuse many new addresses within a short time; the next change sets it
+  }
 }
 
 // ---- the fields
@@ -60,7 +69,7 @@ link.onclick = async () => {
   }
   setTimeout(() => { link.textContent = 'Copy link'; }, 2000);
 };
-reset.onclick = () => load(state.initial);
+reset.onclick = () => load({ text: state.initial, name: state.file });
 
 // Words about the values that a key allows.
 function rangeOf({ least, most, positive }) {
@@ -71,9 +80,9 @@ function rangeOf({ least, most, positive }) {
   return words.join(', ');
 }
 
-// A slider reaches from 0 to twice the value, but no further than the key allows.
-function setSlider(slider, value, { least, most, positive, whole }) {
-  const reach = Math.abs(value) || 1;
+// A slider reaches from 0 to twice the value, but no further than the key allows. At 0 the other elements say how far.
+function setSlider(slider, value, { least, most, positive, whole, values }) {
+  const reach = Math.abs(value) || Math.max(...values.map(Math.abs)) || 1;
   let low = value - reach, high = value + reach;
   if (positive) low = Math.max(low, whole ? 1 : reach / 100);
   if (least !== null) low = Math.max(low, least);
@@ -89,7 +98,8 @@ function pathOf({ path, values, rows }, place) {
 
 function addValue(parameter, place, box, help) {
   const several = parameter.values.length > 1, path = pathOf(parameter, place);
-  const value = parameter.values[place], name = path.slice(path.indexOf('.') + 1) + ' of ' + path.split('.')[0];
+  const value = parameter.values[place], unit = parameter.unit ? ` (${parameter.unit})` : '';
+  const dot = path.lastIndexOf('.'), name = path.slice(dot + 1) + ' of ' + path.slice(0, dot) + unit;
   const isNumber = 'least' in parameter, row = make('div', { className: 'value' });
   let field, slider;
   if (!isNumber && parameter.words && !several) {
@@ -103,10 +113,12 @@ function addValue(parameter, place, box, help) {
   }
   field.setAttribute('aria-label', name);
   field.setAttribute('aria-describedby', help);
+  if (several) row.append(make('span', { className: 'unit' }, path.slice(parameter.path.length)));
   row.append(field);
   if (isNumber) {
     slider = make('input', { type: 'range' });
     slider.setAttribute('aria-label', name + ', slider');
+    slider.setAttribute('aria-describedby', help);
     setSlider(slider, value, parameter);
     slider.oninput = () => {
       field.value = Number((+slider.value).toPrecision(4));
@@ -118,13 +130,26 @@ function addValue(parameter, place, box, help) {
     };
     row.append(slider);
   }
-  const typed = commits => {
-    if (isNumber && !field.validity.valid || isNumber && field.value === '') return;
-    if (slider) setSlider(slider, +field.value, parameter);
-    change(path, field.value, commits);
+  // A number that is being typed is sent when the reader pauses.
+  let pause;
+  field.oninput = () => {
+    clearTimeout(pause);
+    pause = setTimeout(() => { if (field.validity.valid && field.value !== '') change(path, field.value, false); }, 400);
   };
-  field.oninput = () => typed(false);
-  field.onchange = () => typed(true);
+  field.onchange = () => {
+    clearTimeout(pause);
+    const known = controls.get(path).parameter.values[place];
+    if (isNumber && (!field.validity.valid || field.value === '')) {
+      // no number: the value that the machine has
+      field.value = known;
+      changes.delete(path);
+      refused.delete(path);
+      field.removeAttribute('aria-invalid');
+      return;
+    }
+    if (slider) setSlider(slider, +field.value, parameter);
+    change(path, field.value, true);
+  };
   box.append(row);
   controls.set(path, { field, slider, parameter });
 }
@@ -155,16 +180,19 @@ function addFields() {
   });
 }
 
-// Values that others than the reader have changed.
-function refreshFields() {
+// Values that others than the reader have changed. The field in which the reader types stays, unless another machine is shown.
+function refreshFields(another) {
   const paths = state.parameters.flatMap(one => one.values.flatMap((value, place) => value === null ? [] : [pathOf(one, place)]));
-  if (paths.join() !== [...controls.keys()].join()) addFields();
+  const units = list => list.map(({ unit }) => unit).join();
+  const known = [...new Set([...controls.values()].map(({ parameter }) => parameter))];
+  if (paths.join() !== [...controls.keys()].join() || units(known) !== units(state.parameters)) addFields();
   for (const parameter of state.parameters) parameter.values.forEach((value, place) => {
     const path = pathOf(parameter, place), control = controls.get(path);
     if (!control) return;
     control.parameter = parameter;
     control.field.removeAttribute('aria-invalid');
-    if (changes.has(path) || control.field === document.activeElement || control.slider === document.activeElement) return;
+    const typing = [control.field, control.slider].includes(document.activeElement);
+    if (changes.has(path) || typing && !another) return;
     const shown = control.field.value;
     if ('least' in parameter ? shown !== '' && +shown === value : shown === value) return;
     control.field.value = value ?? '';
@@ -174,10 +202,13 @@ function refreshFields() {
 
 // ---- requests
 
-let commit = false;
+// Changes that were refused; whether the next answer ends a change; whether another machine is to be shown.
+const refused = new Map();
+let commit = false, another = false;
 
 function change(path, value, commits) {
   changes.set(path, value);
+  refused.delete(path);
   commit ||= commits;
   send();
 }
@@ -187,31 +218,57 @@ async function send() {
   wanted = true;
   if (busy) return;
   busy = true;
-  while (wanted) {
-    wanted = false;
-    const sent = [...changes], commits = commit;
-    commit = false;
-    const tasks = state.parameters.find(parameter => parameter.path === 'case.tasks')?.values || [];
-    let answer;
-    try {
-      const reply = await fetch('/solve', { method: 'POST', headers: { 'Content-Type': 'application/json' },
-        body: JSON.stringify({ client, number: ++number, text: state.text, changes: sent, tasks }) });
-      answer = reply.ok ? await reply.json() : { error: await reply.text() };
-    } catch {
-      answer = { error: 'gestell live has ended: start it again and reload this page' };
+  const slow = setTimeout(() => status.classList.add('computing'), 700);
+  try {
+    while (wanted) {
+      wanted = false;
+      const text = state.text, fresh = [...changes], ends = commit, loads = another;
+      commit = another = false;
+      // Values that are possible only together: those refused before are tried again with the new ones, then left out.
+      let sent = [...refused, ...fresh], answer = await ask(text, sent);
+      if (answer.error && refused.size && fresh.length) {
+        answer = await ask(text, fresh);
+        if (!answer.error) sent = fresh;
+      }
+      if (state.text !== text || answer.outdated) {
+        wanted = true;
+        commit ||= ends;
+        another ||= loads;
+      } else if (answer.error) {
+        fail(answer.error, sent);
+      } else {
+        await accept(answer, fresh, ends, loads);
+      }
     }
-    if (answer.outdated) wanted = true;
-    else if (answer.error) fail(answer.error, sent);
-    else await accept(answer, sent, commits);
+  } catch (error) {
+    fail('the page cannot show this machine: ' + error, []);
+  } finally {
+    clearTimeout(slow);
+    status.classList.remove('computing');
+    busy = false;
   }
-  busy = false;
 }
 
-// Shows another machine. Changes that were not accepted are forgotten.
-function load(text) {
+async function ask(text, sent) {
+  try {
+    const reply = await fetch('/solve', { method: 'POST', headers: { 'Content-Type': 'application/json' },
+      body: JSON.stringify({ client, number: ++number, text, changes: sent }) });
+    return reply.ok ? await reply.json() : { error: await reply.text() };
+  } catch {
+    return { error: 'gestell live has ended: start it again and reload this page' };
+  }
+}
+
+// Shows another machine. Changes that were not accepted are forgotten. `quiet`: the address shows it already.
+let quiet = false;
+
+function load({ text, name }, isQuiet = false) {
   state.text = text;
+  state.name = name;
   changes.clear();
-  commit = true;
+  refused.clear();
+  commit = another = true;
+  quiet = isQuiet;
   return send();
 }
 
@@ -219,16 +276,23 @@ function fail(message, sent) {
   status.className = 'verdict state failed';
   status.textContent = message;
   document.body.classList.add('outdated');
-  for (const [path] of sent) controls.get(path)?.field.setAttribute('aria-invalid', 'true');
+  for (const [path, value] of sent) {
+    refused.set(path, value);
+    if (changes.get(path) === value) changes.delete(path);
+    controls.get(path)?.field.setAttribute('aria-invalid', 'true');
+  }
 }
 
-async function accept(answer, sent, commits) {
+async function accept(answer, sent, ends, loads) {
   for (const [path, value] of sent) if (changes.get(path) === value) changes.delete(path);
+  refused.clear();
   Object.assign(state, answer);
   document.body.classList.remove('outdated');
-  refreshFields();
+  refreshFields(loads);
   showPage(new DOMParser().parseFromString(answer.page, 'text/html'));
-  await putInAddress(commits);
+  if (quiet) changing = false;
+  else await putInAddress(ends);
+  quiet = false;
 }
 
 // ---- the page
@@ -236,6 +300,11 @@ async function accept(answer, sent, commits) {
 // Takes the sections of the new page. The viewer goes on moving, and opened parts stay open.
 function showPage(fresh) {
   const opened = [...document.querySelectorAll('main details[open] > summary')].map(summary => summary.textContent);
+  const every = [...document.querySelectorAll('main .all[aria-pressed=true]')].map(button => button.closest('section').id);
+  const scrolled = [...document.querySelectorAll('main .wide')].filter(box => box.scrollLeft)
+    .map(box => [box.getAttribute('aria-label'), box.scrollLeft]);
+  const focused = document.activeElement.closest?.('main section'), height = scrollY;
+  const place = focused ? [...focused.querySelectorAll('a,button,summary,.wide')].indexOf(document.activeElement) : -1;
   const main = document.querySelector('main'), motion = document.getElementById('motion');
   const viewer = fresh.querySelector('.viewer');
   const [summary, ...others] = [...fresh.querySelector('main').children].filter(section => section.id !== 'motion');
@@ -243,13 +312,24 @@ function showPage(fresh) {
   main.prepend(summary);
   main.append(...others);
   for (const each of main.querySelectorAll('details > summary')) each.parentNode.open = opened.includes(each.textContent);
-  for (const button of main.querySelectorAll('button.all')) button.onclick = () =>
-    button.setAttribute('aria-pressed', button.nextElementSibling.classList.toggle('every'));
+  for (const button of main.querySelectorAll('button.all')) {
+    button.onclick = () => button.setAttribute('aria-pressed', button.nextElementSibling.classList.toggle('every'));
+    if (every.includes(button.closest('section').id)) button.click();
+  }
   if (viewer && motion) motion.querySelector('.viewer').show(JSON.parse(viewer.querySelector('script').textContent));
   document.title = fresh.title;
+  showName();
   document.querySelector('h1').textContent = fresh.querySelector('h1').textContent;
   showStatus();
   showCurves();
+  for (const box of main.querySelectorAll('.wide')) box.scrollLeft = new Map(scrolled).get(box.getAttribute('aria-label')) || 0;
+  if (place >= 0 && focused.id !== 'motion') document.getElementById(focused.id)
+    ?.querySelectorAll('a,button,summary,.wide')[place]?.focus({ preventScroll: true });
+  scrollTo(0, height);
+}
+
+function showName() {
+  document.querySelector('.sub').textContent = state.name + ', as changed on this page';
 }
 
 function showStatus() {
@@ -273,7 +353,8 @@ function showCurves() {
 
 function diagram({ title, unit, x, series }) {
   const width = 480, height = 220, left = 60, right = 10, top = 10, bottom = 40;
-  const all = series.flatMap(one => one.values), low = Math.min(0, ...all), high = Math.max(0, ...all);
+  const all = series.flatMap(one => one.values);
+  const low = all.reduce((a, b) => Math.min(a, b), 0), high = all.reduce((a, b) => Math.max(a, b), 0);
   const spread = high - low || 1, step = stepFor(spread);
   const across = value => left + (value - x[0]) / (x[x.length - 1] - x[0]) * (width - left - right);
   const up = value => top + (high - value) / spread * (height - top - bottom);
@@ -314,12 +395,25 @@ function stepFor(spread) {
 // ---- beginning
 
 state.initial = state.text;
+state.file = state.name;
 document.querySelector('header').after(live);
-document.querySelector('.sub').textContent = state.name + ', as changed on this page';
 // What moves stands at the top, below the summary.
 document.getElementById('summary').after(...[document.getElementById('motion'), curves].filter(Boolean));
 addFields();
 showStatus();
 showCurves();
-window.onpopstate = async () => load(await textOfAddress());
-if (location.hash.length > 1) textOfAddress().then(load, () => fail('the address holds no machine', []));
+showName();
+const readsAddress = quiet => readAddress().then(found => load(found, quiet), () => fail('the address holds no machine', []));
+window.onpopstate = () => readsAddress(true);
+// Links within the page leave the address as it is.
+document.addEventListener('click', event => {
+  const target = event.target.closest?.('a[href^="#"]')?.getAttribute('href');
+  if (!target) return;
+  event.preventDefault();
+  const section = document.getElementById(target.slice(1));
+  section.tabIndex = -1;
+  section.scrollIntoView();
+  section.focus({ preventScroll: true });
+});
+if (location.hash.length > 1) readsAddress(true);
+else putInAddress(true, true);

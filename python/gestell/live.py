@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import json
+import sys
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 
@@ -10,6 +11,7 @@ from ._live_solver import Solver
 
 PORT = 8117
 _LONGEST_REQUEST = 8_000_000
+_MOST_CHANGES = 1000
 _HERE = Path(__file__).parent
 # The page runs its own scripts only, asks this server only, and stands in no page of others.
 HEADERS = {
@@ -32,11 +34,12 @@ class Handler(BaseHTTPRequestHandler):
     def do_GET(self) -> None:
         if not self._is_local():
             return
-        if self.path == "/":
+        path = self.path.partition("?")[0]
+        if path == "/":
             self._send(200, "text/html", self.server.page())
-        elif self.path == "/live.js":
+        elif path == "/live.js":
             self._send(200, "text/javascript", (_HERE / "live.js").read_text(encoding="utf-8"))
-        elif self.path == "/live.css":
+        elif path == "/live.css":
             self._send(200, "text/css", (_HERE / "live.css").read_text(encoding="utf-8"))
         else:
             self._send(404, "text/plain", "there is no such page\n")
@@ -57,7 +60,7 @@ class Handler(BaseHTTPRequestHandler):
             self._send(404, "text/plain", "there is no such page\n")
             return
         try:
-            answer = self.server.solver.answer(*_checked(json.loads(body)))
+            answer = self.server.answer(*_checked(json.loads(body)))
         except (KeyError, TypeError, ValueError, RecursionError):
             self._send(400, "text/plain", "the request is not understood\n")
             return
@@ -107,17 +110,35 @@ class Server(ThreadingHTTPServer):
         """Reads the file. Fails with gestell.Error if the machine cannot be solved, with OSError if the port is in use."""
         self.file = Path(file)
         try:
+            if self.file.exists() and not self.file.is_file():
+                raise Error(f"{self.file}: is not a file", 2)
             text = self.file.read_bytes().decode("utf-8")
         except UnicodeDecodeError:
             raise Error(f"{self.file}: is not UTF-8; save the input file as UTF-8 text", 2) from None
         except OSError as error:
             raise Error(f"{self.file}: cannot be read: {error.strerror}", 2) from None
         self.solver = Solver(self.file.resolve().parent)
-        self.start = json.loads(self.solver.answer("", 0, text, [], []))
-        if "error" in self.start:
+        try:
+            self.start = json.loads(self.answer("", 0, text, []))
+            if "error" in self.start:
+                raise Error(self.start["error"].partition("; the value was not accepted")[0], 2)
+        except BaseException:
             self.solver.stop()
-            raise Error(f"{self.file}: {self.start['error']}", 2)
+            raise
         super().__init__(("127.0.0.1", port), self.handler)
+
+    def answer(self, client: str, number: int, text: str, changes: list) -> str:
+        """What `Solver.answer` returns, with the name of the file in messages."""
+        answer = self.solver.answer(client, number, text, changes)
+        failure = '{"error": "text:'
+        if not answer.startswith(failure):
+            return answer
+        return '{"error": ' + json.dumps(f"{self.file.name}:")[:-1] + answer[len(failure):]
+
+    def handle_error(self, request, client_address) -> None:
+        """Says nothing of browsers that go away."""
+        if not isinstance(sys.exc_info()[1], (ConnectionError, TimeoutError)):
+            super().handle_error(request, client_address)
 
     @property
     def address(self) -> str:
@@ -128,7 +149,8 @@ class Server(ThreadingHTTPServer):
         before, policy, after = self.start["page"].partition(_OWN_POLICY)
         after = after.partition(">")[2] if policy else after
         state = json.dumps({**self.start, "page": None, "name": self.file.name}).replace("<", "\\u003c")
-        body = (f'<link rel="stylesheet" href="/live.css">\n<script type="application/json" id="live-state">{state}</script>\n'
+        body = ('<link rel="icon" href="data:,">\n'
+                f'<link rel="stylesheet" href="/live.css">\n<script type="application/json" id="live-state">{state}</script>\n'
                 '<script src="/live.js"></script>\n</body>')
         return (before + after).replace("</body>", body)
 
@@ -138,12 +160,13 @@ class Server(ThreadingHTTPServer):
 
 
 def _checked(request: dict) -> tuple:
-    """Client, number, text, changes and tasks of a request. Fails if something else was sent."""
-    client, number, text = request["client"], request["number"], request["text"]
-    changes, tasks = request["changes"], request["tasks"]
+    """Client, number, text and changes of a request. Fails if something else was sent."""
+    client, number, text, changes = request["client"], request["number"], request["text"], request["changes"]
     if not (isinstance(client, str) and len(client) <= 64 and isinstance(number, int) and isinstance(text, str)):
         raise ValueError
-    pairs = isinstance(changes, list) and all(isinstance(pair, list) and len(pair) == 2 for pair in changes)
-    if not (pairs and all(isinstance(word, str) for word in [*sum(changes, []), *tasks])):
+    if not (isinstance(changes, list) and len(changes) <= _MOST_CHANGES):
         raise ValueError
-    return client, number, text, changes, tasks
+    for pair in changes:
+        if not (isinstance(pair, list) and len(pair) == 2 and all(isinstance(word, str) for word in pair)):
+            raise ValueError
+    return client, number, text, changes
