@@ -176,7 +176,7 @@ def test_report():
         for cell in ("&drive", "speed_rpm", "rpm", "200", "&probe a<b", "mm/s", "re", "exponent im (rad/s)", "near order 6",
                      "damping ratio (%)", "frequency / crank frequency", "angle (deg)"):
             check(f"report: {cell}", cell in page.cells, "a cell of a table", sorted(set(page.cells))[:20])
-        check("report: probe", "<dt>probe with the strongest vibration</dt>" in text, "no limit is given", "another word")
+        check("report: probe", "<dt>probe closest to its limit</dt>" in text, "a limit is given", "another word")
         check("report: rounding errors are shown as 0", not re.search(r">-?[\d.]+e-[23]\d<", text), "0", re.findall(
             r">-?[\d.]+e-[23]\d<", text))
         check("report: settings", "<code>drive.speed_rpm=200</code>" in text, "the setting", "none")
