@@ -48,7 +48,8 @@ module gestell_api_solution
     procedure :: verdict, multipliers, response, table, text => text_of, report, write => write_files
   end type solution_type
 
-  !> What is computed: results only, or also what the report needs, what pictures and animations need, and what the page needs
+  !> Extents of a computation: results only, or also what the report needs, what pictures and animations need, and what the page
+  !> needs
   integer, parameter :: numbers = 1, for_report = 2, for_pictures = 3, for_page = 4
 
   !> Vibration of one quantity over one period T.

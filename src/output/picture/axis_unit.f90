@@ -21,7 +21,8 @@ module gestell_output_picture_axis_unit
 contains
 
   !> Unit in which a quantity is easy to read if its maximum is `maximum` in SI units. Lengths and rotations, also per second, are
-  !> shown in thousandths of the SI unit, and in millionths if they are very small. An unknown unit is returned unchanged.
+  !> shown in thousandths of the SI unit, and in millionths if they are very small; large angular velocities in rad/s. An unknown
+  !> unit is returned unchanged.
   pure type(axis_unit_type) function pick_unit(si, maximum) result(unit)
     character(len=*), intent(in) :: si
     real(dp), intent(in) :: maximum
@@ -29,6 +30,7 @@ contains
     unit = axis_unit_type(name=si)
     select case (si)
     case ("m", "rad", "m/s", "rad/s")
+      if (si == "rad/s" .and. maximum >= 1) return
       if (maximum < 1.0e-4_dp .and. maximum > 0) then
         unit = axis_unit_type("1e6", 1.0e6_dp, "µ" // si)
       else

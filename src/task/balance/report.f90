@@ -41,9 +41,8 @@ contains
     lines = ""
     on_rigid = minloc([(variants(i)%residual%rms(force), i = 1, size(variants))], dim=1)
     if (on_rigid == 1) return
-    lines = "Best counterweights for rigid ground ("
-    if (.not. variants(on_rigid)%residual%rms(force) < (1 - notable_change) * variants(1)%residual%rms(force)) &
-      & lines = "No useful counterweight for rigid ground: the best ("
+    lines = either("Best counterweights for rigid ground (", "No useful counterweight for rigid ground: the best (", &
+      & variants(on_rigid)%residual%rms(force) < (1 - notable_change) * variants(1)%residual%rms(force))
     lines = lines // variants(on_rigid)%label() // "): rms force " // change(on_rigid, .true.)
     solved = [(.not. allocated(variants(i)%mounted%reason), i = 1, size(variants))]
     if (.not. solved(1)) then

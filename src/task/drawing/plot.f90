@@ -291,8 +291,9 @@ contains
         if (len(name) > longest_names) exit
         name = name // ", " // trim(linkage%joints(k)%name)
       end do
-      if (any(here .and. at_origin .and. [(linkage%joints(k)%name /= "O", k = 1, n)]) .and. index(name // ",", "O,") /= 1) &
-        & name = name // " = O"
+      if (any(here .and. at_origin .and. [(linkage%joints(k)%name /= "O", k = 1, n)]) .and. index(name // ",", "O,") /= 1) then
+        name = name // " = O"
+      end if
       ! lower left corner and length of the label in pixels
       side = merge(1, -1, places(:, i) >= middle)
       length = 0.6_dp * font * character_count(name)

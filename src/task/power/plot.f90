@@ -43,7 +43,7 @@ contains
       & // history_panel(table, "torque", [character(len=12) :: "torque", "rigid_torque"], torque) &
       & // history_panel(table, "power", columns(:shown), power(:shown))
     if (.not. fluctuates) lines = lines // turn_axis(frame, .true.)
-    lines = lines // history_panel(table, "energy", ["energy"], ["kinetic plus potential energy, up to a constant"])
+    lines = lines // history_panel(table, "energy", ["energy"], ["kinetic plus potential energy"])
     if (fluctuates) lines = lines // turn_axis(frame, .true.) // history_panel(table, "crank speed", ["speed_fluctuation"], &
       & ["difference from the mean speed"])
     figure = new_figure(table%name, "Torque, power and energy of the drive over " // turns_in_words(frame%mechanism%turns), &
