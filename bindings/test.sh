@@ -263,6 +263,9 @@ wheel() {
   CMAKE_BUILD_PARALLEL_LEVEL=2 bash "$home/python/wheel.sh" "$temporary/wheels" && python3 -m venv "$environment" &&
     "$environment/bin/pip" -q install --require-hashes --only-binary :all: -r "$home/.ci/pinned/pandas.txt" &&
     "$environment/bin/pip" -q install --no-index "$temporary"/wheels/gestell-*.whl || return
+  # with its command and the files of the live page
+  [ -f "$(echo "$environment"/lib/python*/site-packages/gestell/live.js)" ] &&
+    env -i PATH="$environment/bin" gestell live none.nml --no-browser 2>&1 | grep -q '^none.nml: cannot be read' || return
   (cd "$temporary" && mkdir -p nothing && cd nothing &&
     env -i PATH="$environment/bin" "$environment/bin/python" "$home/bindings/python.py" "$prefix-static/bin/gestell")
 }
