@@ -102,7 +102,7 @@ contains
     type(figure_type), intent(in) :: figures(:)
     !> Folder of the pictures; the section has none if it is absent
     character(len=*), intent(in), optional :: folder
-    character(len=:), allocatable :: words, source, picture, rows, caption
+    character(len=:), allocatable :: words, source, picture, rows, caption, heading
     integer :: i
 
     words = ""
@@ -114,7 +114,8 @@ contains
         picture = inline_svg(source, figure%name // "-", table%heading // ". " // figure%shown)
         ! the picture of the table itself has the table's caption, further pictures say what they show
         caption = either(table%caption, figure%shown, figure%name == table%name)
-        if (picture /= "") words = words // "<figure>" // scroll_start(table%heading // ", picture") // picture // "</div>" &
+        heading = either(table%heading, figure%shown, figure%name == table%name)
+        if (picture /= "") words = words // "<figure>" // scroll_start(heading // ", picture") // picture // "</div>" &
           & // "<figcaption>" // escaped(caption) // "</figcaption></figure>" // newline
       end associate
     end do
