@@ -265,7 +265,7 @@ def word_tests():
         if not Run(folder, "-q", "--plot", "input.nml").done("ratio 0.5: pictures"):
             return
         for script, words in (("multipliers", "multipliers of 2 turns"), ("sweep", "growth in 2 turns"),
-                              ("supports_history", "Forces on the ground over 2 turns"), ("power", "power over 2 turns")):
+                              ("supports_history", "Forces on the ground over 2 turns"), ("power", "of the drive over 2 turns")):
             text = (folder / "input" / f"{script}.gp").read_text()
             check(f"ratio 0.5: {script}.gp", words in text, words, text[:600])
 

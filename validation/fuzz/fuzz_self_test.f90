@@ -114,7 +114,7 @@ contains
 
       input = input_of(machine)
       call prepare(folder, input)
-      call run_apart(input%words, folder, 0.2_dp, ending, plant)
+      call run_apart(input%words, folder, 1.0_dp, ending, plant)
       came = judge(input, ending, folder)
       if (ending%too_long()) came = too_long
       call compare(came, fault, name)

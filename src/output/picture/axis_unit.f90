@@ -30,7 +30,7 @@ contains
     unit = axis_unit_type(name=si)
     select case (si)
     case ("m", "rad", "m/s", "rad/s")
-      if (si == "rad/s" .and. maximum >= 1) return
+      if (si == "rad/s" .and. maximum > 1) return
       if (maximum < 1.0e-4_dp .and. maximum > 0) then
         unit = axis_unit_type("1e6", 1.0e6_dp, "µ" // si)
       else

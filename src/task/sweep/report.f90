@@ -1,8 +1,7 @@
 !> Writes the report of the task `sweep`.
 module gestell_task_sweep_report
   use gestell_base_kinds, only: dp
-  use gestell_base_verdict, only: stable_number
-  use gestell_base_text, only: concise, either, integer_text, newline, text
+  use gestell_base_text, only: concise, integer_text, newline, text
   use gestell_task_range_plan, only: sweep_plan_type
   use gestell_task_sweep_summary, only: summary_type, verdict_count_type
   use gestell_input_wording, only: counted
@@ -51,8 +50,12 @@ contains
     end do
     report = newline // tabulated("lrr", "", rows)
     if (summary%least <= summary%most) then
-      report = report // "  rho_max from " // modulus_text(summary%least) // " to " // modulus_text(summary%most) &
-        & // ", maximum at " // place_of_maximum(plan, summary) // newline
+      report = report // "  rho_max from " // modulus_text(summary%least) // " to " // modulus_text(summary%most) // ", maximum at"
+      do k = 1, size(plan%paths)
+        report = report // trim(merge(",", " ", k > 1)) // " " // trim(plan%paths(k)) // " = " &
+          & // concise(plan%grid%axes(k)%value(int(summary%where(k))), 9)
+      end do
+      report = report // newline
       if (plan%period_varies()) report = report &
         & // "  |rho| refers to one period; the ratio changes the period from point to point" // newline
     end if
@@ -64,33 +67,18 @@ contains
     end if
   end function report_sweep
 
-  !> Headline of the sweep: number of points with each verdict and, unless all points are stable, the largest rho_max with its
-  !> place.
-  pure function sweep_headline(plan, summary) result(line)
-    type(sweep_plan_type), intent(in) :: plan
+  !> Headline of the sweep: number of points with each verdict or, if the input does not request the verdicts, the largest rho_max.
+  pure function sweep_headline(summary) result(line)
     type(summary_type), intent(in) :: summary
     character(len=:), allocatable :: line
 
     line = "Sweep: " // integer_text(summary%points) // " points"
-    line = line // ", " // either(summary%tally(), "column 'verdict' not requested", summary%tally() /= "")
-    if (summary%least > summary%most .or. summary%verdicts(stable_number) == summary%points) return
-    line = line // "; largest multiplier |rho| = " // modulus_text(summary%most) // " at " &
-      & // place_of_maximum(plan, summary)
+    if (summary%tally() /= "") then
+      line = line // ", " // summary%tally()
+    else if (summary%least <= summary%most) then
+      line = line // ", largest multiplier |rho| = " // modulus_text(summary%most)
+    end if
   end function sweep_headline
-
-  !> Values of the parameters at the point with the largest rho_max.
-  pure function place_of_maximum(plan, summary) result(words)
-    type(sweep_plan_type), intent(in) :: plan
-    type(summary_type), intent(in) :: summary
-    character(len=:), allocatable :: words
-    integer :: k
-
-    words = ""
-    do k = 1, size(plan%paths)
-      words = words // either(", ", "", k > 1) // trim(plan%paths(k)) // " = " &
-        & // concise(plan%grid%axes(k)%value(int(summary%where(k))), 9)
-    end do
-  end function place_of_maximum
 
   !> Line of the report: number of solutions, and number of points that were compared with separate solutions.
   pure function evidence_line(summary) result(line)

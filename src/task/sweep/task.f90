@@ -241,7 +241,7 @@ contains
           call result%add_figure(figures(i))
         end do
       end if
-      call result%warn(not_judged, sweep_headline(plan, summary))
+      call result%warn(not_judged, sweep_headline(summary))
       call result%write_lines(report_sweep(plan, summary))
     end associate
   end subroutine add_results
