@@ -125,14 +125,15 @@ def bare_calls(dice):
     library.functions.parse(machine, text, error)
     library.functions.solve(machine, b"stability", ctypes.byref(solution), error)
     handles = {"machine": machine, "solution": solution}
-    words = [None, b"", b"report", b"verdict", b"multipliers", b"response", b"f", b"\xff", b"x" * 3000, text, b"&link /"] + \
+    words = [None, b"", b"report", b"verdict", b"results", b"page", b"modes_motion.svg", b"multipliers", b"response", b"f", b"\xff",
+             b"x" * 3000, text, b"&link /"] + \
         [path.encode("utf-8", "replace") for path in PATHS]
     for _ in range(30):
         name = dice.choice(sorted(vars(library.functions)))
         function = getattr(library.functions, name)
         if name in ("get_version", "get_error", "write", "read"):
             continue
-        kind = "machine" if name in ("parse", "add", "set", "set_text", "count_values", "get_values", "solve") else "solution"
+        kind = "machine" if name in _OF_MACHINES else "solution"
         arguments = [dice.choice([handles[kind]] * 9 + [None])]
         for type_ in function.argtypes[1:-1]:
             if type_ is ctypes.c_int:
@@ -158,6 +159,8 @@ def bare_calls(dice):
     library._library.gestell_delete_error(ctypes.byref(error))
 
 
+# Functions whose first argument is a machine; that of all others is a solution.
+_OF_MACHINES = {"parse", "add", "set", "set_text", "count_values", "get_values", "size_input", "get_input", "solve"}
 # Arguments of type char * into which the library writes: function and place.
 _TAKES_TEXT = {("get_text", 3), ("get_input", 2), ("describe_response", 5), ("name_table", 3), ("describe_column", 4),
                ("describe_column", 5), ("describe_column", 6)}
