@@ -29,11 +29,12 @@ HOSTILE = """</script><script>document.title='taken'</script> <img src=x onerror
 passed = failed = 0
 
 
-def check(name, good, told=""):
+def check(name, holds, found=""):
+    """Counts a condition; shows what was found if it does not hold."""
     global passed, failed
-    passed, failed = passed + bool(good), failed + (not good)
-    if not good:
-        print(f"FAIL  {name}: {str(told)[:600]}")
+    passed, failed = passed + bool(holds), failed + (not holds)
+    if not holds:
+        print(f"FAIL  {name}: {str(found)[:600]}")
 
 
 class Client:
@@ -206,7 +207,7 @@ def hurry():
     check("dead process", "text" in answer or "ended unexpectedly" in answer["error"], answer)
     check("after a dead process", "text" in clients[0].solve(number=1001))
     close(server)
-    solver = Solver(ROOT / "data", seconds=0)
+    solver = Solver(FILE, seconds=0)
     check("too slow", "takes longer" in solver.answer("a", 1, TEXT, []))
     solver.stop()
 

@@ -302,10 +302,10 @@ def texts(program):
                        capture_output=True)
         files = {path.name: path.read_text() for path in pathlib.Path(folder).iterdir() if path.suffix in (".json", ".svg")}
     solution = gestell.Machine(file).solve(tasks)
-    told = json.loads(files["results.json"])
+    written = json.loads(files["results.json"])
     results = solution.results
     for member in "machine", "verdict", "headlines", "tables":
-        check(f"results, {member}", results[member] == told[member], str(results[member])[:300])
+        check(f"results, {member}", results[member] == written[member], str(results[member])[:300])
     check("machine", solution.machine == results["machine"] and len(results["machine"]["scenes"]) == 4)
     check("page", solution.page.startswith("<!DOCTYPE html>") and solution.page.endswith("</html>\n") and "<svg" not in
           solution.page.split("<script")[0], solution.page[:99])

@@ -21,7 +21,7 @@ module test_edited_input
     & "  2, lengths=3,4 /" // nl // &
     & "&support stiffness(1)=5, position=0,1, ! by elements" // nl // &
     & "  stiffness(2)=6 /" // nl // &
-    & "&probe position(1)=1 , position(2)=2 , name='p' /" // nl // &
+    & "&probe position(1)=1 , position(2)=2" // nl // "  , name='p' /" // nl // &
     & "&frame mass=1" // nl // &
     & "/" // nl
 

@@ -77,7 +77,7 @@ def _curves(solution) -> list:
     curves: dict = {}
     step = 1 + (table.rows - 1) // MOST_POINTS
     for key, column in table.items():
-        if key in ("crank_deg", "t_s") or "_dot_" in key:
+        if key in ("crank_deg", "t_s") or "_dot_" in key or column.unit not in CURVES:
             continue
         title, factor, unit = CURVES[column.unit]
         diagram = curves.setdefault(title, {"title": title, "unit": unit, "x": table["crank_deg"][::step].tolist(), "series": []})
@@ -88,9 +88,11 @@ def _curves(solution) -> list:
 class Solver:
     """Answers one request after the other. Of several requests of a client that wait, only the latest is answered."""
 
-    def __init__(self, folder: str | os.PathLike, seconds: float = SECONDS):
-        """`folder`: where files are that an input names, such as tables of loads. `seconds`: longest time for a machine."""
-        self._folder = os.fspath(folder)
+    def __init__(self, file: str | os.PathLike, seconds: float = SECONDS):
+        """`file`: input file. Files that an input names, such as tables of loads, are read from its folder, and messages begin with
+        its name. `seconds`: longest time for a machine.
+        """
+        self._file = os.path.abspath(file)
         self._seconds = seconds
         self._busy = threading.Lock()
         self._latest: dict = {}
@@ -124,7 +126,7 @@ class Solver:
     def _start(self) -> None:
         self.stop()
         # In a session of its own Ctrl+C does not reach it: this process ends it.
-        self._process = subprocess.Popen([sys.executable, "-m", __name__, self._folder], stdin=subprocess.PIPE,
+        self._process = subprocess.Popen([sys.executable, "-m", __name__, self._file], stdin=subprocess.PIPE,
                                          stdout=subprocess.PIPE, encoding="utf-8", start_new_session=True,
                                          env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)})
         self._answers = queue.Queue()
@@ -141,7 +143,7 @@ class Solver:
 
 
 def _failure(message: str) -> str:
-    return json.dumps({"error": message + "; the value was not accepted"})
+    return json.dumps({"error": message})
 
 
 def _collect(lines, answers: queue.Queue) -> None:
@@ -152,7 +154,7 @@ def _collect(lines, answers: queue.Queue) -> None:
     answers.put("")
 
 
-def _work(folder: str) -> None:
+def _work(file: str) -> None:
     """Answers the requests on standard input, each on one line."""
     with contextlib.suppress(ImportError, ValueError, OSError):
         import resource
@@ -160,13 +162,13 @@ def _work(folder: str) -> None:
     # modules must be imported from the same places when the folder changes
     sys.path[:] = [os.path.abspath(path) for path in sys.path]
     with contextlib.suppress(OSError):
-        os.chdir(folder)
+        os.chdir(os.path.dirname(file))
     threading.Thread(target=_end_with, args=(os.getppid(),), daemon=True).start()
     for request in sys.stdin:
         try:
             answer = solve(*json.loads(request))
         except Error as error:
-            answer = {"error": error.message}
+            answer = {"error": re.sub("^text:", lambda _: os.path.basename(file) + ":", error.message)}
         except MemoryError:
             answer = {"error": "this machine needs too much memory"}
         print(json.dumps(answer), flush=True)

@@ -60,7 +60,7 @@ class Handler(BaseHTTPRequestHandler):
             self._send(404, "text/plain", "there is no such page\n")
             return
         try:
-            answer = self.server.answer(*_checked(json.loads(body)))
+            answer = self.server.solver.answer(*_checked(json.loads(body)))
         except (KeyError, TypeError, ValueError, RecursionError):
             self._send(400, "text/plain", "the request is not understood\n")
             return
@@ -117,23 +117,15 @@ class Server(ThreadingHTTPServer):
             raise Error(f"{self.file}: is not UTF-8; save the input file as UTF-8 text", 2) from None
         except OSError as error:
             raise Error(f"{self.file}: cannot be read: {error.strerror}", 2) from None
-        self.solver = Solver(self.file.resolve().parent)
+        self.solver = Solver(self.file)
         try:
-            self.start = json.loads(self.answer("", 0, text, []))
+            self.start = json.loads(self.solver.answer("", 0, text, []))
             if "error" in self.start:
-                raise Error(self.start["error"].partition("; the value was not accepted")[0], 2)
+                raise Error(self.start["error"], 2)
         except BaseException:
             self.solver.stop()
             raise
         super().__init__(("127.0.0.1", port), self.handler)
-
-    def answer(self, client: str, number: int, text: str, changes: list) -> str:
-        """What `Solver.answer` returns, with the name of the file in messages."""
-        answer = self.solver.answer(client, number, text, changes)
-        failure = '{"error": "text:'
-        if not answer.startswith(failure):
-            return answer
-        return '{"error": ' + json.dumps(f"{self.file.name}:")[:-1] + answer[len(failure):]
 
     def handle_error(self, request, client_address) -> None:
         """Says nothing of browsers that go away."""

@@ -85,7 +85,7 @@ contains
   subroutine solve_tasks(document, schema, extent, context, result, error)
     type(document_type), intent(in) :: document
     type(schema_type), intent(in) :: schema
-    !> What is computed at least: `numbers`, `for_report`, `for_pictures` or `for_page`
+    !> Minimum extent of the computation: `numbers`, `for_report`, `for_pictures` or `for_page`
     integer, intent(in) :: extent
     type(context_type), intent(out) :: context
     type(result_type), intent(out) :: result

@@ -91,13 +91,13 @@ contains
     text = text(:at - 1) // comma // remark // text(at:)
   end subroutine set_entry
 
-  !> Removes the first comma from position `from` on if nothing but blanks precedes it there.
+  !> Removes the next comma, starting at position `from`, unless something other than blanks and line breaks precedes it.
   pure subroutine remove_comma(text, from)
     character(len=:), allocatable, intent(inout) :: text
     integer, intent(in) :: from
     integer :: i
 
-    i = from + verify(text(from:), " ") - 1
+    i = from + verify(text(from:), " " // newline) - 1
     if (i < from) return
     if (text(i:i) == ",") text = text(:i - 1) // text(i + 1:)
   end subroutine remove_comma

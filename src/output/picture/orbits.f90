@@ -139,9 +139,9 @@ contains
 
   end function panel
 
-  !> Gnuplot lines with the crank angles at quarters of the period, beside the orbit. Angles at nearly the same point share a label.
-  !> A label for which there is no room beside the orbit and earlier labels is left out. All labels are left out if the orbit is
-  !> smaller than they are.
+  !> Gnuplot lines with the crank angles at quarters of the period, next to the orbit. Angles at nearly equal points share a label.
+  !> A label that would cover the orbit or an earlier label is omitted. All labels are omitted if the orbit is smaller than the
+  !> labels.
   pure function angle_labels(points, crank, middle, ends) result(lines)
     !> Points of the orbit, shape (2, points), their crank angles, middle of the orbit, and ends of the axes, shape (2, 2)
     real(dp), intent(in) :: points(:, :), crank(:), middle(2), ends(2, 2)

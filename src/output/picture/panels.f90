@@ -60,20 +60,18 @@ contains
     integer, intent(in) :: panels, across
     integer, intent(in), optional :: legend, above, between
     character(len=:), allocatable :: line
-    real(dp) :: height, below, top, gap
-    integer :: rows
+    real(dp) :: height
+    integer :: rows, more(3)
 
     rows = (panels + across - 1) / across
-    below = 70
-    if (present(legend)) below = below + legend
-    top = 86
-    if (present(above)) top = top + above
-    gap = 34
-    if (present(between)) gap = gap + between
-    height = height_of(rows) + below - 70 + top - 86 + (rows - 1) * (gap - 34)
+    more = 0
+    if (present(legend)) more(1) = legend
+    if (present(above)) more(2) = above
+    if (present(between)) more(3) = between
+    height = height_of(rows) + more(1) + more(2) + (rows - 1) * more(3)
     line = "set multiplot layout " // text(rows) // "," // text(across) // " margins " // merge("0.145", "0.155", across == 1) &
-      & // ",0.975," // concise(below / height, 3) // "," // concise(1 - top / height, 3) &
-      & // " spacing 0.165," // concise(gap / height, 3) // " title heading noenhanced" // newline
+      & // ",0.975," // concise((70 + more(1)) / height, 3) // "," // concise(1 - (86 + more(2)) / height, 3) &
+      & // " spacing 0.165," // concise((34 + more(3)) / height, 3) // " title heading noenhanced" // newline
   end function layout_line
 
   !> Gnuplot range between two values, with a margin at both ends so that a mark and its label fit.
