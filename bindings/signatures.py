@@ -9,7 +9,7 @@ import re
 import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-POINTERS = {"char *", "int *", "double *", "void *", "handle"}
+POINTERS = {"char *", "int *", "double *", "void *", "handle", "handle *"}
 # What may stand in the header for a declaration of Fortran, and for a type of Python's.
 FORTRAN = {"integer(c_int),value": {"int"}, "real(c_double),value": {"double"}, "type(c_ptr),value": POINTERS,
            "type(c_funptr),value": {"function"}, "integer(c_int),intent(out),optional": {"int *"},
@@ -18,7 +18,7 @@ FORTRAN = {"integer(c_int),value": {"int"}, "real(c_double),value": {"double"}, 
 PYTHON = {"c_int": {"int"}, "c_double": {"double"}, "c_char_p": {"char *"}, "c_void_p": POINTERS, "POINTER(c_int)": {"int *"},
           "POINTER(c_void_p)": {"handle *"}}
 # What Python calls elsewhere than in its list, or has no use for.
-NOT_IN_PYTHON = {"gestell_solve_system"}
+NOT_IN_PYTHON = {"gestell_solve_many", "gestell_solve_system"}
 
 
 def c_type(declaration):

@@ -46,6 +46,11 @@ int gestell_get_input(gestell_machine machine, int size, char *text, gestell_err
 /* ---- solutions: gestell_solve runs the tasks of the input (tasks is NULL) or those listed, for example "stability, response" */
 int gestell_solve(gestell_machine machine, const char *tasks, gestell_solution *solution, gestell_error error);
 void gestell_delete_solution(gestell_solution *solution);
+/* Solves count machines on several cores: threads is the number of threads, or 0 for the default of OpenMP. solutions[i] becomes NULL
+ * where machine i cannot be solved; errors[i], unless errors is NULL, then receives the message. Returns the code of the first machine
+ * that cannot be solved, or 0. Not faster with a library built without OpenMP. */
+int gestell_solve_many(int count, const gestell_machine *machines, const char *tasks, int threads, gestell_solution *solutions,
+                       const gestell_error *errors);
 
 /* The text `what` is "verdict", "report" (the program's report), "results" (all results and the machine in JSON, as in
  * results.json), "page" (the report as an HTML page, without gnuplot's pictures) or "failure" (why a result other than the verdict

@@ -17,8 +17,7 @@ module gestell_api_machine
   private
 
   !> A machine as described by an input file (doc/input.md). Paths, keys and units are those of the input and of --set. For example,
-  !> `drive.speed_rpm` is in 1/min, whatever the units of the results. Calls from several threads are executed one after the other,
-  !> because gfortran 12 keeps the lengths of texts returned by functions in static memory.
+  !> `drive.speed_rpm` is in 1/min, whatever the units of the results. Several threads may solve different machines at the same time.
   type, public :: machine_type
     private
     !> The machine's input; it contains no groups if no machine has been read yet
@@ -53,10 +52,8 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(document_type) :: document
 
-    !$omp critical (texts_of_gestell)
     call read_document(file, document, error)
     if (.not. allocated(error)) call store_document(self, document, error)
-    !$omp end critical (texts_of_gestell)
   end subroutine read_file
 
   !> Reads the machine from a text in the format of an input file, whose lines are separated by new_line('a'). Fails if the text is
@@ -67,10 +64,8 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(document_type) :: document
 
-    !$omp critical (texts_of_gestell)
     call parse_document(text, text_name, document, error)
     if (.not. allocated(error)) call store_document(self, document, error)
-    !$omp end critical (texts_of_gestell)
   end subroutine parse
 
   !> Checks `document` and makes it the machine's input. Fails if it contains unknown groups or keys, or lacks required ones.
@@ -95,16 +90,6 @@ contains
     character(len=*), intent(in) :: groups
     type(error_type), allocatable, intent(out) :: error
 
-    !$omp critical (texts_of_gestell)
-    call append(self, groups, error)
-    !$omp end critical (texts_of_gestell)
-  end subroutine add
-
-  !> Parses the text `groups` and appends the groups to `added`. Fails if the groups are invalid.
-  subroutine append(self, groups, error)
-    class(machine_type), intent(inout) :: self
-    character(len=*), intent(in) :: groups
-    type(error_type), allocatable, intent(out) :: error
     type(document_type) :: more
     type(group_type), allocatable :: longer(:)
     integer :: n
@@ -130,7 +115,7 @@ contains
     call count_names(self, more%groups)
     if (.not. allocated(self%settings)) allocate(self%settings(0))
     self%checked = .false.
-  end subroutine append
+  end subroutine add
 
   !> Adds these groups to `counts`, the number of groups of each name. The names of the groups must occur in the schema.
   subroutine count_names(self, groups)
@@ -196,7 +181,6 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(document_type) :: document
 
-    !$omp critical (texts_of_gestell)
     if (self%waiting > 0 .or. .not. allocated(self%document%groups)) then
       call merge_groups(self, document, error)
       if (.not. allocated(error)) then
@@ -208,7 +192,6 @@ contains
     ! Setting a path may have added a group.
     if (allocated(self%counts)) deallocate(self%counts)
     if (.not. allocated(error)) call record_setting(self, path, value)
-    !$omp end critical (texts_of_gestell)
   end subroutine set_text
 
   !> Records the assignment of `value` to `path`, which replaces an earlier assignment to this path. The heads of the result files
@@ -238,10 +221,8 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(document_type) :: document
 
-    !$omp critical (texts_of_gestell)
     call merge_groups(self, document, error)
     if (.not. allocated(error)) call get_path(document, self%schema, path, values, error)
-    !$omp end critical (texts_of_gestell)
   end subroutine get
 
   !> Returns the machine as the text of an input file: the text that was read, with all values set since then, and all groups added
@@ -252,10 +233,8 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(document_type) :: document
 
-    !$omp critical (texts_of_gestell)
     call merge_groups(self, document, error)
     if (.not. allocated(error)) call rewrite(document, self%schema, words, error)
-    !$omp end critical (texts_of_gestell)
   end subroutine input_text
 
   !> Runs the tasks and returns their results in `solution`. Prints nothing and writes no files. Fails if the input is invalid, the
@@ -272,7 +251,6 @@ contains
     type(document_type) :: document
     !$ integer :: status
 
-    !$omp critical (texts_of_gestell)
     call merge_groups(self, document, error)
     if (present(tasks) .and. .not. allocated(error)) call set_path_text(document, self%schema, "case.tasks", tasks, error)
     if (present(tolerance) .and. .not. allocated(error)) call set_path_real(document, self%schema, "accuracy.tolerance", &
@@ -281,7 +259,6 @@ contains
     if (.not. allocated(error)) call solve_document(document, self%schema, self%settings, solution, error)
     ! Threads do not survive fork: a child that inherits a thread team would wait for it forever. Therefore no team is kept.
     !$ status = omp_pause_resource_all(omp_pause_soft)
-    !$omp end critical (texts_of_gestell)
   end subroutine solve
 
 end module gestell_api_machine

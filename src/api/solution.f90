@@ -102,11 +102,26 @@ contains
     context%reports = draws .or. others .or. extent >= for_report
     context%draws = draws .or. extent >= for_pictures
     context%describes_mechanism = draws .or. extent >= for_page
-    call prepare_tasks(tasks, context, result, error)
-    if (.not. allocated(error)) call run_tasks(tasks, context, result, error)
+    ! gfortran keeps the length of a text that a function returns in static memory, which all threads share. Such functions compose
+    ! reports and pictures, but neither read the input nor compute results.
+    if (context%reports) then
+      !$omp critical (texts_of_gestell)
+      call run
+      !$omp end critical (texts_of_gestell)
+    else
+      call run
+    end if
     if (.not. allocated(error) .and. allocated(result%failure) .and. size(result%tables) == 0) then
       allocate(error, source=result%failure)
     end if
+
+  contains
+
+    subroutine run
+      call prepare_tasks(tasks, context, result, error)
+      if (.not. allocated(error)) call run_tasks(tasks, context, result, error)
+    end subroutine run
+
   end subroutine solve_tasks
 
   !> Returns a text about the results. `what` is "verdict"; "failure": why some results could not be computed; "report": the lines
@@ -126,7 +141,6 @@ contains
     else if (what == "failure") then
       if (allocated(self%result%failure)) words = self%result%failure%message
     else
-      !$omp critical (texts_of_gestell)
       if (.not. allocated(self%texts)) allocate(self%texts(0))
       i = findloc([(self%texts(i)%name == what, i = 1, size(self%texts))], .true., dim=1)
       if (i > 0) then
@@ -134,7 +148,6 @@ contains
       else
         call compose(self, what, words, error)
       end if
-      !$omp end critical (texts_of_gestell)
     end if
   end subroutine text_of
 
@@ -177,6 +190,7 @@ contains
       type(output_type) :: output
       character(len=:), allocatable :: failure, bytes
 
+      !$omp critical (texts_of_gestell)
       call result%insert_headlines()
       failure = ""
       if (allocated(result%failure)) failure = result%failure%message
@@ -200,6 +214,7 @@ contains
         end if
       end select
       call output%take(words)
+      !$omp end critical (texts_of_gestell)
     end subroutine append
 
   end subroutine compose
@@ -242,7 +257,6 @@ contains
 
     draws = .false.
     if (present(pictures)) draws = pictures
-    !$omp critical (texts_of_gestell)
     ! results that only reports and pictures need are computed now
     if (self%context%reports .and. (self%context%draws .eqv. draws)) then
       result = self%result
@@ -250,6 +264,7 @@ contains
       call solve_tasks(self%context%configuration%document, self%context%configuration%schema, merge(for_pictures, for_report, &
         & draws), context, result, error)
     end if
+    !$omp critical (texts_of_gestell)
     if (.not. allocated(error)) call open_staging(staging, folder, all_tables(), error, self%context%configuration%document%path)
     if (.not. allocated(error)) then
       call result%write(staging%path, self%context%head, error)
@@ -297,7 +312,6 @@ contains
     type(statistics_type) :: statistics
     integer :: k
 
-    !$omp critical (texts_of_gestell)
     associate (configuration => self%context%configuration, analysis => self%context%analysis)
       if (allocated(analysis%vibration)) then
         call find_quantity(analysis%frame, configuration%probes, name, quantity, error)
@@ -317,7 +331,6 @@ contains
         found%amplitudes = [(statistics%amplitude(k), k = 1, configuration%analysis%harmonics)]
       end if
     end associate
-    !$omp end critical (texts_of_gestell)
   end subroutine response
 
   !> Computes the vibration again if its stored motion has fewer than `rows` rows, the number that a quantity needs (see

@@ -4,7 +4,8 @@ module gestell_base_words
   implicit none (type, external)
   private
 
-  public :: character_count, continues, has_control, length_of_character, on_one_line, printable, put_on_one_line
+  public :: character_count, continues, has_control, length_of_character, length_on_one_line, on_one_line, printable, &
+    & put_on_one_line
 
   !> Maximum numbers of characters. `longest_name`: for a name. `longest_word`: for any other word of a list, such as
   !> "probe(NAME).v" or "link(NAME).center(2)".
@@ -64,6 +65,15 @@ contains
     call make_printable(line, .false.)
   end subroutine put_on_one_line
 
+  !> Length of the line to which `put_on_one_line` converts a message.
+  pure integer function length_on_one_line(message) result(length)
+    character(len=*), intent(in) :: message
+    character(len=:), allocatable :: line
+
+    call put_on_one_line(message, line)
+    length = len(line)
+  end function length_on_one_line
+
   !> Copies `piece` into a text, after the text's first `n` bytes, and increases `n` accordingly. The text must be long enough.
   pure subroutine put(text, n, piece)
     ! allow(C072)
@@ -79,7 +89,7 @@ contains
   !> "?".
   pure function on_one_line(words) result(line)
     character(len=*), intent(in) :: words
-    character(len=:), allocatable :: line
+    character(len=len(words)) :: line
 
     line = words
     call make_printable(line, .false.)

@@ -16,23 +16,26 @@ contains
   !> within a character).
   pure function shown(text) result(short)
     character(len=*), intent(in) :: text
-    character(len=:), allocatable :: short
-    integer :: i, n
+    character(len=bytes_shown(text) + merge(3, 0, len(text) > longest_shown)) :: short
+    integer :: i
 
-    n = len(text)
-    if (n > longest_shown) then
-      n = longest_shown - 3
-      do while (n > longest_shown - 6 .and. continues(text(n+1:n+1)))
-        n = n - 1
-      end do
-      short = text(:n) // "..."
-    else
-      short = text
-    end if
-    do i = 1, n
+    short = text(:bytes_shown(text)) // "..."
+    do i = 1, bytes_shown(text)
       if (ichar(short(i:i)) < 32 .or. ichar(short(i:i)) == 127) short(i:i) = "?"
     end do
   end function shown
+
+  !> Number of bytes of a user's text that a message quotes. A character of several bytes is quoted whole or not at all.
+  pure integer function bytes_shown(text) result(n)
+    character(len=*), intent(in) :: text
+
+    n = len(text)
+    if (n <= longest_shown) return
+    n = longest_shown - 3
+    do while (n > longest_shown - 6 .and. continues(text(n+1:n+1)))
+      n = n - 1
+    end do
+  end function bytes_shown
 
   !> Copy of a text in which the letters A to Z are replaced by lower-case letters.
   elemental function lower(text) result(low)
@@ -50,22 +53,27 @@ contains
   pure function counted(number, thing) result(words)
     integer, intent(in) :: number
     character(len=*), intent(in) :: thing
-    character(len=:), allocatable :: words
+    character(len=len(text(number)) + len(thing) + merge(1, 2, number == 1)) :: words
 
-    words = text(number) // " " // thing
-    if (number /= 1) words = words // "s"
+    words = text(number) // " " // thing // "s"
   end function counted
 
   !> Text without the quotes that enclose it. A text without quotes is returned unchanged.
   pure function without_quotes(text) result(inner)
     character(len=*), intent(in) :: text
-    character(len=:), allocatable :: inner
+    character(len=len(text) - merge(2, 0, is_in_quotes(text))) :: inner
+
+    inner = text(1 + (len(text) - len(inner)) / 2:)
+  end function without_quotes
+
+  !> True if a text begins and ends with the same quote.
+  pure logical function is_in_quotes(text)
+    character(len=*), intent(in) :: text
     integer :: n
 
-    inner = text
     n = len(text)
-    if (n < 2) return
-    if (text(1:1) == text(n:n) .and. scan(text(1:1), "'""") == 1) inner = text(2:n-1)
-  end function without_quotes
+    is_in_quotes = .false.
+    if (n >= 2) is_in_quotes = text(1:1) == text(n:n) .and. scan(text(1:1), "'""") == 1
+  end function is_in_quotes
 
 end module gestell_input_wording

@@ -1,6 +1,6 @@
 !> C interface for machines (include/gestell.h). Every function returns an error code, 0 for success. A null handle is an error.
 module gestell_api_c_machine
-  use gestell_base_error, only: error_type
+  use gestell_base_error, only: error_type, wrong_usage
   use gestell_base_files, only: copy_text
   use gestell_base_kinds, only: dp
   use gestell_base_version, only: version
@@ -9,11 +9,12 @@ module gestell_api_c_machine
   use gestell_api_machine, only: machine_type
   use gestell_api_solution, only: solution_type
   use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_loc, c_null_ptr, c_ptr
+  !$ use omp_lib, only: omp_get_max_threads, omp_pause_resource_all, omp_pause_soft
   implicit none (type, external)
   private
 
   public :: add_groups, count_values, delete_error, delete_machine, error_text, get_input, get_values, get_version, new_error, &
-    & new_machine, parse_text, read_file, set_number, set_text, size_input, solve_machine
+    & new_machine, parse_text, read_file, set_number, set_text, size_input, solve_machine, solve_many
 
 contains
 
@@ -256,6 +257,45 @@ contains
     end if
     code = code_of(error, failure)
   end function solve_machine
+
+  !> Solves `count` machines on several cores. `tasks` is as for `solve_machine`. `solutions` receives a handle for each machine, or
+  !> null where a machine could not be solved; the handles `failures`, unless null, then receive the errors. Returns the code of the
+  !> first machine that could not be solved; 0 if all were.
+  integer(c_int) function solve_many(count, machines, tasks, threads, solutions, failures) result(code) &
+    & bind(c, name="gestell_solve_many")
+    integer(c_int), value :: count
+    !> `threads`: number of threads; 0 for the default of OpenMP
+    integer(c_int), value :: threads
+    type(c_ptr), value :: machines, tasks, solutions, failures
+    type(c_ptr), pointer :: machine(:), solution(:), failure(:)
+    integer(c_int), allocatable :: codes(:)
+    integer :: i
+    !$ integer :: team, status
+
+    code = wrong_usage
+    if (count < 0 .or. threads < 0 .or. .not. (c_associated(machines) .and. c_associated(solutions))) return
+    call c_f_pointer(machines, machine, [count])
+    call c_f_pointer(solutions, solution, [count])
+    if (c_associated(failures)) then
+      call c_f_pointer(failures, failure, [count])
+    else
+      allocate(failure(count))
+      failure = c_null_ptr
+    end if
+    allocate(codes(count))
+    !$ team = merge(int(threads), omp_get_max_threads(), threads > 0)
+    !$omp parallel do schedule(dynamic) num_threads(team)
+    do i = 1, count
+      codes(i) = solve_machine(machine(i), tasks, solution(i), failure(i))
+    end do
+    !$omp end parallel do
+    !$ status = omp_pause_resource_all(omp_pause_soft)
+    if (.not. c_associated(failures)) deallocate(failure)
+    code = 0
+    do i = count, 1, -1
+      if (codes(i) /= 0) code = codes(i)
+    end do
+  end function solve_many
 
   !> Returns the machine to which `handle` points, and a Fortran copy of the C text at `pointer`. Error messages call this text
   !> `what`. Fails if `handle` or `pointer` is null.

@@ -44,9 +44,7 @@ contains
     if (code /= 0) return
     call c_f_pointer(handle, solution)
     if (index < 0 .or. index >= count) then
-      !$omp critical (texts_of_gestell)
       call fatal_error(error, "the index of the table must lie between 0 and " // text(int(count) - 1), wrong_usage)
-      !$omp end critical (texts_of_gestell)
     else
       call return_text(solution%result%tables(index + 1)%name, size, name, error)
     end if
@@ -147,14 +145,12 @@ contains
     if (.not. allocated(error)) then
       call c_f_pointer(values, place, [width, rows])
       place = c_null_char
-      !$omp critical (texts_of_gestell)
       do i = 1, rows
         word = column%word(i)
         do k = 1, min(int(width), len(word))
           place(k, i) = word(k:k)
         end do
       end do
-      !$omp end critical (texts_of_gestell)
     end if
     code = code_of(error, failure)
   end function get_words
@@ -166,11 +162,9 @@ contains
     integer :: i
 
     longest = 1
-    !$omp critical (texts_of_gestell)
     do i = 1, rows
       longest = max(longest, len(column%word(i)))
     end do
-    !$omp end critical (texts_of_gestell)
   end function longest_word
 
   !> Finds the column with this index and checks that its values are of this `kind`. Fails if the column does not exist or holds
@@ -212,9 +206,7 @@ contains
     call find_table(handle, name, table, error)
     if (allocated(error)) return
     if (index < 0 .or. index >= size(table%columns)) then
-      !$omp critical (texts_of_gestell)
       call fatal_error(error, "the index of the column must lie between 0 and " // text(size(table%columns) - 1), wrong_usage)
-      !$omp end critical (texts_of_gestell)
       return
     end if
     column => table%columns(index + 1)

@@ -68,7 +68,7 @@ contains
   pure function types_requiring(forms, key) result(words)
     type(form_type), intent(in) :: forms(:)
     type(key_type), intent(in) :: key
-    character(len=:), allocatable :: words
+    character(len=len(key%otherwise)) :: words
     integer :: f, k
 
     words = "required by"
@@ -76,8 +76,8 @@ contains
       k = find_key(forms(f)%keys, trim(key%name))
       if (k == 0) cycle
       if (.not. forms(f)%keys(k)%required) cycle
-      if (words /= "required by") words = words // ","
-      words = words // " `'" // trim(forms(f)%name) // "'`"
+      if (words /= "required by") words = trim(words) // ","
+      words = trim(words) // " `'" // trim(forms(f)%name) // "'`"
     end do
   end function types_requiring
 

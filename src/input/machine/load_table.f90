@@ -89,11 +89,11 @@ contains
     associate (x => table%angles, y => table%values)
       gap = x(1) + 2 * pi - x(n)
       if (x(n) - x(1) > whole) then
-        call fatal_error(error, location(file, lines(n)) // "the angles span " // degrees(x(n) - x(1)) // " deg, more than the " &
-          & // "cycle of " // text(360 * turns) // " deg", invalid_input)
+        call fatal_error(error, location(file, lines(n)) // "the angles span " // concise(degrees(x(n) - x(1))) &
+          & // " deg, more than the cycle of " // text(360 * turns) // " deg", invalid_input)
       else if (gap > 2 * maxval(x(2:) - x(:n - 1))) then
-        call fatal_error(error, location(file, lines(n)) // "the angles span only " // degrees(x(n) - x(1)) // " deg of the " &
-          & // "cycle of " // text(360 * turns) // " deg", invalid_input)
+        call fatal_error(error, location(file, lines(n)) // "the angles span only " // concise(degrees(x(n) - x(1))) &
+          & // " deg of the cycle of " // text(360 * turns) // " deg", invalid_input)
       else if (abs(y(n) - y(1)) > jump * (maxval(y) - minval(y)) .and. abs(y(n) - y(1)) > 2 * maxval(abs(y(2:) - y(:n - 1)) &
         & * merge(gap / (x(2:) - x(:n - 1)), 0.0_dp, gap > 2 * pi * rounding))) then
         call fatal_error(error, location(file, lines(n)) // "the course jumps at the ends: " // concise(y(n) / factor) // " in " &
@@ -108,11 +108,10 @@ contains
   contains
 
     !> Angle in degrees of the crank.
-    pure function degrees(angle) result(words)
+    pure real(dp) function degrees(angle)
       real(dp), intent(in) :: angle
-      character(len=:), allocatable :: words
 
-      words = concise(angle * turns * 180 / pi)
+      degrees = angle * turns * 180 / pi
     end function degrees
 
   end subroutine read_load_table

@@ -154,14 +154,21 @@ contains
   !> Name of the group, which is the value of its key `name`; empty if the group does not contain this key.
   pure function name_of(group) result(name)
     type(group_type), intent(in) :: group
-    character(len=:), allocatable :: name
+    character(len=length_of_name(group)) :: name
+
+    if (len(name) > 0) name = group%entries(find_entry(group, "name"))%values(1)%text
+  end function name_of
+
+  !> Length of a group's name; 0 if the group has no name.
+  pure integer function length_of_name(group) result(length)
+    type(group_type), intent(in) :: group
     integer :: i
 
-    name = ""
+    length = 0
     i = find_entry(group, "name")
     if (i == 0) return
     if (size(group%entries(i)%values) /= 1) return
-    if (allocated(group%entries(i)%values(1)%text)) name = group%entries(i)%values(1)%text
-  end function name_of
+    if (allocated(group%entries(i)%values(1)%text)) length = len(group%entries(i)%values(1)%text)
+  end function length_of_name
 
 end module gestell_input_namelist_document

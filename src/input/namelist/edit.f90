@@ -8,17 +8,18 @@ module gestell_input_namelist_edit
   implicit none (type, external)
   private
 
-  public :: set_entry, entry_text, with_doubled_quotes
+  public :: set_entry, spell_entry, with_doubled_quotes
 
   character, parameter :: newline = new_line("a")
 
 contains
 
-  !> Text of a key and its values as in an input file: "key=values". If elements are missing before others, "key(i)=value" for each
+  !> Returns a key and its values as in an input file: "key=values". If elements are missing before others, "key(i)=value" for each
   !> given element.
-  pure function entry_text(entry) result(words)
+  pure subroutine spell_entry(entry, words)
     type(entry_type), intent(in) :: entry
-    character(len=:), allocatable :: words, value
+    character(len=:), allocatable, intent(out) :: words
+    character(len=:), allocatable :: value
     logical :: whole
     integer :: i, last
 
@@ -41,20 +42,28 @@ contains
       words = words // value
     end do
     words = words(3:)
-  end function entry_text
+  end subroutine spell_entry
 
   !> Copy of a text in which every quote is doubled, so that the copy can be enclosed in quotes.
   pure function with_doubled_quotes(text) result(words)
     character(len=*), intent(in) :: text
-    character(len=:), allocatable :: words
-    integer :: i
+    character(len=len(text) + number_of_quotes(text)) :: words
+    integer :: i, n
 
-    words = ""
+    n = 0
     do i = 1, len(text)
-      words = words // text(i:i)
-      if (text(i:i) == "'") words = words // "'"
+      words(n + 1:) = text(i:i) // "'"
+      n = n + merge(2, 1, text(i:i) == "'")
     end do
   end function with_doubled_quotes
+
+  !> Number of single quotes in a text.
+  pure integer function number_of_quotes(text) result(number)
+    character(len=*), intent(in) :: text
+    integer :: i
+
+    number = count([(text(i:i) == "'", i = 1, len(text))])
+  end function number_of_quotes
 
   !> Replaces the values of a key in one group of the text. If the group does not contain the key, adds it at the end of the group.
   pure subroutine set_entry(text, group, entry, remark)
@@ -67,7 +76,7 @@ contains
     !> Comment that is added at the end of the line; none if empty
     character(len=*), intent(in) :: remark
     integer, allocatable :: first(:), last(:)
-    character(len=:), allocatable :: comma
+    character(len=:), allocatable :: comma, words
     integer :: i, at, ending
 
     call find_entries(text, group, entry%key, first, last, ending)
@@ -75,12 +84,13 @@ contains
       call remove_comma(text, last(i) + 1)
       text = text(:first(i) - 1) // text(last(i) + 1:)
     end do
+    call spell_entry(entry, words)
     if (size(first) > 0) then
       at = first(1)
-      text = text(:at - 1) // entry_text(entry) // text(last(1) + 1:)
+      text = text(:at - 1) // words // text(last(1) + 1:)
     else
       at = ending
-      text = trim(text(:at - 1)) // " " // entry_text(entry) // " " // text(at:)
+      text = trim(text(:at - 1)) // " " // words // " " // text(at:)
     end if
     if (remark == "") return
     i = index(text(at:), newline)

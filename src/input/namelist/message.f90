@@ -1,14 +1,14 @@
 !> Composes error messages of one line that name file, line, group and key.
 module gestell_input_namelist_message
   use gestell_base_error, only: error_type, fatal_error, invalid_input
-  use gestell_base_words, only: put_on_one_line
-  use gestell_base_text, only: text
+  use gestell_base_words, only: length_on_one_line, put_on_one_line
+  use gestell_base_text, only: either, text
   use gestell_input_namelist_document, only: value_type, entry_type, group_type, find_entry, name_of
   use gestell_input_wording, only: shown, longest_shown
   implicit none (type, external)
   private
 
-  public :: locate_in_group, input_error, refuse_entry, refuse_line, location, label, typed
+  public :: locate_in_group, input_error, refuse_entry, refuse_line, location, label, describe_entry
 
 contains
 
@@ -56,12 +56,14 @@ contains
     type(error_type), allocatable, intent(out) :: error
     !> Index of the element whose value is wrong. If absent, the message concerns all values
     integer, intent(in), optional :: element
+    character(len=:), allocatable :: typed
 
     associate (value => entry%values(value_with_line(entry, element)))
       if (allocated(value%origin)) then
         call fatal_error(error, value%origin // ": " // message, invalid_input)
       else
-        call refuse_line(group, value%line, typed(entry, element) // ": " // message, error)
+        call describe_entry(entry, typed, element)
+        call refuse_line(group, value%line, typed // ": " // message, error)
       end if
     end associate
   end subroutine refuse_entry
@@ -92,14 +94,25 @@ contains
     end do
   end function value_with_line
 
-  !> A key with all its values as the user typed them, "key = values". If `element` is present, only this element, "key(2) = value".
-  pure function typed(entry, element) result(words)
+  !> Returns a key with all its values as the user typed them, "key = values". If `element` is present, only this element,
+  !> "key(2) = value".
+  pure subroutine describe_entry(entry, words, element)
     type(entry_type), intent(in) :: entry
+    character(len=:), allocatable, intent(out) :: words
     integer, intent(in), optional :: element
-    character(len=:), allocatable :: words, comma
+    character(len=:), allocatable :: comma
+    integer, allocatable :: at(:)
     integer :: i, last
 
-    words = entry%key // subscripts(entry, element)
+    allocate(at(0))
+    if (allocated(entry%subscript)) at = entry%subscript
+    if (present(element)) then
+      if (entry%rank == 1) at = [element]
+      if (entry%rank == 2) at = [1 + mod(element - 1, entry%rows), 1 + (element - 1) / entry%rows]
+    end if
+    words = entry%key
+    if (size(at) == 1) words = words // "(" // text(at(1)) // ")"
+    if (size(at) > 1) words = words // "(" // text(at(1)) // "," // text(at(2)) // ")"
     if (present(element)) then
       if (element < 1 .or. element > size(entry%values)) return
       if (allocated(entry%values(element)%text)) words = words // " = " // typed_value(entry%values(element))
@@ -117,64 +130,37 @@ contains
       return
     end do
     if (comma == " ") words = words // comma
-  end function typed
-
-  !> Subscripts of an entry in parentheses, as typed. If `element` is present, the subscripts of this element.
-  pure function subscripts(entry, element) result(words)
-    type(entry_type), intent(in) :: entry
-    integer, intent(in), optional :: element
-    character(len=:), allocatable :: words
-    integer, allocatable :: at(:)
-
-    allocate(at(0))
-    if (allocated(entry%subscript)) at = entry%subscript
-    if (present(element)) then
-      if (entry%rank == 1) at = [element]
-      if (entry%rank == 2) at = [1 + mod(element - 1, entry%rows), 1 + (element - 1) / entry%rows]
-    end if
-    select case (size(at))
-    case (0)
-      words = ""
-    case (1)
-      words = "(" // text(at(1)) // ")"
-    case default
-      words = "(" // text(at(1)) // "," // text(at(2)) // ")"
-    end select
-  end function subscripts
+  end subroutine describe_entry
 
   !> A value as the user typed it, with its quotes and repeat count.
   pure function typed_value(value) result(words)
     type(value_type), intent(in) :: value
-    character(len=:), allocatable :: words
+    character(len=merge(1 + len(text(value%count)), 0, value%count /= 1) + merge(2, 0, value%quoted) + len(shown(value%text))) &
+      & :: words
 
-    words = shown(value%text)
-    if (value%quoted) words = "'" // words // "'"
-    if (value%count /= 1) words = text(value%count) // "*" // words
+    words = either(text(value%count) // "*", "", value%count /= 1) // either("'", "", value%quoted) // shown(value%text) // "'"
   end function typed_value
 
   !> Beginning of a message: "file:line: ", or "file: " if `line` is zero.
   pure function location(file, line) result(words)
     character(len=*), intent(in) :: file
     integer, intent(in) :: line
-    character(len=:), allocatable :: words
+    character(len=length_on_one_line(file) + 2 + merge(1 + len(text(line)), 0, line > 0)) :: words
+    character(len=:), allocatable :: name
 
     ! make the file's name printable, as elsewhere in messages
-    call put_on_one_line(file, words)
-    if (line > 0) words = words // ":" // text(line)
-    words = words // ": "
+    call put_on_one_line(file, name)
+    words = name // either(":" // text(line), "", line > 0) // ": "
   end function location
 
   !> Name by which messages refer to a group, such as "&joint 'B'", "&support 2" or "&drive".
   pure function label(group) result(words)
     type(group_type), intent(in) :: group
-    character(len=:), allocatable :: words
+    character(len=1 + len(shown(group%name)) + merge(3 + len(shown(name_of(group))), merge(1 + len(text(group%number)), 0, &
+      & group%number > 0), name_of(group) /= "")) :: words
 
-    words = "&" // shown(group%name)
-    if (name_of(group) /= "") then
-      words = words // " '" // shown(name_of(group)) // "'"
-    else if (group%number > 0) then
-      words = words // " " // text(group%number)
-    end if
+    words = "&" // shown(group%name) // either(" '" // shown(name_of(group)) // "'", " " // text(group%number), &
+      & name_of(group) /= "")
   end function label
 
 end module gestell_input_namelist_message

@@ -23,7 +23,7 @@ contains
     logical :: ok
 
     value = 0
-    reason = not_a_number(text)
+    call refuse_number(text, reason)
     digits = lower(without_sign(text))
     split = scan(digits, "ed")
     exponent = 0
@@ -50,7 +50,7 @@ contains
     digits = digits // text_of(exponent)
     if (text(1:1) == "-") digits = "-" // digits
     read(digits, *, iostat=status) value
-    if (status /= 0) reason = not_a_number(text)
+    if (status /= 0) call refuse_number(text, reason)
   end subroutine read_real
 
   !> Converts a text to an integer. If the text is not a valid integer, `reason` says why; otherwise `reason` is empty.
@@ -82,11 +82,9 @@ contains
   !> Copy of a text without its leading sign, if it has one.
   pure function without_sign(text) result(rest)
     character(len=*), intent(in) :: text
-    character(len=:), allocatable :: rest
+    character(len=len(text) - merge(1, 0, scan(text, "+-") == 1)) :: rest
 
-    rest = text
-    if (len(text) == 0) return
-    if (text(1:1) == "+" .or. text(1:1) == "-") rest = text(2:)
+    rest = text(1 + len(text) - len(rest):)
   end function without_sign
 
   !> Converts the digits of an exponent to an integer. `ok` is false if the text is not an integer.
@@ -110,10 +108,11 @@ contains
     if (text(1:1) == "-") exponent = -exponent
   end subroutine read_exponent
 
-  !> Explanation why a text is not a valid number.
-  pure function not_a_number(text) result(reason)
+  !> Explains why a text is not a valid number.
+  pure subroutine refuse_number(text, reason)
     character(len=*), intent(in) :: text
-    character(len=:), allocatable :: reason, word
+    character(len=:), allocatable, intent(out) :: reason
+    character(len=:), allocatable :: word
 
     word = lower(without_sign(text))
     if (word == "inf" .or. word == "infinity" .or. word == "nan" .or. index(word, "nan(") == 1) then
@@ -121,6 +120,6 @@ contains
     else
       reason = "must be a number"
     end if
-  end function not_a_number
+  end subroutine refuse_number
 
 end module gestell_input_namelist_number

@@ -107,14 +107,14 @@ contains
       end if
       last = last + 1
     end do
-    token%text = with_single_quotes(scanner%text(start:last-1), quote)
+    call undouble(scanner%text(start:last-1), quote, token%text)
   end subroutine read_quoted
 
-  !> Copy of a text in which each doubled quote is replaced by a single one.
-  pure function with_single_quotes(text, quote) result(single)
+  !> Copies a text and replaces each doubled quote by a single one.
+  pure subroutine undouble(text, quote, single)
     character(len=*), intent(in) :: text
     character(len=1), intent(in) :: quote
-    character(len=:), allocatable :: single
+    character(len=:), allocatable, intent(out) :: single
     integer :: i, n
 
     allocate(character(len=len(text)) :: single)
@@ -126,7 +126,7 @@ contains
       i = i + merge(2, 1, text(i:i) == quote)
     end do
     single = single(:n)
-  end function with_single_quotes
+  end subroutine undouble
 
   !> Reads a word, which ends before the next blank, quote or mark. The form nan(...) counts as one word.
   pure subroutine read_word(scanner, token)

@@ -1,5 +1,6 @@
 !> Suggests correct words for a misspelt word.
 module gestell_input_namelist_suggest
+  use gestell_base_text, only: either
   use gestell_input_wording, only: lower
   implicit none (type, external)
   private
@@ -8,6 +9,8 @@ module gestell_input_namelist_suggest
 
   !> Maximum length of a word for which corrections are suggested.
   integer, parameter :: longest_word = 64
+  !> Maximum number of candidates in a list.
+  integer, parameter :: most_listed = 30
 
 contains
 
@@ -15,37 +18,72 @@ contains
   !> are no candidates.
   pure function suggestion(word, candidates) result(text)
     character(len=*), intent(in) :: word, candidates(:)
-    character(len=:), allocatable :: text
+    character(len=merge(2, 0, size(candidates) > 0) + len(advice(word, candidates, "'", "'", choice(candidates)))) :: text
 
-    text = ""
-    if (size(candidates) > 0) text = "; " // advice(word, candidates, "'", "'", "choose from " // listed(candidates, "'", "'"))
+    text = "; " // advice(word, candidates, "'", "'", choice(candidates))
   end function suggestion
+
+  !> Phrase that offers the candidates for choice; empty if there are none.
+  pure function choice(candidates) result(text)
+    character(len=*), intent(in) :: candidates(:)
+    character(len=merge(12, 0, size(candidates) > 0) + len(listed(candidates, "'", "'"))) :: text
+
+    text = "choose from " // listed(candidates, "'", "'")
+  end function choice
 
   !> Question "did you mean x?" with the candidate x that is most similar to the word, between the texts `before` and `after`. If
   !> no candidate is similar, the text `otherwise`.
   pure function advice(word, candidates, before, after, otherwise) result(text)
     character(len=*), intent(in) :: word, candidates(:), before, after, otherwise
-    character(len=:), allocatable :: text
-    integer :: i
+    character(len=len(either(question(nearest(word, candidates), before, after), otherwise, nearest(word, candidates) /= ""))) &
+      & :: text
 
-    text = otherwise
-    i = nearest_of(word, candidates)
-    if (i > 0) text = "did you mean " // before // trim(candidates(i)) // after // "?"
+    text = either(question(nearest(word, candidates), before, after), otherwise, nearest(word, candidates) /= "")
   end function advice
 
-  !> List of up to 30 candidates in one line, each between the texts `before` and `after`.
+  !> Question whether the user meant this candidate.
+  pure function question(candidate, before, after) result(text)
+    character(len=*), intent(in) :: candidate, before, after
+    character(len=14 + len(before) + len_trim(candidate) + len(after)) :: text
+
+    text = "did you mean " // before // trim(candidate) // after // "?"
+  end function question
+
+  !> List of up to `most_listed` candidates in one line, each between the texts `before` and `after`.
   pure function listed(candidates, before, after) result(text)
     character(len=*), intent(in) :: candidates(:), before, after
-    character(len=:), allocatable :: text
+    character(len=length_of_list(candidates, len(before) + len(after))) :: text
+    integer :: i, n
+
+    n = 0
+    do i = 1, min(most_listed, size(candidates))
+      text(n + 1:) = before // trim(candidates(i)) // after // ", "
+      n = n + len(before) + len_trim(candidates(i)) + len(after) + 2
+    end do
+    if (size(candidates) > most_listed) text(n + 1:) = "..."
+  end function listed
+
+  !> Length of a list of candidates in one line, with `around` characters around each.
+  pure integer function length_of_list(candidates, around) result(length)
+    character(len=*), intent(in) :: candidates(:)
+    integer, intent(in) :: around
+    integer :: n
+
+    n = min(most_listed, size(candidates))
+    length = sum(len_trim(candidates(:n))) + n * around + 2 * max(0, n - 1)
+    if (size(candidates) > most_listed) length = length + 5
+  end function length_of_list
+
+  !> The candidate that is most similar to a misspelt word; blank if there is none (see `nearest_of`).
+  pure function nearest(word, candidates) result(candidate)
+    character(len=*), intent(in) :: word, candidates(:)
+    character(len=len(candidates)) :: candidate
     integer :: i
 
-    text = ""
-    do i = 1, min(30, size(candidates))
-      if (i > 1) text = text // ", "
-      text = text // before // trim(candidates(i)) // after
-    end do
-    if (size(candidates) > 30) text = text // ", ..."
-  end function listed
+    candidate = ""
+    i = nearest_of(word, candidates)
+    if (i > 0) candidate = candidates(i)
+  end function nearest
 
   !> Index of the candidate that is most similar to a misspelt word. 0 if no candidate is similar or several are equally similar.
   pure integer function nearest_of(word, candidates) result(best)

@@ -69,6 +69,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     integer, intent(in), optional :: before(:)
     integer :: occurrences(size(schema%groups)), first(size(schema%groups))
+    character(len=:), allocatable :: message
     integer :: i, rule
 
     occurrences = 0
@@ -78,7 +79,8 @@ contains
       associate (group => doc%groups(i))
         rule = find_group_rule(schema, group%name)
         if (rule == 0) then
-          call fatal_error(error, location(doc%file, group%line) // unknown_group(group%name, schema), invalid_input)
+          call unknown_group(group%name, schema, message)
+          call fatal_error(error, location(doc%file, group%line) // message, invalid_input)
           return
         end if
         occurrences(rule) = occurrences(rule) + 1
@@ -97,14 +99,14 @@ contains
     end do
   end subroutine number_groups
 
-  !> Error message for a group that the schema does not contain.
-  pure function unknown_group(name, schema) result(message)
+  !> Composes the message about a group that the schema does not contain.
+  pure subroutine unknown_group(name, schema, message)
     character(len=*), intent(in) :: name
     type(schema_type), intent(in) :: schema
-    character(len=:), allocatable :: message
+    character(len=:), allocatable, intent(out) :: message
 
     message = "unknown group &" // shown(name) // ": " &
       & // advice(name, (schema%groups%name), "&", "", "allowed are " // listed((schema%groups%name), "&", ""))
-  end function unknown_group
+  end subroutine unknown_group
 
 end module gestell_input_schema_check

@@ -52,10 +52,10 @@ contains
     else if (dot <= len(word)) then
       dot = index(word, ".", back=.true.)
       if (group == 0) then
-        message = unknown_group(word(:min(dot, scan(word, "(.")) - 1), schema)
+        call unknown_group(word(:min(dot, scan(word, "(.")) - 1), schema, message)
       else
         i = find_key_rule(schema, trim(schema%groups(group)%name), word(dot + 1:scan(word(dot:) // "(", "(") + dot - 2))
-        if (i == 0) message = unknown_key(word(dot + 1:), schema, trim(schema%groups(group)%name))
+        if (i == 0) call unknown_key(word(dot + 1:), schema, trim(schema%groups(group)%name), message)
         if (i > 0) text = key_help(schema, i)
       end if
     else if (group > 0) then

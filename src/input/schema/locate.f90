@@ -5,7 +5,7 @@ module gestell_input_schema_locate
   use gestell_base_text, only: text
   use gestell_input_namelist_document, only: document_type, group_names, groups_named, has, indices_named, name_of
   use gestell_input_namelist_number, only: is_digits, read_integer
-  use gestell_input_schema_rule, only: element_of, subscript_words, extent_words, unknown_key
+  use gestell_input_schema_rule, only: element_of, describe_extent, subscript_words, unknown_key
   use gestell_input_schema, only: schema_type, find_group_rule, find_key_rule
   use gestell_input_namelist_suggest, only: suggestion
   use gestell_input_wording, only: shown, lower, without_quotes
@@ -57,16 +57,18 @@ contains
     group = find_group_rule(schema, path%group)
     target%rule = find_key_rule(schema, path%group, path%key)
     if (group == 0) then
-      call fatal_error(error, prefix // unknown_group(path%group, schema), invalid_input)
+      call unknown_group(path%group, schema, reason)
     else if (target%rule == 0) then
-      call fatal_error(error, prefix // unknown_key(path%key, schema, path%group), invalid_input)
-    end if
-    if (allocated(error)) return
-    if (size(path%subscript) > 0) then
+      call unknown_key(path%key, schema, path%group, reason)
+    else if (size(path%subscript) > 0) then
       associate (rule => schema%keys(target%rule))
         target%element = element_of(path%subscript, rule)
-        if (size(path%subscript) /= rule%rank) reason = path%key // " " // subscript_words(rule)
-        if (reason == "" .and. target%element == 0) reason = path%key // ": " // extent_words(rule)
+        if (size(path%subscript) /= rule%rank) then
+          reason = path%key // " " // subscript_words(rule)
+        else if (target%element == 0) then
+          call describe_extent(rule, reason)
+          reason = path%key // ": " // reason
+        end if
       end associate
     end if
     if (reason == "") call choose_groups(doc, path, schema%groups(group)%repeatable, target%groups, reason)

@@ -4,7 +4,7 @@ module gestell_input_schema_merge
   use gestell_base_kinds, only: dp
   use gestell_input_namelist_document, only: group_type, entry_type, value_type
   use gestell_input_namelist_message, only: refuse_entry, refuse_line
-  use gestell_input_schema_rule, only: check_values, element_of, values_words, subscript_words, extent_words, typing_hint, &
+  use gestell_input_schema_rule, only: check_values, describe_count, describe_extent, element_of, subscript_words, typing_hint, &
     unknown_key
   use gestell_base_key, only: key_type
   use gestell_base_text, only: text
@@ -23,6 +23,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(entry_type) :: merged(count(schema%keys%group == group%name))
     integer :: index_of(size(schema%keys)), rule_of(size(merged))
+    character(len=:), allocatable :: message
     integer :: i, n, rule
 
     n = 0
@@ -31,7 +32,8 @@ contains
       associate (entry => group%entries(i))
         rule = find_key_rule(schema, group%name, entry%key)
         if (rule == 0) then
-          call refuse_line(group, entry%line, unknown_key(entry%key, schema, group%name), error)
+          call unknown_key(entry%key, schema, group%name, message)
+          call refuse_line(group, entry%line, message, error)
           return
         end if
         if (index_of(rule) == 0) then
@@ -59,6 +61,7 @@ contains
     type(key_type), intent(in) :: rule
     type(entry_type), intent(inout) :: merged
     type(error_type), allocatable, intent(out) :: error
+    character(len=:), allocatable :: words
     integer :: element
 
     if (size(entry%subscript) == 0) then
@@ -74,9 +77,10 @@ contains
     if (size(entry%subscript) /= rule%rank) then
       call refuse_entry(group, entry, subscript_words(rule), error)
     else if (element == 0) then
-      call refuse_entry(group, entry, "has no such element: " // extent_words(rule), error)
+      call describe_extent(rule, words)
+      call refuse_entry(group, entry, "has no such element: " // words, error)
     else if (size(entry%values) > 1 .or. entry%values(1)%count > 1) then
-      call refuse_entry(group, entry, "takes 1 value" // typing_hint(entry, rule), error)
+      call refuse_entry(group, entry, "takes 1 value" // trim(typing_hint(entry, rule)), error)
     else
       if (.not. allocated(merged%key)) call start(entry, rule, rule%most, merged)
       if (size(merged%values) < element) then
@@ -99,6 +103,7 @@ contains
     type(entry_type), intent(inout) :: merged
     type(error_type), allocatable, intent(out) :: error
     type(value_type) :: value
+    character(len=:), allocatable :: words
     real(dp) :: total
     integer :: i, k, n, place, rows
 
@@ -106,11 +111,13 @@ contains
     total = sum(real(entry%values%count, dp))
     if (rule%shorter > 0 .and. all(nint(min(total, 1.0e6_dp)) /= [rule%shorter, rule%most])) then
       call refuse_entry(group, entry, "takes " // text(rule%shorter) // " or " // text(rule%most) // " values, has " &
-        // text(nint(min(total, 1.0e6_dp))) // typing_hint(entry, rule), error)
+        // text(nint(min(total, 1.0e6_dp))) // trim(typing_hint(entry, rule)), error)
     else if (total > rule%most) then
-      call refuse_entry(group, entry, values_words(rule, total) // typing_hint(entry, rule), error)
+      call describe_count(rule, total, words)
+      call refuse_entry(group, entry, words // trim(typing_hint(entry, rule)), error)
     else if (total < rule%least .and. rule%shorter == 0) then
-      call refuse_entry(group, entry, values_words(rule, total), error)
+      call describe_count(rule, total, words)
+      call refuse_entry(group, entry, words, error)
     end if
     if (allocated(error)) return
     call start(entry, rule, merge(rule%most, nint(total), rule%shorter > 0), merged)

@@ -2,10 +2,10 @@
 module gestell_input_schema_rewrite
   use gestell_base_error, only: error_type
   use gestell_base_growing_text, only: growing_text_type
-  use gestell_base_text, only: newline
+  use gestell_base_text, only: either, newline
   use gestell_input_namelist, only: parse_document
   use gestell_input_namelist_document, only: document_type, find_entry, group_type
-  use gestell_input_namelist_edit, only: entry_text, set_entry
+  use gestell_input_namelist_edit, only: set_entry, spell_entry
   use gestell_input_schema, only: schema_type
   use gestell_input_schema_check, only: normalise
   implicit none (type, external)
@@ -27,6 +27,7 @@ contains
     character(len=*), intent(in), optional :: author
     type(document_type) :: original
     type(growing_text_type) :: added
+    character(len=:), allocatable :: new, old
     integer :: i, k, e
 
     text = ""
@@ -42,16 +43,23 @@ contains
       do k = 1, size(document%groups(i)%entries)
         associate (entry => document%groups(i)%entries(k))
           e = find_entry(original%groups(i), entry%key)
-          if (e == 0) then
-            call set_entry(text, i, entry, remark(entry%key // " was missing"))
-          else if (entry_text(entry) /= entry_text(original%groups(i)%entries(e))) then
-            call set_entry(text, i, entry, remark("was " // entry_text(original%groups(i)%entries(e))))
+          if (e > 0) then
+            call spell_entry(entry, new)
+            call spell_entry(original%groups(i)%entries(e), old)
+            if (new /= old) call set_entry(text, i, entry, either("was " // old, "", present(author)))
+          else
+            call set_entry(text, i, entry, either(entry%key // " was missing", "", present(author)))
           end if
         end associate
       end do
     end do
     do i = size(original%groups) + 1, size(document%groups)
-      call added%append(group_text(document%groups(i)))
+      call added%append("&" // document%groups(i)%name)
+      do k = 1, size(document%groups(i)%entries)
+        call spell_entry(document%groups(i)%entries(k), new)
+        call added%append(either(", ", " ", k > 1) // new)
+      end do
+      call added%append(" /")
       if (present(author)) call added%append("   ! added by " // author)
       call added%append(newline)
     end do
@@ -60,30 +68,6 @@ contains
     end if
     text = text // added%whole()
 
-  contains
-
-    !> The words if changes are marked; otherwise empty.
-    pure function remark(words)
-      character(len=*), intent(in) :: words
-      character(len=:), allocatable :: remark
-
-      remark = ""
-      if (present(author)) remark = words
-    end function remark
-
   end subroutine rewrite
-
-  !> Text of a group, on one line.
-  pure function group_text(group) result(words)
-    type(group_type), intent(in) :: group
-    character(len=:), allocatable :: words
-    integer :: k
-
-    words = "&" // group%name
-    do k = 1, size(group%entries)
-      words = words // trim(merge(", ", "  ", k > 1)) // " " // entry_text(group%entries(k))
-    end do
-    words = words // " /"
-  end function group_text
 
 end module gestell_input_schema_rewrite

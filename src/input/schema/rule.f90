@@ -14,10 +14,12 @@ module gestell_input_schema_rule
   implicit none (type, external)
   private
 
-  public :: check_values, element_of, values_words, subscript_words, extent_words, typing_hint, unknown_key
+  public :: check_values, element_of, describe_count, describe_extent, subscript_words, typing_hint, unknown_key
 
   !> Keys whose values are names of joints, links or other parts.
   character(len=*), parameter :: names(*) = [character(len=5) :: "name", "pivot", "from", "to"]
+  !> For each rank of a key, the number of its subscripts in words.
+  character(len=*), parameter :: subscript_counts(0:2) = [character(len=14) :: "no subscript", "one subscript", "two subscripts"]
   character(len=*), parameter :: straight_quotes = "must be in straight quotes, ' or """
 
 contains
@@ -82,11 +84,11 @@ contains
     element_of = subscript(1) + rule%rows * (subscript(2) - 1)
   end function element_of
 
-  !> Phrase that compares the permitted number of values with the actual number, such as "takes 2 values, has 3".
-  pure function values_words(rule, total) result(words)
+  !> Compares the permitted number of values with the actual number, as in "takes 2 values, has 3".
+  pure subroutine describe_count(rule, total, words)
     type(key_type), intent(in) :: rule
     real(dp), intent(in) :: total
-    character(len=:), allocatable :: words
+    character(len=:), allocatable, intent(out) :: words
     integer, parameter :: many = 1000000
 
     words = "takes " // text(rule%most) // " value"
@@ -98,28 +100,27 @@ contains
     else
       words = words // ", has " // text(nint(total))
     end if
-  end function values_words
+  end subroutine describe_count
 
   !> Phrase that states the number of subscripts, such as "takes one subscript".
   pure function subscript_words(rule) result(words)
     type(key_type), intent(in) :: rule
-    character(len=:), allocatable :: words
-    character(len=*), parameter :: counts(0:2) = [character(len=14) :: "no subscript", "one subscript", "two subscripts"]
+    character(len=6 + len_trim(subscript_counts(rule%rank))) :: words
 
-    words = "takes " // trim(counts(rule%rank))
+    words = "takes " // subscript_counts(rule%rank)
   end function subscript_words
 
-  !> Phrase that states the range of the subscripts, such as "the subscript runs from 1 to 2".
-  pure function extent_words(rule) result(words)
+  !> States the range of the subscripts, as in "the subscript runs from 1 to 2".
+  pure subroutine describe_extent(rule, words)
     type(key_type), intent(in) :: rule
-    character(len=:), allocatable :: words
+    character(len=:), allocatable, intent(out) :: words
 
     if (rule%rank == 2) then
       words = "the subscripts run from 1 to " // text(rule%rows) // " and 1 to " // text(rule%most / rule%rows)
     else
       words = "the subscript runs from 1 to " // text(rule%most)
     end if
-  end function extent_words
+  end subroutine describe_extent
 
   !> True if a text begins with a typographic quotation mark (UTF-8), as word processors insert it.
   pure logical function has_typeset_quotes(text)
@@ -132,11 +133,10 @@ contains
   end function has_typeset_quotes
 
   !> Hint for an error message if the user has probably typed a decimal comma, which splits a number into two values, or a
-  !> typographic quotation mark.
-  pure function typing_hint(entry, rule) result(hint)
+  !> typographic quotation mark. Otherwise blank.
+  pure character(len=len(straight_quotes) + 3) function typing_hint(entry, rule) result(hint)
     type(entry_type), intent(in) :: entry
     type(key_type), intent(in) :: rule
-    character(len=:), allocatable :: hint
     integer :: i, first
 
     hint = ""
@@ -158,15 +158,15 @@ contains
     end do
   end function typing_hint
 
-  !> Error message for a key that the schema does not contain.
-  pure function unknown_key(key, schema, group) result(message)
+  !> Composes the message about a key that the schema does not contain.
+  pure subroutine unknown_key(key, schema, group, message)
     character(len=*), intent(in) :: key, group
     type(schema_type), intent(in) :: schema
-    character(len=:), allocatable :: message
+    character(len=:), allocatable, intent(out) :: message
     character(len=16), allocatable :: names(:)
 
     names = pack((schema%keys%name), schema%keys%group == group)
     message = "unknown key '" // shown(key) // "': " // advice(key, names, "'", "'", "allowed are " // listed(names, "", ""))
-  end function unknown_key
+  end subroutine unknown_key
 
 end module gestell_input_schema_rule

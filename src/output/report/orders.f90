@@ -13,7 +13,7 @@ contains
   !> Order of harmonic `k` of a period in which the crank completes `turns` turns, for example "2" or "0.5".
   pure function order_of(k, turns) result(words)
     integer, intent(in) :: k, turns
-    character(len=:), allocatable :: words
+    character(len=len(either(text(k / turns), concise(real(k, dp) / turns, 4), modulo(k, turns) == 0))) :: words
 
     words = either(text(k / turns), concise(real(k, dp) / turns, 4), modulo(k, turns) == 0)
   end function order_of
@@ -40,7 +40,7 @@ contains
   !> Phrase for a number of turns: "a turn" or "2 turns".
   pure function turns_in_words(turns) result(words)
     integer, intent(in) :: turns
-    character(len=:), allocatable :: words
+    character(len=len(either(text(turns) // " turns", "a turn", turns > 1))) :: words
 
     words = either(text(turns) // " turns", "a turn", turns > 1)
   end function turns_in_words

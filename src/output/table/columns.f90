@@ -28,7 +28,7 @@ module procedure add_numbers
 end procedure add_numbers
 
 module procedure word
-  word = trim(self%words((i - 1) * self%width + 1:i * self%width))
+  word = self%words((i - 1) * self%width + 1:i * self%width)
 end procedure word
 
 module procedure add_integers

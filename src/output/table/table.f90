@@ -100,7 +100,7 @@ module gestell_output_table
       implicit none (type, external)
       class(column_type), intent(in) :: self
       integer, intent(in) :: i
-      character(len=:), allocatable :: word
+      character(len=len_trim(self%words((i - 1) * self%width + 1:i * self%width))) :: word
     end function word
 
     !> Adds a column of integers.

@@ -79,7 +79,7 @@ contains
   pure function amplitude_of(name, unit) result(column)
     character(len=*), intent(in) :: name
     type(unit_type), intent(in) :: unit
-    character(len=:), allocatable :: column
+    character(len=len_trim(name) + len_trim(unit%suffix) + 11) :: column
 
     column = trim(name) // "_" // trim(unit%suffix) // "_amplitude"
   end function amplitude_of

@@ -205,10 +205,10 @@ contains
   !> Name of the goal in reports, for example "f rms" or "added_mass".
   pure function name_of(self) result(name)
     class(goal_type), intent(in) :: self
-    character(len=:), allocatable :: name
+    character(len=len(self%measure%quantity) + 1 + len(measure_names)) :: name
 
-    name = trim(self%measure%quantity)
-    if (self%is_periodic()) name = name // " " // trim(measure_names(self%measure%kind))
+    name = self%measure%quantity
+    if (self%is_periodic()) name = trim(name) // " " // measure_names(self%measure%kind)
   end function name_of
 
   !> Samples the periodic goals at `phases`. A goal that is the magnitude of a vector has several components; all other goals have

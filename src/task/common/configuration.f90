@@ -95,11 +95,10 @@ contains
   end subroutine read_plan
 
   !> Name of the frame's model in reports.
-  pure function model(self) result(name)
+  pure character(len=11) function model(self) result(name)
     class(configuration_type), intent(in) :: self
-    character(len=:), allocatable :: name
 
-    name = trim(self%analysis%model)
+    name = self%analysis%model
     if (self%analysis%averaged) name = "averaged"
   end function model
 

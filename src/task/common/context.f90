@@ -42,7 +42,7 @@ module gestell_task_common_context
     !> A result that one task stores here so that a later task can use it.
     class(*), allocatable :: stored_result
   contains
-    procedure :: members, fill_header, may_draw
+    procedure :: members, fill_header, is_presented
   end type context_type
 
 contains
@@ -61,13 +61,13 @@ contains
     locked%accuracy = self%configuration%accuracy
   end subroutine members
 
-  !> False if nobody looks at the pictures: for a line of results, and for a program that calls the library without a report.
-  !> Results that only pictures need are not computed then.
-  pure logical function may_draw(self)
+  !> False if nobody reads headlines or looks at pictures: for a line of results, and for a program that calls the library without a
+  !> report. Neither they nor results that only they need are computed then.
+  pure logical function is_presented(self)
     class(context_type), intent(in) :: self
 
-    may_draw = self%reports .or. .not. (self%one_line .or. self%keep_all_rows)
-  end function may_draw
+    is_presented = self%reports .or. .not. (self%one_line .or. self%keep_all_rows)
+  end function is_presented
 
   !> Sets the header of all tables from the name of the input and the settings of the command line.
   subroutine fill_header(self, input, settings)
@@ -77,7 +77,7 @@ contains
 
     self%head%title = self%configuration%title
     self%head%input = input
-    self%head%model = self%configuration%model()
+    self%head%model = trim(self%configuration%model())
     self%head%held_by = trim(self%configuration%frame%held_by)
     self%head%settings = settings
   end subroutine fill_header

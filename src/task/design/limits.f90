@@ -45,7 +45,7 @@ contains
       if (goal%limit <= -goal%offset) call input_error(group, key, "cannot be met: the whole machine weighs " &
         & // concise(goal%offset, 5) // " kg", error)
     else if (goal%limit < 0) then
-      call input_error(group, key, "cannot be met: " // goal%name() // " is never negative", error)
+      call input_error(group, key, "cannot be met: " // trim(goal%name()) // " is never negative", error)
     end if
   end subroutine read_limit
 
@@ -61,7 +61,7 @@ contains
       do i = 1, k - 1
         if (.not. (contradict(goals(i), goals(k)) .or. contradict(goals(k), goals(i)))) cycle
         call input_error(groups(k), trim(limit_keys(goals(k)%sense)), "contradicts line " // text(groups(i)%line) // ": " &
-          & // goals(i)%name() // " " // trim(limit_keys(goals(i)%sense)) // "=" // concise(goals(i)%limit, 6), error)
+          & // trim(goals(i)%name()) // " " // trim(limit_keys(goals(i)%sense)) // "=" // concise(goals(i)%limit, 6), error)
         return
       end do
     end do

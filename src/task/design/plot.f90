@@ -69,7 +69,7 @@ contains
       after = worst_of(design%after, design, g)
       if (.not. abs(before(1)) > 0) cycle
       longest = max(longest, character_count(trim(design%goals(g)%name())))
-      marks = marks // ", " // tic(design%goals(g)%name()) // " " // text(g)
+      marks = marks // ", " // tic(trim(design%goals(g)%name())) // " " // text(g)
       block = block // text(g) // "," // concise(100 * after(1) / before(1), 6) // ","
       if (g > size(design%options%objectives)) then
         block = block // concise(100 * design%goals(g)%limit / before(1), 6)
@@ -108,7 +108,7 @@ contains
     columns = [character(len=longest_column) :: name // "_before", name // "_after"]
     unit = unit_of(table, columns)
     lines = "set title heading noenhanced" // newline // "set xlabel 'crank speed (rpm)'; set ylabel " &
-      & // quoted(label_with(plan%options%objectives(1)%name(), unit)) // " noenhanced" // newline &
+      & // quoted(label_with(trim(plan%options%objectives(1)%name()), unit)) // " noenhanced" // newline &
       & // "set yrange [0:*]; set key top left" // newline // "plot 'design_range.csv' using (abs($1)):(" // trim(unit%words) &
       & // " * column(" // text(table%number_of(columns(1))) // ")) " // style // " lt 8 pt 7 ps 0.4 title 'before', " &
       & // "'' using (abs($1)):(" // trim(unit%words) // " * column(" // text(table%number_of(columns(2))) // ")) " // style &
@@ -148,7 +148,7 @@ contains
       integer, intent(in) :: k
       character(len=:), allocatable :: line
 
-      line = "set " // which // "label " // quoted(label_with(design%options%objectives(k)%name(), units(k))) &
+      line = "set " // which // "label " // quoted(label_with(trim(design%options%objectives(k)%name()), units(k))) &
         & // " noenhanced" // newline
     end function axis
 

@@ -98,15 +98,15 @@ contains
 
     before = worst_of(design%before, design, 1)
     after = worst_of(design%after, design, 1)
-    words = "DESIGN: " // design%goals(1)%name() // " from " // concise(before(1), 4) // " to " // concise(after(1), 4) // " " &
-      & // trim(design%goals(1)%measure%unit) // change_words(before(1), after(1))
+    words = "DESIGN: " // trim(design%goals(1)%name()) // " from " // concise(before(1), 4) // " to " // concise(after(1), 4) &
+      & // " " // trim(design%goals(1)%measure%unit) // change_words(before(1), after(1))
     do g = size(design%options%objectives) + 1, size(design%goals)
       after = worst_of(design%after, design, g)
       if (limit_state(design%goals(g), after(1), after(2)) == "met") cycle
       state = unstable
       words = "DESIGN: limits " // either("cannot be met (proved)", "not met", design%conflict > 0) // " within these ranges: " &
-        & // design%goals(g)%name() // " is " // concise(after(1), 4) // " " // trim(design%goals(g)%measure%unit) // ", limit " &
-        & // concise(design%goals(g)%limit, 4)
+        & // trim(design%goals(g)%name()) // " is " // concise(after(1), 4) // " " // trim(design%goals(g)%measure%unit) &
+        & // ", limit " // concise(design%goals(g)%limit, 4)
       return
     end do
     if (design%after%verdict() /= stable) state = design%after%verdict()
@@ -165,7 +165,7 @@ contains
       associate (goal => design%goals(g))
         before = worst_of(design%before, design, g)
         after = worst_of(design%after, design, g)
-        lines = lines // goal%name() // tab // concise(before(1), 5) // tab // concise(after(1), 5) // tab &
+        lines = lines // trim(goal%name()) // tab // concise(before(1), 5) // tab // concise(after(1), 5) // tab &
           & // concise(after(2), 1) // tab // trim(goal%measure%unit) // tab
         if (g <= n) then
           lines = lines // "objective" // tab

@@ -178,7 +178,8 @@ contains
       & shown=.true.)
     do g = 1, 2
       associate (measure => plan%options%objectives(g)%measure)
-        call table%add(trim(merge("first ", "second", g == 1)), new_unit(trim(measure%unit)), plan%options%objectives(g)%name(), &
+        call table%add(trim(merge("first ", "second", g == 1)), new_unit(trim(measure%unit)), &
+          & trim(plan%options%objectives(g)%name()), &
           & [(design%curve(i)%values(g), i = 1, size(design%curve))])
       end associate
     end do

@@ -87,7 +87,7 @@ contains
       call result%record_failure(failure)
       if (.not. allocated(reactions)) return
       table = summary(reactions, frame)
-      call result%add(table, plot_summary(table, reactions))
+      call result%add(table)
       turn = turns_in_words(frame%mechanism%turns)
       histories = new_table("supports_history", "Forces over " // turn, "Forces that the supports exert on the ground during " &
         & // turn // ".")
@@ -109,8 +109,14 @@ contains
           end associate
         end do
       end do
-      call result%add(histories, plot_histories(histories, reactions, frame))
-      call result%add(harmonics, plot_orders(harmonics, reactions, frame%mechanism%turns))
+      call result%add(histories)
+      call result%add(harmonics)
+      if (context%is_presented()) then
+        call result%add_figure(plot_summary(table, reactions))
+        call result%add_figure(plot_histories(histories, reactions, frame))
+        call result%add_figure(plot_orders(harmonics, reactions, frame%mechanism%turns))
+      end if
+      if (.not. context%reports) return
       call result%write_section("FORCES ON THE GROUND " // either("due to the motion", "without weight", &
         & any(reactions%includes_weight)) // "; f: magnitude; %: share of rms^2", force_lines(reactions, frame))
     end associate

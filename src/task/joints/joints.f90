@@ -108,29 +108,29 @@ contains
         block
           type(vibration_type) :: rest
           call solve_on_rigid_ground(context%configuration%frame, options%points, options%harmonics, rest)
-          call report_forces(self, context%configuration%frame, rest, options%harmonics, result, error)
+          call report_forces(self, context, context%configuration%frame, rest, result, error)
         end block
       else if (allocated(context%analysis%vibration)) then
-        call report_forces(self, context%analysis%frame, context%analysis%vibration, options%harmonics, result, error)
+        call report_forces(self, context, context%analysis%frame, context%analysis%vibration, result, error)
       end if
     end associate
   end subroutine run
 
   !> Adds tables, pictures and report on the joint forces in the motion `vibration`.
-  subroutine report_forces(self, frame, vibration, last, result, error)
+  subroutine report_forces(self, context, frame, vibration, result, error)
     class(joints_task), intent(in) :: self
+    type(context_type), intent(in) :: context
     class(frame_type), intent(in) :: frame
     type(vibration_type), intent(in) :: vibration
-    !> Highest harmonic of the period in the table of harmonics
-    integer, intent(in) :: last
     type(result_type), intent(inout) :: result
     type(error_type), allocatable, intent(out) :: error
     type(joint_force_type), allocatable :: forces(:)
     type(source_type), allocatable :: sources(:)
-    type(table_type) :: table, histories, harmonics
+    type(table_type) :: table, histories, harmonics, shares
     character(len=:), allocatable :: column, ground, turn
-    integer :: i, k
+    integer :: i, k, last
 
+    last = context%configuration%analysis%harmonics
     call find_joint_forces(frame, vibration, self%names, axes_of(self%of_links), forces, error)
     if (.not. allocated(error)) call find_sources(frame, vibration, forces, sources, error)
     if (allocated(error)) return
@@ -159,12 +159,19 @@ contains
           & forces(i)%statistics(k)%series(1), last)
       end do
     end do
-    call result%add(table, plot_loads(table, histories, forces, ground))
-    call result%add(histories, plot_histories(histories, forces, frame, ground))
-    call result%add(harmonics, plot_orders(harmonics, forces, axes_of(self%of_links), frame%mechanism%turns))
-    table = sources_table(forces, sources, ground)
-    call result%add(table, plot_sources(table, forces, sources))
-    call result%write_section("JOINT FORCES " // ground, joint_lines(forces, sources, frame, axes_of(self%of_links)))
+    shares = sources_table(forces, sources, ground)
+    call result%add(table)
+    call result%add(histories)
+    call result%add(harmonics)
+    call result%add(shares)
+    if (context%is_presented()) then
+      call result%add_figure(plot_loads(table, histories, forces, ground))
+      call result%add_figure(plot_histories(histories, forces, frame, ground))
+      call result%add_figure(plot_orders(harmonics, forces, axes_of(self%of_links), frame%mechanism%turns))
+      call result%add_figure(plot_sources(shares, forces, sources))
+    end if
+    if (context%reports) call result%write_section("JOINT FORCES " // ground, joint_lines(forces, sources, frame, &
+      & axes_of(self%of_links)))
   end subroutine report_forces
 
   !> The table joints.csv, which has one row for each place at which a force acts on a body.

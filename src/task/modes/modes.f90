@@ -77,7 +77,7 @@ contains
         call table%add(trim(names(i)%column) // "_im", plain, "imaginary part", aimag(vectors(i, :)))
       end do
       call result%add(table)
-      if (.not. context%may_draw()) return
+      if (.not. context%is_presented()) return
       call find_modes(frame, context%configuration%analysis%averaged, context%configuration%accuracy, context%analysis)
       call build_shapes(frame, context%analysis%modes, context%configuration%probes, scenes)
       shown = "Mode shapes at " // speed_in_words(frame)

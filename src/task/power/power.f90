@@ -100,7 +100,9 @@ contains
         & drive%fluctuation%history)
       if (frame%mechanism%load_order >= 0) call table%add("load_power", watt, "power of the loads on links and frame", &
         & drive%history(load_watts, :))
-      call result%add(table, plot_power(table, frame))
+      call result%add(table)
+      if (context%is_presented()) call result%add_figure(plot_power(table, frame))
+      if (.not. context%reports) return
       if (frame%mechanism%load_order >= 0) then
         conditions = either("with gravity and loads", "with loads, without gravity", frame%weights%act)
       else

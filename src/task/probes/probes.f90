@@ -90,7 +90,7 @@ contains
       names = [(responses(i)%probe%name, i = 1, size(responses))]
       axes = size(responses(1)%parts) / 3 - 1
       table = summary(responses)
-      call result%add(table, plot_limits(table, names, axes))
+      call result%add(table)
       turn = turns_in_words(frame%mechanism%turns)
       histories = new_table("probes_history", "Probes over " // turn, &
         & "Displacement, velocity and acceleration at the probes over " // turn // ".")
@@ -111,11 +111,15 @@ contains
           end associate
         end do
       end do
-      call result%add(histories, plot_histories(histories, names, axes, frame))
+      call result%add(histories)
+      call result%add(harmonics)
+      if (.not. context%is_presented()) return
+      call result%add_figure(plot_limits(table, names, axes))
+      call result%add_figure(plot_histories(histories, names, axes, frame))
       call result%add_figure(plot_orbits(histories, names, axes))
-      call result%add(harmonics, plot_orders(harmonics, names, axes, frame%mechanism%turns))
-      call result%write_section("VIBRATION AT PROBES, rms in the direction of strongest vibration", probe_lines(responses, &
-        & frame%period, frame%mechanism%turns, result%verdict))
+      call result%add_figure(plot_orders(harmonics, names, axes, frame%mechanism%turns))
+      if (context%reports) call result%write_section("VIBRATION AT PROBES, rms in the direction of strongest vibration", &
+        & probe_lines(responses, frame%period, frame%mechanism%turns, result%verdict))
       do i = 1, size(responses)
         if (.not. responses(i)%probe%limit > 0) cycle
         state = undecided

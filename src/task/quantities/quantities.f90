@@ -91,7 +91,7 @@ contains
         end do
       end associate
       call result%add(table)
-      call result%write_section("QUANTITIES", tabulated("llrrl", ",,value,error", lines))
+      if (context%reports) call result%write_section("QUANTITIES", tabulated("llrrl", ",,value,error", lines))
     end if
     do i = 1, size(self%measures)
       associate (measure => self%measures(i), unit => new_unit(trim(self%measures(i)%unit)))

@@ -20,7 +20,7 @@ module gestell_task_registry_page
   use gestell_output_result, only: result_type
   use gestell_output_table, only: table_type
   use gestell_input_namelist_document, only: group_type, name_of
-  use gestell_input_namelist_message, only: typed
+  use gestell_input_namelist_message, only: describe_entry
   use gestell_input_schema, only: find_key_rule, schema_type
   use gestell_input_schema_units, only: unit_symbol
   use gestell_output_picture_axis, only: unit_words
@@ -172,7 +172,7 @@ contains
     do i = 1, size(group%entries)
       associate (entry => group%entries(i))
         if (entry%key == "name") cycle
-        line = typed(entry)
+        call describe_entry(entry, line)
         equals = index(line, " = ")
         unit = unit_symbol(schema%keys(find_key_rule(schema, group%name, entry%key)), 0, configuration%units, .true.)
         if (words == "") heading = "<th scope=""rowgroup"" rowspan=""" // text(rows) // """>" // escaped(heading) // "</th>"

@@ -77,9 +77,11 @@ contains
             call name_axis_of_moment(history)
             call name_axis_of_moment(harmonics)
           end if
-          call result%add(history, plot_response(history, frame, vibration))
-          call result%add(harmonics, plot_harmonics(harmonics, frame))
-          if (context%may_draw()) then
+          call result%add(history)
+          call result%add(harmonics)
+          if (context%is_presented()) then
+            call result%add_figure(plot_response(history, frame, vibration))
+            call result%add_figure(plot_harmonics(harmonics, frame))
             call sample_shaking(frame, loads)
             figure = plot_force_polar(history, frame, loads)
             call result%add_figure(figure)
@@ -88,8 +90,10 @@ contains
               call result%add_figure(figures(k))
             end do
           end if
-          call result%write_section("PERIODIC VIBRATION", vibration_lines(vibration, frame))
-          call result%detail(closing_lines(vibration, frame%mechanism%turns, tasks%averaged))
+          if (context%reports) then
+            call result%write_section("PERIODIC VIBRATION", vibration_lines(vibration, frame))
+            call result%detail(closing_lines(vibration, frame%mechanism%turns, tasks%averaged))
+          end if
         end associate
       end if
       do k = 1, frame%dofs()

@@ -88,13 +88,15 @@ contains
       call solve_sensitivity(family, size(paths), options, base, derivatives, error, context%executor)
       if (allocated(error)) return
       table = table_of(self%quantities, paths, base, derivatives)
-      call result%add(table, plot_sensitivity(table, self%quantities, paths, derivatives))
+      call result%add(table)
+      if (.not. context%is_presented()) return
+      call result%add_figure(plot_sensitivity(table, self%quantities, paths, derivatives))
       warning = motion_warning([base%moved], configuration%analysis%model)
       call result%warn(undecided, warning)
       do k = 1, size(self%quantities)
         call result%warn(not_judged, strongest_influence(self%quantities(k), k, paths, derivatives))
       end do
-      call result%write_lines(report_sensitivity(self%quantities, paths, base, derivatives, warning))
+      if (context%reports) call result%write_lines(report_sensitivity(self%quantities, paths, base, derivatives, warning))
     end associate
   end subroutine run
 

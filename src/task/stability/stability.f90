@@ -65,9 +65,11 @@ contains
       call table%add("error", plain, "bound on the error of rho, relative to |rho|", multipliers%error)
       call table%add("lost", "1 if the error is 1 or more, so that no digit of rho is reliable; otherwise 0", multipliers%lost())
       call table%mark_details(["log_abs", "arg    "])
-      if (context%may_draw()) call find_modes(frame, context%configuration%analysis%averaged, context%configuration%accuracy, &
-        & context%analysis)
-      call result%add(table, plot_multipliers(frame, multipliers, context%analysis%modes))
+      call result%add(table)
+      if (context%is_presented()) then
+        call find_modes(frame, context%configuration%analysis%averaged, context%configuration%accuracy, context%analysis)
+        call result%add_figure(plot_multipliers(frame, multipliers, context%analysis%modes))
+      end if
       call result%brief%add("rho_max", plain, "modulus of the largest multiplier", [abs(multipliers%rho(1))])
       call result%brief%add("log_rho_max", plain, "natural logarithm of rho_max", [multipliers%log_abs(1)])
       call result%brief%add("rho_error", plain, "bound on the relative error of rho_max", [multipliers%error(1)])

@@ -66,7 +66,8 @@ contains
       call table%add("error_rho", plain, "largest relative error of a multiplier", (rows%error_rho))
       call table%add("error_x0", plain, "error of the initial state x0 of the vibration relative to its norm", (rows%error_x0))
       call table%add("seconds", unit_type(words="s"), "median time of one solution", (rows%seconds))
-      call result%add(table, plot_trade(trade, .not. allocated(model%resonance)))
+      call result%add(table)
+      if (context%is_presented()) call result%add_figure(plot_trade(trade, .not. allocated(model%resonance)))
       if (.not. context%reports) return
       call measure_frame_models(configuration%frame, configuration%accuracy, models)
       call result%write_lines(report_trade(trade) // report_model(model, configuration%turns()) // report_frame_models(models))
