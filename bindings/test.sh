@@ -54,7 +54,7 @@ install_as() {
 
 # compile KIND SOURCE PROGRAM: by pkg-config, in C or Fortran.
 compile() {
-  local flags compiler=(cc -std=c99)
+  local flags compiler=(cc -std=c99 -pthread)
   [[ $2 != *.f90 ]] || compiler=("$FC" -std=f2018)
   flags=$(PKG_CONFIG_PATH=$prefix-$1/lib/pkgconfig:$prefix-$1/lib64/pkgconfig:$(echo "$prefix-$1"/lib/*/pkgconfig) \
     pkg-config --cflags --libs $([ "$1" = shared ] || echo --static) gestell) || return
@@ -131,6 +131,14 @@ numbers() {
 }
 
 refusals() { compile "$1" bindings/refusals.c refusals && run "$1" refusals "$home/data/khang_four_bar.nml"; }
+
+# Threads that solve machines side by side, and the same under a tool that finds data races even where they do no harm.
+threads() {
+  local input=$home/data/khang_four_bar.nml
+  compile "$1" bindings/threads.c threads && run "$1" threads "$input" "$home/data/compressor.nml" || return
+  ! command -v valgrind >/dev/null ||
+    LD_LIBRARY_PATH=$(libraries) valgrind -q --tool=helgrind --error-exitcode=9 "$temporary/threads-$1" "$input"
+}
 
 # What is counted in memory asked for, and what a child of fork computes with more than one thread.
 adding() { compile "$1" bindings/adding.c adding && run "$1" adding; }
@@ -306,6 +314,7 @@ check 'pkg-config, shared: the numbers of the command line' numbers shared
 check 'pkg-config, shared: what is refused' refusals shared
 check 'groups added one by one' adding shared
 check 'sweeps after fork' forked shared
+check 'machines solved by several threads' threads shared
 check 'example' example shared
 check 'doc/c.md' page
 check 'Python' python
