@@ -2,7 +2,7 @@
 module gestell_task_balance_variants
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
-  use gestell_base_text, only: either, text
+  use gestell_base_text, only: text
   use gestell_base_words, only: word_length
   use gestell_base_verdict, only: verdict_type
   use gestell_input_machine_frame, only: read_frame
@@ -154,12 +154,13 @@ contains
   pure function links_of(self, between) result(words)
     class(variant_type), intent(in) :: self
     character(len=*), intent(in) :: between
-    character(len=:), allocatable :: words
-    integer :: k
+    character(len=sum(len_trim(self%on)) + max(0, size(self%on) - 1) * len(between)) :: words
+    integer :: k, n
 
-    words = ""
+    n = 0
     do k = 1, size(self%on)
-      words = words // either(between, "", k > 1) // trim(self%on(k))
+      words(n + 1:) = trim(self%on(k)) // between
+      n = n + len_trim(self%on(k)) + len(between)
     end do
   end function links_of
 

@@ -30,7 +30,7 @@ contains
   !> Name of picture number `i` of a sweep.
   pure function picture_name(i) result(name)
     integer, intent(in) :: i
-    character(len=:), allocatable :: name
+    character(len=len(either("sweep", "sweep_" // text(i), i == 1))) :: name
 
     name = either("sweep", "sweep_" // text(i), i == 1)
   end function picture_name
