@@ -6,7 +6,7 @@ program main
   use gestell_base_error, only: error_type
   use gestell_run_terminal, only: terminal_type
   use gestell_task_common_executor, only: executor_type
-  use gestell_run_process, only: check_stacks, prepare_process
+  use gestell_run_process, only: check_stacks, end_process, prepare_process
   implicit none (type, external)
 
   class(executor_type), allocatable :: executor
@@ -24,5 +24,5 @@ program main
     call execute(command_line(), code, executor)
   end if
   ! Not error stop: in a debug build gfortran adds a backtrace to it, but the user should see one line only.
-  if (code /= 0) stop code, quiet=.true.
+  if (code /= 0) call end_process(code)
 end program main

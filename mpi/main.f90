@@ -4,7 +4,7 @@ program main
   use gestell_run_console, only: print_error_line
   use gestell_base_error, only: error_type, fatal_error, wrong_usage
   use gestell_base_version, only: version
-  use gestell_run_process, only: check_stacks, prepare_process
+  use gestell_run_process, only: check_stacks, end_process, prepare_process
   use mpi_f08, only: mpi_finalize, mpi_init
   use gestell_run, only: run
   use gestell_task_common_executor, only: executor_type
@@ -46,7 +46,7 @@ program main
   flush (output_unit)
   call mpi_finalize()
   ! All ranks end with the same exit code, which is that of gestell.
-  if (code /= 0) stop code, quiet=.true.
+  if (code /= 0) call end_process(code)
 
 contains
 

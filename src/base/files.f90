@@ -1,152 +1,32 @@
-!> Provides POSIX file operations that Fortran lacks. File names must not end with blanks. After an operation failed,
-!> `system_message` returns the operating system's explanation until the next operation.
+!> Provides file operations that Fortran lacks. File names must not end with blanks. After an operation failed, `system_message`
+!> returns the operating system's explanation until the next operation.
 module gestell_base_files
-  use, intrinsic :: iso_c_binding, only: c_char, c_f_pointer, c_int, c_int64_t, c_intptr_t, c_null_char, c_ptr, c_size_t
+  use gestell_base_platform, only: c_close, c_create, c_exists, c_is_folder, c_link, c_lock, c_make_folder, c_message, &
+    & c_open_to_read, c_open_to_write, c_read, c_remove_file, c_remove_folder, c_rename, c_size, c_strlen, c_write
+  use, intrinsic :: iso_c_binding, only: c_char, c_f_pointer, c_int, c_null_char, c_ptr
   use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
   private
 
-  public :: close_file, copy_text, create_file, file_size, file_exists, system_message, link_file, lock_file, make_directory, &
-    & open_to_read, open_to_write, read_at, read_chunk, read_file, remove_file, remove_folder, rename_file, try_lock, unlock_file, &
-    & write_bytes
+  public :: close_file, copy_text, create_file, file_size, file_exists, folder_exists, system_message, link_file, lock_file, &
+    & make_directory, open_to_read, open_to_write, read_at, read_chunk, read_file, remove_file, remove_folder, rename_file, &
+    & try_lock, unlock_file, write_bytes
 
-  !> Flags of the POSIX functions flock and open. For flock: `together` is LOCK_SH, `exclusive` is LOCK_EX, `without_waiting` is
-  !> LOCK_NB. For open: `only_to_write` is O_WRONLY.
-  integer(c_int), parameter :: together = 1, exclusive = 2, without_waiting = 4, only_to_write = 1
-  !> Permissions of new files (`rights`) and of new folders (`folder_rights`). The system restricts them by the user's umask.
-  integer(c_int), parameter :: rights = int(o"666", c_int), folder_rights = int(o"777", c_int)
-  !> Values of errno: `not_there` is ENOENT, `exists_already` is EEXIST, `interrupted` is EINTR. `would_block` is EWOULDBLOCK, on
-  !> Linux and on BSD (which includes macOS).
-  integer(c_int), parameter :: not_there = 2, exists_already = 17, interrupted = 4, would_block(2) = [11, 35]
-
-  abstract interface
-    integer(c_int) function of_path(path) bind(c)
-      import :: c_char, c_int
-      implicit none (type, external)
-      character(kind=c_char), intent(in) :: path(*)
-    end function of_path
-
-    integer(c_int) function of_two_paths(old, new) bind(c)
-      import :: c_char, c_int
-      implicit none (type, external)
-      character(kind=c_char), intent(in) :: old(*), new(*)
-    end function of_two_paths
-  end interface
-
-  procedure(of_path), bind(c, name="unlink") :: c_unlink
-  procedure(of_path), bind(c, name="rmdir") :: c_rmdir
-  procedure(of_two_paths), bind(c, name="rename") :: c_rename
-  procedure(of_two_paths), bind(c, name="link") :: c_link
-
-  ! gfortran 12 ignores `value` in a procedure declared by an interface name and passes numbers by reference. Procedures with
-  ! numbers therefore have explicit interfaces.
-  interface
-    !> POSIX function mkdir. In C, `mode` has the type mode_t, which may be shorter than int; it is passed as an int all the same.
-    integer(c_int) function c_mkdir(path, mode) bind(c, name="mkdir")
-      import :: c_char, c_int
-      implicit none (type, external)
-      character(kind=c_char), intent(in) :: path(*)
-      integer(c_int), value :: mode
-    end function c_mkdir
-
-    integer(c_int) function c_creat(path, mode) bind(c, name="creat")
-      import :: c_char, c_int
-      implicit none (type, external)
-      character(kind=c_char), intent(in) :: path(*)
-      integer(c_int), value :: mode
-    end function c_creat
-
-    !> POSIX function open, declared without its third argument `mode`, which is needed only to create a file.
-    integer(c_int) function c_open(path, flags) bind(c, name="open")
-      import :: c_char, c_int
-      implicit none (type, external)
-      character(kind=c_char), intent(in) :: path(*)
-      integer(c_int), value :: flags
-    end function c_open
-
-    integer(c_int) function c_access(path, mode) bind(c, name="access")
-      import :: c_char, c_int
-      implicit none (type, external)
-      character(kind=c_char), intent(in) :: path(*)
-      integer(c_int), value :: mode
-    end function c_access
-
-    integer(c_intptr_t) function c_write(handle, bytes, length) bind(c, name="write")
-      import :: c_char, c_int, c_intptr_t, c_size_t
-      implicit none (type, external)
-      integer(c_int), value :: handle
-      character(kind=c_char), intent(in) :: bytes(*)
-      integer(c_size_t), value :: length
-    end function c_write
-
-    integer(c_intptr_t) function c_read(handle, bytes, length) bind(c, name="read")
-      import :: c_char, c_int, c_intptr_t, c_size_t
-      implicit none (type, external)
-      integer(c_int), value :: handle
-      ! allow(C072)
-      character(kind=c_char), intent(out) :: bytes(*)
-      integer(c_size_t), value :: length
-    end function c_read
-
-    !> off_t has 64 bits.
-    integer(c_intptr_t) function c_pwrite(handle, bytes, length, offset) bind(c, name="pwrite")
-      import :: c_char, c_int, c_int64_t, c_intptr_t, c_size_t
-      implicit none (type, external)
-      integer(c_int), value :: handle
-      character(kind=c_char), intent(in) :: bytes(*)
-      integer(c_size_t), value :: length
-      integer(c_int64_t), value :: offset
-    end function c_pwrite
-
-    integer(c_intptr_t) function c_pread(handle, bytes, length, offset) bind(c, name="pread")
-      import :: c_char, c_int, c_int64_t, c_intptr_t, c_size_t
-      implicit none (type, external)
-      integer(c_int), value :: handle
-      ! allow(C072)
-      character(kind=c_char), intent(out) :: bytes(*)
-      integer(c_size_t), value :: length
-      integer(c_int64_t), value :: offset
-    end function c_pread
-
-    integer(c_int) function c_flock(handle, operation) bind(c, name="flock")
-      import :: c_int
-      implicit none (type, external)
-      integer(c_int), value :: handle, operation
-    end function c_flock
-
-    integer(c_int) function c_close(handle) bind(c, name="close")
-      import :: c_int
-      implicit none (type, external)
-      integer(c_int), value :: handle
-    end function c_close
-
-    type(c_ptr) function c_strerror(number) bind(c, name="strerror")
-      import :: c_int, c_ptr
-      implicit none (type, external)
-      integer(c_int), value :: number
-    end function c_strerror
-
-    integer(c_size_t) function c_strlen(words) bind(c, name="strlen")
-      import :: c_ptr, c_size_t
-      implicit none (type, external)
-      type(c_ptr), value :: words
-    end function c_strlen
-
-    !> Returns the C variable errno. In C, errno is a macro that Fortran cannot use. The procedure called here belongs to gfortran's
-    !> library.
-    integer(c_int) function errno() bind(c, name="_gfortran_ierrno_i4")
-      import :: c_int
-      implicit none (type, external)
-    end function errno
-  end interface
+  !> Maximum length of the operating system's explanation
+  integer, parameter :: longest_message = 256
+  !> Position that stands for "after the last byte read or written"
+  integer(int64), parameter :: onwards = -1
 
 contains
 
-  !> Explanation, by the operating system, why the last POSIX call failed.
+  !> Explanation, by the operating system, why the last operation failed.
   function system_message() result(words)
     character(len=:), allocatable :: words
+    character(len=longest_message) :: buffer
+    integer :: n
 
-    call copy_text(c_strerror(errno()), words)
+    n = c_message(buffer, len(buffer, c_int))
+    words = buffer(:n)
   end function system_message
 
   !> Copies the zero-terminated C string at `address`, which must not be null, to `text`.
@@ -167,15 +47,22 @@ contains
   integer(int64) function file_size(name)
     character(len=*), intent(in) :: name
 
-    inquire (file=name, size=file_size)
+    file_size = c_size(name // c_null_char)
   end function file_size
 
   !> True if a file or folder called `name` exists.
   logical function file_exists(name)
     character(len=*), intent(in) :: name
 
-    file_exists = c_access(name // c_null_char, 0_c_int) == 0
+    file_exists = c_exists(name // c_null_char) /= 0
   end function file_exists
+
+  !> True if a folder called `name` exists and can be entered.
+  logical function folder_exists(name)
+    character(len=*), intent(in) :: name
+
+    folder_exists = c_is_folder(name // c_null_char) /= 0
+  end function folder_exists
 
   !> Creates an empty file and opens it. An existing file or link of this name is removed first, so that the target of a link, or a
   !> file with further names, stays unchanged. `handle` is negative if the file cannot be created.
@@ -183,11 +70,8 @@ contains
     character(len=*), intent(in) :: name
     integer(c_int), intent(out) :: handle
 
-    handle = -1
-    if (c_unlink(name // c_null_char) /= 0) then
-      if (errno() /= not_there) return
-    end if
-    handle = c_creat(name // c_null_char, rights)
+    handle = c_remove_file(name // c_null_char)
+    if (handle == 0) handle = c_create(name // c_null_char)
   end subroutine create_file
 
   !> Opens an existing file or folder for reading. `handle` is negative if it cannot be opened.
@@ -195,7 +79,7 @@ contains
     character(len=*), intent(in) :: name
     integer(c_int), intent(out) :: handle
 
-    handle = c_open(name // c_null_char, 0_c_int)
+    handle = c_open_to_read(name // c_null_char)
   end subroutine open_to_read
 
   !> Opens an existing file for writing; its content stays. `handle` is negative if the file cannot be opened.
@@ -203,7 +87,7 @@ contains
     character(len=*), intent(in) :: name
     integer(c_int), intent(out) :: handle
 
-    handle = c_open(name // c_null_char, only_to_write)
+    handle = c_open_to_write(name // c_null_char)
   end subroutine open_to_write
 
   !> Reads at most len(bytes) bytes. `n` is the number of bytes read; it is 0 at the end of the file and -1 if reading fails.
@@ -213,11 +97,7 @@ contains
     character(len=*), intent(out) :: bytes
     integer, intent(out) :: n
 
-    do
-      n = int(c_read(handle, bytes, len(bytes, c_size_t)))
-      if (n >= 0) return
-      if (errno() /= interrupted) return
-    end do
+    n = int(c_read(handle, bytes, len(bytes, int64), onwards))
   end subroutine read_chunk
 
   !> Writes all `bytes` at `position`, or at the current position of the file if `position` is absent. A gap between the old end of
@@ -230,25 +110,16 @@ contains
     !> Position in the file of the first byte to be written; positions start at 1. If absent, writing continues after the last byte
     !> written
     integer(int64), intent(in), optional :: position
-    integer(c_intptr_t) :: written
-    integer(int64) :: n
+    integer(int64) :: written, n, place
 
     n = 0
+    place = onwards
     do while (n < len(bytes, int64))
-      associate (left => int(len(bytes, int64) - n, c_size_t))
-        if (present(position)) then
-          written = c_pwrite(handle, bytes(n + 1:), left, position - 1 + n)
-        else
-          written = c_write(handle, bytes(n + 1:), left)
-        end if
-      end associate
+      if (present(position)) place = position - 1 + n
+      written = c_write(handle, bytes(n + 1:), len(bytes, int64) - n, place)
       done = written > 0
-      if (done) then
-        n = n + written
-      else
-        if (written == 0) return
-        if (errno() /= interrupted) return
-      end if
+      if (.not. done) return
+      n = n + written
     end do
     done = .true.
   end subroutine write_bytes
@@ -262,19 +133,14 @@ contains
     character(len=*), intent(out) :: bytes
     !> True if all bytes were read; false if reading failed or the file is too short
     logical, intent(out) :: done
-    integer(c_intptr_t) :: came
-    integer(int64) :: n
+    integer(int64) :: came, n
 
     n = 0
     do while (n < len(bytes, int64))
-      came = c_pread(handle, bytes(n + 1:), int(len(bytes, int64) - n, c_size_t), position - 1 + n)
+      came = c_read(handle, bytes(n + 1:), len(bytes, int64) - n, position - 1 + n)
       done = came > 0
-      if (done) then
-        n = n + came
-      else
-        if (came == 0) return
-        if (errno() /= interrupted) return
-      end if
+      if (.not. done) return
+      n = n + came
     end do
     done = .true.
   end subroutine read_at
@@ -324,7 +190,7 @@ contains
     character(len=*), intent(in) :: name
     integer(c_int) :: status
 
-    status = c_unlink(name // c_null_char)
+    status = c_remove_file(name // c_null_char)
   end subroutine remove_file
 
   !> Creates a folder. `made`: true if this call created the folder. `there`: true if a folder or file of this name exists
@@ -332,10 +198,11 @@ contains
   subroutine make_directory(name, made, there)
     character(len=*), intent(in) :: name
     logical, intent(out) :: made, there
+    integer(c_int) :: status
 
-    made = c_mkdir(name // c_null_char, folder_rights) == 0
-    there = made
-    if (.not. made) there = errno() == exists_already
+    status = c_make_folder(name // c_null_char)
+    made = status == 0
+    there = status >= 0
   end subroutine make_directory
 
   !> Removes a folder, provided that it is empty.
@@ -344,7 +211,7 @@ contains
     logical, intent(out), optional :: done
     integer(c_int) :: status
 
-    status = c_rmdir(name // c_null_char)
+    status = c_remove_folder(name // c_null_char)
     if (present(done)) done = status == 0
   end subroutine remove_folder
 
@@ -358,8 +225,8 @@ contains
     integer(c_int) :: status
 
     call open_to_write(name, handle)
-    if (handle < 0) handle = c_creat(name // c_null_char, rights)
-    if (handle >= 0) status = c_flock(handle, merge(together, exclusive, shared))
+    if (handle < 0) handle = c_create(name // c_null_char)
+    if (handle >= 0) status = c_lock(handle, merge(1_c_int, 0_c_int, shared), 1_c_int)
   end subroutine lock_file
 
   !> Tries to get an exclusive lock on an open file.
@@ -370,10 +237,11 @@ contains
     !> `held`: true if this process now has the lock; `busy`: true if another process has it. Both are false if the file system does
     !> not support locks
     logical, intent(out) :: held, busy
+    integer(c_int) :: status
 
-    held = c_flock(handle, merge(exclusive, exclusive + without_waiting, wait)) == 0
-    busy = .false.
-    if (.not. held) busy = any(would_block == errno())
+    status = c_lock(handle, 0_c_int, merge(1_c_int, 0_c_int, wait))
+    held = status == 0
+    busy = status > 0
   end subroutine try_lock
 
   !> Releases the lock on a file by closing the file.

@@ -1,63 +1,29 @@
-!> Compares paths of files and completes them to absolute paths (POSIX). File names must not end with blanks.
+!> Compares paths of files and completes them to absolute paths. File names must not end with blanks.
 module gestell_base_paths
-  use gestell_base_files, only: copy_text
-  use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_int, c_intptr_t, c_null_char, c_ptr, c_size_t
+  use gestell_base_platform, only: c_decode, c_full_path, c_is_link, c_is_same, c_is_windows
+  use, intrinsic :: iso_c_binding, only: c_int, c_null_char
   implicit none (type, external)
   private
 
-  public :: full_path, is_link, is_same_file
+  public :: decode_word, full_path, is_absolute, is_link, is_same_file, use_slashes
 
-  !> `longest_path`: maximum length of a path (PATH_MAX). `stat_bytes`: size of a buffer for the C structure stat.
-  !> `identity_bytes`: number of bytes at the beginning of this structure that identify a file by device and inode (on macOS they
-  !> also hold mode and number of links).
-  integer, parameter :: longest_path = 4096, stat_bytes = 1024, identity_bytes = 16
-
-  interface
-    integer(c_int) function c_stat(path, status) bind(c, name="stat")
-      import :: c_char, c_int
-      implicit none (type, external)
-      character(kind=c_char), intent(in) :: path(*)
-      ! allow(C072)
-      character(kind=c_char), intent(inout) :: status(*)
-    end function c_stat
-
-    integer(c_intptr_t) function c_readlink(path, target, room) bind(c, name="readlink")
-      import :: c_char, c_intptr_t, c_size_t
-      implicit none (type, external)
-      character(kind=c_char), intent(in) :: path(*)
-      ! allow(C072)
-      character(kind=c_char), intent(inout) :: target(*)
-      integer(c_size_t), value :: room
-    end function c_readlink
-
-    type(c_ptr) function c_realpath(path, full) bind(c, name="realpath")
-      import :: c_char, c_ptr
-      implicit none (type, external)
-      character(kind=c_char), intent(in) :: path(*)
-      ! allow(C072)
-      character(kind=c_char), intent(inout) :: full(*)
-    end function c_realpath
-  end interface
+  !> Maximum length of an absolute path in bytes
+  integer, parameter :: longest_path = 32768
 
 contains
 
   !> True if `name` is a symbolic link, even if the file to which it points does not exist.
   logical function is_link(name)
     character(len=*), intent(in) :: name
-    character(kind=c_char) :: target(1)
 
-    is_link = c_readlink(name // c_null_char, target, 1_c_size_t) >= 0
+    is_link = c_is_link(name // c_null_char) /= 0
   end function is_link
 
   !> True if `one` and `another` denote the same existing file, after symbolic links have been followed.
   logical function is_same_file(one, another)
     character(len=*), intent(in) :: one, another
-    character(kind=c_char) :: status(stat_bytes, 2)
 
-    is_same_file = .false.
-    if (c_stat(one // c_null_char, status(:, 1)) /= 0) return
-    if (c_stat(another // c_null_char, status(:, 2)) /= 0) return
-    is_same_file = all(status(:identity_bytes, 1) == status(:identity_bytes, 2))
+    is_same_file = c_is_same(one // c_null_char, another // c_null_char) /= 0
   end function is_same_file
 
   !> Absolute path of a file, with all symbolic links replaced by their targets. The path stays valid if the working directory
@@ -65,12 +31,43 @@ contains
   function full_path(name) result(path)
     character(len=*), intent(in) :: name
     character(len=:), allocatable :: path
-    character(kind=c_char), target :: letters(longest_path)
-    type(c_ptr) :: full
+    character(len=:), allocatable :: letters
+    integer :: n
 
     path = name
-    full = c_realpath(name // c_null_char, letters)
-    if (c_associated(full)) call copy_text(full, path)
+    allocate(character(len=longest_path) :: letters)
+    n = c_full_path(name // c_null_char, letters, len(letters, c_int))
+    if (n >= 0) path = letters(:n)
   end function full_path
+
+  !> True if a path does not depend on the working directory: /folder/file, and on Windows also C:/folder/file.
+  logical function is_absolute(path)
+    character(len=*), intent(in) :: path
+
+    is_absolute = index(path, "/") == 1
+    if (.not. is_absolute .and. c_is_windows() /= 0) is_absolute = index(path, "\") == 1 .or. index(path, ":") == 2
+  end function is_absolute
+
+  !> Windows: replaces each backslash in a path by a slash, which Windows accepts too. Other systems: changes nothing.
+  subroutine use_slashes(path)
+    character(len=*), intent(inout) :: path
+    integer :: i
+
+    if (c_is_windows() == 0) return
+    do i = 1, len(path)
+      if (path(i:i) == "\") path(i:i) = "/"
+    end do
+  end subroutine use_slashes
+
+  !> Converts a word of the command line to UTF-8 (see `c_decode`).
+  subroutine decode_word(word)
+    character(len=:), allocatable, intent(inout) :: word
+    character(len=:), allocatable :: text
+    integer :: n
+
+    allocate(character(len=4 * len(word) + 1) :: text)
+    n = c_decode(word // c_null_char, text, len(text, c_int))
+    word = text(:n)
+  end subroutine decode_word
 
 end module gestell_base_paths

@@ -2,6 +2,7 @@
 !> options.
 module gestell_run_command_line
   use gestell_base_error, only: error_type, fatal_error, wrong_usage
+  use gestell_base_paths, only: decode_word, use_slashes
   use gestell_input_namelist_number, only: read_integer
   use gestell_input_namelist_suggest, only: suggestion
   use gestell_input_schema_help, only: entry
@@ -108,6 +109,7 @@ contains
       call get_command_argument(i, length=length)
       allocate(character(len=length) :: words(i)%text)
       call get_command_argument(i, words(i)%text)
+      call decode_word(words(i)%text)
     end do
   end function command_line
 
@@ -136,6 +138,7 @@ contains
         end if
         if (allocated(error)) return
         options%input = word
+        call use_slashes(options%input)
         cycle
       else if (word == "--") then
         only_names = .true.
@@ -170,6 +173,7 @@ contains
         options%settings = [options%settings, setting]
       case ("--output")
         options%output = value
+        call use_slashes(options%output)
         if (len(value) == 0) call fatal_error(error, "option '" // word // "' needs the name of a folder", wrong_usage)
       case ("--part")
         call read_part(value, options, error)
@@ -177,7 +181,7 @@ contains
         if (i == size(words)) cycle
         value = words(i + 1)%text
         ! a file name behind --help is the input, not a topic
-        if (index(value, "-") == 1 .or. index(value, "/") > 0 .or. index(value // " ", ".nml ") > 0) cycle
+        if (index(value, "-") == 1 .or. scan(value, "/\") > 0 .or. index(value // " ", ".nml ") > 0) cycle
         options%topic = value
         i = i + 1
       case default

@@ -3,79 +3,46 @@
 module gestell_run_process
   use gestell_base_error, only: error_type, fatal_error, wrong_usage
   use gestell_base_text, only: text
-  use gestell_base_files, only: open_to_read, unlock_file
+  use gestell_base_platform, only: c_exit, c_prepare, c_stack_limit
   use gestell_input_namelist_number, only: read_integer
   use gestell_input_wording, only: lower
-  use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t, c_long
+  use, intrinsic :: iso_c_binding, only: c_int
+  use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
   private
 
-  public :: check_stacks, prepare_process
+  public :: check_stacks, end_process, prepare_process
 
-  !> POSIX structure rlimit. A negative component means that there is no limit.
-  type, bind(c) :: limit_type
-    integer(c_long) :: current, most
-  end type limit_type
-
-  interface
-    !> POSIX function signal. `handler` is the address of a procedure or a small integer such as SIG_IGN.
-    integer(c_intptr_t) function c_signal(number, handler) bind(c, name="signal")
-      import :: c_int, c_intptr_t
-      implicit none (type, external)
-      integer(c_int), value :: number
-      integer(c_intptr_t), value :: handler
-    end function c_signal
-
-    !> POSIX getrlimit.
-    integer(c_int) function c_getrlimit(resource, limit) bind(c, name="getrlimit")
-      import :: c_int, limit_type
-      implicit none (type, external)
-      integer(c_int), value :: resource
-      type(limit_type), intent(out) :: limit
-    end function c_getrlimit
-  end interface
-
-  !> SIGXFSZ and SIGPIPE; SIG_IGN.
-  integer(c_int), parameter :: file_too_large = 25, closed_pipe = 13
-  integer(c_intptr_t), parameter :: ignore = 1
-  integer(c_int), parameter :: standard_error = 2
-  !> Value of RLIMIT_STACK.
-  integer(c_int), parameter :: stack_resource = 3
   !> Stack sizes in kB. `min_stack`: needed by the program. `min_thread_stack`: needed by each thread. `usual_stack`: usual limit of
   !> the operating system. The needs are about twice the maximum observed in the tests.
   integer, parameter :: min_stack = 256, usual_stack = 8192, min_thread_stack = 256
 
 contains
 
-  !> Prevents two signals from ending the program, so that it can report an error instead. One signal means that a file exceeds the
-  !> limit of ulimit -f, the other that nobody reads from a pipe. Also opens each closed standard stream on /dev/null for reading,
-  !> so that no result file receives the number of the stream. Writing to such a stream then fails.
+  !> Prepares standard streams and signals (see `c_prepare`).
   subroutine prepare_process()
-    integer(c_intptr_t) :: before
-    integer(c_int) :: handle
-
-    before = c_signal(file_too_large, ignore)
-    before = c_signal(closed_pipe, ignore)
-    do
-      call open_to_read("/dev/null", handle)
-      if (handle < 0 .or. handle > standard_error) exit
-    end do
-    call unlock_file(handle)
+    call c_prepare()
   end subroutine prepare_process
+
+  !> Ends the program with an exit code and without a message. (gfortran 11 does not know `stop code, quiet=.true.`.)
+  subroutine end_process(code)
+    integer, intent(in) :: code
+
+    call c_exit(int(code, c_int))
+  end subroutine end_process
 
   !> Fails if a stack is so small that the program would overflow it and be ended by a signal. OMP_STACKSIZE sets the stack size
   !> of the threads. If it is not set, the stack limit of the program also applies to the threads.
   subroutine check_stacks(error)
     type(error_type), allocatable, intent(out) :: error
-    type(limit_type) :: limit
+    integer(int64) :: limit
     integer :: thread_stack
 
-    if (c_getrlimit(stack_resource, limit) == 0) then
-      if (limit%current >= 0 .and. limit%current < 1024 * min_stack) then
-        call fatal_error(error, "the stack is limited to " // text(int(limit%current / 1024)) // " kB, but " // text(min_stack) &
-          & // " kB are needed; set a larger limit with ulimit -s " // text(usual_stack), wrong_usage)
-        return
-      end if
+    limit = c_stack_limit()
+    if (limit >= 0 .and. limit < 1024 * min_stack) then
+      call fatal_error(error, "the stack is limited to " // text(int(limit / 1024)) // " kB, but " // text(min_stack) &
+        & // " kB are needed; set a larger limit with ulimit -s " // text(usual_stack), wrong_usage)
+      return
     end if
     thread_stack = kilobytes("OMP_STACKSIZE")
     if (thread_stack >= 0 .and. thread_stack < min_thread_stack) call fatal_error(error, "OMP_STACKSIZE is " // text(thread_stack) &

@@ -3,20 +3,12 @@ module gestell_run_terminal
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, text
   use gestell_base_files, only: write_bytes
+  use gestell_base_platform, only: c_is_terminal
   use gestell_task_common_executor, only: progress_type
   use, intrinsic :: iso_c_binding, only: c_int
   use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
   private
-
-  interface
-    !> POSIX isatty.
-    integer(c_int) function c_isatty(descriptor) bind(c, name="isatty")
-      import :: c_int
-      implicit none (type, external)
-      integer(c_int), value :: descriptor
-    end function c_isatty
-  end interface
 
   integer(c_int), parameter :: standard_error = 2
 
@@ -48,7 +40,7 @@ contains
     character(len=*), intent(in) :: activity
     real(dp), intent(in) :: part
 
-    if (c_isatty(standard_error) == 0) return
+    if (c_is_terminal(standard_error) == 0) return
     if (part < 1) then
       call show(activity // " " // bar_of(part))
     else
@@ -63,7 +55,7 @@ contains
 
     self%done = 0
     self%line_visible = .false.
-    self%on_terminal = c_isatty(standard_error) /= 0
+    self%on_terminal = c_is_terminal(standard_error) /= 0
     self%all = all
     self%begin = now()
     self%last = self%begin

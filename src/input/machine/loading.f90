@@ -5,6 +5,7 @@ module gestell_input_machine_loading
   use gestell_base_key, only: key_type, integer_key, nonnegative, nonzero, of_angle, of_force, of_length, of_moment, positive, &
     & range_type, real_key, text_key
   use gestell_base_kinds, only: dp, pi
+  use gestell_base_paths, only: is_absolute
   use gestell_base_text, only: text
   use gestell_input_machine_joints, only: check_joint_references
   use gestell_input_machine_load_table, only: load_table_type, moment_table, pressure_table, read_load_table
@@ -308,7 +309,7 @@ contains
       call read(group, load_keys, "table", file, error)
       call read(group, load_keys, "cycle", cycles, error)
       if (allocated(error)) return
-      if (index(file, "/") /= 1) file = group%file(:index(group%file, "/", back=.true.)) // file
+      if (.not. is_absolute(file)) file = group%file(:index(group%file, "/", back=.true.)) // file
       call read_load_table(file, cycles, table, error)
       if (allocated(error)) return
       usual = "spline"

@@ -1,7 +1,7 @@
 !> Reads namelist files and returns their groups, keys and values. The line number of each group, key and value is recorded.
 module gestell_input_namelist
   use gestell_base_error, only: error_type, fatal_error, invalid_input
-  use gestell_base_files, only: close_file, file_exists, system_message, open_to_read, read_chunk
+  use gestell_base_files, only: close_file, file_exists, folder_exists, system_message, open_to_read, read_chunk
   use gestell_base_paths, only: full_path
   use gestell_base_text, only: text
   use gestell_input_namelist_document, only: document_type, group_type, entry_type
@@ -44,13 +44,12 @@ contains
     character(len=65536) :: piece
     integer(c_int) :: handle
     integer :: n, length
-    logical :: is_folder, closed
+    logical :: closed
 
     handle = -1
-    inquire(file=file // "/.", exist=is_folder)
     if (.not. file_exists(file)) then
       call fatal_error(error, file // ": there is no such file", invalid_input)
-    else if (is_folder) then
+    else if (folder_exists(file)) then
       call fatal_error(error, file // ": is a directory, not a file", invalid_input)
     else
       call open_to_read(file, handle)

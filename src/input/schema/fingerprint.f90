@@ -1,6 +1,7 @@
 !> Computes a hash of the content of an input, which does not depend on the input's layout.
 module gestell_input_schema_fingerprint
   use gestell_base_files, only: read_file
+  use gestell_base_paths, only: is_absolute
   use gestell_base_hash, only: hash_start, mix, mix_text
   use gestell_input_namelist_document, only: document_type, find_entry, group_type
   use gestell_base_key, only: text_key
@@ -51,7 +52,7 @@ contains
             call mix_text(hash, value%text)
             if (schema%keys(k)%group == "load" .and. schema%keys(k)%name == "table") then
               file = value%text
-              if (index(file, "/") /= 1) file = group%file(:index(group%file, "/", back=.true.)) // file
+              if (.not. is_absolute(file)) file = group%file(:index(group%file, "/", back=.true.)) // file
               call read_file(file, bytes)
               call mix_text(hash, bytes)
             end if

@@ -1,7 +1,7 @@
 !> Creates and removes the folder in which the result files are published.
 module gestell_output_file_folder
   use gestell_base_error, only: error_type, fatal_error, wrong_usage
-  use gestell_base_files, only: file_exists, system_message, make_directory, remove_folder
+  use gestell_base_files, only: file_exists, folder_exists, system_message, make_directory, remove_folder
   use gestell_base_paths, only: is_link
   implicit none (type, external)
   private
@@ -29,7 +29,7 @@ contains
       if (.not. exists) reason = system_message()
     end do
     if (present(made)) made = first
-    if (file_exists(folder // "/.")) return
+    if (folder_exists(folder)) return
     if (reason == "") reason = system_message()
     call remove_made(folder, first)
     call fatal_error(error, "the folder '" // folder // "' for the results cannot be created: " // reason // "; choose another " &

@@ -1,7 +1,7 @@
 !> Writes and checks sealed records of 8-byte words. A record consists of a header, a content and a checksum; the header
 !> identifies the owner of the content. A file may contain several successive records.
 module gestell_output_file_sealed
-  use gestell_base_files, only: file_size
+  use gestell_base_files, only: file_size, read_file
   use gestell_base_hash, only: hash_start, mix
   use, intrinsic :: iso_fortran_env, only: int64
   implicit none (type, external)
@@ -58,18 +58,17 @@ contains
   subroutine read_words(name, words)
     character(len=*), intent(in) :: name
     integer(int64), allocatable, intent(out) :: words(:)
-    integer(int64) :: bytes
-    integer :: unit, status
+    character(len=:), allocatable :: bytes
+    integer(int64) :: i
 
-    bytes = max(file_size(name), 0_int64)
-    if (bytes / word_bytes > huge(unit)) bytes = 0
-    allocate(words(bytes / word_bytes))
-    open (newunit=unit, file=name, access="stream", form="unformatted", action="read", status="old", iostat=status)
-    if (status == 0) then
-      read (unit, iostat=status) words
-      close (unit)
-    end if
-    if (status /= 0) words = [integer(int64) ::]
+    allocate(words(0))
+    if (file_size(name) / word_bytes > huge(0)) return
+    call read_file(name, bytes)
+    deallocate(words)
+    allocate(words(len(bytes, int64) / word_bytes))
+    do i = 1, size(words, kind=int64)
+      words(i) = transfer(bytes((i - 1) * word_bytes + 1:i * word_bytes), words(i))
+    end do
   end subroutine read_words
 
   pure integer(int64) function checksum(words)

@@ -2,8 +2,10 @@
 module gestell_output_picture_gnuplot
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_text, only: either, text
-  use gestell_base_files, only: file_size, remove_file
+  use gestell_base_files, only: close_file, file_size, open_to_read, read_at, remove_file
+  use gestell_base_platform_shell, only: is_installed, run_in_folder
   use gestell_output_picture_script, only: figure_type
+  use, intrinsic :: iso_c_binding, only: c_int
   implicit none (type, external)
   private
 
@@ -29,7 +31,7 @@ contains
     integer :: i, code
 
     drawn = ""
-    if (.not. shell_does("command -v gnuplot")) then
+    if (.not. is_installed("gnuplot")) then
       call fatal_error(error, "gnuplot is not installed, so no pictures were drawn (Debian package gnuplot-nox, or " // &
         & "./bootstrap --with gnuplot); all other files are written", failed_computation)
       return
@@ -37,7 +39,8 @@ contains
     do i = 1, size(figures)
       name = figures(i)%name
       ! -d: ignore the user's gnuplot settings
-      complete = shell_does("cd " // quoted(staging) // " && gnuplot -d " // name // ".gp", code)
+      call run_in_folder(staging, "gnuplot -d " // name // ".gp", code)
+      complete = code == 0
       if (allocated(figures(i)%scenes)) then
         ! gnuplot may have been built without GIF: then only the animated SVG file is there, which needs no gnuplot
         if (.not. (complete .and. has_end(staging // "/" // name // ".gif", gif_end))) call remove_file(staging // "/" // name &
@@ -57,46 +60,18 @@ contains
     end do
   end subroutine draw_pictures
 
-  !> Runs a shell command, discards its output, and returns true if the command succeeded.
-  logical function shell_does(command, code)
-    character(len=*), intent(in) :: command
-    integer, intent(out), optional :: code
-    integer :: status, exit_code
-
-    exit_code = 1
-    call execute_command_line(command // " >/dev/null 2>&1", exitstat=exit_code, cmdstat=status)
-    shell_does = exit_code == 0 .and. status == 0
-    if (present(code)) code = exit_code
-  end function shell_does
-
   !> True if the file called `name` ends with these `bytes`.
   logical function has_end(name, bytes)
     character(len=*), intent(in) :: name, bytes
     character(len=last_bytes) :: last
-    integer :: unit, status
+    integer(c_int) :: handle
+    logical :: closed
 
-    has_end = file_size(name) >= last_bytes
-    if (.not. has_end) return
-    open (newunit=unit, file=name, access="stream", form="unformatted", action="read", status="old", iostat=status)
-    has_end = status == 0
-    if (.not. has_end) return
-    read (unit, pos=file_size(name) - last_bytes + 1, iostat=status) last
-    if (status == 0) close (unit, iostat=status)
-    has_end = status == 0 .and. index(last, bytes) > 0
+    call open_to_read(name, handle)
+    has_end = handle >= 0 .and. file_size(name) >= last_bytes
+    if (has_end) call read_at(handle, file_size(name) - last_bytes + 1, last, has_end)
+    if (handle >= 0) call close_file(handle, closed)
+    if (has_end) has_end = index(last, bytes) > 0
   end function has_end
-
-  !> Name of a folder as one word in quotes for the shell. The prefix ./ prevents the shell from reading a relative name as an
-  !> option or from searching it in CDPATH.
-  pure function quoted(folder) result(word)
-    character(len=*), intent(in) :: folder
-    character(len=:), allocatable :: word
-    integer :: i
-
-    word = either("'", "'./", index(folder, "/") == 1)
-    do i = 1, len(folder)
-      word = word // either("'\''", folder(i:i), folder(i:i) == "'")
-    end do
-    word = word // "'"
-  end function quoted
 
 end module gestell_output_picture_gnuplot
