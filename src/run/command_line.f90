@@ -45,6 +45,7 @@ module gestell_run_command_line
     &   // "pictures of --plot"), &
     & option_type("", "--json", "", "write results.json: all results with units, meanings and errors; with -q to " &
     &   // "standard output"), &
+    & option_type("", "--new", "[KIND]", "print a commented input file to start from; without KIND: list the kinds of machines"), &
     & option_type("-h", "--help", "[KEY]", "print this text, or describe a group or key of the input, such as support or " // &
     &   "support.stiffness; --help groups lists all groups"), &
     & option_type("-V", "--version", "", "print the version")]
@@ -73,6 +74,8 @@ module gestell_run_command_line
     character(len=:), allocatable :: output
     !> Topic that --help explains, such as a group or key. If unallocated, --help lists the options
     character(len=:), allocatable :: topic
+    !> Kind of machine for which --new prints an input. If unallocated, --new lists the kinds
+    character(len=:), allocatable :: kind
     !> Assignments PATH=VALUE given by the options --set
     type(setting_type), allocatable :: settings(:)
     !> A sweep is divided into `parts` parts, of which this run computes part number `part`
@@ -184,6 +187,11 @@ contains
         if (index(value, "-") == 1 .or. scan(value, "/\") > 0 .or. index(value // " ", ".nml ") > 0) cycle
         options%topic = value
         i = i + 1
+      case ("--new")
+        if (i == size(words)) cycle
+        if (index(words(i + 1)%text, "-") == 1) cycle
+        options%kind = words(i + 1)%text
+        i = i + 1
       case default
         ! a switch has no value
       end select
@@ -195,7 +203,12 @@ contains
         & // "' exclude each other" // trim(conflicts(i)%reason), wrong_usage)
       return
     end do
-    if (options%has("--help") .or. options%has("--version") .or. allocated(options%input)) return
+    if (options%has("--new") .and. allocated(options%input)) then
+      call fatal_error(error, "option '--new' reads no input file; to write one: gestell --new KIND > machine.nml", wrong_usage)
+    else if (any(options%has(["--help   ", "--version", "--new    "])) .or. allocated(options%input)) then
+      return
+    end if
+    if (allocated(error)) return
     call fatal_error(error, "no input file; usage: gestell [options] input.nml (gestell --help lists the options)", wrong_usage)
   end subroutine parse
 

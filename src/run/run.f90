@@ -4,6 +4,7 @@ module gestell_run
   use gestell_run_console, only: console_type, print_out, print_error_line
   use gestell_run_files, only: write_files
   use gestell_run_input, only: check_folder, check_options, folder_name, read_input
+  use gestell_run_starting_inputs, only: starting_input
   use gestell_base_error, only: error_type
   use gestell_base_version, only: version
   use gestell_input_schema_help, only: help_on
@@ -35,7 +36,7 @@ contains
     class(executor_type), allocatable, intent(inout), optional :: executor
     type(options_type) :: options
     type(error_type), allocatable :: error
-    character(len=:), allocatable :: text
+    character(len=:), allocatable :: text, kind
 
     code = 0
     call parse(words, options, error)
@@ -45,6 +46,11 @@ contains
         if (.not. allocated(error)) call print_out(text, error)
       else if (options%has("--help")) then
         call print_out(help_text() // new_line("a"), error)
+      else if (options%has("--new")) then
+        kind = ""
+        if (allocated(options%kind)) kind = options%kind
+        call starting_input(kind, text, error)
+        if (.not. allocated(error)) call print_out(text, error)
       else if (options%has("--version")) then
         call print_out("gestell " // version // new_line("a"), error)
       else

@@ -365,10 +365,10 @@ OPTIONS = [
      "unknown option '--outpt'; did you mean '--output'?"),
     ("unknown option, nothing near", ["--frobnicate", "input.nml"], 1,
      "unknown option '--frobnicate'; choose from '--set', '--output', '--check', '--quiet', '--verbose', '--fail-if-unstable', "
-     "'--part', '--merge', '--one-line', '--plot', '--report', '--json', '--help', '--version'"),
+     "'--part', '--merge', '--one-line', '--plot', '--report', '--json', '--new', '--help', '--version'"),
     ("unknown short option", ["-x", "input.nml"], 1,
      "unknown option '-x'; choose from '--set', '--output', '--check', '--quiet', '--verbose', '--fail-if-unstable', "
-     "'--part', '--merge', '--one-line', '--plot', '--report', '--json', '--help', '--version'"),
+     "'--part', '--merge', '--one-line', '--plot', '--report', '--json', '--new', '--help', '--version'"),
     ("--set without value", ["input.nml", "--set"], 1,
      "option '--set' needs a value"),
     ("-s without value", ["input.nml", "-s"], 1,
