@@ -1,6 +1,7 @@
-!> Provides file operations that Fortran lacks. File names must not end with blanks. After an operation failed, `system_message`
+!> Provides file operations that Fortran lacks. File names must not end with blanks. After an operation failed, `get_system_message`
 !> returns the operating system's explanation until the next operation.
 module gestell_base_files
+  use gestell_base_error, only: error_type, fatal_error
   use gestell_base_platform, only: c_close, c_create, c_exists, c_is_folder, c_link, c_lock, c_make_folder, c_message, &
     & c_open_to_read, c_open_to_write, c_read, c_remove_file, c_remove_folder, c_rename, c_size, c_strlen, c_write
   use, intrinsic :: iso_c_binding, only: c_char, c_f_pointer, c_int, c_null_char, c_ptr
@@ -8,9 +9,9 @@ module gestell_base_files
   implicit none (type, external)
   private
 
-  public :: close_file, copy_text, create_file, file_size, file_exists, folder_exists, system_message, link_file, lock_file, &
+  public :: close_file, copy_text, create_file, file_size, file_exists, folder_exists, get_system_message, link_file, lock_file, &
     & make_directory, open_to_read, open_to_write, read_at, read_chunk, read_file, remove_file, remove_folder, rename_file, &
-    & try_lock, unlock_file, write_bytes
+    & report_system_error, try_lock, unlock_file, write_bytes
 
   !> Maximum length of the operating system's explanation
   integer, parameter :: longest_message = 256
@@ -19,15 +20,28 @@ module gestell_base_files
 
 contains
 
-  !> Explanation, by the operating system, why the last operation failed.
-  function system_message() result(words)
-    character(len=:), allocatable :: words
+  !> Returns the operating system's explanation why the last operation failed.
+  subroutine get_system_message(words)
+    character(len=:), allocatable, intent(out) :: words
     character(len=longest_message) :: buffer
     integer :: n
 
     n = c_message(buffer, len(buffer, c_int))
     words = buffer(:n)
-  end function system_message
+  end subroutine get_system_message
+
+  !> Returns the error that the last operation failed, with the explanation of the operating system.
+  subroutine report_system_error(what, code, error)
+    !> What failed, such as "cam.csv: cannot be read"
+    character(len=*), intent(in) :: what
+    !> Exit code of the program for this error
+    integer, intent(in) :: code
+    type(error_type), allocatable, intent(out) :: error
+    character(len=:), allocatable :: reason
+
+    call get_system_message(reason)
+    call fatal_error(error, what // ": " // reason, code)
+  end subroutine report_system_error
 
   !> Copies the zero-terminated C string at `address`, which must not be null, to `text`.
   subroutine copy_text(address, text)

@@ -5,7 +5,7 @@ module gestell_base_paths
   implicit none (type, external)
   private
 
-  public :: decode_word, full_path, is_absolute, is_link, is_same_file, use_slashes
+  public :: decode_word, find_full_path, is_absolute, is_link, is_same_file, use_slashes
 
   !> Maximum length of an absolute path in bytes
   integer, parameter :: longest_path = 32768
@@ -28,9 +28,9 @@ contains
 
   !> Absolute path of a file, with all symbolic links replaced by their targets. The path stays valid if the working directory
   !> changes. Returns `name` itself if the file does not exist.
-  function full_path(name) result(path)
+  subroutine find_full_path(name, path)
     character(len=*), intent(in) :: name
-    character(len=:), allocatable :: path
+    character(len=:), allocatable, intent(out) :: path
     character(len=:), allocatable :: letters
     integer :: n
 
@@ -38,7 +38,7 @@ contains
     allocate(character(len=longest_path) :: letters)
     n = c_full_path(name // c_null_char, letters, len(letters, c_int))
     if (n >= 0) path = letters(:n)
-  end function full_path
+  end subroutine find_full_path
 
   !> True if a path does not depend on the working directory: /folder/file, and on Windows also C:/folder/file.
   logical function is_absolute(path)

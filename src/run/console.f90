@@ -1,7 +1,7 @@
 !> Prints the report on standard output, and notes and errors on standard error.
 module gestell_run_console
-  use gestell_base_error, only: error_type, failed_computation, fatal_error
-  use gestell_base_files, only: system_message, write_bytes
+  use gestell_base_error, only: error_type, failed_computation
+  use gestell_base_files, only: report_system_error, write_bytes
   use gestell_base_words, only: printable, put_on_one_line
   use gestell_output_result, only: result_type
   use gestell_task_registry_run, only: listener_type
@@ -58,7 +58,7 @@ contains
 
     call write_bytes(standard_output, words, done)
     if (done) return
-    call fatal_error(error, "standard output cannot be written: " // system_message(), failed_computation)
+    call report_system_error("standard output cannot be written", failed_computation, error)
     error%write_failed = .true.
   end subroutine print_out
 

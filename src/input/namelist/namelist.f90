@@ -1,8 +1,8 @@
 !> Reads namelist files and returns their groups, keys and values. The line number of each group, key and value is recorded.
 module gestell_input_namelist
   use gestell_base_error, only: error_type, fatal_error, invalid_input
-  use gestell_base_files, only: close_file, file_exists, folder_exists, system_message, open_to_read, read_chunk
-  use gestell_base_paths, only: full_path
+  use gestell_base_files, only: close_file, file_exists, folder_exists, open_to_read, read_chunk, report_system_error
+  use gestell_base_paths, only: find_full_path
   use gestell_base_text, only: text
   use gestell_input_namelist_document, only: document_type, group_type, entry_type
   use gestell_input_namelist_entry, only: parse_entry, is_name
@@ -32,7 +32,7 @@ contains
     call read_text(file, text, error)
     if (allocated(error)) return
     call parse_document(text, file, doc, error)
-    doc%path = full_path(file)
+    call find_full_path(file, doc%path)
   end subroutine read_document
 
   !> Reads all bytes of a file. Fails if the file does not exist, is a directory, cannot be read or is too large.
@@ -53,7 +53,7 @@ contains
       call fatal_error(error, file // ": is a directory, not a file", invalid_input)
     else
       call open_to_read(file, handle)
-      if (handle < 0) call fatal_error(error, file // ": cannot be read: " // system_message(), invalid_input)
+      if (handle < 0) call report_system_error(file // ": cannot be read", invalid_input, error)
     end if
     if (allocated(error)) return
     allocate(character(len=len(piece)) :: buffer)
@@ -66,7 +66,7 @@ contains
       length = length + n
     end do
     if (n < 0) then
-      call fatal_error(error, file // ": cannot be read: " // system_message(), invalid_input)
+      call report_system_error(file // ": cannot be read", invalid_input, error)
     else if (n > 0) then
       call fatal_error(error, file // ": is larger than " // text(max_bytes / 1000000) // " MB", invalid_input)
     end if

@@ -1,7 +1,7 @@
 !> Creates and removes the folder in which the result files are published.
 module gestell_output_file_folder
   use gestell_base_error, only: error_type, fatal_error, wrong_usage
-  use gestell_base_files, only: file_exists, folder_exists, system_message, make_directory, remove_folder
+  use gestell_base_files, only: file_exists, folder_exists, get_system_message, make_directory, remove_folder
   use gestell_base_paths, only: is_link
   implicit none (type, external)
   private
@@ -26,11 +26,11 @@ contains
       if (.not. ends_a_name(folder, i)) cycle
       call make_directory(folder(:i), new, exists)
       if (new .and. first == 0) first = i
-      if (.not. exists) reason = system_message()
+      if (.not. exists) call get_system_message(reason)
     end do
     if (present(made)) made = first
     if (folder_exists(folder)) return
-    if (reason == "") reason = system_message()
+    if (reason == "") call get_system_message(reason)
     call remove_made(folder, first)
     call fatal_error(error, "the folder '" // folder // "' for the results cannot be created: " // reason // "; choose another " &
       & // "with --output", wrong_usage)

@@ -4,7 +4,7 @@
 module gestell_output_file_output
   use gestell_base_error, only: error_type, failed_computation, fatal_error
   use gestell_base_growing_text, only: growing_text_type
-  use gestell_base_files, only: close_file, create_file, system_message, remove_file, rename_file, write_bytes
+  use gestell_base_files, only: close_file, create_file, get_system_message, remove_file, rename_file, write_bytes
   use, intrinsic :: iso_c_binding, only: c_int
   implicit none (type, external)
   private
@@ -63,7 +63,7 @@ contains
     if (.not. present(name)) return
     output%name = name
     call create_file(name // temporary_ending, output%handle)
-    if (output%handle < 0) output%reason = system_message()
+    if (output%handle < 0) call get_system_message(output%reason)
   end subroutine open_output
 
   !> Makes `output` collect everything in memory, from where `take` returns it.
@@ -115,7 +115,7 @@ contains
 
     if (output%reason /= "") return
     call write_bytes(output%handle, bytes, done)
-    if (.not. done) output%reason = system_message()
+    if (.not. done) call get_system_message(output%reason)
   end subroutine flush_bytes
 
   !> Closes the file and gives it its final name. Fails if the file could not be written completely, for example because the disk is
@@ -128,11 +128,11 @@ contains
     call flush_pending(self)
     if (self%handle >= 0 .and. self%name /= "") then
       call close_file(self%handle, done)
-      if (.not. done .and. self%reason == "") self%reason = system_message()
+      if (.not. done .and. self%reason == "") call get_system_message(self%reason)
       self%handle = -1
       if (self%reason == "") then
         call rename_file(self%name // temporary_ending, self%name, done)
-        if (.not. done) self%reason = system_message()
+        if (.not. done) call get_system_message(self%reason)
       end if
       if (self%reason /= "") call remove_file(self%name // temporary_ending)
     end if

@@ -7,8 +7,8 @@
 module gestell_output_file_staging
   use gestell_base_error, only: error_type, failed_computation, fatal_error, wrong_usage
   use gestell_base_text, only: text
-  use gestell_base_files, only: create_file, file_exists, system_message, link_file, make_directory, open_to_read, remove_file, &
-    & remove_folder, rename_file, try_lock, unlock_file
+  use gestell_base_files, only: create_file, file_exists, get_system_message, link_file, make_directory, open_to_read, &
+    & remove_file, remove_folder, rename_file, report_system_error, try_lock, unlock_file
   use gestell_base_paths, only: is_link, is_same_file
   use gestell_output_file_folder, only: make_folder, remove_made
   use gestell_output_file_output, only: temporary_ending
@@ -110,7 +110,7 @@ contains
 
     is_acquired = .false.
     call make_directory(staging%path, made, exists)
-    if (.not. exists) reason = system_message()
+    if (.not. exists) call get_system_message(reason)
     if (exists .and. .not. made) then
       if (is_link(staging%path)) return
       if (.not. file_exists(staging%path // "/" // mark)) then
@@ -128,7 +128,7 @@ contains
     if (is_acquired .and. made) then
       call create_file(staging%path // "/" // mark, handle)
       is_acquired = handle >= 0
-      if (.not. is_acquired) reason = system_message()
+      if (.not. is_acquired) call get_system_message(reason)
       if (.not. is_acquired) call remove_folder(staging%path)
       call unlock_file(handle)
     else if (is_acquired) then
@@ -181,8 +181,7 @@ contains
     do i = 1, size(names)
       call rename_file(self%path // "/" // trim(names(i)), self%folder // "/" // trim(names(i)), done)
       if (done) cycle
-      call fatal_error(error, self%folder // "/" // trim(names(i)) // ": cannot be written: " // system_message(), &
-        & failed_computation)
+      call report_system_error(self%folder // "/" // trim(names(i)) // ": cannot be written", failed_computation, error)
       error%write_failed = .true.
       call restore(self, names(:i - 1), replaces(:i - 1), done)
       if (.not. done) error%message = error%message // "; other results of this run have already replaced older files"
@@ -196,8 +195,7 @@ contains
       end do
     end if
     call remove_staging(self, done)
-    if (.not. (done .or. allocated(error))) call fatal_error(error, self%path // ": cannot be removed: " // system_message(), &
-      & failed_computation)
+    if (.not. (done .or. allocated(error))) call report_system_error(self%path // ": cannot be removed", failed_computation, error)
   end subroutine publish
 
   !> Undoes the publication of the files `names`: moves the old files back to their folder, and removes new files that replaced no

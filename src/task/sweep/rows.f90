@@ -1,7 +1,7 @@
 !> Reads and writes the rows of a sweep in the file that becomes its table. Each tile has its own positions in the file.
 module gestell_task_sweep_rows
   use gestell_base_error, only: error_type, failed_computation, fatal_error
-  use gestell_base_files, only: close_file, system_message, open_to_read, open_to_write, read_at, write_bytes
+  use gestell_base_files, only: close_file, get_system_message, open_to_read, open_to_write, read_at, write_bytes
   use gestell_base_hash, only: hash_start, mix_bytes
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: text
@@ -129,11 +129,11 @@ contains
     character(len=:), allocatable :: reason
     logical :: closed
 
-    if (.not. done) reason = system_message()
+    if (.not. done) call get_system_message(reason)
     closed = .true.
     if (handle >= 0) call close_file(handle, closed)
     if (done .and. closed) return
-    if (done) reason = system_message()
+    if (done) call get_system_message(reason)
     call fatal_error(error, name // ": cannot be written: " // reason, failed_computation)
     error%write_failed = .true.
   end subroutine end_writing
