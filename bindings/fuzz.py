@@ -10,6 +10,7 @@ long. PROGRAM, where the environment names it, is the program to compare with. T
 import ctypes
 import os
 import pathlib
+import pickle
 import random
 import resource
 import signal
@@ -93,11 +94,18 @@ def package(dice, text, folder):
     machine, error = expect_error(lambda: gestell.Machine(text + "\n"))
     code = error.code if error else 0
     untouched = True
+    if not error:
+        again, _ = expect_error(lambda: pickle.loads(pickle.dumps(machine)))
+        assert again is None or again.text == machine.text, "a pickled machine has another text"
+        expect_error(lambda: dict(machine))
     for _ in range(0 if error else dice.choice([0, 0, 1, 3])):
         path, value = dice.choice(PATHS), dice.choice(VALUES)
         untouched = False
         try:
-            expect_error(lambda: machine[path])
+            _, missing = expect_error(lambda: machine[path])
+            assert missing or path in machine, f"{path} is there, and not in the machine"
+            if dice.random() < 0.2:
+                expect_error(lambda: machine.remove(path.split(".")[0]))
             expect_error(lambda: machine.__setitem__(path, value))
         except (TypeError, ValueError):
             pass  # no number and no text: Python's own refusal
@@ -160,9 +168,10 @@ def bare_calls(dice):
 
 
 # Functions whose first argument is a machine; that of all others is a solution.
-_OF_MACHINES = {"parse", "add", "set", "set_text", "count_values", "get_values", "size_input", "get_input", "solve"}
+_OF_MACHINES = {"copy_machine", "parse", "parse_named", "add", "remove", "set", "set_text", "count_values", "get_values",
+                "size_parameters", "get_parameters", "size_input", "get_input", "solve"}
 # Arguments of type char * into which the library writes: function and place.
-_TAKES_TEXT = {("get_text", 3), ("get_input", 2), ("describe_response", 5), ("name_table", 3), ("describe_column", 4),
+_TAKES_TEXT = {("get_text", 3), ("get_input", 2), ("get_parameters", 3), ("describe_response", 5), ("name_table", 3), ("describe_column", 4),
                ("describe_column", 5), ("describe_column", 6)}
 
 

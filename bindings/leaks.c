@@ -13,17 +13,25 @@ static void coefficients(double t, int dof, double *m, double *b, double *c, dou
   *h = 8;
 }
 
-/* Copies long texts: the input of the machine, and what is composed of the results. Returns how many calls went wrong. */
+/* Copies long texts: the input of the machine, what is composed of the results, and the values of a copy. Returns how many calls went
+ * wrong. */
 static int long_texts(gestell_machine machine, gestell_solution solution, gestell_error error) {
-  const char *names[] = {"results", "page", "mechanism_motion.svg"};
+  const char *names[] = {"results", "page", "input", "mechanism_motion.svg"};
+  gestell_machine copy = NULL;
   int size = 0, bad = gestell_size_input(machine, &size, error) != 0;
   char *place = malloc(size);
   bad += gestell_get_input(machine, size, place, error) != 0;
-  for (int i = 0; i < 3; i++) {
+  for (int i = 0; i < 4; i++) {
     bad += gestell_size_text(solution, names[i], &size, error) != 0;
     place = realloc(place, size);
     bad += gestell_get_text(solution, names[i], size, place, error) != 0;
   }
+  bad += gestell_copy_machine(machine, &copy, error) != 0 || gestell_remove(copy, "support", error) != 0;
+  bad += gestell_size_parameters(copy, NULL, &size, error) != 0;
+  place = realloc(place, size);
+  bad += gestell_get_parameters(copy, NULL, size, place, error) != 0;
+  bad += gestell_parse_named(copy, "&case", "pump.nml", error) != GESTELL_INPUT;
+  gestell_delete_machine(&copy);
   free(place);
   return bad;
 }
@@ -59,6 +67,6 @@ int main(int argc, char **argv) {
   }
   gestell_delete_machine(&machine);
   gestell_delete_error(&error);
-  printf("%d calls, %d of them wrong\n", calls + 12, bad);
+  printf("%d calls, %d of them wrong\n", calls + 19, bad);
   return bad != 0;
 }

@@ -269,12 +269,16 @@ tool() {
 wheel() {
   local environment=$temporary/environment
   CMAKE_BUILD_PARALLEL_LEVEL=2 bash "$home/python/wheel.sh" "$temporary/wheels" && python3 -m venv "$environment" &&
-    "$environment/bin/pip" -q install --require-hashes --only-binary :all: -r "$home/.ci/pinned/pandas.txt" &&
+    "$environment/bin/pip" -q install --require-hashes --only-binary :all: -r "$home/.ci/pinned/xarray.txt" -r "$home/.ci/pinned/mypy.txt" &&
     "$environment/bin/pip" -q install --no-index "$temporary"/wheels/gestell-*.whl || return
   # with its command and the files of the live page
   [ -f "$(echo "$environment"/lib/python*/site-packages/gestell/live.js)" ] &&
     env -i PATH="$environment/bin" gestell live none.nml --no-browser 2>&1 | grep -q '^none.nml: cannot be read' || return
   (cd "$temporary" && mkdir -p nothing && cd nothing &&
+    # the sessions of doc/python.md have types
+    awk '/^```python$/ { on = 1; next } /^```$/ { on = 0 } on' "$home/doc/python.md" >session.py &&
+    env -i PATH="$environment/bin" "$environment/bin/mypy" --strict session.py &&
+    env -i PATH="$environment/bin" "$environment/bin/python" "$home/bindings/package.py" &&
     env -i PATH="$environment/bin" "$environment/bin/python" "$home/bindings/python.py" "$prefix-static/bin/gestell")
 }
 
@@ -294,6 +298,7 @@ by_python() {
     PYTHONPATH=$home/python "$interpreter" "$@"
 }
 python() { by_python "$home/bindings/python.py" "$prefix-shared/bin/gestell"; }
+package() { by_python "$home/bindings/package.py"; }
 live() { by_python "$home/bindings/live.py" "$prefix-shared/bin/gestell"; }
 fuzzed() { PROGRAM=$prefix-shared/bin/gestell by_python "$home/bindings/fuzz.py" 300; }
 
@@ -318,6 +323,7 @@ check 'machines solved by several threads' threads shared
 check 'example' example shared
 check 'doc/c.md' page
 check 'Python' python
+check 'Python, as people use it' package
 check 'the live page' live
 check 'random texts and calls through Python and C' fuzzed
 check 'Python, from a wheel' wheel

@@ -28,17 +28,27 @@ int gestell_get_error(gestell_error error, int size, char *message);
 
 /* ---- machines, in the language of input files (doc/input.md); a path names a number as in the option --set */
 gestell_machine gestell_new_machine(void);
+int gestell_copy_machine(gestell_machine machine, gestell_machine *copy, gestell_error error);
 void gestell_delete_machine(gestell_machine *machine);
 int gestell_read(gestell_machine machine, const char *file, gestell_error error);
 int gestell_parse(gestell_machine machine, const char *text, gestell_error error);
+/* As gestell_parse; messages and reports call the text by the name, for example that of the file from which it comes. */
+int gestell_parse_named(gestell_machine machine, const char *text, const char *name, gestell_error error);
 /* Adds groups, for example "&joint name='B', type='RRR', ends='A','B0', lengths=0.37,0.16 /". The machine may still be empty. */
 int gestell_add(gestell_machine machine, const char *groups, gestell_error error);
+/* Removes groups, for example "support(2)" or, all of them, "probe". */
+int gestell_remove(gestell_machine machine, const char *groups, gestell_error error);
 /* Sets the number at a path, in the units of the input. Keys that require a whole number accept a whole value. */
 int gestell_set(gestell_machine machine, const char *path, double value, gestell_error error);
 int gestell_set_text(gestell_machine machine, const char *path, const char *value, gestell_error error);
 /* Count and copy the numbers at a path. */
 int gestell_count_values(gestell_machine machine, const char *path, int *count, gestell_error error);
 int gestell_get_values(gestell_machine machine, const char *path, int count, double *values, gestell_error error);
+/* The values at a path, or all if path is NULL, in JSON: an array with an object for each key that the input contains. Its members are
+ * path, values (numbers or strings), unit, meaning, least, most and others as for the machine in results.json. The size includes the
+ * zero byte at the end. */
+int gestell_size_parameters(gestell_machine machine, const char *path, int *size, gestell_error error);
+int gestell_get_parameters(gestell_machine machine, const char *path, int size, char *text, gestell_error error);
 /* The machine as the text of an input file, with all values set and groups added. The size includes the zero byte at the end. */
 int gestell_size_input(gestell_machine machine, int *size, gestell_error error);
 int gestell_get_input(gestell_machine machine, int size, char *text, gestell_error error);
@@ -53,8 +63,9 @@ int gestell_solve_many(int count, const gestell_machine *machines, const char *t
                        const gestell_error *errors);
 
 /* The text `what` is "verdict", "report" (the program's report), "results" (all results and the machine in JSON, as in
- * results.json), "page" (the report as an HTML page, without gnuplot's pictures) or "failure" (why a result other than the verdict
- * could not be computed; empty if there is none). Texts are composed on request. Sizes include the zero byte at the end. */
+ * results.json), "input" (an input file that requests the same results), "page" (the report as an HTML page, without gnuplot's
+ * pictures) or "failure" (why a result other than the verdict could not be computed; empty if there is none). Texts are composed on
+ * request. Sizes include the zero byte at the end. */
 int gestell_size_text(gestell_solution solution, const char *what, int *size, gestell_error error);
 int gestell_get_text(gestell_solution solution, const char *what, int size, char *text, gestell_error error);
 

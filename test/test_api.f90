@@ -25,6 +25,7 @@ contains
     testsuite = [ &
       & new_unittest("a rotor built in code agrees with its closed form", test_rotor), &
       & new_unittest("the text of a machine describes the same machine", test_text), &
+      & new_unittest("a removed group is missing from the list of values and from the text", test_removed), &
       & new_unittest("a refused change leaves the machine unchanged", test_refused), &
       & new_unittest("several threads obtain the same numbers as one", test_threads)]
   end subroutine collect_api
@@ -99,6 +100,48 @@ contains
     call check_success(error, failure)
     if (.not. allocated(error)) call same_machine(error, built, words)
   end subroutine test_text
+
+  !> The values of the input by their paths, of one key and of all; groups that are removed. Messages name the text.
+  subroutine test_removed(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(machine_type) :: machine
+    type(gestell_error), allocatable :: failure
+    character(len=:), allocatable :: words
+
+    call machine%parse(rotor // springs, failure, "rotor.nml")
+    if (.not. allocated(failure)) call machine%add("&probe name='p', position=1,2 /", failure)
+    if (.not. allocated(failure)) call machine%parameters(words, failure, "frame.dof(2)")
+    call check_success(error, failure)
+    if (allocated(error)) return
+    call check(error, index(words, """path"": ""frame.dof"", ""values"": [""eta""]") > 0, more=words)
+    if (allocated(error)) return
+    call machine%parameters(words, failure, "link(crank).name")
+    call check_success(error, failure)
+    if (allocated(error)) return
+    call check(error, index(words, "[""crank""]") > 0, more=words)
+    if (allocated(error)) return
+    call machine%parameters(words, failure, "foundation.damping")
+    call refused(error, failure, "foundation.damping: has no value in the input")
+    if (allocated(error)) return
+    call machine%remove("support", failure)
+    if (.not. allocated(failure)) call machine%remove("probe(p)", failure)
+    if (.not. allocated(failure)) call machine%text(words, failure)
+    call check_success(error, failure)
+    if (allocated(error)) return
+    call check(error, words, rotor)
+    if (allocated(error)) return
+    call machine%parameters(words, failure)
+    call check_success(error, failure)
+    if (allocated(error)) return
+    call check(error, index(words, "support") + index(words, "probe") == 0 &
+      & .and. index(words, """link(crank).mass""") > 0, more=words)
+    if (allocated(error)) return
+    call machine%remove("support", failure)
+    call refused(error, failure, "support: the input has no &support")
+    if (allocated(error)) return
+    call machine%parse("&frame mas=1 /", failure, "rotor.nml")
+    call refused(error, failure, "rotor.nml:1: ")
+  end subroutine test_removed
 
   !> Compares a machine with another that reads its text. Returns this text.
   subroutine same_machine(error, machine, words)

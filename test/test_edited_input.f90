@@ -1,10 +1,11 @@
-!> Changing values in the text of an input: what is read afterwards differs from what was read before only in these values.
+!> Changing values and removing groups in the text of an input: what is read afterwards differs from what was read before only in
+!> these values or groups.
 module test_edited_input
   use checks, only: check_success, check_that
   use gestell_base_error, only: gestell_error => error_type
   use gestell_input_namelist, only: parse_document
   use gestell_input_namelist_document, only: document_type, entry_type, group_type
-  use gestell_input_namelist_edit, only: set_entry
+  use gestell_input_namelist_edit, only: remove_group, set_entry
   use testdrive, only: error_type, new_unittest, unittest_type
   implicit none (type, external)
   private
@@ -31,7 +32,8 @@ contains
     type(unittest_type), allocatable, intent(out) :: testsuite(:)
 
     testsuite = [ &
-      & new_unittest("a changed input yields the new value, and all others as before", test_every_key)]
+      & new_unittest("a changed input yields the new value, and all others as before", test_every_key), &
+      & new_unittest("a text without one of its groups yields all other groups as before", test_every_group)]
   end subroutine collect_edited_input
 
   !> Every key of every group, and a key that the group does not have yet.
@@ -53,6 +55,43 @@ contains
       if (allocated(error)) return
     end do
   end subroutine test_every_key
+
+  !> Every group. Also compares two whole texts: of a group in a line of its own, and of one that shares its line.
+  subroutine test_every_group(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(document_type) :: before, after
+    type(gestell_error), allocatable :: failure
+    character(len=:), allocatable :: edited
+    integer :: removed, g
+
+    call parse_document(text, "in.nml", before, failure)
+    call check_success(error, failure)
+    if (allocated(error)) return
+    do removed = 1, size(before%groups)
+      edited = text
+      call remove_group(edited, removed)
+      call parse_document(edited, "in.nml", after, failure)
+      call check_success(error, failure, edited)
+      if (allocated(error)) return
+      call check_that(error, size(after%groups), "==", size(before%groups) - 1, "groups of " // edited)
+      if (allocated(error)) return
+      do g = 1, size(after%groups)
+        call check_that(error, values_of(after%groups(g), "", .false.), "==", values_of(before%groups(merge(g, g + 1, &
+          & g < removed)), "", .false.), "other groups in " // edited)
+        if (allocated(error)) return
+      end do
+    end do
+    edited = "! a" // nl // "&case title='/ &'" // nl // "/ " // nl // "&drive /! c" // nl // "&frame / &model /"
+    call remove_group(edited, 1)
+    call check_that(error, edited, "==", "! a" // nl // "&drive /! c" // nl // "&frame / &model /", "text")
+    if (allocated(error)) return
+    call remove_group(edited, 1)
+    call remove_group(edited, 2)
+    call check_that(error, edited, "==", "! a" // nl // "! c" // nl // "&frame / ", "text")
+    if (allocated(error)) return
+    call remove_group(edited, 1)
+    call check_that(error, edited, "==", "! a" // nl // "! c" // nl, "text")
+  end subroutine test_every_group
 
   subroutine check_edit(before, group, key, error)
     type(document_type), intent(in) :: before

@@ -9,7 +9,9 @@
 from ._array import Array, Value
 from ._library import Error, version
 from ._machine import Machine
-from ._solution import Animation, Response, Solution, Table
+from ._many import solve_many
+from ._solution import Animation, Response, Solution
+from ._table import Grid, Table
 
-__all__ = ["Animation", "Array", "Error", "Machine", "Response", "Solution", "Table", "Value"]
+__all__ = ["Animation", "Array", "Error", "Grid", "Machine", "Response", "Solution", "Table", "Value", "solve_many"]
 __version__ = version()

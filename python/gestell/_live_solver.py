@@ -5,7 +5,6 @@ import contextlib
 import json
 import os
 import queue
-import re
 import subprocess
 import sys
 import threading
@@ -26,17 +25,18 @@ CURVES = {"m": ("Displacement of the frame", 1e3, "mm"), "rad": ("Rotation of th
           "N": ("Force on the ground", 1, "N"), "N m": ("Moment on the ground", 1, "N m")}
 
 
-def solve(text: str, changes: list) -> dict:
-    """The machine with the changes, a list of paths and values as text: its input, its parameters, its page and its curves.
+def solve(text: str, changes: list, name: str = "text") -> dict:
+    """The machine with the changes, a list of paths and values as text: its input, its parameters, its page and its curves. Messages
+    call the text by its name.
 
     Raises gestell.Error if the machine cannot be solved.
     """
-    machine = _machine(text)
+    machine = _machine(text, name)
     for path, value in changes:
         machine[path] = value
     text = machine.text
-    machine = _machine(text)
-    requested = _requested(text)
+    machine = _machine(text, name)
+    requested = machine["case.tasks"] if "case.tasks" in machine else []
     tasks = [*TASKS, *(task for task in FURTHER if task in requested)]
     try:
         solution = machine.solve(tasks)
@@ -54,19 +54,9 @@ def solve(text: str, changes: list) -> dict:
     return {"text": text, "parameters": parameters, "page": solution.page, "curves": _curves(solution)}
 
 
-def _requested(text: str) -> list:
-    """Tasks that an input requests."""
-    quoted, comment = r"'[^']*'|\"[^\"]*\"", r"![^\n]*"
-    # words in quotes and comments before the key are passed over
-    for found in re.finditer(rf"{quoted}|{comment}|\btasks\s*=((?:{quoted}|{comment}|[\s,])*)", text, re.I):
-        if found[1]:
-            return [word[1:-1].strip().lower() for word in re.findall(quoted, re.sub(rf"({quoted})|{comment}", r"\1", found[1]))]
-    return []
-
-
-def _machine(text: str) -> Machine:
+def _machine(text: str, name: str) -> Machine:
     """The machine of a text, which is not taken for the name of a file even if it has a single line."""
-    return Machine(text if "\n" in text else text + "\n")
+    return Machine(text if "\n" in text else text + "\n", name)
 
 
 def _curves(solution) -> list:
@@ -166,9 +156,9 @@ def _work(file: str) -> None:
     threading.Thread(target=_end_with, args=(os.getppid(),), daemon=True).start()
     for request in sys.stdin:
         try:
-            answer = solve(*json.loads(request))
+            answer = solve(*json.loads(request), os.path.basename(file))
         except Error as error:
-            answer = {"error": re.sub("^text:", lambda _: os.path.basename(file) + ":", error.message)}
+            answer = {"error": error.message}
         except MemoryError:
             answer = {"error": "this machine needs too much memory"}
         print(json.dumps(answer), flush=True)

@@ -10,45 +10,22 @@ import tempfile
 from ctypes import byref, c_int, c_void_p
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy
+from numpy.typing import NDArray
 
 from ._array import Array, Value
 from ._library import Error, call, decoded, delete, encoded, encoded_path, functions
+from ._table import Table
 
 _LONGEST_NAME = 256
 _LONGEST_UNIT = 64
 _NUMBERS, _INTEGERS, _WORDS = range(3)
 _NOT_KNOWN = -2**31 + 1
-_SHOWN_ROWS = 20
 
 
-class Table(dict):
-    """A table: its columns by their keys, as in the CSV file.
-
-    A column of numbers is an Array with `.error` and `.unit`; a column of words is an array of str. pandas.DataFrame accepts a
-    Table.
-    """
-
-    def __init__(self, name: str, columns: dict):
-        super().__init__(columns)
-        self.name = name
-
-    @property
-    def rows(self) -> int:
-        return len(next(iter(self.values()))) if self else 0
-
-    def _repr_html_(self) -> str:
-        rows = [[f"{v:.6g}" if isinstance(v, (float, numpy.floating)) else str(v) for v in row]
-                for row in zip(*(column[:_SHOWN_ROWS] for column in self.values()))]
-        cell = "".join
-        body = cell("<tr>" + cell(f"<td>{html.escape(v)}</td>" for v in row) + "</tr>" for row in rows)
-        head = cell(f"<th>{html.escape(key)}</th>" for key in self)
-        more = f"<p>{self.rows} rows</p>" if self.rows > _SHOWN_ROWS else ""
-        return f"<table><caption>{html.escape(self.name)}</caption><tr>{head}</tr>{body}</table>{more}"
-
-
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False, eq=False)
 class Response:
     """Vibration of a quantity over the period, in SI units.
 
@@ -60,8 +37,11 @@ class Response:
     unit: str
     peak: Value
     rms: Value
-    amplitudes: numpy.ndarray
-    history: numpy.ndarray
+    amplitudes: Array
+    history: Array
+
+    def __repr__(self) -> str:
+        return f"Response({self.name!r}: peak {self.peak!r}, rms {self.rms!r})"
 
 
 class Animation:
@@ -70,7 +50,7 @@ class Animation:
     def __init__(self, svg: str):
         self.svg = svg
 
-    def save(self, path: str | bytes | os.PathLike) -> None:
+    def save(self, path: str | bytes | os.PathLike[str]) -> None:
         """Writes the picture to a file, whose name should end with .svg."""
         with open(path, "w", encoding="utf-8", newline="") as file:
             file.write(self.svg)
@@ -86,16 +66,56 @@ def _image(name: str, picture: str) -> str:
 
 
 class Solution:
-    """Results of a machine: verdict, multipliers, vibrations, tables and the report."""
+    """Results of a machine: verdict, multipliers, vibrations, tables and the report.
 
-    def __init__(self, handle: c_void_p):
-        self._handle = handle
+    A pickled solution contains its input, verdict, multipliers and tables; what else it is asked for is then computed again.
+
+    >>> solution = gestell.Machine("data/khang_four_bar.nml").solve(["stability", "response", "drawing"])
+    >>> solution.verdict
+    'stable'
+    >>> solution.response("f")
+    Response('f': peak 61.7933... N +- ..., rms 36.6352... N +- ...)
+    >>> print(solution.natural_frequencies.round(2), solution.natural_frequencies.unit)
+    [20.26 32.05 52.49] Hz
+    """
+
+    def __init__(self, handle: c_void_p | None, name: bytes, pickled: dict[str, Any] | None = None):
+        self._solved = handle
+        self._name = name
+        self._pickled = pickled or {}
 
     def __del__(self) -> None:
-        if getattr(self, "_handle", None):
+        if getattr(self, "_solved", None):
             delete("solution", self._handle)
 
+    @property
+    def _handle(self) -> c_void_p:
+        if self._solved is None:
+            from ._machine import restored
+            again = restored(self._pickled["input"], self._name).solve()
+            self._solved, again._solved = again._handle, None
+        return self._solved
+
+    def __reduce__(self) -> Any:
+        if not self._pickled:
+            multipliers: Array | None = None
+            try:
+                multipliers = self.multipliers
+            except Error:
+                pass
+            self._pickled = {"input": self.input, "verdict": self.verdict, "failure": self.failure, "multipliers": multipliers,
+                             "tables": {name: self.table(name) for name in self.tables}}
+        return Solution, (None, self._name, self._pickled)
+
+    def __copy__(self) -> Solution:
+        return self
+
+    def __deepcopy__(self, memo: Any) -> Solution:
+        return self
+
     def _text(self, what: str) -> str:
+        if what in self._pickled:
+            return str(self._pickled[what])
         size = c_int()
         call(functions.size_text, self._handle, encoded(what), byref(size))
         text = ctypes.create_string_buffer(size.value)
@@ -105,9 +125,12 @@ class Solution:
     @property
     def verdict(self) -> str:
         """The worst verdict of all tasks: "stable", "undamped", "undecided" or "unstable"; empty if no task judges stability."""
-        text = ctypes.create_string_buffer(_LONGEST_UNIT)
-        call(functions.get_text, self._handle, b"verdict", _LONGEST_UNIT, text)
-        return decoded(text.value)
+        return self._text("verdict")
+
+    @property
+    def input(self) -> str:
+        """The text of an input file that requests these results."""
+        return self._text("input")
 
     @property
     def report(self) -> str:
@@ -120,12 +143,12 @@ class Solution:
         return self._text("page")
 
     @property
-    def machine(self) -> dict:
+    def machine(self) -> Any:
         """The machine of the solution, as in results.json: its values with units and ranges, and its scenes."""
         return json.loads(self._text("machine"))
 
     @property
-    def results(self) -> dict:
+    def results(self) -> Any:
         """All results, as in results.json."""
         return json.loads(self._text("results"))
 
@@ -141,12 +164,47 @@ class Solution:
     @property
     def multipliers(self) -> Array:
         """Complex multipliers in descending magnitude, with bounds on their errors in `.error`."""
+        kept: Array | None = self._pickled.get("multipliers")
+        if kept is not None:
+            return kept
         count = c_int()
         call(functions.count_multipliers, self._handle, byref(count))
         parts = numpy.empty((3, count.value))
         first, step = parts.ctypes.data, parts.strides[0]
         call(functions.get_multipliers, self._handle, count.value, first, first + step, first + 2 * step)
         return Array(parts[0] + 1j * parts[1], error=parts[2])
+
+    @property
+    def natural_frequencies(self) -> Array:
+        """Natural frequencies in Hz, without damping and about rest (task `drawing`)."""
+        return self._column_of("frequencies", "frequency_Hz")
+
+    @property
+    def damping_ratios(self) -> Array:
+        """Damping ratios of the modes of `natural_frequencies` (task `drawing`)."""
+        return self._column_of("frequencies", "damping_ratio")
+
+    @property
+    def modes(self) -> NDArray[numpy.complex128]:
+        """Eigenvectors of Phi(T) at crank angle 0, in the order of the multipliers: displacements and velocities in SI units (task
+        `modes`). modes[:, i] belongs to multipliers[i]; modes[0] is the displacement along xi.
+        """
+        table = self.table("modes")
+        return numpy.array([table[key] + 1j * table[key[:-2] + "im"] for key in table if key.endswith("_re")])
+
+    @property
+    def shaking_forces(self) -> Table:
+        """Amplitudes and phases of the forces of the mechanism on a frame at rest, for each order (task `drawing`)."""
+        return self.table("balance_table")
+
+    @property
+    def joint_forces(self) -> Table:
+        """Peak and rms of the forces in the joints (task `joints`). The table "joints_history" contains their courses."""
+        return self.table("joints")
+
+    def _column_of(self, table: str, key: str) -> Array:
+        column: Array = self.table(table)[key]
+        return column
 
     def response(self, quantity: str) -> Response:
         """The vibration of a quantity, for example "f" or "probe(outlet).v"."""
@@ -158,9 +216,10 @@ class Solution:
              points.value, history.ctypes.data)
         peak, rms, peak_error, rms_error = numbers
         unit = decoded(text.value)
-        return Response(quantity, unit, Value(peak, peak_error, unit), Value(rms, rms_error, unit), amplitudes, history)
+        return Response(quantity, unit, Value(peak, peak_error, unit), Value(rms, rms_error, unit), Array(amplitudes, unit=unit),
+                        Array(history, unit=unit))
 
-    def write(self, folder: str | bytes | os.PathLike, pictures: bool = False) -> None:
+    def write(self, folder: str | bytes | os.PathLike[str], pictures: bool = False) -> None:
         """Writes the program's files: tables, gnuplot scripts and, if `pictures` is true, the pictures that gnuplot draws."""
         call(functions.write, self._handle, encoded_path(folder), int(pictures))
 
@@ -173,6 +232,8 @@ class Solution:
     @property
     def tables(self) -> list[str]:
         """Names of all tables."""
+        if self._pickled:
+            return list(self._pickled["tables"])
         count = c_int()
         call(functions.count_tables, self._handle, byref(count))
         name = ctypes.create_string_buffer(_LONGEST_NAME)
@@ -183,20 +244,25 @@ class Solution:
         return names
 
     def table(self, name: str) -> Table:
-        """The table with this name, with all its columns."""
+        """The table with this name, with all its columns. If there is none, the error names the task that computes it."""
+        if self._pickled and name in self._pickled["tables"]:
+            kept: Table = self._pickled["tables"][name]
+            return kept
         rows, count = c_int(), c_int()
         call(functions.shape_table, self._handle, encoded(name), byref(rows), byref(count))
-        columns, errors = {}, {}
+        columns: dict[str, NDArray[Any]] = {}
+        errors = {}
         for index in range(count.value):
             key, values, error = self._column(name, index, rows.value)
             columns[key] = values
             errors[key] = error
         for key, error in errors.items():
-            if error in columns and isinstance(columns[key], Array):
-                columns[key].error = numpy.asarray(columns[error])
+            column = columns[key]
+            if error in columns and isinstance(column, Array):
+                column.error = numpy.asarray(columns[error])
         return Table(name, columns)
 
-    def _column(self, table: str, index: int, rows: int):
+    def _column(self, table: str, index: int, rows: int) -> tuple[str, NDArray[Any], str]:
         texts = [ctypes.create_string_buffer(_LONGEST_NAME) for _ in range(3)]
         kind, width = c_int(), c_int()
         call(functions.describe_column, self._handle, encoded(table), index, _LONGEST_NAME, *texts, byref(kind), byref(width))
@@ -210,7 +276,7 @@ class Solution:
             integers = numpy.empty(rows, dtype=numpy.intc)
             call(functions.get_integers, *where, integers.ctypes.data)
             if (integers == _NOT_KNOWN).any():
-                integers = numpy.where(integers == _NOT_KNOWN, numpy.nan, integers)
+                return key, Array(numpy.where(integers == _NOT_KNOWN, numpy.nan, integers), unit=unit), error
             return key, Array(integers, unit=unit), error
         values = numpy.empty(rows)
         call(functions.get_numbers, *where, values.ctypes.data)
@@ -220,8 +286,7 @@ class Solution:
         parts = [f"<p><b>{html.escape(self.verdict)}</b></p>"] if self.verdict else []
         try:
             rho = self.multipliers
-            parts.append(Table("multipliers", {"multiplier": numpy.asarray(rho), "abs": abs(numpy.asarray(rho)),
-                                               "error": rho.error})._repr_html_())
+            parts.append(Table("multipliers", {"multiplier": rho, "abs": abs(rho), "error": numpy.asarray(rho.error)})._repr_html_())
         except Error:
             pass
         parts.append("<p>tables: " + ", ".join(html.escape(name) for name in self.tables) + "</p>")

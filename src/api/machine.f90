@@ -4,14 +4,19 @@ module gestell_api_machine
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, exact
   use gestell_api_solution, only: solution_type, solve_document
+  use gestell_input_machine_groups, only: read_units
   use gestell_input_namelist, only: parse_document, read_document
   use gestell_input_namelist_document, only: document_type, group_type
+  use gestell_input_namelist_edit, only: remove_group
   use gestell_input_schema, only: find_group_rule, schema_type
   use gestell_input_schema_check, only: check_document, normalise
+  use gestell_input_schema_locate, only: find_groups
   use gestell_input_schema_path, only: get_path, set_path_real, set_path_text
   use gestell_input_schema_rewrite, only: rewrite
+  use gestell_input_schema_units, only: units_type
   use gestell_output_head, only: setting_type
   use gestell_task_registry, only: input_schema
+  use gestell_task_registry_machine_json, only: list_parameters
   !$ use omp_lib, only: omp_pause_resource_all, omp_pause_soft
   implicit none (type, external)
   private
@@ -34,10 +39,10 @@ module gestell_api_machine
     !> Assignments PATH=VALUE that were made after the input was read
     type(setting_type), allocatable :: settings(:)
   contains
-    procedure :: read => read_file, parse, add
+    procedure :: read => read_file, parse, add, remove
     procedure, private :: set_number, set_text
     generic :: set => set_number, set_text
-    procedure :: get, text => input_text, solve
+    procedure :: get, parameters, text => input_text, solve
   end type machine_type
 
   !> Messages use this name in place of a file name if the input is a text.
@@ -58,13 +63,18 @@ contains
 
   !> Reads the machine from a text in the format of an input file, whose lines are separated by new_line('a'). Fails if the text is
   !> invalid.
-  subroutine parse(self, text, error)
+  subroutine parse(self, text, error, name)
     class(machine_type), intent(out) :: self
     character(len=*), intent(in) :: text
     type(error_type), allocatable, intent(out) :: error
+    !> Name of the text in messages and reports, such as that of the file from which it comes; "text" if absent
+    character(len=*), intent(in), optional :: name
     type(document_type) :: document
+    character(len=:), allocatable :: file
 
-    call parse_document(text, text_name, document, error)
+    file = text_name
+    if (present(name)) file = name
+    call parse_document(text, file, document, error)
     if (.not. allocated(error)) call store_document(self, document, error)
   end subroutine parse
 
@@ -116,6 +126,39 @@ contains
     if (.not. allocated(self%settings)) allocate(self%settings(0))
     self%checked = .false.
   end subroutine add
+
+  !> Removes the groups that a path such as "support(2)" or "probe" denotes, also from the machine's text. Fails if there are none,
+  !> or if no other group would remain; the machine then stays unchanged.
+  subroutine remove(self, groups, error)
+    class(machine_type), intent(inout) :: self
+    character(len=*), intent(in) :: groups
+    type(error_type), allocatable, intent(out) :: error
+    type(document_type) :: document, shorter
+    character(len=:), allocatable :: words
+    integer, allocatable :: numbers(:)
+    integer :: i
+
+    call merge_groups(self, document, error)
+    if (.not. allocated(error)) call find_groups(document, self%schema, groups, numbers, error)
+    if (.not. allocated(error)) then
+      if (size(numbers) == size(document%groups)) call fatal_error(error, groups // ": no other group would remain", invalid_input)
+    end if
+    if (.not. allocated(error)) call rewrite(document, self%schema, words, error)
+    if (.not. allocated(error)) then
+      do i = size(numbers), 1, -1
+        call remove_group(words, numbers(i))
+      end do
+      call parse_document(words, document%file, shorter, error)
+    end if
+    if (.not. allocated(error)) call normalise(shorter, self%schema, error)
+    if (.not. allocated(error)) then
+      if (allocated(document%path)) shorter%path = document%path
+      self%document = shorter
+      self%waiting = 0
+      if (allocated(self%counts)) deallocate(self%counts)
+      self%checked = .false.
+    end if
+  end subroutine remove
 
   !> Adds these groups to `counts`, the number of groups of each name. The names of the groups must occur in the schema.
   subroutine count_names(self, groups)
@@ -224,6 +267,25 @@ contains
     call merge_groups(self, document, error)
     if (.not. allocated(error)) call get_path(document, self%schema, path, values, error)
   end subroutine get
+
+  !> Returns the values of the input with their paths, units, meanings and ranges in JSON: an array with an object for each key, as
+  !> the member `parameters` of the machine in results.json. If `path` is present, the array contains only what `path` denotes.
+  !> Fails if `path` denotes no value of the input, or a unit of &units is unknown.
+  subroutine parameters(self, words, error, path)
+    class(machine_type), intent(in) :: self
+    character(len=:), allocatable, intent(out) :: words
+    type(error_type), allocatable, intent(out) :: error
+    character(len=*), intent(in), optional :: path
+    type(document_type) :: document
+    type(units_type) :: units
+
+    ! Functions that compose JSON return texts of deferred length (see solve_tasks).
+    !$omp critical (texts_of_gestell)
+    call merge_groups(self, document, error)
+    if (.not. allocated(error)) call read_units(document, units, error)
+    if (.not. allocated(error)) call list_parameters(document, self%schema, units, words, error, path)
+    !$omp end critical (texts_of_gestell)
+  end subroutine parameters
 
   !> Returns the machine as the text of an input file: the text that was read, with all values set since then, and all groups added
   !> since then at its end. Comments and blanks remain as they are. Fails if the machine is empty.

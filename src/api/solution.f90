@@ -5,6 +5,8 @@ module gestell_api_solution
   use gestell_base_kinds, only: dp
   use gestell_input_namelist_document, only: document_type
   use gestell_input_schema, only: schema_type
+  use gestell_input_schema_rewrite, only: rewrite
+  use gestell_input_wording, only: shown
   use gestell_model_quantity, only: find_quantity
   use gestell_model_quantity_rows, only: quantity_type
   use gestell_output_file_output, only: collect_output, output_type
@@ -22,7 +24,7 @@ module gestell_api_solution
   use gestell_task_common_task, only: any_task_type, own_machine
   use gestell_task_common_context, only: context_type
   use gestell_task_machine_report, only: report_machine
-  use gestell_task_registry, only: all_tables, read_input
+  use gestell_task_registry, only: all_tables, list_tasks_of, read_input
   use gestell_task_registry_machine_json, only: machine_json
   use gestell_task_registry_page, only: append_page
   use gestell_task_registry_run, only: prepare_tasks, run_tasks
@@ -45,7 +47,7 @@ module gestell_api_solution
     !> Texts that were composed earlier
     type(text_type), allocatable :: texts(:)
   contains
-    procedure :: verdict, multipliers, response, table, text => text_of, report, write => write_files
+    procedure :: verdict, multipliers, response, find_table, table, text => text_of, report, write => write_files
   end type solution_type
 
   !> Extents of a computation: results only, or also what the report needs, what pictures and animations need, and what the page
@@ -125,9 +127,10 @@ contains
   end subroutine solve_tasks
 
   !> Returns a text about the results. `what` is "verdict"; "failure": why some results could not be computed; "report": the lines
-  !> that the program prints; "results": the content of results.json; "machine": its member about the machine; "page": the HTML page
-  !> without the pictures of gnuplot; or the name of a result file that is no table, such as mechanism_motion.svg. If the tasks have
-  !> not computed what the text needs, they run again. Fails if there is no such text or it cannot be composed.
+  !> that the program prints; "results": the content of results.json; "machine": its member about the machine; "input": an input
+  !> file that requests the same results; "page": the HTML page without the pictures of gnuplot; or the name of a result file that
+  !> is no table, such as mechanism_motion.svg. If the tasks have not computed what the text needs, they run again. Fails if there
+  !> is no such text or it cannot be composed.
   subroutine text_of(self, what, words, error)
     class(solution_type), intent(inout) :: self
     character(len=*), intent(in) :: what
@@ -202,6 +205,9 @@ contains
         call append_json(result, context%head, machine_json(context%configuration, result%scenes()), failure, output)
       case ("machine")
         call output%append(machine_json(context%configuration, result%scenes()))
+      case ("input")
+        call rewrite(context%configuration%document, context%configuration%schema, bytes, error)
+        if (.not. allocated(error)) call output%append(bytes)
       case ("page")
         call append_page(context, result, output)
       case default
@@ -209,8 +215,8 @@ contains
         if (allocated(bytes)) then
           call output%append(bytes)
         else
-          call fatal_error(error, "there is no text '" // what // "': use verdict, report, results, machine, page, failure, or " &
-            & // "the name of a result file", wrong_usage)
+          call fatal_error(error, "there is no text '" // what // "': use verdict, report, results, machine, input, page, " &
+            & // "failure, or the name of a result file", wrong_usage)
         end if
       end select
       call output%take(words)
@@ -363,12 +369,26 @@ contains
     type(error_type), allocatable, intent(out) :: error
     integer :: i
 
-    do i = 1, size(self%result%tables)
-      if (self%result%tables(i)%name /= name) cycle
-      found = self%result%tables(i)
-      return
-    end do
-    call fatal_error(error, "there is no table '" // name // "'", invalid_input)
+    call self%find_table(name, i, error)
+    if (.not. allocated(error)) found = self%result%tables(i)
   end subroutine table
+
+  !> Returns the index of the table called `name`. Fails if there is no such table; the message names the tasks that compute it.
+  subroutine find_table(self, name, i, error)
+    class(solution_type), intent(in) :: self
+    character(len=*), intent(in) :: name
+    integer, intent(out) :: i
+    type(error_type), allocatable, intent(out) :: error
+    character(len=:), allocatable :: tasks
+
+    do i = 1, size(self%result%tables)
+      if (self%result%tables(i)%name == name) return
+    end do
+    !$omp critical (texts_of_gestell)
+    call list_tasks_of(name, tasks)
+    if (tasks /= "") tasks = ": the task " // tasks // " computes it"
+    call fatal_error(error, "there is no table '" // shown(name) // "'" // tasks, wrong_usage)
+    !$omp end critical (texts_of_gestell)
+  end subroutine find_table
 
 end module gestell_api_solution

@@ -13,8 +13,9 @@ module gestell_api_c_machine
   implicit none (type, external)
   private
 
-  public :: add_groups, count_values, delete_error, delete_machine, error_text, get_input, get_values, get_version, new_error, &
-    & new_machine, parse_text, read_file, set_number, set_text, size_input, solve_machine, solve_many
+  public :: add_groups, copy_machine, count_values, delete_error, delete_machine, error_text, get_input, get_parameters, &
+    & get_values, get_version, new_error, new_machine, parse_named_text, parse_text, read_file, remove_groups, set_number, &
+    & set_text, size_input, size_parameters, solve_machine, solve_many
 
 contains
 
@@ -85,6 +86,26 @@ contains
     handle = c_null_ptr
   end subroutine delete_machine
 
+  !> Creates a copy of a machine. `copy` receives the handle of the copy, or null after an error.
+  integer(c_int) function copy_machine(handle, copy, failure) result(code) bind(c, name="gestell_copy_machine")
+    type(c_ptr), value :: handle, failure
+    type(c_ptr), intent(out), optional :: copy
+    type(machine_type), pointer :: machine, second
+    type(error_type), allocatable :: error
+
+    if (.not. present(copy)) then
+      call report_null_pointer("the pointer for the copy", error)
+    else
+      copy = c_null_ptr
+      call find_machine(handle, machine, error)
+      if (.not. allocated(error)) then
+        allocate(second, source=machine)
+        copy = c_loc(second)
+      end if
+    end if
+    code = code_of(error, failure)
+  end function copy_machine
+
   !> Reads an input file into the machine.
   integer(c_int) function read_file(handle, file, failure) result(code) bind(c, name="gestell_read")
     type(c_ptr), value :: handle, file, failure
@@ -109,6 +130,19 @@ contains
     code = code_of(error, failure)
   end function parse_text
 
+  !> Reads the machine from `text`, which messages call `name`.
+  integer(c_int) function parse_named_text(handle, text, name, failure) result(code) bind(c, name="gestell_parse_named")
+    type(c_ptr), value :: handle, text, name, failure
+    type(machine_type), pointer :: machine
+    character(len=:), allocatable :: input, file
+    type(error_type), allocatable :: error
+
+    call find_machine_and_text(handle, machine, text, "the text", input, error)
+    if (.not. allocated(error)) call find_machine_and_text(handle, machine, name, "the name", file, error)
+    if (.not. allocated(error)) call machine%parse(input, error, file)
+    code = code_of(error, failure)
+  end function parse_named_text
+
   !> Adds the groups in `text`, such as "&joint ... /", to the machine.
   integer(c_int) function add_groups(handle, text, failure) result(code) bind(c, name="gestell_add")
     type(c_ptr), value :: handle, text, failure
@@ -120,6 +154,18 @@ contains
     if (.not. allocated(error)) call machine%add(groups, error)
     code = code_of(error, failure)
   end function add_groups
+
+  !> Removes the groups that the text at `path`, such as "support(2)", denotes.
+  integer(c_int) function remove_groups(handle, path, failure) result(code) bind(c, name="gestell_remove")
+    type(c_ptr), value :: handle, path, failure
+    type(machine_type), pointer :: machine
+    character(len=:), allocatable :: name
+    type(error_type), allocatable :: error
+
+    call find_machine_and_text(handle, machine, path, "the path", name, error)
+    if (.not. allocated(error)) call machine%remove(name, error)
+    code = code_of(error, failure)
+  end function remove_groups
 
   !> Sets the value at `path`, such as "drive.speed_rpm", to `number`.
   integer(c_int) function set_number(handle, path, number, failure) result(code) bind(c, name="gestell_set")
@@ -187,6 +233,46 @@ contains
     if (.not. allocated(error)) call machine%get(name, values, error)
     if (.not. allocated(values)) allocate(values(0))
   end subroutine find_values
+
+  !> Returns in `size` the length in bytes, with the terminating zero, of the list of parameters (see `find_parameters`).
+  integer(c_int) function size_parameters(handle, path, size, failure) result(code) bind(c, name="gestell_size_parameters")
+    type(c_ptr), value :: handle, path, failure
+    integer(c_int), intent(out), optional :: size
+    character(len=:), allocatable :: words
+    type(error_type), allocatable :: error
+
+    call find_parameters(handle, path, words, error)
+    call return_count(len(words) + 1, error, size)
+    code = code_of(error, failure)
+  end function size_parameters
+
+  !> Copies the list of parameters (see `find_parameters`) to `place`, for which C provides `size` bytes.
+  integer(c_int) function get_parameters(handle, path, size, place, failure) result(code) bind(c, name="gestell_get_parameters")
+    type(c_ptr), value :: handle, path, place, failure
+    integer(c_int), value :: size
+    character(len=:), allocatable :: words
+    type(error_type), allocatable :: error
+
+    call find_parameters(handle, path, words, error)
+    if (.not. allocated(error)) call return_text(words, size, place, error)
+    code = code_of(error, failure)
+  end function get_parameters
+
+  !> Returns in JSON the values that `path` denotes or, if `path` is null, all values of the input. After an error the text is
+  !> empty.
+  subroutine find_parameters(handle, path, words, error)
+    type(c_ptr), intent(in) :: handle, path
+    character(len=:), allocatable, intent(out) :: words
+    type(error_type), allocatable, intent(out) :: error
+    type(machine_type), pointer :: machine
+    character(len=:), allocatable :: name
+
+    call find_machine(handle, machine, error)
+    if (c_associated(path)) call copy_text(path, name)
+    ! `name` is unallocated if C passed no path, which makes the argument absent
+    if (.not. allocated(error)) call machine%parameters(words, error, name)
+    if (.not. allocated(words)) words = ""
+  end subroutine find_parameters
 
   !> Returns in `size` the length in bytes, with the terminating zero, of the machine's input.
   integer(c_int) function size_input(handle, size, failure) result(code) bind(c, name="gestell_size_input")

@@ -225,10 +225,8 @@ contains
     nullify(table)
     call find_solution_and_name(handle, pointer, "the name of the table", solution, name, error)
     if (allocated(error)) return
-    do i = 1, size(solution%result%tables)
-      if (solution%result%tables(i)%name == name) table => solution%result%tables(i)
-    end do
-    if (.not. associated(table)) call fatal_error(error, "there is no table '" // name // "'", wrong_usage)
+    call solution%find_table(name, i, error)
+    if (.not. allocated(error)) table => solution%result%tables(i)
   end subroutine find_table
 
 end module gestell_api_c_tables

@@ -8,7 +8,7 @@ module gestell_input_namelist_edit
   implicit none (type, external)
   private
 
-  public :: set_entry, spell_entry, with_doubled_quotes
+  public :: remove_group, set_entry, spell_entry, with_doubled_quotes
 
   character, parameter :: newline = new_line("a")
 
@@ -77,9 +77,9 @@ contains
     character(len=*), intent(in) :: remark
     integer, allocatable :: first(:), last(:)
     character(len=:), allocatable :: comma, words
-    integer :: i, at, ending
+    integer :: i, at, beginning, ending
 
-    call find_entries(text, group, entry%key, first, last, ending)
+    call find_entries(text, group, entry%key, first, last, beginning, ending)
     do i = size(first), 2, -1
       call remove_comma(text, last(i) + 1)
       text = text(:first(i) - 1) // text(last(i) + 1:)
@@ -101,6 +101,25 @@ contains
     text = text(:at - 1) // comma // remark // text(at:)
   end subroutine set_entry
 
+  !> Removes a group from the text, and its line if nothing else stands there.
+  pure subroutine remove_group(text, group)
+    !> Content of an input file, which must have correct syntax
+    character(len=:), allocatable, intent(inout) :: text
+    !> Index of the group among all groups of the text, counted from 1
+    integer, intent(in) :: group
+    integer, allocatable :: unused_first(:), unused_last(:)
+    integer :: first, last, line_start, line_end
+
+    call find_entries(text, group, "", unused_first, unused_last, first, last)
+    line_start = index(text(:first - 1), newline, back=.true.) + 1
+    line_end = last + index(text(last + 1:) // newline, newline)
+    if (text(line_start:first - 1) == "" .and. text(last + 1:line_end - 1) == "") then
+      first = line_start
+      last = line_end
+    end if
+    text = text(:first - 1) // text(min(last, len(text)) + 1:)
+  end subroutine remove_group
+
   !> Removes the next comma, starting at position `from`, unless something other than blanks and line breaks precedes it.
   pure subroutine remove_comma(text, from)
     character(len=:), allocatable, intent(inout) :: text
@@ -113,12 +132,12 @@ contains
   end subroutine remove_comma
 
   !> Finds the entries of a key in a group and returns the positions of their first and last characters, without trailing commas.
-  !> `ending`: position of the end of the group.
-  pure subroutine find_entries(text, group, key, first, last, ending)
+  !> `beginning` and `ending`: positions of the & and of the / of the group.
+  pure subroutine find_entries(text, group, key, first, last, beginning, ending)
     character(len=*), intent(in) :: text, key
     integer, intent(in) :: group
     integer, allocatable, intent(out) :: first(:), last(:)
-    integer, intent(out) :: ending
+    integer, intent(out) :: beginning, ending
     type(scanner_type) :: scanner
     type(token_type) :: token
     integer :: number, start, behind, value_end
@@ -130,6 +149,7 @@ contains
     inside = .false.
     is_this_key = .false.
     value_end = 0
+    beginning = 1
     ending = len(text) + 1
     do
       call skip_blanks(scanner)
@@ -139,6 +159,7 @@ contains
       if (token%kind == end_of_text) return
       if (token%kind == mark .and. token%text == "&" .and. .not. inside) then
         number = number + 1
+        if (number == group) beginning = start
         inside = .true.
         call next_token(scanner, token)
         cycle

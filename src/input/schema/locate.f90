@@ -12,7 +12,7 @@ module gestell_input_schema_locate
   implicit none (type, external)
   private
 
-  public :: find_target
+  public :: find_groups, find_target
 
   !> The part of a document that a path denotes
   type, public :: target_type
@@ -74,6 +74,39 @@ contains
     if (reason == "") call choose_groups(doc, path, schema%groups(group)%repeatable, target%groups, reason)
     if (reason /= "") call fatal_error(error, prefix // reason, invalid_input)
   end subroutine find_target
+
+  !> Finds the groups that a path without key denotes, such as support(2) or probe. Fails if the path is malformed or denotes no
+  !> group.
+  pure subroutine find_groups(doc, schema, text, groups, error)
+    !> Normalised document (see `normalise`)
+    type(document_type), intent(in) :: doc
+    type(schema_type), intent(in) :: schema
+    character(len=*), intent(in) :: text
+    !> Indices of the groups in the document, in ascending order
+    integer, allocatable, intent(out) :: groups(:)
+    type(error_type), allocatable, intent(out) :: error
+    character(len=*), parameter :: some_key = "key"
+    type(path_type) :: path
+    character(len=:), allocatable :: reason
+    integer :: group
+
+    call read_path(trim(adjustl(text)) // "." // some_key, path, reason)
+    if (reason == "") then
+      if (path%key /= some_key) reason = "the path"
+    end if
+    if (reason /= "") then
+      call fatal_error(error, shown(text) // ": the path must be GROUP or GROUP(NAME), such as support(2)", wrong_usage)
+      return
+    end if
+    group = find_group_rule(schema, path%group)
+    if (group == 0) then
+      reason = unknown_group(path%group, schema)
+    else
+      call choose_groups(doc, path, schema%groups(group)%repeatable, groups, reason)
+      if (reason == "" .and. size(groups) == 0) reason = "the input has no &" // path%group
+    end if
+    if (reason /= "") call fatal_error(error, shown(text) // ": " // reason, invalid_input)
+  end subroutine find_groups
 
   !> Selects the groups that a path denotes: one group by its name or number, or all groups. If this fails, `reason` says why;
   !> otherwise `reason` is empty.

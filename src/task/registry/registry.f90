@@ -15,7 +15,7 @@ module gestell_task_registry
   implicit none (type, external)
   private
 
-  public :: all_tables, all_tasks, input_schema, requests_any, read_configuration, read_input
+  public :: all_tables, all_tasks, input_schema, list_tasks_of, requests_any, read_configuration, read_input
 
   interface
     !> Creates the list of all tasks, with their names, tables and other constant components (src/task/registry/list.f90).
@@ -78,6 +78,23 @@ contains
     end do
     names = pack(names, [(all(names(:i - 1) /= names(i)), i = 1, size(names))])
   end function all_tables
+
+  !> Returns the names of the tasks that compute a table, as in "'modes' or 'stability'"; empty if there are none.
+  subroutine list_tasks_of(table, list)
+    character(len=*), intent(in) :: table
+    character(len=:), allocatable, intent(out) :: list
+    type(any_task_type), allocatable :: tasks(:)
+    integer :: i
+
+    call all_tasks(tasks)
+    list = ""
+    do i = 1, size(tasks)
+      if (.not. allocated(tasks(i)%task%tables)) cycle
+      if (.not. any(tasks(i)%task%tables == table)) cycle
+      if (list /= "") list = list // " or "
+      list = list // "'" // trim(tasks(i)%task%name) // "'"
+    end do
+  end subroutine list_tasks_of
 
   !> Schema of the input file, with the groups of all tasks.
   function input_schema() result(schema)
