@@ -1,7 +1,6 @@
 """Loads the shared library and calls its C functions (gestell.h)."""
 from __future__ import annotations
 
-import collections
 import ctypes
 import os
 import sys
@@ -46,11 +45,11 @@ _SIGNATURES = {
 }
 _LONGEST_MESSAGE = 4096
 
-# The library handles text in one thread at a time, and without OpenMP it has no lock of its own. The garbage collector may run in
-# any thread at any moment, also in the thread that holds this lock. Therefore the lock is reentrant, and deleting never waits for
-# it: handles to delete are queued.
-_lock = threading.RLock()
-_dropped: collections.deque = collections.deque()
+# With OpenMP, any number of threads may be in the library at the same time; it locks what only one of them may do. Without OpenMP they
+# call it one after another, and each keeps `_gate` during its call. A process does not fork while a thread is in the library, because
+# the child would inherit locks that nobody releases.
+_gate = threading.Condition()
+_calls = 0
 
 
 class Error(Exception):
@@ -75,6 +74,7 @@ def _open() -> ctypes.CDLL:
 
 
 _library = _open()
+_has_openmp = hasattr(_library, "omp_set_num_threads")
 # All functions that return an error code, by their names without the prefix gestell_.
 functions = SimpleNamespace(**{name: getattr(_library, "gestell_" + name) for name in _SIGNATURES})
 for _name, _arguments in _SIGNATURES.items():
@@ -90,13 +90,21 @@ for _deleter in _deleters.values():
 _errors: list = []
 
 
+class Handle(c_void_p):
+    """A machine or solution of the library. Two threads that use the same one take turns."""
+
+    def __init__(self, address: int | None = None):
+        super().__init__(address)
+        self.lock = threading.RLock()
+
+
 def call(function, *arguments) -> None:
     """Calls one of `functions` and raises the error that it reports."""
     try:
         error = _errors.pop()
     except IndexError:
-        error = c_void_p(_locked(_library.gestell_new_error))
-    code = _locked(function, *arguments, error)
+        error = c_void_p(_library.gestell_new_error())
+    code = _entered(function, *arguments, error)
     message = b""
     if code != 0:
         place = ctypes.create_string_buffer(_LONGEST_MESSAGE)
@@ -107,45 +115,47 @@ def call(function, *arguments) -> None:
         raise Error(message.decode("utf-8", "replace"), code)
 
 
-def _locked(function, *arguments):
-    """Calls a function of the library in one thread at a time and returns its result."""
-    with _lock:
-        result = function(*arguments)
-    _delete_dropped()
-    return result
+def _entered(function, handle, *arguments):
+    """Calls a function of the library and returns its result."""
+    global _calls
+    with _gate:
+        if not _has_openmp:
+            return function(handle, *arguments)
+        _calls += 1
+    try:
+        with handle.lock:
+            return function(handle, *arguments)
+    finally:
+        with _gate:
+            _calls -= 1
+            _gate.notify_all()
 
 
-def new_machine() -> c_void_p:
-    return c_void_p(_locked(_library.gestell_new_machine))
+def new_machine() -> Handle:
+    return Handle(_library.gestell_new_machine())
 
 
-def delete(what: str, handle: c_void_p) -> None:
-    """Deletes a handle: at once, or when the thread that is in the library returns from it."""
-    _dropped.append((what, handle))
-    _delete_dropped()
+def delete(what: str, handle: Handle) -> None:
+    """Deletes a handle. The garbage collector may call this in any thread at any moment, so it must not wait for other calls."""
+    _deleters[what](byref(handle))
 
 
-def _delete_dropped() -> None:
-    # The thread that holds the lock calls this function after releasing it, so no handle is left in the queue.
-    while _dropped and _lock.acquire(blocking=False):
-        try:
-            what, handle = _dropped.popleft()
-            _deleters[what](byref(handle))
-        except IndexError:
-            pass
-        finally:
-            _lock.release()
+def _wait_for_calls() -> None:
+    """Waits until no thread is in the library, and keeps others out."""
+    _gate.acquire()
+    while _calls:
+        _gate.wait()
 
 
 def _go_on_alone() -> None:
     """Restricts a child of fork to one thread, because OpenMP threads of the parent do not survive fork."""
-    _lock.release()
-    if hasattr(_library, "omp_set_num_threads"):
+    _gate.release()
+    if _has_openmp:
         _library.omp_set_num_threads(1)
 
 
 if hasattr(os, "register_at_fork"):
-    os.register_at_fork(before=_lock.acquire, after_in_parent=_lock.release, after_in_child=_go_on_alone)
+    os.register_at_fork(before=_wait_for_calls, after_in_parent=_gate.release, after_in_child=_go_on_alone)
 
 
 def encoded(text: str) -> bytes:

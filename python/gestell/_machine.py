@@ -5,13 +5,13 @@ import json
 import os
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from ctypes import byref, c_int, c_void_p, create_string_buffer
+from ctypes import byref, c_int, create_string_buffer
 from typing import Any
 
 import numpy
 from numpy.typing import ArrayLike
 
-from ._library import Error, call, decoded, delete, encoded, encoded_path, functions, new_machine
+from ._library import Error, Handle, call, decoded, delete, encoded, encoded_path, functions, new_machine
 from ._many import sweep
 from ._solution import Solution
 from ._table import Grid
@@ -170,7 +170,7 @@ class Machine:
         >>> machine.copy({"drive.speed_rpm": 300})["drive.speed_rpm"], machine["drive.speed_rpm"]
         (300.0, 240.0)
         """
-        handle = c_void_p()
+        handle = Handle()
         call(functions.copy_machine, self._handle, byref(handle))
         copy = object.__new__(type(self))
         copy._handle, copy._name = handle, self._name
@@ -203,7 +203,7 @@ class Machine:
         """
         if tasks is not None and not isinstance(tasks, str):
             tasks = ", ".join(tasks)
-        handle = c_void_p()
+        handle = Handle()
         call(functions.solve, self._handle, None if tasks is None else encoded(tasks), byref(handle))
         return Solution(handle, self._name)
 

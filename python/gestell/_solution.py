@@ -7,7 +7,7 @@ import html
 import json
 import os
 import tempfile
-from ctypes import byref, c_int, c_void_p
+from ctypes import byref, c_int
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -16,7 +16,7 @@ import numpy
 from numpy.typing import NDArray
 
 from ._array import Array, Value
-from ._library import Error, call, decoded, delete, encoded, encoded_path, functions
+from ._library import Error, Handle, call, decoded, delete, encoded, encoded_path, functions
 from ._table import Table
 
 _LONGEST_NAME = 256
@@ -79,7 +79,7 @@ class Solution:
     [20.26 32.05 52.49] Hz
     """
 
-    def __init__(self, handle: c_void_p | None, name: bytes, pickled: dict[str, Any] | None = None):
+    def __init__(self, handle: Handle | None, name: bytes, pickled: dict[str, Any] | None = None):
         self._solved = handle
         self._name = name
         self._pickled = pickled or {}
@@ -89,7 +89,7 @@ class Solution:
             delete("solution", self._handle)
 
     @property
-    def _handle(self) -> c_void_p:
+    def _handle(self) -> Handle:
         if self._solved is None:
             from ._machine import restored
             again = restored(self._pickled["input"], self._name).solve()

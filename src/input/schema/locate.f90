@@ -100,7 +100,7 @@ contains
     end if
     group = find_group_rule(schema, path%group)
     if (group == 0) then
-      reason = unknown_group(path%group, schema)
+      call unknown_group(path%group, schema, reason)
     else
       call choose_groups(doc, path, schema%groups(group)%repeatable, groups, reason)
       if (reason == "" .and. size(groups) == 0) reason = "the input has no &" // path%group
