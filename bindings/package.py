@@ -77,6 +77,13 @@ def removed():
         machine = gestell.Machine(FILE)
         refused(f"remove {groups!r}", code, words, lambda groups=groups: machine.remove(groups))
         check(f"after removing {groups!r}", machine.text == text)
+    machine = gestell.Machine(FILE).add("probe", name="P", position=[0, 0]).remove("drive")
+    refused("a group that is missing", 2, "&drive is missing", lambda: machine.solve("stability"))
+    check("a group is added again", machine.add("drive", speed_rpm=250).solve("stability").verdict == "stable", machine.text)
+    file = tests.INPUTS / "response.csv"
+    file.write_text(text)
+    solution = gestell.Machine(file).remove("support(2)").solve("response")
+    refused("results in place of the input", 1, "response.csv: the results would replace the input", lambda: solution.write(tests.INPUTS))
     alone = gestell.Machine().add("frame", mass=1)
     refused("the last group", 2, "no other group", lambda: alone.remove("frame"))
     check("stays", alone["frame.mass"] == 1)
