@@ -130,15 +130,13 @@ def _block(base: Machine, axes: dict[str, NDArray[Any]], block: tuple[slice, ...
            columns: Sequence[str] | None, options: dict[str, Any]) -> Machine:
     """The machine that sweeps one part of a grid."""
     machine = base.copy()
-    further = dict(options)
     if columns is not None:
-        further["columns"] = columns
+        options = {**options, "columns": columns}
     for (path, axis), part in zip(axes.items(), block):
         if path not in inner:
             machine[path] = axis[part.start].item()
             continue
         values = axis[part]
         machine.add("sweep", parameter=path, from_=values[0], to=values[-1], count=len(values), spacing=spacings[path] or "linear",
-                    **further)
-        further = {}
+                    **options)
     return machine
