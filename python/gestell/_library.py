@@ -137,11 +137,16 @@ def _delete_dropped() -> None:
             _lock.release()
 
 
+def use_one_core() -> None:
+    """Restricts calls of this thread to one core."""
+    if hasattr(_library, "omp_set_num_threads"):
+        _library.omp_set_num_threads(1)
+
+
 def _go_on_alone() -> None:
     """Restricts a child of fork to one thread, because OpenMP threads of the parent do not survive fork."""
     _lock.release()
-    if hasattr(_library, "omp_set_num_threads"):
-        _library.omp_set_num_threads(1)
+    use_one_core()
 
 
 if hasattr(os, "register_at_fork"):
