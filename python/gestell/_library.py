@@ -147,11 +147,16 @@ def _wait_for_calls() -> None:
         _gate.wait()
 
 
+def use_one_core() -> None:
+    """Restricts calls of this thread to one core."""
+    if _has_openmp:
+        _library.omp_set_num_threads(1)
+
+
 def _go_on_alone() -> None:
     """Restricts a child of fork to one thread, because OpenMP threads of the parent do not survive fork."""
     _gate.release()
-    if _has_openmp:
-        _library.omp_set_num_threads(1)
+    use_one_core()
 
 
 if hasattr(os, "register_at_fork"):

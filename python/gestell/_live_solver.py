@@ -26,8 +26,8 @@ CURVES = {"m": ("Displacement of the frame", 1e3, "mm"), "rad": ("Rotation of th
 
 
 def solve(text: str, changes: list, name: str = "text") -> dict:
-    """The machine with the changes, a list of paths and values as text: its input, its parameters, its page and its curves. Messages
-    call the text by its name.
+    """The machine with the changes, a list of paths and values as text: its input, its parameters, its page and its curves.
+    Messages call the text by its name.
 
     Raises gestell.Error if the machine cannot be solved.
     """

@@ -66,8 +66,8 @@ class Machine:
     def add(self, group: str, **values: Any) -> Machine:
         """Adds a group of the input and returns the machine.
 
-        An underscore at the end of a key is ignored, because `from` is a word of Python. Missing groups and keys are reported when the
-        machine is solved.
+        An underscore at the end of a key is ignored, because `from` is a word of Python. Missing groups and keys are reported when
+        the machine is solved.
 
         >>> machine = gestell.Machine()
         >>> machine.add("joint", name="B", type="RRR", ends=["A", "B0"], lengths=[0.37, 0.16])
@@ -208,10 +208,11 @@ class Machine:
         return Solution(handle, self._name)
 
     def sweep(self, values: Mapping[str, ArrayLike], columns: Sequence[str] | None = None, **options: Any) -> Grid:
-        """Solves the machine at all combinations of values, on all cores, by the task `sweep`. Groups &sweep of the input are ignored.
+        """Solves the machine at all combinations of values, on all cores, by the task `sweep`. Groups &sweep of the input are
+        ignored.
 
-        `values`: for each path its values: numbers or, except for one path at least, words. Of equally spaced numbers, linear or
-        logarithmic, of one or two paths many are computed at once. `columns` and `options`: results and other keys of &sweep
+        `values`: for each path its values. At least one path must denote a real number; others may denote words or whole numbers.
+        Equally spaced numbers, linear or logarithmic, are fastest. `columns` and `options`: results and other keys of &sweep
         (doc/input.md), such as measures=["peak", "rms"].
 
         >>> machine = gestell.Machine("data/khang_four_bar.nml")

@@ -11,7 +11,7 @@ import numpy
 from numpy.typing import ArrayLike, NDArray
 
 from ._array import Array
-from ._library import Error
+from ._library import Error, use_one_core
 from ._solution import Solution
 from ._table import Grid
 
@@ -22,8 +22,6 @@ if TYPE_CHECKING:
 _ROUNDING = 1e-13
 # The library varies so many parameters in one sweep.
 _MOST_RANGES = 2
-# A sweep of so many points occupies all cores alone.
-_ENOUGH_POINTS = 100
 
 
 @overload
@@ -40,7 +38,8 @@ def solve_many(machines: Iterable[Machine], tasks: str | Sequence[str] | None = 
                errors: str = "raise") -> Any:
     """Solves machines in threads, by default one for each core, and returns their solutions in the order of the machines.
 
-    If `errors` is "return", the list contains the `gestell.Error` of each machine that cannot be solved.
+    Each of several threads uses one core; if `threads` is 1, the sweep of a machine uses all. If `errors` is "return", the list
+    contains the `gestell.Error` of each machine that cannot be solved.
 
     >>> machine = gestell.Machine("data/khang_four_bar.nml")
     >>> machines = [machine.copy({"drive.speed_rpm": speed}) for speed in (200, 300)]
@@ -58,7 +57,9 @@ def solve_many(machines: Iterable[Machine], tasks: str | Sequence[str] | None = 
                 raise
             return error
 
-    with ThreadPoolExecutor(threads or _cores()) as pool:
+    if threads == 1:
+        return [solve(machine) for machine in machines]
+    with ThreadPoolExecutor(threads or _cores(), initializer=use_one_core) as pool:
         return list(pool.map(solve, machines))
 
 
@@ -83,7 +84,8 @@ def sweep(machine: Machine, values: Mapping[str, ArrayLike], columns: Sequence[s
     blocks = list(itertools.product(*parts))
     machines = (_block(base, axes, block, inner, spacings, columns, options) for block in blocks)
     points = max(int(numpy.prod([part.stop - part.start for part in block])) for block in blocks)
-    solutions = solve_many(machines, "sweep", threads=1 if points >= _ENOUGH_POINTS else None)
+    # many small sweeps side by side, or few large ones on all cores one after the other
+    solutions = solve_many(machines, "sweep", threads=None if len(blocks) > points else 1)
     tables = [solution.table("sweep") for solution in solutions]
     shape = tuple(map(len, axes.values()))
 

@@ -286,7 +286,8 @@ class Solution:
         parts = [f"<p><b>{html.escape(self.verdict)}</b></p>"] if self.verdict else []
         try:
             rho = self.multipliers
-            parts.append(Table("multipliers", {"multiplier": rho, "abs": abs(rho), "error": numpy.asarray(rho.error)})._repr_html_())
+            columns = {"multiplier": rho, "abs": abs(rho), "error": numpy.asarray(rho.error)}
+            parts.append(Table("multipliers", columns)._repr_html_())
         except Error:
             pass
         parts.append("<p>tables: " + ", ".join(html.escape(name) for name in self.tables) + "</p>")
