@@ -17,6 +17,7 @@ bootstrap() {
   # browser print that they are skipped.
   if [ "${CI:-}" = true ] && [ "$(id -u)" = 0 ] && command -v apt-get >/dev/null; then
     FPM_FC='' ./bootstrap --with gnuplot || echo 'no gnuplot'
+    command -v gfortran-11 >/dev/null || { apt-get update && apt-get install -y --no-install-recommends gfortran-11; } || echo 'no gfortran-11'
     command -v chromium >/dev/null || { apt-get update && apt-get install -y --no-install-recommends chromium; } || echo 'no chromium'
   fi
   # .ci/gfortran needs a compiler, which bootstrap installs for users who name none.
@@ -153,6 +154,20 @@ population-exact() { run_linked validation population 21 306 exact; }
 designs() { python3 validation/designs/designs.py "$program" 6 4711; }
 borders() { run_linked validation symmetric_borders 4 1 100; }
 extremes() { run_linked validation extremes; }
+
+# ---- other compilers and packages
+
+# The library with gfortran 11, the oldest compiler: without optimisation, in one and a half minutes of two processors
+compilers() {
+  if ! command -v gfortran-11 >/dev/null; then
+    echo 'skipped: gfortran-11 is missing (apt-get install gfortran-11)'
+    return
+  fi
+  ./bootstrap python3 validation/compilers/compilers.py --quick "$program" "$logs/compilers" gfortran-11
+}
+
+# The registry of fpm would accept the package.
+fpm-package() { ./bootstrap bash packaging/fpm.sh --dry-run --token none | grep -F 'Dry run successful'; }
 
 # ---- checks of the sources' text
 

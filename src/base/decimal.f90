@@ -2,12 +2,15 @@
 !> numbers.
 module gestell_base_decimal
   use gestell_base_kinds, only: dp
-  use, intrinsic :: iso_fortran_env, only: int64, qp => real128
+  use, intrinsic :: iso_fortran_env, only: int64, real128
   implicit none (type, external)
   private
 
   public :: find_digits, round_to_digits, round_to_places
 
+  !> Quadruple precision, which the tables below need. flang 22 for Debian does not have it: then no rounding is certain.
+  logical, parameter :: has_quadruple = real128 > 0
+  integer, parameter :: qp = merge(real128, dp, has_quadruple)
   !> Kind of an integer with 128 bits.
   integer, parameter :: wide = selected_int_kind(38)
 
@@ -17,9 +20,11 @@ module gestell_base_decimal
   integer, parameter :: max_binary_exponent = 990
   !> Index for the implied do loops in the constants below.
   integer :: i
+  !> Powers of ten in quadruple precision, otherwise ones
+  real(qp), parameter :: decade(-300:320) = [(10.0_qp**merge(i, 0, has_quadruple), i = -300, 320)]
   !> Powers of ten: 10^i is power(i) * 2^power_of_two(i), where power(i) is truncated to 74 bits.
-  integer(wide), parameter :: power(-300:320) = [(int(scale(10.0_qp**i, 74 - exponent(10.0_qp**i)), wide), i = -300, 320)]
-  integer, parameter :: power_of_two(-300:320) = [(exponent(10.0_qp**i) - 74, i = -300, 320)]
+  integer(wide), parameter :: power(-300:320) = int(scale(decade, 74 - exponent(decade)), wide)
+  integer, parameter :: power_of_two(-300:320) = exponent(decade) - 74
   integer(int64), parameter :: ten(0:all_digits) = [(10_int64**i, i = 0, all_digits)]
 
 contains
@@ -100,7 +105,7 @@ contains
     exponent = 0
     decided = bits == 0
     binary = int(iand(shiftr(bits, 52), 2047_int64)) - 1075
-    if (abs(binary + 52) >= max_binary_exponent) return
+    if (abs(binary + 52) >= max_binary_exponent .or. .not. has_quadruple) return
     bits = ior(iand(bits, hidden_bit - 1), hidden_bit)
     ! this estimate is the true exponent or one less
     exponent = floor((binary + 52) * decades_of_two)

@@ -36,7 +36,7 @@ module gestell_base_verdict
     procedure :: sentence
   end type judgement_type
   !> Stands for the absence of a verdict.
-  type(judgement_type), parameter, public :: unjudged = judgement_type()
+  type(judgement_type), parameter, public :: unjudged = judgement_type(not_judged)
 
   integer, parameter, public :: verdict_length = 10
   character(len=*), parameter :: words(0:7) = [character(len=verdict_length) :: "", "stable", "undamped", "undecided", "unstable", &

@@ -70,7 +70,7 @@ contains
 
   !> Creates a measure of the quantity `name`. The mechanism is not evaluated, so it need not be possible to assemble it. Fails if
   !> the quantity does not exist or cannot be measured in a band.
-  pure subroutine new_measure(frame, probes, name, kind, measure, error)
+  subroutine new_measure(frame, probes, name, kind, measure, error)
     !> The frame whose quantity is measured
     class(frame_type), intent(in) :: frame
     !> Probes that `name` may refer to
@@ -101,7 +101,7 @@ contains
 
   !> Number of rows of the motion (gestell_model_quantity_rows) that are required to compute the measures. Fails in the same cases
   !> as `new_measure`.
-  pure subroutine rows_of(frame, probes, measures, rows, error)
+  subroutine rows_of(frame, probes, measures, rows, error)
     class(frame_type), intent(in) :: frame
     type(probe_type), intent(in) :: probes(:)
     type(measure_type), intent(in) :: measures(:)

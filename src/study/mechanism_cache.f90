@@ -30,7 +30,7 @@ contains
   end subroutine cache_mechanism
 
   !> Exchanges the mechanisms of two frames. The mechanisms must be equal except for their tables.
-  pure subroutine swap_mechanisms(one, other)
+  subroutine swap_mechanisms(one, other)
     class(frame_type), intent(inout) :: one, other
     class(mechanism_type), allocatable :: own
 

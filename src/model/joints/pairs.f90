@@ -19,7 +19,7 @@ module gestell_model_joints_pairs
     !> `kind`: see the constants above. `body`: number of the new body. `joint`: joint at which the force acts
     integer :: kind = pin, body = 1, joint = 0
     !> `slide`, `thrust`: the guide. `slot`: the line of the slot. `contact`: the line that is fixed to the cam
-    type(guide_type) :: guide
+    type(guide_type) :: guide = guide_type()
     !> `slot`: number of the new body that has the slot. The block is a point of its pin; its axis is that of the slot
     integer :: against = 0
   end type pair_type

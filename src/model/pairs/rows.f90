@@ -46,7 +46,7 @@ module gestell_model_pairs_rows
 contains
 
   !> Finds the bodies and pairs of all mechanisms of a frame. Fails if a mechanism is no linkage or its forces are not determined.
-  pure subroutine find_machine_pairs(frame, pairs, error)
+  subroutine find_machine_pairs(frame, pairs, error)
     class(frame_type), intent(in) :: frame
     type(plane_pairs_type), allocatable, intent(out) :: pairs(:)
     type(error_type), allocatable, intent(out) :: error
@@ -69,7 +69,7 @@ contains
   end subroutine find_machine_pairs
 
   !> Number of rows that the joint forces of a frame need; 0 if they are not determined.
-  pure integer function joint_rows(frame)
+  integer function joint_rows(frame)
     class(frame_type), intent(in) :: frame
     type(plane_pairs_type), allocatable :: pairs(:)
     type(error_type), allocatable :: error
@@ -81,7 +81,7 @@ contains
   end function joint_rows
 
   !> Copies the linkage that a mechanism is or from which it was tabulated. Fails if it has no linkage.
-  pure recursive subroutine copy_linkage(mechanism, linkage, error)
+  recursive subroutine copy_linkage(mechanism, linkage, error)
     class(mechanism_type), intent(in) :: mechanism
     type(linkage_type), intent(out) :: linkage
     type(error_type), allocatable, intent(out) :: error

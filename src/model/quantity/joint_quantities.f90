@@ -37,7 +37,7 @@ module gestell_model_quantity_joint_quantities
 contains
 
   !> Lists all places at which forces act on the bodies of a machine. Fails if the joint forces are not determined.
-  pure subroutine list_joint_places(frame, places, error)
+  subroutine list_joint_places(frame, places, error)
     class(frame_type), intent(in) :: frame
     type(joint_place_type), allocatable, intent(out) :: places(:)
     type(error_type), allocatable, intent(out) :: error
@@ -112,7 +112,7 @@ contains
   !> Finds the component `part` of the force at `place`: the name of a joint, if exactly two parts meet at its pin, or of one of
   !> `list_joint_places`. At a pin of two parts the force acts on the later one in the list of joints. If there is no such force,
   !> `quantity%weights` is not allocated. Fails if the name of the joint alone does not determine the force.
-  pure subroutine find_joint_force(frame, place, part, quantity, error)
+  subroutine find_joint_force(frame, place, part, quantity, error)
     class(frame_type), intent(in) :: frame
     character(len=*), intent(in) :: place, part
     type(quantity_type), intent(inout) :: quantity

@@ -50,7 +50,7 @@ contains
 
   !> Finds the quantity with the given name, like `find_quantity`, but without checking the frame. Fails if there is no quantity
   !> with this name.
-  pure subroutine look_up_quantity(frame, probes, name, quantity, error)
+  subroutine look_up_quantity(frame, probes, name, quantity, error)
     class(frame_type), intent(in) :: frame
     !> Probes (measuring points) to which the name may refer
     type(probe_type), intent(in) :: probes(:)

@@ -236,7 +236,7 @@ contains
   !> Shaking forces (kg m) and moments (kg m^2) of the mechanisms in `planes`, divided by minus the square of the drive speed,
   !> shape (6, angles). The frame of `space` is at rest. `angles`: drive angles (rad). `about`: reference point of the moments,
   !> relative to the frame's centre of mass F (m).
-  pure function shaking_of_planes(space, planes, about, angles) result(rows)
+  function shaking_of_planes(space, planes, about, angles) result(rows)
     type(space_type), intent(in) :: space
     type(plane_type), intent(in) :: planes(:)
     real(dp), intent(in) :: about(3)
@@ -258,7 +258,7 @@ contains
 
   !> Shaking forces (kg m) and moments (kg m^2) of a single link that moves with the mechanism in its plane, divided by minus the
   !> square of the drive speed, shape (6, angles).
-  pure function shaking_of_link(space, link, about, angles) result(rows)
+  function shaking_of_link(space, link, about, angles) result(rows)
     type(space_type), intent(in) :: space
     type(link_type), intent(in) :: link
     real(dp), intent(in) :: about(3)

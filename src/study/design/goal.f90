@@ -47,7 +47,7 @@ contains
 
   !> Creates a goal from its name and its measure. Fails if the quantity does not exist or does not have this measure. Fails also if
   !> `sag` is requested without gravity.
-  pure subroutine new_goal(frame, probes, name, kind, goal, error)
+  subroutine new_goal(frame, probes, name, kind, goal, error)
     !> The frame whose quantity is a goal
     class(frame_type), intent(in) :: frame
     !> Probes that `name` may refer to

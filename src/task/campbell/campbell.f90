@@ -92,7 +92,7 @@ contains
     class(executor_type), intent(inout), optional :: executor
     type(speeds_type) :: work
     type(campbell_point_type), allocatable :: solved_points(:)
-    type(campbell_point_type) :: point, last
+    type(campbell_point_type) :: point, last, unsolved
     real(dp), allocatable :: missing_speeds(:)
     integer :: i
 
@@ -115,7 +115,7 @@ contains
       ! still missing.
       campbell = campbell_type(points=[campbell_point_type ::], free=[integer ::])
       missing_speeds = [real(dp) ::]
-      last = campbell_point_type()
+      last = unsolved
       do i = 1, size(speeds)
         point = solved_points(i)
         call record_solution(point, campbell)

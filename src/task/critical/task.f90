@@ -91,10 +91,10 @@ contains
     call table%add("half_width", rpm, "half width of the resonance, computed from the damping of the mode", (critical%half_width))
     call table%add("frequency", hertz, "frequency of the mode at the crossing", critical%crossing%at%frequency() / (2 * pi))
     call table%add("damping_ratio", plain, "damping ratio of the mode at the crossing", critical%crossing%at%damping_ratio())
-    call add_peaks(amplitude, "", "amplitude", metre)
+    call add_peaks(table, amplitude, "", "amplitude", metre)
     call table%add("share", plain, "share of the order in the mean square of the vibration at the peak", &
       & shown(amplitude, critical%share))
-    call add_peaks(force, "force_", "force", newton)
+    call add_peaks(table, force, "force_", "force", newton)
     call table%add("verdict", "worse of the verdicts at the peak of the amplitude and at the peak of the force", &
       & critical%verdict%word())
     call table%add("small_motion", "1: the motion at the peaks is small; 0: it is too large for the linearised equations", &
@@ -103,7 +103,8 @@ contains
   contains
 
     !> Adds the columns for the peaks of the quantity `which` to the table.
-    pure subroutine add_peaks(which, prefix, name, unit)
+    pure subroutine add_peaks(table, which, prefix, name, unit)
+      type(table_type), intent(inout) :: table
       integer, intent(in) :: which
       character(len=*), intent(in) :: prefix, name
       type(unit_type), intent(in) :: unit

@@ -96,7 +96,8 @@ contains
       call table%add("angular_frequency", radian_per_s, "natural angular frequency", merge(w, missing, w >= 0))
       call table%add("damping_ratio", plain, "damping ratio of the mode", damping_ratios(frame, size(w)))
       call table%add("crank_speeds", plain, "frequency divided by the crank speed", ratios)
-      table%columns(size(table%columns))%label = "frequency / crank frequency"
+      k = size(table%columns)
+      table%columns(k)%label = "frequency / crank frequency"
       call table%add("order", plain, "nearest order", orders)
       call table%add("resonance", rpm, "crank speed at which this order equals the frequency", w / orders * 30 / pi)
       call table%add("distance", percent, "distance of this speed from the crank speed", 100 * (w / (orders * speed) - 1))

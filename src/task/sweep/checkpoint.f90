@@ -216,7 +216,8 @@ contains
     call check_folder_exists(self, error)
     !$omp end critical (input_and_output)
     if (.not. allocated(error)) then
-      mark = mark_type(self%fingerprint, number)
+      mark%fingerprint = self%fingerprint
+      mark%tile = number
       tile = self%layout%grid%tile(number)
       call write_tile(self%layout, file_of(self, "rows"), self%head, tile, results%values, mark%checksum, error)
     end if

@@ -310,7 +310,7 @@ contains
   end subroutine sample
 
   !> Exchanges the mechanism of a member with the mechanism whose functions are stored. A second call reverses the exchange.
-  pure subroutine exchange(self, system)
+  subroutine exchange(self, system)
     class(sampler_type), intent(inout) :: self
     class(periodic_system), intent(inout) :: system
 
