@@ -59,6 +59,7 @@ static void examine(int job, record *to) {
   gestell_error error = gestell_new_error();
   char speed[64];
   if (gestell_read(machine, inputs[job / kinds], error)) add_message(to, error);
+  gestell_set(machine, "response.points", 36, NULL);
   snprintf(speed, sizeof speed, "%d", 100 + 7 * job);
   switch (job % kinds) {
   case 0: break;
@@ -96,6 +97,7 @@ static int solve_together(void) {
     machines[i] = gestell_new_machine();
     errors[i] = gestell_new_error();
     gestell_read(machines[i], inputs[i], NULL);
+    gestell_set(machines[i], "response.points", 36, NULL);
   }
   gestell_solve_many(count, machines, tasks, 2, solutions, errors);
   for (int i = 0; i < count; i++) {

@@ -11,7 +11,6 @@ module gestell_task_balance
   use gestell_input_schema, only: group_rule, schema_type
   use gestell_model_frame, only: dof_names, frame_type
   use gestell_model_frame_shaking, only: moment_point
-  use gestell_model_quantity_rows, only: guide_forces, velocities
   use gestell_model_space, only: is_rotation
   use gestell_model_linkage, only: linkage_type
   use gestell_output_result, only: result_type
@@ -75,8 +74,7 @@ contains
         & // "needs joints and links: a mechanism given by mass functions has no links that could carry counterweights", error)
     end select
     if (allocated(error) .or. .not. self%requested) return
-    configuration%analysis%rows = max(configuration%analysis%rows, merge(velocities, guide_forces, size(configuration%frame%free) &
-      & == configuration%frame%dofs()))
+    configuration%analysis%rows = max(configuration%analysis%rows, configuration%force_rows())
   end subroutine read_task
 
   !> Plans the variants, computes each one on rigid ground and on its mounts, and adds tables, picture and report to `result`.

@@ -198,6 +198,7 @@ contains
     call with_counterweights(linkage, rigid%bodies, variant%weights, variant%names, other, failure)
     if (.not. allocated(failure)) call read_frame(configuration%document, configuration%units, other, frame, failure)
     options = configuration%analysis
+    options%rows = configuration%force_rows()
     options%all_vibrations = .false.
     options%modes = .false.
     if (.not. allocated(failure)) call analyse(frame, options, configuration%accuracy, analysis, failure)

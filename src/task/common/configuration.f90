@@ -48,7 +48,7 @@ module gestell_task_common_configuration
     !> `read_machine` fails with this error.
     type(error_type), allocatable :: impossible
   contains
-    procedure :: model, speeds, harmonics, turns, request_forces
+    procedure :: model, speeds, harmonics, turns, force_rows, request_forces
   end type configuration_type
 
 contains
@@ -178,13 +178,20 @@ contains
     end associate
   end subroutine read_model
 
-  !> Requests the motion from which all forces on the ground, including those of guides, are computed, because the HTML page
-  !> reports these forces. Does nothing if no vibration is computed.
+  !> Rows of the motion from which all forces on the ground, including those of guides, are computed.
+  pure integer function force_rows(self)
+    class(configuration_type), intent(in) :: self
+
+    force_rows = merge(velocities, guide_forces, size(self%frame%free) == self%frame%dofs())
+  end function force_rows
+
+  !> Requests the rows of the motion for the forces on the ground, because the HTML page reports these forces. Does nothing if no
+  !> vibration is computed.
   pure subroutine request_forces(self)
     class(configuration_type), intent(inout) :: self
 
     if (allocated(self%impossible) .or. .not. self%analysis%vibration()) return
-    self%analysis%rows = max(self%analysis%rows, merge(velocities, guide_forces, size(self%frame%free) == self%frame%dofs()))
+    self%analysis%rows = max(self%analysis%rows, self%force_rows())
   end subroutine request_forces
 
 end module gestell_task_common_configuration

@@ -4,7 +4,6 @@ module gestell_task_forces
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: either, text
   use gestell_model_frame, only: frame_type
-  use gestell_model_quantity_rows, only: guide_forces, velocities
   use gestell_output_report_orders, only: turns_in_words
   use gestell_output_result, only: result_type
   use gestell_output_table, only: new_table, table_type
@@ -47,8 +46,7 @@ contains
     type(configuration_type), intent(inout) :: configuration
     type(error_type), allocatable, intent(out) :: error
 
-    if (self%requested) configuration%analysis%rows = max(configuration%analysis%rows, merge(velocities, guide_forces, &
-      & size(configuration%frame%free) == configuration%frame%dofs()))
+    if (self%requested) configuration%analysis%rows = max(configuration%analysis%rows, configuration%force_rows())
   end subroutine read_forces
 
   !> Computes the forces on the ground, and adds tables, pictures and report to `result`.
