@@ -98,12 +98,16 @@ class Solver:
             if self._latest.get(client, number) > number:
                 return json.dumps({"outdated": True})
             try:
-                return self._ask(json.dumps([text, changes])) or _failure("the computation has ended unexpectedly")
-            except OSError:
-                return _failure("the computation has ended unexpectedly")
+                answer = self._ask(json.dumps([text, changes]))
             except queue.Empty:
                 self.stop()
                 return _failure(f"this machine takes longer than {self._seconds:g} s")
+            except OSError:
+                answer = ""
+            if not answer:
+                # A process that is ending may still take requests, and never answers them.
+                self.stop()
+            return answer or _failure("the computation has ended unexpectedly")
 
     def _ask(self, request: str) -> str:
         """The line that the process answers; empty if it has died."""
