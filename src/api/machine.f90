@@ -22,7 +22,8 @@ module gestell_api_machine
   private
 
   !> A machine as described by an input file (doc/input.md). Paths, keys and units are those of the input and of --set. For example,
-  !> `drive.speed_rpm` is in 1/min, whatever the units of the results. Several threads may solve different machines at the same time.
+  !> `drive.speed_rpm` is in 1/min, whatever the units of the results. Several threads may solve different machines at the same
+  !> time.
   type, public :: machine_type
     private
     !> The machine's input; it contains no groups if no machine has been read yet
