@@ -3,8 +3,8 @@
 
 usage: validation/compilers/compilers.py [OPTION ...] REFERENCE BUILDS [TARGET ...]
 
-REFERENCE: program whose tables count as right; it is built by gfortran 12 and passes all tests. BUILDS: folder for the builds, which
-later runs continue. A target is a compiler of the list below; without a target, all compilers that are installed are used.
+REFERENCE: program whose tables count as right; it is built by gfortran 12 and passes all tests. BUILDS: folder for the builds,
+which later runs continue. A target is a compiler of the list below; without a target, all compilers that are installed are used.
 
 --quick            compile without optimisation and compare four inputs instead of all of data/
 --tests NAME,...   also run these tests of test/cli (names of files without .py), with the programs for this system
@@ -33,7 +33,7 @@ class Target(NamedTuple):
     system: str = "Linux x86-64"
     options: tuple = ()
     cross: str = ""
-    runner: tuple = ()
+    runner: str = ""
 
 
 TARGETS = [
@@ -41,10 +41,15 @@ TARGETS = [
     # flang 19 does not know -fno-openmp, which CMakeLists.txt needs for threads
     Target("flang-new-19", options=("-DGESTELL_OPENMP=OFF",)), Target("flang-20"), Target("flang-21"), Target("flang-22"),
     Target("aarch64-linux-gnu-gfortran", "Linux arm64, in the emulator QEMU", ("-DCMAKE_SYSTEM_NAME=Linux",
-           "-DCMAKE_SYSTEM_PROCESSOR=aarch64"), "aarch64-linux-gnu-", ("qemu-aarch64",)),
+           "-DCMAKE_SYSTEM_PROCESSOR=aarch64"), "aarch64-linux-gnu-", "qemu-aarch64"),
     Target("x86_64-w64-mingw32-gfortran", "Windows x86-64, in Wine", ("-DCMAKE_SYSTEM_NAME=Windows",), "x86_64-w64-mingw32-",
-           ("wine64",)),
+           "wine64"),
 ]
+
+
+def find(tool):
+    """The path of a program; None if it is not installed."""
+    return shutil.which(tool, path=os.environ["PATH"] + ":/usr/lib/wine")
 
 
 def run(log, *command):
@@ -77,15 +82,17 @@ def compile_with(target, folder, lapack, quick):
     if not target.runner:
         return program
     script = folder / "gestell.sh"
-    script.write_text(f"#!/bin/sh\nexec {' '.join(target.runner)} '{program}' \"$@\"\n")
+    # Wine says much on standard error about what a machine without a screen lacks.
+    script.write_text(f"#!/bin/sh\nWINEDEBUG=-all exec {find(target.runner)} '{program}' \"$@\"\n")
     script.chmod(0o755)
     return script
 
 
 def compare(reference, program, inputs):
     """Compares the tables of two programs. Returns the result as a cell of the table, and if all tables agree."""
-    done = subprocess.run([sys.executable, CHECKOUT / "validation/same_digits.py", "--compiler", reference, program, *inputs], text=True,
-                          stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+    script = CHECKOUT / "validation/same_digits.py"
+    done = subprocess.run([sys.executable, script, "--compiler", reference, program, *inputs], text=True, stdout=subprocess.PIPE,
+                          stderr=subprocess.STDOUT)
     print(done.stdout, file=sys.stderr)
     same, within, different = map(int, re.findall(r"\d+", done.stdout.splitlines()[-1]))
     return f"{same + within} of {same + within + different}", different == 0 and same + within > 0
@@ -127,7 +134,7 @@ def main():
     for target in TARGETS:
         if options.targets and target.compiler not in options.targets or target.cross and not options.lapack:
             continue
-        if not all(shutil.which(tool) for tool in (target.compiler, *target.runner[:1])):
+        if not (find(target.compiler) and (not target.runner or find(target.runner))):
             if options.targets:
                 rows.append(f"| {target.compiler} | {target.system} | not installed | |")
             continue
