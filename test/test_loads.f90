@@ -11,7 +11,6 @@ module test_loads
   use gestell_model_linkage_load, only: ground_body, load_type
   use gestell_model_mechanism, only: load_sums_type
   use gestell_model_mechanism_loads, only: effect_of, load_effect_type
-  use gestell_model_space_drive, only: turn_type
   use gestell_model_space_loads, only: add_loads, find_loads, load_torque, space_load_type
   use gestell_model_space_masses, only: plane_type
   use testdrive, only: error_type, new_unittest, unittest_type
@@ -116,8 +115,8 @@ contains
     type(gestell_error), allocatable :: failure
     type(plane_type) :: planes(1)
     type(space_load_type) :: loads(4)
-    type(turn_type) :: turn
-    real(dp) :: r(6), c(6, 6), ends(6, 2), torque, by_turn(3), torques(2), unused(3), c_unused(6, 6), step(3)
+    real(dp), parameter :: b(3) = [0.2_dp, -0.5_dp, 0.7_dp]
+    real(dp) :: bend(3, 3), r(6), c(6, 6), ends(6, 2), torque, by_turn(3), torques(2), unused(3), c_unused(6, 6), step(3)
     integer :: i, k
 
     call make_linkage(linkage, failure)
@@ -128,8 +127,7 @@ contains
     planes(1)%linkage = linkage
     planes(1)%axes = rotation_matrix([0.2_dp, 0.5_dp, -0.4_dp])
     planes(1)%origin = [0.1_dp, -0.2_dp, 0.3_dp]
-    turn%b = [0.2_dp, -0.5_dp, 0.7_dp]
-    turn%bend = cross_matrix([0.3_dp, 0.1_dp, -0.2_dp])
+    bend = cross_matrix([0.3_dp, 0.1_dp, -0.2_dp])
     call at_turn([0.0_dp, 0.0_dp, 0.0_dp], r, c, torque, by_turn)
     do i = 1, 3
       do k = 1, 2
@@ -146,21 +144,19 @@ contains
 
   contains
 
-    !> Effect after a small rotation of the frame about its axes.
+    !> Effect after a small rotation of the frame about the fixed axes.
     subroutine at_turn(alpha, left, change, torque, by_turn)
       real(dp), intent(in) :: alpha(3)
       real(dp), intent(out) :: left(6), change(6, 6), torque, by_turn(3)
-      type(turn_type) :: turned
-      real(dp) :: rotation(3, 3)
+      real(dp) :: rotation(3, 3), turned(3)
 
-      turned = turn
-      turned%b = turn%b + matmul(turn%bend, alpha)
-      rotation = matmul(rotation_matrix(theta), rotation_matrix(alpha))
-      call find_loads(planes, phi - dot_product(turn%b, alpha), loads)
+      turned = b + matmul(bend, alpha)
+      rotation = matmul(rotation_matrix(alpha), rotation_matrix(theta))
+      call find_loads(planes, phi - dot_product(b, alpha), loads)
       left = 0
       change = 0
-      call add_loads(loads, turned, rotation, left, change)
-      call load_torque(loads, turned%b, rotation, torque, by_turn)
+      call add_loads(loads, turned, bend, rotation, left, change)
+      call load_torque(loads, turned, rotation, torque, by_turn)
     end subroutine at_turn
 
   end subroutine test_space

@@ -31,12 +31,13 @@
 !> frame that drives a flywheel; M = 0 without a flywheel.
 module gestell_model_exact_varied_frame
   use gestell_math_cosine_sine, only: cosine_sine
+  use gestell_math_vectors, only: batch, in_batch
   use gestell_base_kinds, only: dp, pi
   use gestell_math_series_trigonometric, only: series_through, series_type
   use gestell_model_frame, only: connections, frame_type
   use gestell_model_exact_moved_mounting, only: add_mounting, ground_load, mounting_energy
   use gestell_model_space, only: in_frame, is_rotation
-  use gestell_model_space_drive, only: driven_type, follow_frame
+  use gestell_model_space_drive, only: follow_frame, moved_type
   use gestell_model_space_energy, only: mounting_power
   use gestell_model_space_loads, only: count_loads, find_loads, load_power, space_load_type
   use gestell_model_space_variation, only: ground_in_space, sample_varied
@@ -128,18 +129,30 @@ contains
     class(varied_frame_type), intent(inout) :: self
     integer, intent(in) :: points
     real(dp), dimension(points, 6) :: q, v, a
-    real(dp) :: rate(points, 1), cosine
-    type(driven_type) :: driven(points)
+    real(dp) :: rate(points, 1), cosine, rotation(points, 3, 3), relative_rate(points), w(points, 3)
+    real(dp), dimension(batch, 3, 0:2) :: theta
+    type(moved_type) :: moved
     type(space_load_type), allocatable :: loads(:)
-    integer :: k
+    integer, parameter :: turns(3) = in_frame(4:)
+    integer :: at(batch), first, last, n, k
 
     call self%motion%values([(real(k - 1, dp) / points, k = 1, points)], q, v, a)
     v = v * (2 * pi / self%period)
     a = a * (2 * pi / self%period)**2
+    do first = 1, points, batch
+      at = in_batch(first, points)
+      last = at(batch)
+      n = last - first + 1
+      theta(:, :, 0) = q(at, turns)
+      theta(:, :, 1) = v(at, turns)
+      theta(:, :, 2) = a(at, turns)
+      call follow_frame(self%space%drive, self%speed, a(at, in_frame(:3)), theta, moved)
+      rate(first:last, 1) = moved%chi(:n, 1) * self%mechanism%turns
+      rotation(first:last, :, :) = moved%rotation(:n, :, :)
+      relative_rate(first:last) = moved%rate(:n)
+      w(first:last, :) = moved%w(:n, :)
+    end do
     do k = 1, points
-      call follow_frame(self%space%drive, self%speed, a(k, in_frame(:3)), reshape([q(k, in_frame(4:)), v(k, in_frame(4:)), &
-        & a(k, in_frame(4:))], [3, 3]), driven(k)%moved, driven(k)%turn)
-      rate(k, 1) = driven(k)%turn%chi(1) * self%mechanism%turns
       self%motor_torque = self%motor_torque + mounting_power(self, q(k, in_frame), v(k, in_frame)) &
         & / (points * self%speed * self%mechanism%turns)
     end do
@@ -161,10 +174,8 @@ contains
     associate (lags => self%lag([(real(k - 1, dp) / points, k = 1, points)]), turns => self%mechanism%turns)
       do k = 1, points
         call find_loads(self%space%planes, sign(2 * pi, self%speed) * (k - 1) / points - lags(k, 1) / turns, loads)
-        associate (moved => driven(k)%moved)
-          self%motor_torque = self%motor_torque - load_power(loads, moved%rotation, moved%rate + self%drift / turns, &
-            & v(k, in_frame(:3)), moved%w) / (points * self%speed * turns)
-        end associate
+        self%motor_torque = self%motor_torque - load_power(loads, rotation(k, :, :), relative_rate(k) + self%drift / turns, &
+          & v(k, in_frame(:3)), w(k, :)) / (points * self%speed * turns)
       end do
     end associate
   end subroutine spin_flywheel

@@ -3,6 +3,7 @@
 module gestell_model_joints_path
   use gestell_base_processor, only: has_versions, vector_length
   use gestell_math_jet, only: jet, operator(*), operator(+), operator(-), operator(/), sqrt
+  use gestell_math_vectors, only: batch
   use, intrinsic :: iso_c_binding, only: c_int, dp => c_double
   implicit none (type, external)
   private
@@ -17,8 +18,8 @@ module gestell_model_joints_path
   !> Safety factor on bounds on motions. It is so large that rounding errors cannot make a proof succeed wrongly.
   real(dp), parameter, public :: slack = 1.01_dp
 
-  !> Number of crank angles in a batch, for which the joints of a linkage are computed together.
-  integer, parameter, public :: batch = 32
+  !> The joints of a linkage are computed at a batch of crank angles together.
+  public :: batch
 
   !> A point (m) or a direction at the crank angles of a batch, with its first (vx, vy) and second (ax, ay) derivatives
   !> with respect to the crank angle.

@@ -24,6 +24,7 @@ module gestell_model_mounting_weights
   use gestell_base_kinds, only: dp
   use gestell_math_matrix, only: solve_semidefinite
   use gestell_math_rotation, only: cross, cross_matrix, outer
+  use gestell_math_vectors, only: batch, cross, cross_matrix, outer, steady, times, transposed, unit_matrix
   use gestell_math_turn, only: less_one
   use gestell_model_mounting, only: in_frame, in_space, load_matrix, support_matrix, support_type
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
@@ -51,10 +52,8 @@ module gestell_model_mounting_weights
     !> freedom.
     real(dp) :: stiffness(6, 6) = 0
   contains
-    procedure, private :: moment_in_plane, moment_in_space, stiffness_in_plane, stiffness_in_space
-    generic :: moment => moment_in_plane, moment_in_space
-    generic :: moment_stiffness => stiffness_in_plane, stiffness_in_space
-    procedure :: add_stiffness, add_load, potential, torque, gravity_in_plane, rest_in_plane
+    procedure :: moment => moment_in_plane, moment_stiffness => stiffness_in_plane
+    procedure :: add_moment, add_stiffness, add_load, potential, torque, gravity_in_plane, rest_in_plane
   end type weights_type
 
 contains
@@ -157,7 +156,7 @@ contains
     complex(dp), intent(in) :: turn, s
     real(dp), intent(in) :: psi
 
-    potential = aimag(self%rest_in_plane()) * psi - self%stiffness_in_plane(turn, s)
+    potential = aimag(self%rest_in_plane()) * psi - self%moment_stiffness(turn, s)
   end function potential
 
   !> Torque on the crank of a frame in the plane (N m) that lifts the links against gravity. `s_d`: derivative of the links' first
@@ -169,29 +168,38 @@ contains
     torque = -real(conjg(turn * s_d) * self%gravity_in_plane(), dp)
   end function torque
 
-  !> Moment (N m) of gravity and the static forces on a frame in space, along the frame's axes, minus the moment at rest. The
-  !> rotation matrix is R = 1 + `turn`. `s`: first moment S of the masses (kg m).
-  pure function moment_in_space(self, turn, s) result(moment)
+  !> Subtracts the moment of gravity and the static forces on a frame in space, minus the moment at rest, from the left sides
+  !> `moments` along the fixed axes, at a batch of phases. Adds the derivatives of the left sides with respect to small rotations
+  !> dalpha about the fixed axes to c. With N = R X, whose change is d a(N) = (N - tr N 1) dalpha, the moment is
+  !>
+  !>     a(N) - R a(Y) = R (S - mean S) x g - a(R Y (R - 1)^T).
+  pure subroutine add_moment(self, rotation, less_one, s, moments, c)
     class(weights_type), intent(in) :: self
-    real(dp), intent(in) :: turn(3, 3), s(3)
-    real(dp) :: moment(3)
+    !> Rotation matrices R, and R - 1; first moment S of the masses along the fixed axes (kg m)
+    real(dp), intent(in) :: rotation(batch, 3, 3), less_one(batch, 3, 3), s(batch, 3)
+    real(dp), intent(inout) :: moments(batch, 3), c(batch, 3, 3)
+    real(dp), dimension(batch, 3) :: g, shifted
+    real(dp), dimension(batch, 3, 3) :: turned, n
 
-    associate (x => outer(s - self%mean, self%gravity))
-      associate (n => x + matmul(x + self%rest, turn))
-        moment = [n(2, 3) - n(3, 2), n(3, 1) - n(1, 3), n(1, 2) - n(2, 1)]
-      end associate
-    end associate
-  end function moment_in_space
+    g = steady(self%gravity)
+    shifted = s - times(rotation, steady(self%mean))
+    turned = times(rotation, steady(self%rest))
+    n = times(turned, transposed(less_one))
+    moments = moments - cross(shifted, g) + antisymmetric_part(n)
+    n = turned + outer(shifted, g)
+    c = c + unit_matrix(n(:, 1, 1) + n(:, 2, 2) + n(:, 3, 3)) - n &
+      & - cross_matrix(times(rotation, antisymmetric_part(steady(self%rest))))
+  end subroutine add_moment
 
-  !> Derivative of `moment_in_space` with respect to small rotations dalpha about the frame's axes, with reversed sign (N m).
-  !> These rotations change the rotation matrix R by R [dalpha], where [dalpha] is the matrix of the cross product.
-  pure function stiffness_in_space(self, rotation, s) result(c)
-    class(weights_type), intent(in) :: self
-    real(dp), intent(in) :: rotation(3, 3), s(3)
-    real(dp) :: c(3, 3)
+  !> The vector a(N).
+  pure function antisymmetric_part(n) result(a)
+    real(dp), intent(in) :: n(batch, 3, 3)
+    real(dp) :: a(batch, 3)
 
-    c = turn_stiffness(matmul(outer(s - self%mean, self%gravity) + self%rest, rotation))
-  end function stiffness_in_space
+    a(:, 1) = n(:, 2, 3) - n(:, 3, 2)
+    a(:, 2) = n(:, 3, 1) - n(:, 1, 3)
+    a(:, 3) = n(:, 1, 2) - n(:, 2, 1)
+  end function antisymmetric_part
 
   !> Adds to the stiffness matrix C the periodic part that is due to the weights when the frame is at rest, for moments along the
   !> frame's axes. It is the matrix tr N 1 - N^T with N = (S - mean S) g^T, where S is the first moment of the moving masses.

@@ -3,7 +3,8 @@
 module gestell_model_pairs_rows
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_kinds, only: dp
-  use gestell_math_rotation, only: cross
+  use gestell_math_rotation, only: cross, identity
+  use gestell_math_vectors, only: batch, in_batch, times, transposed
   use gestell_model_exact_varied_frame, only: varied_frame_type
   use gestell_model_frame, only: frame_type
   use gestell_model_joints_joint, only: point_type
@@ -17,7 +18,7 @@ module gestell_model_pairs_rows
   use gestell_model_pairs, only: find_structure, frame_body, on_pin, structure_type
   use gestell_model_pairs_forces, only: add_force, add_to_pin, applied_type, clear, components, new_applied, solve_pairs
   use gestell_model_space, only: in_frame, is_rotation
-  use gestell_model_space_drive, only: follow_frame, moved_type, turn_type
+  use gestell_model_space_drive, only: follow_frame, moved_type
   use gestell_model_space_masses, only: plane_type
   implicit none (type, external)
   private
@@ -35,6 +36,13 @@ module gestell_model_pairs_rows
     type(structure_type) :: structure
     real(dp) :: origin(3) = 0
   end type plane_pairs_type
+
+  !> The motion of the frame and of its drive at one phase: rotation matrix R; along the frame's axes the acceleration `a` of the
+  !> frame's centre of mass minus gravity, the angular velocity w and its derivative; first and second time derivatives of the
+  !> mechanisms' angle.
+  type :: carrier_type
+    real(dp) :: rotation(3, 3) = 0, a(3) = 0, w(3) = 0, w_d(3) = 0, rate = 0, gain = 0
+  end type carrier_type
 
   !> Bounds on the errors of the motion: of the accelerations `a` of the frame's centre of mass (m/s^2), of the angular acceleration
   !> `w_d` (rad/s^2), of the angular velocity `w` (rad/s), and of the rotation and of the drive's angle `turn` (rad); and on the
@@ -113,16 +121,17 @@ contains
     real(dp), intent(out), optional :: bounds(:)
     !> Parts of the forces with one source each, shape (components of all places, phases, sources): inertia, weights, all loads
     real(dp), intent(out), optional :: parts(:, :, :)
-    type(moved_type) :: moved(0:weights)
+    type(carrier_type), allocatable :: carriers(:, :)
+    type(carrier_type) :: carrier(0:weights)
     type(applied_type) :: applied
     type(point_type), allocatable :: at(:)
     type(uncertainty_type) :: uncertainty
     real(dp), allocatable :: values(:, :), wrong_by(:)
-    real(dp) :: angles(size(phases)), lag(size(phases), 3), angle
+    real(dp) :: angles(size(phases))
     integer :: i, k, n, first, last, sources, load
 
-    angles = frame%crank_angles(phases)
-    lag = lag_of(frame, phases)
+    allocate(carriers(size(phases), 0:weights))
+    call move_frame(frame, phases, motion, carriers, angles)
     if (present(bounds)) then
       bounds = 0
       uncertainty = new_uncertainty(frame, errors, relative)
@@ -143,17 +152,16 @@ contains
         call new_applied(structure, sources, present(bounds), applied)
         applied%relative = uncertainty%relative + uncertainty%turn
         do k = 1, size(phases)
-          call move_frame(frame, angles(k), motion(:, k), lag(k, :), moved, angle)
-          call linkage%points(angle, at)
+          call linkage%points(angles(k), at)
           call clear(applied)
-          moved = seen_from(pairs(i)%plane, moved)
+          carrier = seen_from(pairs(i)%plane, carriers(k, :))
           do n = 1, size(linkage%links)
-            call add_inertia(linkage%links(n), structure%links(n), pairs(i), at, moved(:min(weights, sources)), uncertainty, &
+            call add_inertia(linkage%links(n), structure%links(n), pairs(i), at, carrier(:min(weights, sources)), uncertainty, &
               & applied)
           end do
           do n = 1, load_count(pairs(i:i))
-            call add_load(pairs(i)%plane, structure, n, at, angle, moved(all_sources)%rotation, pack([all_sources, load + n], &
-              & [.true., present(parts)]), applied)
+            call add_load(pairs(i)%plane, structure, n, at, angles(k), carrier(all_sources)%rotation, pack([all_sources, &
+              & load + n], [.true., present(parts)]), applied)
           end do
           call solve_pairs(structure, at, sources, applied, values, wrong_by, error)
           if (allocated(error)) return
@@ -189,16 +197,11 @@ contains
     class(frame_type), intent(in) :: frame
     real(dp), contiguous, intent(in) :: phases(:)
     real(dp), intent(in) :: motion(:, :)
-    real(dp) :: angles(size(phases)), lag(size(phases), 3), angle
-    type(moved_type) :: moved(0:weights)
-    integer :: k
+    real(dp) :: angles(size(phases))
+    type(carrier_type), allocatable :: carriers(:, :)
 
-    angles = frame%crank_angles(phases)
-    lag = lag_of(frame, phases)
-    do k = 1, size(phases)
-      call move_frame(frame, angles(k), motion(:, k), lag(k, :), moved, angle)
-      angles(k) = angle
-    end do
+    allocate(carriers(size(phases), 0:weights))
+    call move_frame(frame, phases, motion, carriers, angles)
   end function mechanism_angles
 
   !> Lag of the drive, as `follow_frame` requires it, at phases of the period.
@@ -214,54 +217,101 @@ contains
     end select
   end function lag_of
 
-  !> The motion of the frame and of its drive at one phase, and the angle of the mechanisms. `moved(all_sources)`: the whole motion;
-  !> `moved(inertia)` and `moved(weights)`: the terms that contribute to these parts of the forces.
-  pure subroutine move_frame(frame, crank_angle, motion, lag, moved, angle)
+  !> The motion of the frame and of its drive at phases of the period, and the angles of the mechanisms. `carriers(:, all_sources)`:
+  !> the whole motion; `inertia` and `weights`: the terms that contribute to these parts of the forces.
+  subroutine move_frame(frame, phases, motion, carriers, angles)
     class(frame_type), intent(in) :: frame
-    real(dp), intent(in) :: crank_angle, motion(:), lag(:)
-    type(moved_type), intent(out) :: moved(0:weights)
-    real(dp), intent(out) :: angle
-    type(turn_type) :: turn
-    real(dp) :: part, c, s
+    real(dp), contiguous, intent(in) :: phases(:)
+    real(dp), intent(in) :: motion(:, :)
+    type(carrier_type), intent(out) :: carriers(:, 0:)
+    real(dp), intent(out) :: angles(:)
+    integer :: k
 
-    associate (whole => moved(all_sources))
-      if (allocated(frame%space)) then
-        associate (theta => reshape([motion(in_frame(4:)), motion(6 + in_frame(4:)), motion(12 + in_frame(4:))], [3, 3]), &
-          & u_dd => motion(12 + in_frame(:3)) - frame%weights%gravity)
-          if (any(abs(lag) > 0)) then
-            call follow_frame(frame%space%drive, frame%speed, u_dd, theta, whole, turn, lag)
-          else
-            call follow_frame(frame%space%drive, frame%speed, u_dd, theta, whole, turn)
-          end if
-        end associate
-        angle = crank_angle - turn%chi(0)
-      else
-        part = part_of_turn(frame%mechanism, frame%uniform_in_space())
-        c = cos(motion(3))
-        s = sin(motion(3))
-        whole%rotation(:2, 1) = [c, s]
-        whole%rotation(:2, 2) = [-s, c]
-        whole%a = matmul([motion(7:8), 0.0_dp] - frame%weights%gravity, whole%rotation)
-        whole%w(3) = motion(6)
-        whole%w_d(3) = motion(9)
-        whole%rate = frame%speed - part * motion(6)
-        whole%gain = -part * motion(9)
-        angle = crank_angle - part * motion(3)
-      end if
-      moved(inertia)%rate = frame%speed
-      moved(weights)%a = -matmul(frame%weights%gravity, whole%rotation)
-    end associate
+    angles = frame%crank_angles(phases)
+    if (allocated(frame%space)) then
+      call move_in_space(frame, lag_of(frame, phases), motion, carriers(:, all_sources), angles)
+    else
+      call move_in_plane(frame, motion, carriers(:, all_sources), angles)
+    end if
+    do k = 1, size(phases)
+      carriers(k, inertia)%rate = frame%speed
+      carriers(k, weights)%a = -matmul(frame%weights%gravity, carriers(k, all_sources)%rotation)
+    end do
   end subroutine move_frame
 
-  !> The motion of the frame along the axes of a plane instead of the frame's axes.
-  elemental type(moved_type) function seen_from(plane, moved) result(seen)
-    type(plane_type), intent(in) :: plane
-    type(moved_type), intent(in) :: moved
+  !> The motion of a frame in the plane. Converts `angles` from the angles of the drive to those of the mechanisms.
+  pure subroutine move_in_plane(frame, motion, carriers, angles)
+    class(frame_type), intent(in) :: frame
+    real(dp), intent(in) :: motion(:, :)
+    type(carrier_type), intent(inout) :: carriers(:)
+    real(dp), intent(inout) :: angles(:)
+    real(dp) :: part, c, s
+    integer :: k
 
-    seen = moved
-    seen%a = matmul(moved%a, plane%axes)
-    seen%w = matmul(moved%w, plane%axes)
-    seen%w_d = matmul(moved%w_d, plane%axes)
+    part = part_of_turn(frame%mechanism, frame%uniform_in_space())
+    do k = 1, size(angles)
+      associate (here => carriers(k))
+        c = cos(motion(3, k))
+        s = sin(motion(3, k))
+        here%rotation = identity()
+        here%rotation(:2, 1) = [c, s]
+        here%rotation(:2, 2) = [-s, c]
+        here%a = matmul([motion(7:8, k), 0.0_dp] - frame%weights%gravity, here%rotation)
+        here%w(3) = motion(6, k)
+        here%w_d(3) = motion(9, k)
+        here%rate = frame%speed - part * motion(6, k)
+        here%gain = -part * motion(9, k)
+        angles(k) = angles(k) - part * motion(3, k)
+      end associate
+    end do
+  end subroutine move_in_plane
+
+  !> The motion of a frame in space. Converts `angles` from the angles of the drive to those of the mechanisms.
+  pure subroutine move_in_space(frame, lag, motion, carriers, angles)
+    class(frame_type), intent(in) :: frame
+    real(dp), intent(in) :: lag(:, :), motion(:, :)
+    type(carrier_type), intent(inout) :: carriers(:)
+    real(dp), intent(inout) :: angles(:)
+    type(moved_type) :: moved
+    real(dp) :: theta(batch, 3, 0:2), u_dd(batch, 3)
+    real(dp), dimension(batch, 3) :: a, w, w_d
+    integer :: at(batch), first, i, k, n
+
+    do first = 1, size(angles), batch
+      at = in_batch(first, size(angles))
+      do i = 1, 3
+        u_dd(:, i) = motion(12 + in_frame(i), at) - frame%weights%gravity(i)
+        do k = 0, 2
+          theta(:, i, k) = motion(6 * k + in_frame(3 + i), at)
+        end do
+      end do
+      if (any(abs(lag) > 0)) then
+        call follow_frame(frame%space%drive, frame%speed, u_dd, theta, moved, lag(at, :))
+      else
+        call follow_frame(frame%space%drive, frame%speed, u_dd, theta, moved)
+      end if
+      associate (back => transposed(moved%rotation))
+        a = times(back, moved%a)
+        w = times(back, moved%w)
+        w_d = times(back, moved%w_d)
+      end associate
+      do n = first, min(first + batch - 1, size(angles))
+        k = n - first + 1
+        carriers(n) = carrier_type(moved%rotation(k, :, :), a(k, :), w(k, :), w_d(k, :), moved%rate(k), moved%gain(k))
+        angles(n) = angles(n) - moved%chi(k, 0)
+      end do
+    end do
+  end subroutine move_in_space
+
+  !> The motion of the frame along the axes of a plane instead of the frame's axes.
+  elemental type(carrier_type) function seen_from(plane, carrier) result(seen)
+    type(plane_type), intent(in) :: plane
+    type(carrier_type), intent(in) :: carrier
+
+    seen = carrier
+    seen%a = matmul(carrier%a, plane%axes)
+    seen%w = matmul(carrier%w, plane%axes)
+    seen%w_d = matmul(carrier%w_d, plane%axes)
   end function seen_from
 
   !> Adds inertia and weight of a link to the known forces. The acceleration of its centre of mass r, minus gravity, is
@@ -277,7 +327,7 @@ contains
     type(plane_pairs_type), intent(in) :: pairs
     type(point_type), intent(in) :: at(:)
     !> The motion that each source of the forces requires (see `move_frame`), along the plane's axes
-    type(moved_type), intent(in) :: moved(0:)
+    type(carrier_type), intent(in) :: moved(0:)
     type(uncertainty_type), intent(in) :: uncertainty
     type(applied_type), intent(inout) :: applied
     type(point_type) :: center

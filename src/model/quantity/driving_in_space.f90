@@ -1,8 +1,8 @@
 !> The torque that keeps the drive of a frame in space at its speed, and the power balance of the drive; (50) of doc/theory.md. Let
-!> m be the mass of the machine, v = R^T u' the velocity of F, and w the angular velocity of the frame, both along the frame's axes.
-!> S, J, A, K are the sums of gestell_model_space_moving; here J includes the frame. The kinetic energy is
+!> m be the mass of the machine, v = u' the velocity of F, and w the angular velocity of the frame. S, J, H, K are the sums of
+!> gestell_model_space_masses; here J includes the frame. All vectors are along the fixed axes. The kinetic energy is
 !>
-!>     T = m |v|^2/2 + v (w x S + phi' S_1) + w J w/2 + phi' w A + phi'^2 K/2,   index 1: d/dphi,
+!>     T = m |v|^2/2 + v (w x S + phi' S_1) + w J w/2 + phi' w H + phi'^2 K/2,   index 1: d/dphi,
 !>
 !> and the torque M_d = d/dt dT/dphi' - dT/dphi. The shaft has the axis n. Let c be the mean of w n, and M the mean torque of the
 !> motor that drives a flywheel. The rate of change of T and of the mounting's energy, plus the dissipated power, is
@@ -15,13 +15,13 @@ module gestell_model_quantity_driving_in_space
   use gestell_base_kinds, only: dp
   use gestell_model_frame, only: frame_type
   use gestell_model_exact_varied_frame, only: varied_frame_type
-  use gestell_model_space, only: in_frame, in_space
-  use gestell_model_space_drive, only: driven_type, find_torque, follow_frame
+  use gestell_model_space, only: in_frame
+  use gestell_model_space_drive, only: find_torque, follow_frame, moved_type
   use gestell_model_space_energy, only: mounting_energy, mounting_power
   use gestell_model_space_loads, only: count_loads, find_loads, load_power, load_torque, space_load_type
-  use gestell_model_space_masses, only: masses_type
-  use gestell_model_space_moving, only: find_moving, moving_type
-  use gestell_math_rotation, only: cross, identity, turning_matrices
+  use gestell_model_space_masses, only: along_fixed_axes, fixed_masses_type, masses_type, sum_planes
+  use gestell_math_rotation, only: identity
+  use gestell_math_vectors, only: batch, cross, dot, in_batch, scaled, steady, times, transposed
   implicit none (type, external)
   private
 
@@ -45,64 +45,83 @@ contains
     real(dp), intent(in), optional :: errors(:)
     !> Error bound of the torque (N m) due to `errors` and rounding errors
     real(dp), intent(out), optional :: torque_error
-    type(driven_type) :: driven
-    type(moving_type) :: rigid
+    type(moved_type) :: moved
+    type(masses_type) :: masses, rigid
+    type(fixed_masses_type) :: at
     type(space_load_type) :: loads(count_loads(frame%space%planes))
-    real(dp) :: angles(size(phases)), lag(size(phases), 3), q(6, 0:2), v(3), falling(3), by_gain(6), by_rate(6), by_place(6), &
-      & of_loads, by_loads(3)
-    type(masses_type) :: at
-    logical :: has_errors
-    integer :: k
+    real(dp) :: angles(size(phases)), lag(size(phases), 3), q(6, 0:1), by_loads(3)
+    real(dp), dimension(batch) :: turned, torque, of_loads, energy
+    real(dp), dimension(batch, 3) :: by_gain, by_spin, by_turn
+    real(dp), dimension(batch, 3, 0:2) :: u, theta
+    integer :: these(batch), first, i, k, n
+    logical :: has_lag
 
     angles = frame%crank_angles(phases)
-    has_errors = .false.
+    has_lag = .false.
     select type (frame)
     class is (varied_frame_type)
-      has_errors = .true.
+      has_lag = .true.
       lag = frame%lag(phases)
     end select
     if (present(torque_error)) torque_error = 0
-    do k = 1, size(phases)
-      q = reshape([motion(in_frame, k), motion(6 + in_frame, k), motion(12 + in_frame, k)], [6, 3])
-      falling = q(:3, 2) - frame%weights%gravity
-      if (has_errors) then
-        call follow_frame(frame%space%drive, frame%speed, falling, q(4:, :), driven%moved, driven%turn, lag(k, :))
-      else
-        call follow_frame(frame%space%drive, frame%speed, falling, q(4:, :), driven%moved, driven%turn)
-      end if
-      call find_moving(frame%space%planes, angles(k), rigid)
-      call find_moving(frame%space%planes, angles(k) - driven%turn%chi(0), driven%moving)
-      call find_torque(driven%turn, driven%moving, driven%moved, power(1, k), by_gain, by_rate, by_place)
-      power(2, k) = frame%speed**2 * rigid%k(1) / 2 - dot_product(frame%weights%gravity, rigid%s(:, 1))
-      call find_loads(frame%space%planes, angles(k), loads)
-      call load_torque(loads, driven%turn%b, identity(), of_loads, by_loads)
-      power(2, k) = power(2, k) - of_loads
-      call find_loads(frame%space%planes, angles(k) - driven%turn%chi(0), loads)
-      call load_torque(loads, driven%turn%b, driven%moved%rotation, of_loads, by_loads)
-      power(1, k) = power(1, k) - of_loads
-      by_place(4:) = by_place(4:) - by_loads
-      power(6, k) = load_power(loads, driven%moved%rotation, driven%moved%rate, q(:3, 1), driven%moved%w)
-      ! with a flywheel chi' is w n minus its mean: phi' + w n = Omega + c
-      power(3, k) = power(1, k) * (driven%moved%rate + dot_product(driven%turn%b, driven%moved%w)) &
-        & - dot_product(driven%moved%motor, driven%moved%w)
-      power(4, k) = mounting_power(frame, q(:, 0), q(:, 1))
-      call frame%space%masses_at(frame%mass, 1.0_dp, [angles(k) - driven%turn%chi(0)], at)
-      v = matmul(q(:3, 1), driven%moved%rotation)
-      associate (w => driven%moved%w, rate => driven%moved%rate, moving => driven%moving)
-        power(5, k) = at%mass * dot_product(v, v) / 2 + dot_product(v, cross(w, at%s(1, :, 0)) + rate * moving%s(:, 1)) &
-          & + dot_product(w, matmul(at%j(1, :, :, 0), w)) / 2 + rate * dot_product(w, moving%a(:, 0)) &
-          & + rate**2 * moving%k(0) / 2 + mounting_energy(frame, q(:, 0), at%s(1, :, 0))
+    call sum_planes(frame%space%planes, angles, rigid, third=.true.)
+    do first = 1, size(phases), batch
+      these = in_batch(first, size(phases))
+      do k = 0, 2
+        do i = 1, 3
+          u(:, i, k) = motion(6 * k + in_frame(i), these)
+          theta(:, i, k) = motion(6 * k + in_frame(3 + i), these)
+        end do
+      end do
+      associate (falling => u(:, :, 2) - steady(frame%weights%gravity))
+        if (has_lag) then
+          call follow_frame(frame%space%drive, frame%speed, falling, theta, moved, lag(these, :))
+        else
+          call follow_frame(frame%space%drive, frame%speed, falling, theta, moved)
+        end if
       end associate
-      if (present(errors) .and. present(torque_error)) torque_error = max(torque_error, effect() &
-        & + torque_roundings * (epsilon(1.0_dp) + frame%rounding) * absolute_terms())
+      turned = angles(these) - moved%chi(:, 0)
+      call sum_planes(frame%space%planes, turned, masses, third=.true.)
+      masses%mass = masses%mass + frame%mass
+      do k = 1, batch
+        masses%j(k, :, :, 0) = masses%j(k, :, :, 0) + frame%space%inertia
+      end do
+      call along_fixed_axes(masses, 1, moved%rotation, at)
+      call find_torque(moved, at, torque, by_gain, by_spin, by_turn)
+      associate (v => u(:, :, 1), w => moved%w, rate => moved%rate)
+        energy = at%mass * dot(v, v) / 2 + dot(v, cross(w, at%s(:, :, 0)) + scaled(rate, at%s(:, :, 1))) &
+          & + dot(w, times(at%j(:, :, :, 0), w)) / 2 + rate * dot(w, at%h(:, :, 0)) + rate**2 * at%k(:, 0) / 2
+      end associate
+      do n = first, min(first + batch - 1, size(phases))
+        k = n - first + 1
+        q = reshape([motion(in_frame, n), motion(6 + in_frame, n)], [6, 2])
+        power(2, n) = frame%speed**2 * rigid%k(n, 1) / 2 - dot_product(frame%weights%gravity, rigid%s(n, :, 1))
+        call find_loads(frame%space%planes, angles(n), loads)
+        call load_torque(loads, moved%b(k, :), identity(), of_loads(k), by_loads)
+        power(2, n) = power(2, n) - of_loads(k)
+        call find_loads(frame%space%planes, turned(k), loads)
+        call load_torque(loads, moved%b(k, :), moved%rotation(k, :, :), of_loads(k), by_loads)
+        power(1, n) = torque(k) - of_loads(k)
+        by_turn(k, :) = by_turn(k, :) - by_loads
+        power(6, n) = load_power(loads, moved%rotation(k, :, :), moved%rate(k), q(:3, 1), moved%w(k, :))
+        ! with a flywheel chi' is w n minus its mean: phi' + w n = Omega + c
+        power(3, n) = power(1, n) * (moved%rate(k) + dot_product(moved%b(k, :), moved%w(k, :))) &
+          & - dot_product(moved%motor(k, :), moved%w(k, :))
+        power(4, n) = mounting_power(frame, q(:, 0), q(:, 1))
+        power(5, n) = energy(k) + mounting_energy(frame, q(:, 0), masses%s(k, :, 0))
+      end do
+      n = min(batch, size(phases) - first + 1)
+      if (present(errors) .and. present(torque_error)) torque_error = max(torque_error, maxval(effects(n) &
+        & + torque_roundings * (epsilon(1.0_dp) + frame%rounding) * absolute_terms(n)))
     end do
 
   contains
 
-    !> Sum of the absolute values of the terms of the torque (N m). It bounds the rounding errors of the torque where the links'
-    !> terms cancel.
-    pure real(dp) function absolute_terms()
-      real(dp) :: of_forces, of_energy
+    !> Sum of the absolute values of the terms of the torque (N m) at the first `count` phases of the batch. It bounds the rounding
+    !> errors of the torque where the links' terms cancel.
+    function absolute_terms(count) result(terms)
+      integer, intent(in) :: count
+      real(dp) :: terms(count), all(batch), of_forces, of_energy
       integer :: i
 
       of_forces = 0
@@ -111,27 +130,41 @@ contains
         of_forces = of_forces + norm2(frame%space%planes(i)%linkage%terms(:2))
         of_energy = of_energy + frame%space%planes(i)%linkage%terms(4)
       end do
-      associate (moving => driven%moving, moved => driven%moved)
-        absolute_terms = norm2(moved%a) * (norm2(moving%s(:, 1)) + of_forces) + norm2(moved%w_d) * norm2(moving%a(:, 0)) &
-          & + norm2(moved%w) * norm2(matmul(moving%j(:, :, 1), moved%w)) / 2 + abs(moved%gain) * moving%k(0) &
-          & + moved%rate**2 * max(abs(moving%k(1)), of_energy) / 2 + abs(of_loads)
+      associate (a => moved%a, w => moved%w, w_d => moved%w_d)
+        all = lengths(a) * (lengths(at%s(:, :, 1)) + of_forces) + lengths(w_d) * lengths(at%h(:, :, 0)) &
+          & + lengths(w) * lengths(times(at%j(:, :, :, 1), w)) / 2 + abs(moved%gain) * at%k(:, 0) &
+          & + moved%rate**2 * max(abs(at%k(:, 1)), of_energy) / 2
       end associate
+      terms = all(:count) + abs(of_loads(:count))
     end function absolute_terms
 
-    !> Bound on the error of the torque (N m) that errors of the motion cause.
-    pure real(dp) function effect()
-      real(dp) :: turning(3, 3, 0:2), of_motion(6, 0:2)
+    pure function lengths(a)
+      real(dp), intent(in) :: a(batch, 3)
+      real(dp) :: lengths(batch)
 
-      turning = turning_matrices(q(4:, :))
-      of_motion(:, 2) = by_gain
-      of_motion(:, 1) = by_rate
-      of_motion(:, 0) = by_place
-      of_motion(4:, 2) = matmul(by_gain(4:), turning(:, :, 0))
-      of_motion(4:, 1) = matmul(by_rate(4:), turning(:, :, 0)) + 2 * matmul(by_gain(4:), turning(:, :, 1))
-      of_motion(4:, 0) = matmul(by_place(4:), turning(:, :, 0)) + matmul(by_rate(4:), turning(:, :, 1)) &
-        & + matmul(by_gain(4:), turning(:, :, 2))
-      effect = sum(abs(reshape(of_motion(in_space, :), [18])) * errors(:18))
-    end function effect
+      lengths = sqrt(dot(a, a))
+    end function lengths
+
+    !> Bounds on the errors of the torque (N m) that errors of the motion cause, at the first `count` phases of the batch.
+    function effects(count)
+      integer, intent(in) :: count
+      real(dp) :: effects(count), all(batch)
+      real(dp), dimension(batch, 3, 3) :: t, t_d, t_dd
+      integer :: i
+
+      t = transposed(moved%turning(:, :, :, 0))
+      t_d = transposed(moved%turning(:, :, :, 1))
+      t_dd = transposed(moved%turning(:, :, :, 2))
+      all = 0
+      associate (by_theta_dd => times(t, by_gain), by_theta_d => times(t, by_spin) + 2 * times(t_d, by_gain), &
+        & by_theta => times(t, by_turn) + times(t_d, by_spin) + times(t_dd, by_gain))
+        do i = 1, 3
+          all = all + abs(at%s(:, i, 1)) * errors(12 + in_frame(i)) + abs(by_theta_dd(:, i)) * errors(12 + in_frame(3 + i)) &
+            & + abs(by_theta_d(:, i)) * errors(6 + in_frame(3 + i)) + abs(by_theta(:, i)) * errors(in_frame(3 + i))
+        end do
+      end associate
+      effects = all(:count)
+    end function effects
 
   end subroutine drive_power_in_space
 

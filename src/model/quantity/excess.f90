@@ -2,13 +2,15 @@
 !> the rows that exist only for the exact frame (gestell_model_quantity_rows).
 module gestell_model_quantity_excess
   use gestell_base_kinds, only: dp
-  use gestell_math_rotation, only: cross, turn_beyond_first_order, turning_matrices
+  use gestell_math_rotation, only: cross, find_rotation, turning_matrices
   use gestell_math_turn, only: less_one
+  use gestell_math_vectors, only: batch, cross, cross_matrix, in_batch
   use gestell_model_exact_moved_mounting, only: ground_load
   use gestell_model_frame, only: frame_type
   use gestell_model_mounting, only: damping_matrix, in_frame, stiffness_matrix, turned_loads
   use gestell_model_quantity_rows, only: accelerations, excess_row, guide_forces, moment_rows, rotations_of, rows_of, shifts_of, &
     & support_rows
+  use gestell_model_space_drive, only: moved_type, rotate_frame
   use gestell_model_space_variation, only: force_excess
   implicit none (type, external)
   private
@@ -64,11 +66,8 @@ contains
       load = frame%ground_forces(x) - matmul(frame%ground_stiffness(), q) - matmul(frame%damping, v)
       motion(moment_rows(frame), :) = load(rotations_of(frame), :)
       if (allocated(frame%space)) then
-        do k = 1, size(motion, 2)
-          motion(first + 1:excess_row(frame, 3), k) = reshape(turn_beyond_first_order(reshape([motion(turns, k), &
-            & motion(6 + turns, k), motion(12 + turns, k)], [3, 3])), [27])
-          motion(excess_row(frame, 3) + 4:, k) = force_excess(frame, q(:, k), v(:, k))
-        end do
+        call find_beyond_first_order(motion(:18, :), motion(first + 1:excess_row(frame, 3), :))
+        motion(excess_row(frame, 3) + 4:, :) = force_excess(frame, q, v)
         return
       end if
       do k = 1, size(frame%supports)
@@ -89,6 +88,34 @@ contains
       c(3, :) = -sin(psi) * psi_dd - cos(psi) * psi_d**2
     end associate
   end subroutine add_turned
+
+  !> Computes R - 1 - [theta], the terms of second and higher order of the rotation matrix R, and its first and second time
+  !> derivatives, shape (27, phases). With the angular velocity w along the fixed axes, R' = [w] R and R'' = ([w'] + [w]^2) R.
+  pure subroutine find_beyond_first_order(motion, rows)
+    real(dp), intent(in) :: motion(:, :)
+    real(dp), intent(out) :: rows(:, :)
+    real(dp) :: theta(batch, 3, 0:2), beyond(batch, 3, 3, 0:2)
+    type(moved_type) :: moved
+    integer :: at(batch), first, i, k
+
+    do first = 1, size(motion, 2), batch
+      at = in_batch(first, size(motion, 2))
+      do k = 0, 2
+        do i = 1, 3
+          theta(:, i, k) = motion(6 * k + turns(i), at)
+        end do
+      end do
+      call rotate_frame(theta, moved)
+      call find_rotation(batch, theta, beyond(:, :, :, 0), beyond_first_order=.true.)
+      associate (r => moved%rotation, w => moved%w)
+        beyond(:, :, :, 1) = cross(w, r) - cross_matrix(theta(:, :, 1))
+        beyond(:, :, :, 2) = cross(moved%w_d, r) + cross(w, cross(w, r)) - cross_matrix(theta(:, :, 2))
+      end associate
+      do k = 1, min(batch, size(motion, 2) - first + 1)
+        rows(:, at(k)) = reshape(beyond(k, :, :, :), [27])
+      end do
+    end do
+  end subroutine find_beyond_first_order
 
   !> Adds the errors that `move_moments` causes in the guides' moments. `large`: maxima of the rows, shape (rows). Let u be the
   !> displacement of F and r the force of the guides, with the errors du and dr. The moment u x r has the error du x r + u x dr.

@@ -1,17 +1,16 @@
 !> Loads (forces and moments between links, frame and ground) on a frame in space and on its drive.
 !>
-!> All vectors are along the frame's axes. A load against the ground exerts the force F at r relative to F, with the moment r x F +
-!> M. If F keeps its direction in space, F = R^T F_s with the rotation R. Every load exerts the torque Q = F r' + M w on the drive,
-!> where r' is the velocity of the body's point at r and w the body's angular velocity, at unit speed of the drive. If the frame
-!> rotates by R [dalpha], the drive turns by dphi = -b dalpha (gestell_model_space_drive); a load therefore exerts the moment
-!> r x F + M - b Q on the frame.
+!> A load against the ground exerts the force F at r relative to F, with the moment r x F + M. Every load exerts the torque Q = F r'
+!> + M w on the drive, where r' is the velocity of the body's point at r and w the body's angular velocity, at unit speed of the
+!> drive. If the frame rotates by dalpha about the fixed axes, the drive turns by dphi = -b dalpha (gestell_model_space_drive); a
+!> load therefore exerts the moment r x F + M - b Q on the frame. `space_load_type` has its vectors along the frame's axes; a
+!> rotation matrix R turns them to the fixed axes. A force that keeps its direction in space is along the fixed axes already.
 module gestell_model_space_loads
   use gestell_base_kinds, only: dp, pi
   use gestell_math_jet, only: jet
   use gestell_math_rotation, only: cross, cross_matrix, identity, outer
   use gestell_model_joints_joint, only: point_type
   use gestell_model_linkage_load, only: action_type, frame_body, ground_body, load_action, load_type
-  use gestell_model_space_drive, only: turn_type
   use gestell_model_space_masses, only: plane_type
   implicit none (type, external)
   private
@@ -108,13 +107,13 @@ contains
 
   end subroutine place
 
-  !> Computes force (along the fixed axes), moment (along the frame's axes) and torque of a load, and their derivatives with respect
-  !> to rotations dalpha of the frame, which turn the drive by -b dalpha.
+  !> Computes force, moment and torque of a load, all along the fixed axes, and their derivatives with respect to small rotations
+  !> dalpha of the frame, which turn the drive by -b dalpha.
   pure subroutine find_effect(load, rotation, b, force, moment, torque, force_turn, moment_turn, torque_turn)
     type(space_load_type), intent(in) :: load
     real(dp), intent(in) :: rotation(3, 3), b(3)
     real(dp), intent(out) :: force(3), moment(3), torque, force_turn(3, 3), moment_turn(3, 3), torque_turn(3)
-    real(dp) :: f(3, 0:1)
+    real(dp), dimension(3, 0:1) :: f, r, v
 
     force = 0
     moment = 0
@@ -124,44 +123,44 @@ contains
     torque_turn = -load%torque(1) * b
     if (.not. load%is_grounded) return
     f = load%force
-    associate (r => load%point, v => load%velocity)
-      if (load%is_fixed) then
-        force = f(:, 0)
-        force_turn = -outer(f(:, 1), b)
-        f = matmul(transpose(rotation), f)
-        ! d(R^T F_s) = -dalpha x (R^T F_s)
-        moment_turn = matmul(cross_matrix(r(:, 0)), cross_matrix(f(:, 0)))
-        torque = torque + dot_product(f(:, 0), v(:, 0))
-        torque_turn = torque_turn + cross(v(:, 0), f(:, 0)) - (dot_product(f(:, 1), v(:, 0)) + dot_product(f(:, 0), v(:, 1))) * b
-      else
-        force = matmul(rotation, f(:, 0))
-        force_turn = -matmul(rotation, cross_matrix(f(:, 0)) + outer(f(:, 1), b))
-      end if
-      moment = cross(r(:, 0), f(:, 0)) + load%moment(:, 0)
-      moment_turn = moment_turn - outer(cross(r(:, 1), f(:, 0)) + cross(r(:, 0), f(:, 1)) + load%moment(:, 1), b)
-    end associate
+    if (.not. load%is_fixed) f = matmul(rotation, f)
+    r = matmul(rotation, load%point)
+    force = f(:, 0)
+    moment = cross(r(:, 0), force) + matmul(rotation, load%moment(:, 0))
+    force_turn = -outer(f(:, 1), b)
+    moment_turn = -cross_matrix(moment) - outer(cross(r(:, 1), f(:, 0)) + cross(r(:, 0), f(:, 1)) &
+      & + matmul(rotation, load%moment(:, 1)), b)
+    if (load%is_fixed) then
+      ! d(r x F) = (dalpha x r) x F = dalpha x (r x F) - r x (dalpha x F)
+      moment_turn = moment_turn + matmul(cross_matrix(r(:, 0)), cross_matrix(force))
+      v = matmul(rotation, load%velocity)
+      torque = torque + dot_product(force, v(:, 0))
+      torque_turn = torque_turn + cross(v(:, 0), force) - (dot_product(f(:, 1), v(:, 0)) + dot_product(f(:, 0), v(:, 1))) * b
+    else
+      force_turn = force_turn - cross_matrix(force)
+    end if
   end subroutine find_effect
 
   !> Adds the effect of the loads to the left sides r, shape (6), and to their derivatives c with respect to (du, dalpha), shape (6,
-  !> 6). Moments are along the frame's axes.
-  pure subroutine add_loads(loads, turn, rotation, r, c)
+  !> 6), along the fixed axes. `b`, `bend`: change of the drive's angle (see the header) and the derivative of b with respect to
+  !> dalpha.
+  pure subroutine add_loads(loads, b, bend, rotation, r, c)
     type(space_load_type), intent(in) :: loads(:)
-    type(turn_type), intent(in) :: turn
-    real(dp), intent(in) :: rotation(3, 3)
+    real(dp), intent(in) :: b(3), bend(3, 3), rotation(3, 3)
     real(dp), intent(inout) :: r(6), c(6, 6)
     real(dp) :: force(3), moment(3), torque, force_turn(3, 3), moment_turn(3, 3), torque_turn(3)
     integer :: i
 
     do i = 1, size(loads)
-      call find_effect(loads(i), rotation, turn%b, force, moment, torque, force_turn, moment_turn, torque_turn)
+      call find_effect(loads(i), rotation, b, force, moment, torque, force_turn, moment_turn, torque_turn)
       r(:3) = r(:3) - force
-      r(4:) = r(4:) - moment + torque * turn%b
+      r(4:) = r(4:) - moment + torque * b
       c(:3, 4:) = c(:3, 4:) - force_turn
-      c(4:, 4:) = c(4:, 4:) - moment_turn + outer(turn%b, torque_turn) + torque * turn%bend
+      c(4:, 4:) = c(4:, 4:) - moment_turn + outer(b, torque_turn) + torque * bend
     end do
   end subroutine add_loads
 
-  !> Torque of the loads on the drive (N m), and its derivatives with respect to rotations dalpha of the frame.
+  !> Torque of the loads on the drive (N m), and its derivatives with respect to rotations dalpha of the frame about the fixed axes.
   pure subroutine load_torque(loads, b, rotation, torque, torque_turn)
     type(space_load_type), intent(in) :: loads(:)
     real(dp), intent(in) :: b(3), rotation(3, 3)
@@ -179,7 +178,7 @@ contains
   end subroutine load_torque
 
   !> Power of the loads (W). `rate`: angular velocity of the drive relative to the frame (rad/s). `velocity`: velocity of the
-  !> frame's centre of mass along the fixed axes (m/s). `w`: angular velocity along the frame's axes (rad/s).
+  !> frame's centre of mass (m/s). `w`: its angular velocity (rad/s). Both are along the fixed axes.
   pure real(dp) function load_power(loads, rotation, rate, velocity, w) result(power)
     type(space_load_type), intent(in) :: loads(:)
     real(dp), intent(in) :: rotation(3, 3), rate, velocity(3), w(3)

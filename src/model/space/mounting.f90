@@ -2,160 +2,157 @@
 !>
 !> Let the frame have the displacement u, velocity v, rotation R and angular velocity w. The upper end of a support, attached to the
 !> frame at p, then has the displacement d and the velocity d'. The support exerts the force F, with the moment M about the frame's
-!> centre of mass,
+!> centre of mass, all along the fixed axes xi, eta, zeta:
 !>
-!>     d = u + (R - 1) p,   d' = v + R (w x p),   F = -K d - B d',   M = p x R^T F.
+!>     d = u + (R - 1) p,   d' = v + w x R p,   F = -K d - B d',   M = R p x F.
 !>
-!> Forces are along the fixed axes xi, eta, zeta, moments along the frame's axes. If the axes of the support turn with the frame,
-!> displacement and rate are measured in the frame. With the vector y = R^T (u - p) from the support's position at rest to the
-!> centre of mass,
+!> If the axes of the support turn with the frame, so do K = R K_0 R^T, B and the static force G on the ground, and the rate of d is
+!> measured in the frame. With the vector y = u - p from the support's position at rest to the centre of mass,
 !>
-!>     e = R^T d = p + y,   e' = R^T v - w x y,   f = K e + B e' + G,   F = -R f,   M = y x f,
+!>     d* = v - w x y,   F = -K d - B d* - R G,   M = -y x F.
 !>
-!> where the static force G on the ground turns with the axes. For a frame in the plane see gestell_model_exact_moved_mounting.
+!> For a frame in the plane see gestell_model_exact_moved_mounting.
 module gestell_model_space_mounting
   use gestell_base_kinds, only: dp
-  use gestell_math_rotation, only: cross, cross_matrix, identity
+  use gestell_math_rotation, only: cross
+  use gestell_math_vectors, only: batch, blocks_type, cross, cross_matrix, steady, times, transposed
   use gestell_model_mounting, only: support_type
+  use gestell_model_space_drive, only: moved_type
   implicit none (type, external)
   private
 
-  public :: add_supports, support_force
+  public :: add_supports, find_matrices, support_force
 
 contains
 
-  !> Dynamic force of a support on the ground (N), without the static force, along the fixed axes xi, eta, zeta. `turn` is R - 1
-  !> with the rotation matrix R, so that R x = x + turn x.
-  pure function support_force(support, u, v, turn, w) result(force)
+  !> Computes the matrices K and B of a support along the fixed axes at a batch of phases.
+  pure subroutine find_matrices(support, moved, k, b)
     type(support_type), intent(in) :: support
-    !> `u`, `v`: displacement (m) and velocity (m/s) of the frame's centre of mass along the fixed axes xi, eta, zeta. `turn`: R -
-    !> 1 with the rotation matrix R. `w`: angular velocity along the frame's axes (rad/s)
-    real(dp), intent(in) :: u(3), v(3), turn(3, 3), w(3)
-    real(dp) :: force(3), d(3), e(3), e_d(3)
+    type(moved_type), intent(in) :: moved
+    real(dp), dimension(batch, 3, 3), intent(out) :: k, b
 
-    associate (p => support%position)
-      d = u + matmul(turn, p)
-      if (support%turning) then
-        e = d + matmul(d, turn)
-        e_d = v + matmul(v, turn) - cross(w, e - p)
-        force = mount_force(support, e, e_d)
-        force = force + matmul(turn, force + support%static)
-      else
-        e_d = cross(w, p)
-        force = mount_force(support, d, v + e_d + matmul(turn, e_d))
-      end if
-    end associate
+    k = steady(matrix(support%stiffness))
+    b = steady(matrix(support%damping))
+    if (.not. support%turning) return
+    k = times(moved%rotation, times(k, transposed(moved%rotation)))
+    b = times(moved%rotation, times(b, transposed(moved%rotation)))
+
+  contains
+
+    !> Matrix along the frame's axes. `along`: stiffness or damping along each axis of the support.
+    pure function matrix(along)
+      real(dp), intent(in) :: along(3)
+      real(dp) :: matrix(3, 3)
+
+      matrix = matmul(support%axes * spread(along, 1, 3), transpose(support%axes))
+    end function matrix
+
+  end subroutine find_matrices
+
+  !> Dynamic force of a support on the ground (N), without the static force at rest, along the fixed axes xi, eta, zeta. `k`, `b`:
+  !> its matrices along these axes. `u`, `v`: displacement (m) and velocity (m/s) of the frame's centre of mass.
+  pure function support_force(support, k, b, u, v, moved) result(force)
+    type(support_type), intent(in) :: support
+    real(dp), intent(in) :: k(batch, 3, 3), b(batch, 3, 3), u(batch, 3), v(batch, 3)
+    type(moved_type), intent(in) :: moved
+    real(dp), dimension(batch, 3) :: force, p, shift
+
+    p = steady(support%position)
+    shift = times(moved%less_one, p)
+    if (support%turning) then
+      force = times(k, u + shift) + times(b, v - cross(moved%w, u - p)) + times(moved%less_one, steady(support%static))
+    else
+      force = times(k, u + shift) + times(b, v + cross(moved%w, p + shift))
+    end if
   end function support_force
 
-  !> Force K d + B d' (N).
-  pure function mount_force(support, d, d_d) result(force)
-    type(support_type), intent(in) :: support
-    real(dp), intent(in) :: d(3), d_d(3)
-    real(dp) :: force(3)
-
-    force = matmul(support%axes, support%stiffness * matmul(d, support%axes) + support%damping * matmul(d_d, support%axes))
-  end function mount_force
-
-  !> Subtracts the forces of the supports, and their moments about the frame's centre of mass, from the left sides r, shape (6).
-  !> The derivatives of forces and moments with respect to u' and dalpha' are subtracted from b, those with respect to u and
-  !> dalpha from c, shapes (6, 6). Here dalpha is a small rotation about the frame's axes: it changes the rotation matrix R by R
-  !> [dalpha], and the angular velocity w by dalpha' + w x dalpha.
-  pure subroutine add_supports(supports, u, v, turn, w, r, b, c)
+  !> Subtracts the forces of the supports, and their moments about the frame's centre of mass, from the left sides of the balances
+  !> of forces and moments, along the fixed axes, at a batch of phases. The derivatives of the left sides with respect to (u',
+  !> dalpha') are added to b, those with respect to (u, dalpha) to c. Here dalpha is a small rotation about the fixed axes: it
+  !> changes a vector r that is fixed in the frame by dalpha x r.
+  pure subroutine add_supports(supports, u, v, moved, forces, moments, b, c)
     type(support_type), intent(in) :: supports(:)
-    !> As in `support_force`
-    real(dp), intent(in) :: u(3), v(3), turn(3, 3), w(3)
-    real(dp), intent(inout) :: r(6), b(6, 6), c(6, 6)
+    !> Displacement (m) and velocity (m/s) of the frame's centre of mass along the fixed axes
+    real(dp), intent(in) :: u(batch, 3), v(batch, 3)
+    type(moved_type), intent(in) :: moved
+    real(dp), intent(inout) :: forces(batch, 3), moments(batch, 3)
+    type(blocks_type), intent(inout) :: b, c
+    real(dp) :: stiffness(batch, 3, 3), damping(batch, 3, 3), f(batch, 3)
     integer :: i
 
     do i = 1, size(supports)
+      call find_matrices(supports(i), moved, stiffness, damping)
+      f = support_force(supports(i), stiffness, damping, u, v, moved)
+      forces = forces + f
       if (supports(i)%turning) then
-        call add_in_frame(supports(i), u, v, turn, w, r, b, c)
+        call add_in_frame(supports(i), stiffness, damping, f, u, v, moved, moments, b, c)
       else
-        call add_in_space(supports(i), u, v, turn, w, r, b, c)
+        call add_in_space(supports(i), stiffness, damping, f, moved, moments, b, c)
       end if
     end do
   end subroutine add_supports
 
-  pure subroutine add_in_space(support, u, v, turn, w, r, b, c)
+  !> Support whose axes have fixed directions. With its arm r = R p, displacement d = u + (R - 1) p and force f = K d + B d' on the
+  !> ground,
+  !>
+  !>     dd = du - r x dalpha,   dd' = dv - r x dalpha' - r' x dalpha,   d(r x f) = r x df + f x (r x dalpha).
+  pure subroutine add_in_space(support, k, d, f, moved, moments, b, c)
     type(support_type), intent(in) :: support
-    real(dp), intent(in) :: u(3), v(3), turn(3, 3), w(3)
-    real(dp), intent(inout) :: r(6), b(6, 6), c(6, 6)
-    real(dp) :: k(3, 3), d(3, 3), f(3), arm(3), by_turn(3, 3), by_spin(3, 3), back(3, 3), rotation(3, 3)
+    real(dp), intent(in) :: k(batch, 3, 3), d(batch, 3, 3), f(batch, 3)
+    type(moved_type), intent(in) :: moved
+    real(dp), intent(inout) :: moments(batch, 3)
+    type(blocks_type), intent(inout) :: b, c
+    real(dp), dimension(batch, 3, 3) :: k_arm, d_arm, by_turn
+    real(dp) :: arm(batch, 3)
 
-    rotation = turn + identity()
-    associate (p => support%position)
-      k = matrix(support, support%stiffness)
-      d = matrix(support, support%damping)
-      arm = cross(w, p)
-      f = -matmul(k, u + matmul(turn, p)) - matmul(d, v + matmul(rotation, arm))
-      ! d d = d u + R (dalpha x p), d d' = d v + R (dalpha x (w x p) + (dalpha' + w x dalpha) x p)
-      by_spin = -matmul(rotation, cross_matrix(p))
-      by_turn = -matmul(rotation, cross_matrix(arm) + matmul(cross_matrix(p), cross_matrix(w)))
-      by_turn = matmul(k, by_spin) + matmul(d, by_turn)              ! of -F
-      by_spin = matmul(d, by_spin)
-      r(:3) = r(:3) - f
-      c(:3, :3) = c(:3, :3) + k
-      b(:3, :3) = b(:3, :3) + d
-      c(:3, 4:) = c(:3, 4:) + by_turn
-      b(:3, 4:) = b(:3, 4:) + by_spin
-      ! M = p x R^T F: dM = p x (R^T dF - dalpha x R^T F)
-      f = matmul(f, rotation)
-      back = matmul(cross_matrix(p), transpose(rotation))
-      r(4:) = r(4:) - cross(p, f)
-      c(4:, :3) = c(4:, :3) + matmul(back, k)
-      b(4:, :3) = b(4:, :3) + matmul(back, d)
-      c(4:, 4:) = c(4:, 4:) + matmul(back, by_turn) - matmul(cross_matrix(p), cross_matrix(f))
-      b(4:, 4:) = b(4:, 4:) + matmul(back, by_spin)
-    end associate
+    arm = times(moved%rotation, steady(support%position))
+    k_arm = cross(k, arm)
+    d_arm = cross(d, arm)
+    by_turn = -k_arm - cross(d, cross(moved%w, arm))
+    b%uu = b%uu + d
+    c%uu = c%uu + k
+    b%ua = b%ua - d_arm
+    c%ua = c%ua + by_turn
+    moments = moments + cross(arm, f)
+    ! r x K = -(K x r)^T, because K is symmetric
+    b%au = b%au - transposed(d_arm)
+    c%au = c%au - transposed(k_arm)
+    b%aa = b%aa - cross(arm, d_arm)
+    c%aa = c%aa + cross(arm, by_turn) + cross(f, cross_matrix(arm))
   end subroutine add_in_space
 
-  !> Subtracts the force and moment of one support whose axes turn with the frame, and their derivatives, from r, b and c;
-  !> `add_supports` calls it for each of these supports. With y and e as in the header of this module, dy = R^T du + y x dalpha and
-  !> de' = R^T dv - w x R^T du + y x dalpha' + e' x dalpha. The left sides r contain only the changes of the static force and of its
-  !> moment from their values at rest.
-  pure subroutine add_in_frame(support, u, v, turn, w, r, b, c)
+  !> Support whose axes turn with the frame. Let K and B be along the fixed axes. With y and d* of the module's header, the force on
+  !> the ground is f + G with f = K d + B d* + (R - 1) G, and its moment -y x (f + G);
+  !>
+  !>     df = K (du + y x dalpha) + B (dv - w x du + y x dalpha' + v x dalpha - w x (y x dalpha)) - (f + G) x dalpha.
+  !>
+  !> The left sides contain only the changes of the static force and of its moment from their values at rest in the frame's axes.
+  pure subroutine add_in_frame(support, k, d, f, u, v, moved, moments, b, c)
     type(support_type), intent(in) :: support
-    real(dp), intent(in) :: u(3), v(3), turn(3, 3), w(3)
-    real(dp), intent(inout) :: r(6), b(6, 6), c(6, 6)
-    real(dp), dimension(3, 3) :: k, d, arm, load, rotation, back, by_place, by_speed, by_turn, by_spin
-    real(dp) :: y(3), e(3), e_d(3), f(3)
+    real(dp), intent(in) :: k(batch, 3, 3), d(batch, 3, 3), f(batch, 3), u(batch, 3), v(batch, 3)
+    type(moved_type), intent(in) :: moved
+    real(dp), intent(inout) :: moments(batch, 3)
+    type(blocks_type), intent(inout) :: b, c
+    real(dp), dimension(batch, 3, 3) :: by_place, by_spin, by_turn, load
+    real(dp), dimension(batch, 3) :: y, static, of_static
 
-    k = matrix(support, support%stiffness)
-    d = matrix(support, support%damping)
-    rotation = turn + identity()
-    back = transpose(rotation)
-    e = matmul(back, u + matmul(turn, support%position))
-    y = e - support%position
-    e_d = matmul(back, v) - cross(w, y)
-    f = matmul(k, e) + matmul(d, e_d)
-    arm = cross_matrix(y)
-    load = cross_matrix(f + support%static)
-    ! derivatives of f
-    by_place = matmul(k, back) - matmul(d, matmul(cross_matrix(w), back))
-    by_speed = matmul(d, back)
-    by_turn = matmul(k, arm) + matmul(d, cross_matrix(e_d))
-    by_spin = matmul(d, arm)
-    ! -F = R f, minus G, which balances the weights at rest: d(R f) = R (df + dalpha x f)
-    r(:3) = r(:3) + matmul(rotation, f) + matmul(turn, support%static)
-    c(:3, :3) = c(:3, :3) + matmul(rotation, by_place)
-    b(:3, :3) = b(:3, :3) + matmul(rotation, by_speed)
-    c(:3, 4:) = c(:3, 4:) + matmul(rotation, by_turn - load)
-    b(:3, 4:) = b(:3, 4:) + matmul(rotation, by_spin)
-    ! -M = f x y, minus its value G x y at rest, where y = -p
-    r(4:) = r(4:) - cross(y, f) - cross(e, support%static)
-    c(4:, :3) = c(4:, :3) + matmul(load, back) - matmul(arm, by_place)
-    b(4:, :3) = b(4:, :3) - matmul(arm, by_speed)
-    c(4:, 4:) = c(4:, 4:) + matmul(load, arm) - matmul(arm, by_turn)
-    b(4:, 4:) = b(4:, 4:) - matmul(arm, by_spin)
+    y = u - steady(support%position)
+    static = steady(support%static)
+    of_static = steady(cross(support%position, support%static))
+    load = cross_matrix(f + static)
+    by_place = k - cross(d, moved%w)
+    by_spin = cross(d, y)
+    by_turn = cross(k, y) + times(d, cross_matrix(v) - cross(moved%w, cross_matrix(y))) - load
+    b%uu = b%uu + d
+    c%uu = c%uu + by_place
+    b%ua = b%ua + by_spin
+    c%ua = c%ua + by_turn
+    ! -y x (f + G) - R (p x G) without differences of nearly equal moments
+    moments = moments - cross(y, f) - cross(u, static) - times(moved%less_one, of_static)
+    b%au = b%au - cross(y, d)
+    c%au = c%au - cross(y, by_place) + load
+    b%aa = b%aa - cross(y, by_spin)
+    c%aa = c%aa - cross(y, by_turn) + cross_matrix(times(moved%rotation, of_static))
   end subroutine add_in_frame
-
-  !> Matrix K or B of a support along the frame's axes. `k`: stiffness or damping along each axis of the support.
-  pure function matrix(support, k)
-    type(support_type), intent(in) :: support
-    real(dp), intent(in) :: k(3)
-    real(dp) :: matrix(3, 3)
-
-    matrix = matmul(support%axes * spread(k, 1, 3), transpose(support%axes))
-  end function matrix
 
 end module gestell_model_space_mounting

@@ -19,14 +19,14 @@
 module gestell_model_space
   use gestell_base_kinds, only: dp, pi
   use gestell_math_rotation, only: cross_matrix, identity
+  use gestell_math_vectors, only: batch, blocks_type, cross_matrix, element, steady
   use gestell_model_mechanism_held, only: sum_or_zero
   use gestell_model_mechanism_mean_moment, only: average_masses
   use gestell_model_mounting, only: in_frame, in_space, is_rotation
   use gestell_model_mounting_mounted, only: mounted_system
-  use gestell_model_space_drive, only: add_drive, drive_type, driven_type, find_torque, follow_frame
-  use gestell_model_space_masses, only: masses_type, plane_type, sum_planes
+  use gestell_model_space_drive, only: add_drive, drive_type, find_torque, follow_frame, moved_type
+  use gestell_model_space_masses, only: along_fixed_axes, fixed_masses_type, masses_type, plane_type, sum_planes
   use gestell_model_space_loads, only: add_loads, count_loads, find_loads, space_load_type
-  use gestell_model_space_moving, only: find_moving
   implicit none (type, external)
   private
 
@@ -38,8 +38,8 @@ module gestell_model_space
     type(masses_type) :: masses
   end type table_type
 
-  !> Rotation vector of a frame at rest, with its first and second derivatives.
-  real(dp), parameter :: upright(3, 0:2) = 0
+  !> Rotation vectors of a frame at rest, with their first and second derivatives.
+  real(dp), parameter :: upright(batch, 3, 0:2) = 0
 
   !> The mechanisms of a frame in space, each in its own plane, and their drive.
   type, public :: space_type
@@ -95,21 +95,18 @@ contains
     allocate(longer(count + 1))
     if (count > 0) longer(:count) = self%tables
     longer(count + 1)%angles = angles
-    call sum_planes(self%planes, angles, longer(count + 1)%masses)
+    call sum_planes(self%planes, angles, longer(count + 1)%masses, self%drive%uniform_in_space())
     call move_alloc(longer, self%tables)
   end subroutine remember
 
   !> Computes mass, first moment S, inertia tensor J and angular momentum H of the frame with all moving masses, about the frame's
-  !> centre of mass, and their time derivatives.
-  pure subroutine masses_at(self, mass, speed, angles, masses, rates)
+  !> centre of mass, and their derivatives with respect to the angle of the drive.
+  pure subroutine masses_at(self, mass, angles, masses)
     class(space_type), intent(in) :: self
-    !> `mass`: mass of the frame (kg). `speed`: speed of the drive (rad/s); ignored if `rates` are given
-    real(dp), intent(in) :: mass, speed
-    !> Angles of the drive (rad)
+    !> `mass`: mass of the frame (kg). `angles`: angles of the drive (rad)
+    real(dp), intent(in) :: mass
     real(dp), contiguous, intent(in) :: angles(:)
     type(masses_type), intent(out) :: masses
-    !> Angular velocity (rad/s) and angular acceleration (rad/s^2) of the drive at each angle, shape (angles, 2)
-    real(dp), intent(in), optional :: rates(:, :)
     logical :: known
     integer :: i, k
 
@@ -123,30 +120,13 @@ contains
       end do
       if (known) masses = self%tables(i)%masses
     end if
-    if (.not. known) call sum_planes(self%planes, angles, masses)
+    if (.not. known) call sum_planes(self%planes, angles, masses, self%drive%uniform_in_space())
     masses%mass = masses%mass + mass
     do k = 1, 3
       do i = 1, 3
         masses%j(:, i, k, 0) = masses%j(:, i, k, 0) + self%inertia(i, k)
       end do
     end do
-    if (present(rates)) then
-      do k = 1, 3
-        associate (s => masses%s(:, k, :), j => masses%j(:, :, k, 1), h => masses%h(:, k, :))
-          s(:, 3) = rates(:, 1)**2 * s(:, 3) + rates(:, 2) * s(:, 2)
-          s(:, 2) = rates(:, 1) * s(:, 2)
-          j = j * spread(rates(:, 1), 2, 3)
-          h(:, 2) = rates(:, 1)**2 * h(:, 2) + rates(:, 2) * h(:, 1)
-          h(:, 1) = rates(:, 1) * h(:, 1)
-        end associate
-      end do
-      return
-    end if
-    masses%s(:, :, 1) = speed * masses%s(:, :, 1)
-    masses%s(:, :, 2) = speed**2 * masses%s(:, :, 2)
-    masses%j(:, :, :, 1) = speed * masses%j(:, :, :, 1)
-    masses%h(:, :, 0) = speed * masses%h(:, :, 0)
-    masses%h(:, :, 1) = speed**2 * masses%h(:, :, 1)
   end subroutine masses_at
 
   !> Computes the matrices M, B, C, shape (angles, size(free), size(free)), and the load h, shape (angles, size(free)), of a frame
@@ -163,7 +143,7 @@ contains
     real(dp) :: r(6), all_c(6, 6)
     integer :: at(size(free)), place(6), i, k
 
-    call self%masses_at(frame%mass, frame%speed, angles, masses)
+    call self%masses_at(frame%mass, angles, masses)
     at = in_space(free)
     place = 0
     place(at) = [(i, i = 1, size(at))]
@@ -175,24 +155,24 @@ contains
       end do
       if (at(k) <= 3) m(:, k, k) = masses%mass
     end do
-    associate (u => place(:3), theta => place(4:), s => masses%s, j => masses%j, h => masses%h)
+    associate (u => place(:3), theta => place(4:), s => masses%s, j => masses%j, h => masses%h, speed => frame%speed)
       call add_cross(m, -1.0_dp, s(:, :, 0), u, theta)
       call add_cross(m, 1.0_dp, s(:, :, 0), theta, u)
-      call add_block(m, j(:, :, :, 0), theta)
-      call add_cross(b, -2.0_dp, s(:, :, 1), u, theta)
-      call add_block(b, j(:, :, :, 1), theta)
-      call add_cross(b, -1.0_dp, h(:, :, 0), theta, theta)
-      call add_cross(c, -1.0_dp, s(:, :, 2), u, theta)
+      call add_block(m, 1.0_dp, j(:, :, :, 0), theta)
+      call add_cross(b, -2 * speed, s(:, :, 1), u, theta)
+      call add_block(b, speed, j(:, :, :, 1), theta)
+      call add_cross(b, -speed, h(:, :, 0), theta, theta)
+      call add_cross(c, -speed**2, s(:, :, 2), u, theta)
     end associate
     if (frame%weights%act) call frame%weights%add_stiffness(place(4:), masses%s(:, :, 0), c)
     if (present(h)) then
       do i = 1, size(at)
-        if (at(i) <= 3) h(:, i) = -masses%s(:, at(i), 2)
-        if (at(i) > 3) h(:, i) = -masses%h(:, at(i) - 3, 1)
+        if (at(i) <= 3) h(:, i) = -frame%speed**2 * masses%s(:, at(i), 2)
+        if (at(i) > 3) h(:, i) = -frame%speed**2 * masses%h(:, at(i) - 3, 1)
       end do
       if (frame%weights%act) call frame%weights%add_load(place(4:), masses%s(:, :, 0), h)
     end if
-    if (self%drive%uniform_in_space()) call add_drive_at_rest(self, frame, angles, at, m, b, c, h)
+    if (self%drive%uniform_in_space()) call add_drive_at_rest(self, frame, masses, at, m, b, c, h)
     if (count_loads(self%planes) > 0) then
       do k = 1, size(angles)
         call self%loads_at_rest(frame%speed, angles(k), r, all_c)
@@ -209,42 +189,70 @@ contains
     real(dp), intent(in) :: speed, angle
     real(dp), intent(out) :: r(6), c(6, 6)
     type(space_load_type) :: loads(count_loads(self%planes))
-    type(driven_type) :: driven
+    type(moved_type) :: moved
 
-    call follow_frame(self%drive, speed, upright(:, 0), upright, driven%moved, driven%turn)
+    call follow_frame(self%drive, speed, upright(:, :, 0), upright, moved)
     call find_loads(self%planes, angle, loads)
     r = 0
     c = 0
-    call add_loads(loads, driven%turn, identity(), r, c)
+    call add_loads(loads, moved%b(1, :), moved%bend(1, :, :), identity(), r, c)
+    ! change of the moments along the frame's axes
+    c(4:, 4:) = c(4:, 4:) + cross_matrix(r(4:))
     r(4:) = r(4:) + self%motor_torque * self%drive%axis
   end subroutine loads_at_rest
 
   !> Adds the effect of a drive that turns uniformly relative to the ground to the matrices M, B, C and the load h.
-  pure subroutine add_drive_at_rest(self, frame, angles, at, m, b, c, h)
+  pure subroutine add_drive_at_rest(self, frame, masses, at, m, b, c, h)
     class(space_type), intent(in) :: self
     class(mounted_system), intent(in) :: frame
-    real(dp), intent(in) :: angles(:)
+    type(masses_type), intent(in) :: masses
     integer, intent(in) :: at(:)
     real(dp), intent(inout) :: m(:, :, :), b(:, :, :), c(:, :, :)
     real(dp), intent(inout), optional :: h(:, :)
-    type(driven_type) :: driven
-    real(dp) :: r(6), all_m(6, 6), all_b(6, 6), all_c(6, 6)
-    integer :: k
+    type(moved_type) :: moved
+    type(fixed_masses_type) :: fixed
+    type(blocks_type), parameter :: zero = blocks_type(0.0_dp, 0.0_dp, 0.0_dp, 0.0_dp)
+    type(blocks_type) :: of_a, of_v, of_q
+    real(dp) :: moments(batch, 3)
+    integer :: first, last, i
 
-    call follow_frame(self%drive, frame%speed, -frame%weights%gravity, upright, driven%moved, driven%turn)
-    do k = 1, size(angles)
-      call find_moving(self%planes, angles(k), driven%moving)
-      r = 0
-      all_m = 0
-      all_b = 0
-      all_c = 0
-      all_b(4:, 4:) = -cross_matrix(driven%moved%spin)
-      call add_drive(driven%turn, driven%moving, driven%moved, r, all_m, all_b, all_c)
-      m(k, :, :) = sum_or_zero(m(k, :, :), all_m(at, at))
-      b(k, :, :) = sum_or_zero(b(k, :, :), all_b(at, at))
-      c(k, :, :) = sum_or_zero(c(k, :, :), all_c(at, at))
-      if (present(h)) h(k, :) = sum_or_zero(h(k, :), -r(at))
+    call follow_frame(self%drive, frame%speed, steady(-frame%weights%gravity), upright, moved)
+    do first = 1, size(m, 1), batch
+      last = min(first + batch - 1, size(m, 1))
+      call along_fixed_axes(masses, first, moved%rotation, fixed)
+      moments = 0
+      of_a = zero
+      of_v = zero
+      of_q = zero
+      of_v%aa = -cross_matrix(moved%spin)
+      call add_drive(moved, fixed, moments, of_a, of_v, of_q)
+      ! change of the moments along the frame's axes
+      of_q%aa = of_q%aa + cross_matrix(moments)
+      call add_blocks(of_a, m(first:last, :, :))
+      call add_blocks(of_v, b(first:last, :, :))
+      call add_blocks(of_q, c(first:last, :, :))
+      if (.not. present(h)) cycle
+      do i = 1, size(at)
+        if (at(i) > 3) h(first:last, i) = sum_or_zero(h(first:last, i), -moments(:last - first + 1, at(i) - 3))
+      end do
     end do
+
+  contains
+
+    pure subroutine add_blocks(blocks, matrices)
+      type(blocks_type), intent(in) :: blocks
+      real(dp), intent(inout) :: matrices(:, :, :)
+      real(dp) :: added(batch)
+      integer :: i, k
+
+      do k = 1, size(at)
+        do i = 1, size(at)
+          added = element(blocks, at(i), at(k))
+          matrices(:, i, k) = sum_or_zero(matrices(:, i, k), added(:size(matrices, 1)))
+        end do
+      end do
+    end subroutine add_blocks
+
   end subroutine add_drive_at_rest
 
   !> Computes the shaking forces (N), and their moments about the frame's centre of mass (N m), on the frame at rest without
@@ -255,19 +263,24 @@ contains
     real(dp), contiguous, intent(in) :: angles(:)
     real(dp), intent(out) :: loads(:, :)
     type(masses_type) :: masses
-    type(driven_type) :: driven
-    real(dp) :: torque, by_gain(6), by_rate(6), by_place(6)
-    integer :: k
+    type(fixed_masses_type) :: fixed
+    type(moved_type) :: moved
+    real(dp) :: torque(batch)
+    real(dp), dimension(batch, 3) :: by_gain, by_spin, by_turn
+    integer :: first, last, i
 
-    call self%masses_at(0.0_dp, speed, angles, masses)
-    loads(:, :3) = -masses%s(:, :, 2)
-    loads(:, 4:) = -masses%h(:, :, 1)
+    call self%masses_at(0.0_dp, angles, masses)
+    loads(:, :3) = -speed**2 * masses%s(:, :, 2)
+    loads(:, 4:) = -speed**2 * masses%h(:, :, 1)
     if (.not. self%drive%uniform_in_space()) return
-    call follow_frame(self%drive, speed, upright(:, 0), upright, driven%moved, driven%turn)
-    do k = 1, size(angles)
-      call find_moving(self%planes, angles(k), driven%moving)
-      call find_torque(driven%turn, driven%moving, driven%moved, torque, by_gain, by_rate, by_place)
-      loads(k, 4:) = sum_or_zero(loads(k, 4:), torque * driven%turn%b)
+    call follow_frame(self%drive, speed, upright(:, :, 0), upright, moved)
+    do first = 1, size(angles), batch
+      last = min(first + batch - 1, size(angles))
+      call along_fixed_axes(masses, first, moved%rotation, fixed)
+      call find_torque(moved, fixed, torque, by_gain, by_spin, by_turn)
+      do i = 1, 3
+        loads(first:last, 3 + i) = sum_or_zero(loads(first:last, 3 + i), torque(:last - first + 1) * moved%b(:last - first + 1, i))
+      end do
     end do
   end subroutine shake
 
@@ -304,7 +317,7 @@ contains
     at = in_space(free)
     maximum = 0
     turn = [(2 * pi * k / angles, k = 1, angles)]
-    call self%masses_at(mass, 1.0_dp, turn, all)
+    call self%masses_at(mass, turn, all)
     call self%shake(1.0_dp, turn, loads)
     do k = 1, merge(angles, 0, count_loads(self%planes) > 0)
       call self%loads_at_rest(speed, turn(k), r, c)
@@ -341,17 +354,19 @@ contains
     end do
   end subroutine add_cross
 
-  !> Adds the 3 x 3 blocks `a`, shape (angles, 3, 3), to the rows and columns `at` of the matrices. A 0 in `at` means that the
-  !> matrices do not contain this row and column.
-  pure subroutine add_block(matrices, a, at)
+  !> Adds `factor` times the 3 x 3 blocks `a`, shape (angles, 3, 3), to the rows and columns `at` of the matrices. A 0 in `at` means
+  !> that the matrices do not contain this row and column.
+  pure subroutine add_block(matrices, factor, a, at)
     real(dp), contiguous, intent(inout) :: matrices(:, :, :)
+    real(dp), intent(in) :: factor
     real(dp), contiguous, intent(in) :: a(:, :, :)
     integer, intent(in) :: at(3)
     integer :: i, k
 
     do k = 1, 3
       do i = 1, 3
-        if (at(i) > 0 .and. at(k) > 0) matrices(:, at(i), at(k)) = matrices(:, at(i), at(k)) + a(:, i, k)
+        if (at(i) > 0 .and. at(k) > 0) matrices(:, at(i), at(k)) = matrices(:, at(i), at(k)) &
+          & + factor * a(:, i, k)
       end do
     end do
   end subroutine add_block

@@ -1,30 +1,35 @@
-!> A frame in space linearised about one of its motions: the exact equations of gestell_model_space and their derivatives.
+!> A frame in space linearised about one of its motions: the exact equations of gestell_model_space and their derivatives, at a
+!> batch of phases, along the fixed axes.
 !>
-!> Let dalpha be a small rotation of the frame about its axes: the rotation matrix R changes by R [dalpha], where [dalpha] is the
-!> matrix of the cross product. Then
+!> Let dalpha be a small rotation of the frame about the fixed axes: it changes the rotation matrix R by [dalpha] R, where [dalpha]
+!> is the matrix of the cross product. Along the fixed axes the masses have the first moment Z = R S, the inertia tensor R J R^T,
+!> which is J from here on, and the angular momentum L = J w + R H. The rotation changes them by
 !>
-!>     dw  = dalpha' + w x dalpha,   dw' = dalpha'' + w' x dalpha + w x dalpha',
-!>     d(R g)      = R (dalpha x g + dg),   dg = 2 dw x S' + dw' x S + dw x (w x S) + w x (dw x S),
-!>     d(R^T u'')  = R^T du'' - dalpha x (R^T u'').
+!>     dZ = dalpha x Z,   dL = dalpha x L + J dalpha'.
 !>
-!> A change dtheta of the rotation vector means, with the matrix T of gestell_math_rotation,
+!> The left sides of the balances of momentum and angular momentum and their derivatives are therefore
 !>
-!>     dalpha = T dtheta,   dalpha' = T dtheta' + T' dtheta,   dalpha'' = T dtheta'' + 2 T' dtheta' + T'' dtheta.
+!>     m u'' + Z'',       m du'' + (dalpha x Z)'',
+!>     L' + Z x u'',      (dalpha x L + J dalpha')' + (dalpha x Z) x u'' + Z x du''.
+!>
+!> A change dtheta of the rotation vector means, with the matrix T of gestell_math_rotation, dalpha = T^T dtheta. The moments along
+!> the directions of theta are T L' + ..., because some of these directions may be locked.
 module gestell_model_space_variation
   use gestell_base_kinds, only: dp
-  use gestell_model_mounting, only: damping_matrix, in_frame, in_space, stiffness_matrix, turned_loads
+  use gestell_math_rotation, only: find_turning_gradient, turning_less_one
+  use gestell_math_vectors, only: batch, blocks_type, cross, cross_matrix, element, in_batch, scaled, steady, times, &
+    & transposed, unit_matrix
+  use gestell_model_mounting, only: damping_matrix, in_frame, in_space, stiffness_matrix, support_type, turned_loads
   use gestell_model_mounting_mounted, only: mounted_system
   use gestell_model_space, only: space_type
-  use gestell_model_space_drive, only: add_drive, drive_type, driven_type, follow_frame, shift_time, turn_type
+  use gestell_model_space_drive, only: add_drive, follow_frame, moved_type, rotate_frame, shift_time
   use gestell_model_space_loads, only: add_loads, count_loads, find_loads, space_load_type
-  use gestell_model_space_masses, only: masses_type
-  use gestell_model_space_mounting, only: add_supports, support_force
-  use gestell_model_space_moving, only: find_moving
-  use gestell_math_rotation, only: cross, cross_matrix, identity, rotation_less_one, turning_less_one, turning_matrices
+  use gestell_model_space_masses, only: along_fixed_axes, fixed_masses_type, masses_type
+  use gestell_model_space_mounting, only: add_supports, find_matrices, support_force
   implicit none (type, external)
   private
 
-  public :: force_excess, ground_in_space, sample_varied, vary
+  public :: force_excess, ground_in_space, sample_varied
 
 contains
 
@@ -40,209 +45,254 @@ contains
     real(dp), intent(in) :: q(:, :), v(:, :), a(:, :), lag(:, :)
     real(dp), intent(out) :: r(:, :), m(:, :, :), b(:, :, :), c(:, :, :)
     type(masses_type) :: masses
-    type(driven_type), allocatable :: driven(:)
-    type(space_load_type), allocatable :: loads(:)
-    real(dp) :: motion(6, 0:2), all_r(6), all_m(6, 6), all_b(6, 6), all_c(6, 6)
-    integer :: k
+    type(fixed_masses_type) :: fixed
+    type(moved_type) :: moved
+    type(blocks_type) :: of_a, of_v, of_q
+    real(dp), dimension(batch, 3, 0:2) :: u, theta
+    real(dp) :: forces(batch, 3), moments(batch, 3)
+    integer, parameter :: shifts(3) = in_frame(:3), turns(3) = in_frame(4:)
+    integer :: at(batch), first, last, i, k
 
-    if (space%drive%uniform_in_space()) then
-      allocate(driven(size(angles)))
-      call follow_motion(frame, space, angles, v, a, q, lag, masses, driven)
-    else
-      call space%masses_at(frame%mass, frame%speed, angles, masses)
-    end if
-    allocate(loads(count_loads(space%planes)))
-    do k = 1, size(angles)
-      motion = in_order(q(k, :), v(k, :), a(k, :))
-      if (allocated(driven)) then
-        call find_loads(space%planes, angles(k) - driven(k)%turn%chi(0), loads)
-        call vary(frame, space%drive, masses, k, motion, all_r, all_m, all_b, all_c, driven(k), loads)
+    if (.not. space%drive%uniform_in_space()) call space%masses_at(frame%mass, angles, masses)
+    do first = 1, size(angles), batch
+      last = min(first + batch - 1, size(angles))
+      at = in_batch(first, size(angles))
+      do i = 1, 3
+        u(:, i, 0) = q(at, shifts(i))
+        u(:, i, 1) = v(at, shifts(i))
+        u(:, i, 2) = a(at, shifts(i))
+        theta(:, i, 0) = q(at, turns(i))
+        theta(:, i, 1) = v(at, turns(i))
+        theta(:, i, 2) = a(at, turns(i))
+      end do
+      call follow_frame(space%drive, frame%speed, u(:, :, 2) - steady(frame%weights%gravity), theta, moved, lag(at, :))
+      if (space%drive%uniform_in_space()) then
+        call space%masses_at(frame%mass, angles(at) - moved%chi(:, 0), masses)
+        call along_fixed_axes(masses, 1, moved%rotation, fixed)
       else
-        call find_loads(space%planes, angles(k), loads)
-        call vary(frame, space%drive, masses, k, motion, all_r, all_m, all_b, all_c, loads=loads)
+        call along_fixed_axes(masses, first, moved%rotation, fixed)
       end if
-      r(k, :) = all_r(in_space)
-      m(k, :, :) = all_m(in_space, in_space)
-      b(k, :, :) = all_b(in_space, in_space)
-      c(k, :, :) = all_c(in_space, in_space)
+      call vary(frame, space, angles(at) - moved%chi(:, 0), fixed, moved, u, theta, forces, moments, of_a, of_v, of_q)
+      do i = 1, 3
+        r(first:last, shifts(i)) = forces(:last - first + 1, i)
+        r(first:last, turns(i)) = moments(:last - first + 1, i)
+      end do
+      call store(of_a, first, last, m)
+      call store(of_v, first, last, b)
+      call store(of_q, first, last, c)
+    end do
+    ! the foundation's potential is quadratic in u and theta
+    do k = 1, 6
+      do i = 1, 6
+        r(:, i) = r(:, i) + frame%foundation_stiffness(i, k) * q(:, k) + frame%foundation_damping(i, k) * v(:, k)
+        b(:, i, k) = b(:, i, k) + frame%foundation_damping(i, k)
+        c(:, i, k) = c(:, i, k) + frame%foundation_stiffness(i, k)
+      end do
     end do
   end subroutine sample_varied
 
-  !> Converts the motion q, q', q'' from the frame's order to the order (u, theta), shape (6, 0:2).
-  pure function in_order(q, v, a) result(motion)
-    real(dp), intent(in) :: q(:), v(:), a(:)
-    real(dp) :: motion(6, 0:2)
+  !> Stores the matrices of a batch of phases, number `first` to `last`, in the frame's order of degrees of freedom.
+  pure subroutine store(blocks, first, last, matrices)
+    type(blocks_type), intent(in) :: blocks
+    integer, intent(in) :: first, last
+    real(dp), intent(inout) :: matrices(:, :, :)
+    real(dp) :: a(batch)
+    integer :: i, k
 
-    motion(in_space, 0) = q
-    motion(in_space, 1) = v
-    motion(in_space, 2) = a
-  end function in_order
-
-  !> Computes, along a motion, the state of a drive that turns uniformly relative to the ground, and the sums over the masses at the
-  !> angles of this drive.
-  pure subroutine follow_motion(frame, space, angles, v, a, q, lag, masses, driven)
-    class(mounted_system), intent(in) :: frame
-    type(space_type), intent(in) :: space
-    real(dp), contiguous, intent(in) :: angles(:)
-    real(dp), intent(in) :: q(:, :), v(:, :), a(:, :), lag(:, :)
-    type(masses_type), intent(out) :: masses
-    type(driven_type), intent(out) :: driven(:)
-    real(dp) :: motion(6, 0:2), turned(size(angles)), rates(size(angles), 2)
-    integer :: k
-
-    do k = 1, size(angles)
-      motion = in_order(q(k, :), v(k, :), a(k, :))
-      call follow_frame(space%drive, frame%speed, motion(:3, 2) - frame%weights%gravity, motion(4:, :), driven(k)%moved, &
-        & driven(k)%turn, lag(k, :))
-      turned(k) = angles(k) - driven(k)%turn%chi(0)
-      rates(k, :) = [driven(k)%moved%rate, driven(k)%moved%gain]
-      call find_moving(space%planes, turned(k), driven(k)%moving)
+    do k = 1, 6
+      do i = 1, 6
+        a = element(blocks, in_space(i), in_space(k))
+        matrices(first:last, i, k) = a(:last - first + 1)
+      end do
     end do
-    call space%masses_at(frame%mass, frame%speed, turned, masses, rates)
-  end subroutine follow_motion
+  end subroutine store
 
   !> Forces (N) on the ground along the fixed axes xi, eta, zeta, and their moments (N m) about the rest position of the frame's
-  !> centre of mass, in the frame's order, shape (6, points). `q`, `v`: motion, shape (points, 6). The force of a support acts at
-  !> its displaced upper end, or at the rest position of this end if the axes turn with the frame.
+  !> centre of mass, in the frame's order, shape (6, points). `q`, `v`: motion, shape (points, 6).
   pure function ground_in_space(frame, q, v) result(forces)
     class(mounted_system), intent(in) :: frame
     real(dp), intent(in) :: q(:, :), v(:, :)
-    real(dp) :: forces(6, size(q, 1)), place(6), rate(6), f(6), force(3), arm(3), turn(3, 3), w(3)
-    integer :: i, k
+    real(dp) :: forces(6, size(q, 1))
 
-    forces = matmul(frame%foundation_stiffness, transpose(q)) + matmul(frame%foundation_damping, transpose(v))
-    do k = 1, size(q, 1)
-      place = q(k, :)
-      rate = v(k, :)
-      turn = rotation_less_one(place(in_frame(4:)))
-      w = spin_of(place, rate)
-      f = 0
-      do i = 1, size(frame%supports)
-        force = support_force(frame%supports(i), place(in_frame(:3)), rate(in_frame(:3)), turn, w)
-        f(:3) = f(:3) + force
-        arm = frame%supports(i)%position
-        if (.not. frame%supports(i)%turning) arm = place(in_frame(:3)) + arm + matmul(turn, arm)
-        f(4:) = f(4:) + cross(arm, force)
-      end do
-      forces(:, k) = forces(:, k) + f(in_space)
-    end do
+    forces = matmul(frame%foundation_stiffness, transpose(q)) + matmul(frame%foundation_damping, transpose(v)) &
+      & + supported(frame%supports, q, v)
   end function ground_in_space
 
-  !> Angular velocity of the frame along its axes (rad/s), from q and q' in the frame's order.
-  pure function spin_of(q, v) result(w)
-    real(dp), intent(in) :: q(6), v(6)
-    real(dp) :: w(3)
+  !> Part of the forces of `ground_in_space` that some supports exert. The force of a support acts at its displaced upper end, or at
+  !> the rest position of this end if the axes turn with the frame.
+  pure function supported(supports, q, v) result(forces)
+    type(support_type), intent(in) :: supports(:)
+    real(dp), intent(in) :: q(:, :), v(:, :)
+    real(dp) :: forces(6, size(q, 1)), theta(batch, 3, 0:2)
+    real(dp), dimension(batch, 3) :: u, u_d, force, moment, f, arm
+    real(dp), dimension(batch, 3, 3) :: k, b
+    type(moved_type) :: moved
+    integer :: at(batch), first, n, i
 
-    w = matmul(turning_less_one(q(in_frame(4:))), v(in_frame(4:))) + v(in_frame(4:))
-  end function spin_of
+    theta = 0
+    do first = 1, size(q, 1), batch
+      at = in_batch(first, size(q, 1))
+      do i = 1, 3
+        u(:, i) = q(at, in_frame(i))
+        u_d(:, i) = v(at, in_frame(i))
+        theta(:, i, 0) = q(at, in_frame(3 + i))
+        theta(:, i, 1) = v(at, in_frame(3 + i))
+      end do
+      call rotate_frame(theta, moved)
+      force = 0
+      moment = 0
+      do i = 1, size(supports)
+        call find_matrices(supports(i), moved, k, b)
+        f = support_force(supports(i), k, b, u, u_d, moved)
+        arm = steady(supports(i)%position)
+        if (.not. supports(i)%turning) arm = u + arm + times(moved%less_one, arm)
+        force = force + f
+        moment = moment + cross(arm, f)
+      end do
+      n = min(batch, size(q, 1) - first + 1)
+      do i = 1, 3
+        forces(in_frame(i), at(:n)) = force(:n, i)
+        forces(in_frame(3 + i), at(:n)) = moment(:n, i)
+      end do
+    end do
+  end function supported
 
   !> Nonlinear part of the forces on the ground (N) of the supports whose axes turn with the frame, three components for each
-  !> support. `q`, `v`: motion in the frame's order.
+  !> support, shape (components, points). `q`, `v`: motion in the frame's order, shape (6, points).
   pure function force_excess(frame, q, v) result(excess)
     class(mounted_system), intent(in) :: frame
-    real(dp), intent(in) :: q(6), v(6)
-    real(dp) :: excess(3 * count(frame%supports%turning)), c(6, 6), b(6, 6)
-    integer, parameter :: along(3) = in_frame(:3)
+    real(dp), intent(in) :: q(:, :), v(:, :)
+    real(dp) :: excess(3 * count(frame%supports%turning), size(q, 2)), forces(6, size(q, 2))
     integer :: i, n
 
     n = 0
     do i = 1, size(frame%supports)
       if (.not. frame%supports(i)%turning) cycle
-      c = stiffness_matrix(frame%supports(i:i), 6) + turned_loads(frame%supports(i:i), 6)
-      b = damping_matrix(frame%supports(i:i), 6)
-      excess(n + 1:n + 3) = support_force(frame%supports(i), q(along), v(along), rotation_less_one(q(in_frame(4:))), &
-        & spin_of(q, v)) - matmul(c(along, :), q) - matmul(b(along, :), v)
+      associate (support => frame%supports(i:i))
+        forces = supported(support, transpose(q), transpose(v)) - matmul(stiffness_matrix(support, 6) + turned_loads(support, 6), &
+          & q) - matmul(damping_matrix(support, 6), v)
+      end associate
+      excess(n + 1:n + 3, :) = forces(in_frame(:3), :)
       n = n + 3
     end do
   end function force_excess
 
-  !> Computes the left sides r of the exact equations of a frame and their derivatives m, b, c with respect to q'', q' and q, all in
-  !> the order (u, theta).
-  pure subroutine vary(frame, drive, masses, k, q, r, m, b, c, driven, loads)
+  !> Computes the left sides of the exact equations without the foundation, forces and moments along theta, and their derivatives m,
+  !> b, c with respect to the second and first derivatives of (u, theta) and to (u, theta).
+  pure subroutine vary(frame, space, angles, masses, moved, u, theta, forces, moments, m, b, c)
     class(mounted_system), intent(in) :: frame
-    type(drive_type), intent(in) :: drive
-    !> Sums over the masses at many angles; the procedure uses only the sums at angle number `k`
-    type(masses_type), intent(in) :: masses
-    integer, intent(in) :: k
-    !> Motion q, q', q'' in the order (u, theta)
-    real(dp), intent(in) :: q(6, 0:2)
-    real(dp), intent(out) :: r(6), m(6, 6), b(6, 6), c(6, 6)
-    !> State of the drive; required if the drive turns uniformly relative to the ground
-    type(driven_type), intent(in), optional :: driven
-    !> Loads (forces and moments between links, frame and ground) at this angle
-    type(space_load_type), intent(in), optional :: loads(:)
-    type(turn_type) :: lag
-    real(dp), dimension(3, 3) :: turn, rotation, back, s, spin, wheel, change
-    real(dp), dimension(3, 3, 0:2) :: turning, varied
-    real(dp), dimension(3, 0:2) :: theta, sums
-    real(dp) :: stiffness(6, 6), damping(6, 6), inertia(3, 3, 0:1), momenta(3, 0:1), w(3), w_d(3), g(3), a(3), momentum(3)
-    integer :: i
+    type(space_type), intent(in) :: space
+    !> Angles of the mechanisms (rad)
+    real(dp), intent(in) :: angles(batch)
+    type(fixed_masses_type), intent(in) :: masses
+    type(moved_type), intent(in) :: moved
+    !> Displacement and rotation vector of the frame, with their first and second derivatives
+    real(dp), dimension(batch, 3, 0:2), intent(in) :: u, theta
+    real(dp), intent(out) :: forces(batch, 3), moments(batch, 3)
+    type(blocks_type), intent(out) :: m, b, c
+    real(dp), dimension(batch, 3) :: z, z_d, z_dd, h, h_d, l, l_d
+    real(dp), dimension(batch, 3, 3) :: j, j_d
 
-    sums = masses%s(k, :, :)
-    inertia = masses%j(k, :, :, :)
-    momenta = masses%h(k, :, :)
-    theta = q(4:, :)
-    turn = rotation_less_one(theta(:, 0))
-    rotation = turn + identity()
-    back = transpose(rotation)
-    turning = turning_matrices(theta)
-    w = matmul(turning(:, :, 0), theta(:, 1))
-    w_d = matmul(turning(:, :, 0), theta(:, 2)) + matmul(turning(:, :, 1), theta(:, 1))
-    g = sums(:, 2) + 2 * cross(w, sums(:, 1)) + cross(w_d, sums(:, 0)) + cross(w, cross(w, sums(:, 0)))
-    a = matmul(back, q(:3, 2))
-    momentum = matmul(inertia(:, :, 0), w) + momenta(:, 0)
-    if (present(driven)) momentum = momentum + driven%moved%spin
-    r(:3) = masses%mass * q(:3, 2) + matmul(rotation, g)
-    r(4:) = matmul(inertia(:, :, 0), w_d) + matmul(inertia(:, :, 1), w) + cross(w, momentum) + momenta(:, 1) + cross(sums(:, 0), a)
-    s = cross_matrix(sums(:, 0))
-    spin = cross_matrix(w)
-    b = 0
-    c = 0
-    m(:3, :3) = masses%mass * identity()
-    ! derivatives with respect to dalpha'', dalpha', dalpha
-    m(:3, 4:) = -matmul(rotation, s)
-    m(4:, :3) = matmul(s, back)
-    m(4:, 4:) = inertia(:, :, 0)
-    ! derivatives with respect to w: of g, and of the moment, J' dw + dw x (J w + H) + w x (J dw)
-    change = -2 * cross_matrix(sums(:, 1)) - cross_matrix(cross(w, sums(:, 0))) - matmul(spin, s)
-    wheel = inertia(:, :, 1) - cross_matrix(momentum) + matmul(spin, inertia(:, :, 0))
-    b(:3, 4:) = matmul(rotation, change - matmul(s, spin))
-    b(4:, 4:) = wheel + matmul(inertia(:, :, 0), spin)
-    c(:3, 4:) = matmul(rotation, matmul(change, spin) - matmul(s, cross_matrix(w_d)) - cross_matrix(g))
-    c(4:, 4:) = matmul(wheel, spin) + matmul(inertia(:, :, 0), cross_matrix(w_d)) + matmul(s, cross_matrix(a))
-    call add_supports(frame%supports, q(:3, 0), q(:3, 1), turn, w, r, b, c)
-    if (frame%weights%act) then
-      r(4:) = r(4:) - frame%weights%moment(turn, sums(:, 0))
-      c(4:, 4:) = c(4:, 4:) + frame%weights%moment_stiffness(rotation, sums(:, 0))
-    end if
-    if (present(driven)) then
-      call add_drive(driven%turn, driven%moving, driven%moved, r, m, b, c)
-      r(4:) = r(4:) + driven%moved%motor
-      lag = driven%turn
-    end if
-    if (present(loads)) call add_loads(loads, lag, rotation, r, c)
-    ! derivatives with respect to dtheta'', dtheta', dtheta, and the moments T^T r along the directions of theta, since some of
-    ! these directions may be locked. r excludes the remaining static moment, which foundation and guides carry
-    c(:, 4:) = matmul(m(:, 4:), turning(:, :, 2)) + matmul(b(:, 4:), turning(:, :, 1)) + matmul(c(:, 4:), turning(:, :, 0))
-    b(:, 4:) = 2 * matmul(m(:, 4:), turning(:, :, 1)) + matmul(b(:, 4:), turning(:, :, 0))
-    m(:, 4:) = matmul(m(:, 4:), turning(:, :, 0))
-    m(4:, :) = matmul(transpose(turning(:, :, 0)), m(4:, :))
-    b(4:, :) = matmul(transpose(turning(:, :, 0)), b(4:, :))
-    c(4:, :) = matmul(transpose(turning(:, :, 0)), c(4:, :))
-    do i = 1, 3
-      varied = turning_matrices(reshape([theta(:, 0), merge(1.0_dp, 0.0_dp, [1, 2, 3] == i), 0.0_dp, 0.0_dp, 0.0_dp], [3, 3]))
-      c(4:, 3 + i) = c(4:, 3 + i) + matmul(transpose(varied(:, :, 1)), r(4:) - frame%weights%carried)
-    end do
-    r(4:) = matmul(transpose(turning(:, :, 0)), r(4:))
-    if (frame%weights%act) r(4:) = r(4:) - matmul(frame%weights%carried, turning_less_one(theta(:, 0)))
-    ! the foundation's potential is quadratic in u and theta
-    stiffness = frame%foundation_stiffness(in_frame, in_frame)
-    damping = frame%foundation_damping(in_frame, in_frame)
-    r = r + matmul(stiffness, q(:, 0)) + matmul(damping, q(:, 1))
-    b = b + damping
-    c = c + stiffness
-    if (drive%held_by == "flywheel" .and. present(driven)) call shift_time(driven%turn, w_d, driven%moved%rate &
-      & + dot_product(driven%turn%b, w), turning, q, m, b, c)
+    associate (w => moved%w, w_d => moved%w_d, u_dd => u(:, :, 2), rate => moved%rate, gain => moved%gain)
+      ! time derivatives of quantities that are fixed in the frame but for the drive's angle
+      z = masses%s(:, :, 0)
+      z_d = scaled(rate, masses%s(:, :, 1))
+      z_dd = scaled(rate**2, masses%s(:, :, 2)) + scaled(gain, masses%s(:, :, 1)) + 2 * cross(w, z_d) + cross(w_d, z) &
+        & + cross(w, cross(w, z))
+      z_d = z_d + cross(w, z)
+      h = scaled(rate, masses%h(:, :, 0)) + moved%spin
+      h_d = scaled(rate**2, masses%h(:, :, 1)) + scaled(gain, masses%h(:, :, 0)) + cross(w, h)
+      j = masses%j(:, :, :, 0)
+      j_d = cross(w, j)
+      j_d = scaled(rate, masses%j(:, :, :, 1)) + j_d + transposed(j_d)
+      l = times(j, w) + h
+      l_d = times(j, w_d) + times(j_d, w) + h_d
+      forces = masses%mass * u_dd + z_dd
+      moments = l_d + cross(z, u_dd) + moved%motor
+      m%uu = unit_matrix(spread(masses%mass, 1, batch))
+      m%ua = -cross_matrix(z)
+      m%au = cross_matrix(z)
+      m%aa = j
+      b%uu = 0
+      b%ua = -2 * cross_matrix(z_d)
+      b%au = 0
+      b%aa = j_d - cross_matrix(l)
+      c%uu = 0
+      c%ua = -cross_matrix(z_dd)
+      c%au = 0
+      c%aa = cross(u_dd, cross_matrix(z)) - cross_matrix(l_d + moved%motor)
+      call add_supports(frame%supports, u(:, :, 0), u(:, :, 1), moved, forces, moments, b, c)
+      if (frame%weights%act) call frame%weights%add_moment(moved%rotation, moved%less_one, z, moments, c%aa)
+    end associate
+    if (space%drive%uniform_in_space()) call add_drive(moved, masses, moments, m, b, c)
+    if (count_loads(space%planes) > 0) call add_loads_at_phases(space, angles, moved, forces, moments, c)
+    call take_theta(frame, moved, theta, moments, m, b, c)
+    if (space%drive%held_by == "flywheel") call shift_time(moved, u, theta, m, b, c)
   end subroutine vary
+
+  !> Adds the effect of the loads to the left sides and their derivatives.
+  pure subroutine add_loads_at_phases(space, angles, moved, forces, moments, c)
+    type(space_type), intent(in) :: space
+    real(dp), intent(in) :: angles(batch)
+    type(moved_type), intent(in) :: moved
+    real(dp), intent(inout) :: forces(batch, 3), moments(batch, 3)
+    type(blocks_type), intent(inout) :: c
+    type(space_load_type) :: loads(count_loads(space%planes))
+    real(dp) :: r(6), by_turn(6, 6), b(3), bend(3, 3), rotation(3, 3)
+    integer :: k
+
+    do k = 1, batch
+      r = 0
+      by_turn = 0
+      b = moved%b(k, :)
+      bend = moved%bend(k, :, :)
+      rotation = moved%rotation(k, :, :)
+      call find_loads(space%planes, angles(k), loads)
+      call add_loads(loads, b, bend, rotation, r, by_turn)
+      forces(k, :) = forces(k, :) + r(:3)
+      moments(k, :) = moments(k, :) + r(4:)
+      c%ua(k, :, :) = c%ua(k, :, :) + by_turn(:3, 4:)
+      c%aa(k, :, :) = c%aa(k, :, :) + by_turn(4:, 4:)
+    end do
+  end subroutine add_loads_at_phases
+
+  !> Replaces dalpha by T^T dtheta, and the moments along the fixed axes by those along the directions of theta. The moments do not
+  !> contain the static moment that foundation and guides carry.
+  pure subroutine take_theta(frame, moved, theta, moments, m, b, c)
+    class(mounted_system), intent(in) :: frame
+    type(moved_type), intent(in) :: moved
+    real(dp), intent(in) :: theta(batch, 3, 0:2)
+    real(dp), intent(inout) :: moments(batch, 3)
+    type(blocks_type), intent(inout) :: m, b, c
+    real(dp) :: gradient(batch, 3, 3), own(3)
+    integer :: k
+
+    associate (t => moved%turning(:, :, :, 0), t_d => moved%turning(:, :, :, 1), t_dd => moved%turning(:, :, :, 2))
+      c%ua = times(c%ua, t) + times(b%ua, t_d) + times(m%ua, t_dd)
+      c%aa = times(c%aa, t) + times(b%aa, t_d) + times(m%aa, t_dd)
+      b%ua = times(b%ua, t) + 2 * times(m%ua, t_d)
+      b%aa = times(b%aa, t) + 2 * times(m%aa, t_d)
+      m%ua = times(m%ua, t)
+      m%aa = times(m%aa, t)
+      call find_turning_gradient(batch, theta, moments, gradient)
+      associate (of_moments => transposed(t))
+        m%au = times(of_moments, m%au)
+        b%au = times(of_moments, b%au)
+        c%au = times(of_moments, c%au)
+        m%aa = times(of_moments, m%aa)
+        b%aa = times(of_moments, b%aa)
+        c%aa = times(of_moments, c%aa) + gradient
+        moments = times(of_moments, moments)
+      end associate
+    end associate
+    if (.not. any(abs(frame%weights%carried) > 0)) return
+    do k = 1, batch
+      own = theta(k, :, 0)
+      moments(k, :) = moments(k, :) - matmul(frame%weights%carried, turning_less_one(own))
+    end do
+    ! the matrix T^T of theta is the matrix T of -theta
+    call find_turning_gradient(batch, -theta(:, :, 0), steady(frame%weights%carried), gradient)
+    c%aa = c%aa + gradient
+  end subroutine take_theta
 
 end module gestell_model_space_variation
