@@ -201,7 +201,7 @@ contains
   end subroutine add_link
 
   !> Adds S''', J'', H'' and K of a link to the sums of its plane. Along e = to - from, d = |e|, the direction u of the link rotates
-  !> at the rate w of `find_direction`, with
+  !> at the rate w, with w and w' as in `find_direction` and
   !>
   !>     w'' = [e' x e'' + e x e''' - 4 w' e.e' - 2 w (e'.e' + e.e'')]/d^2,   u''' = (w'' - w^3) u_perp - 3 w w' u.
   pure subroutine add_thirds(link, at, thirds, flat)
@@ -211,7 +211,7 @@ contains
     type(flat_type), intent(inout) :: flat
     type(path_type) :: place, u, center
     real(dp), dimension(batch) :: w, w_d, w_dd
-    real(dp) :: ex, ey, ex_d, ey_d, ex_dd, ey_dd, jx, jy, ux, uy, change
+    real(dp) :: ex, ey, ex_d, ey_d, ex_dd, ey_dd, square, jx, jy, ux, uy, change
     integer :: k
 
     call set_fixed([1.0_dp, 0.0_dp], place)
@@ -220,10 +220,6 @@ contains
     w_d = 0
     w_dd = 0
     if (link%to > 0) then
-      call find_direction(at(link%from), at(link%to), u)
-      place = u
-      w = u%x * u%vy - u%y * u%vx
-      w_d = u%x * u%ay - u%y * u%ax
       associate (a => at(link%from), b => at(link%to), a_3 => thirds(link%from), b_3 => thirds(link%to))
         do k = 1, batch
           ex = b%x(k) - a%x(k)
@@ -232,11 +228,22 @@ contains
           ey_d = b%vy(k) - a%vy(k)
           ex_dd = b%ax(k) - a%ax(k)
           ey_dd = b%ay(k) - a%ay(k)
+          ! A crank must turn at the rate 1 exactly, so that nothing excites a balanced rotor: hence quotients
+          square = ex * ex + ey * ey
+          w(k) = (ex * ey_d - ey * ex_d) / square
+          w_d(k) = (ex * ey_dd - ey * ex_dd - 2 * w(k) * (ex * ex_d + ey * ey_d)) / square
           w_dd(k) = (ex_d * ey_dd - ey_d * ex_dd + ex * (b_3%y(k) - a_3%y(k)) - ey * (b_3%x(k) - a_3%x(k)) &
             & - 4 * w_d(k) * (ex * ex_d + ey * ey_d) - 2 * w(k) * (ex_d * ex_d + ey_d * ey_d + ex * ex_dd + ey * ey_dd)) &
-            & / (ex * ex + ey * ey)
+            & / square
+          u%x(k) = ex / sqrt(square)
+          u%y(k) = ey / sqrt(square)
+          u%vx(k) = -w(k) * u%y(k)
+          u%vy(k) = w(k) * u%x(k)
+          u%ax(k) = -w_d(k) * u%y(k) - w(k)**2 * u%x(k)
+          u%ay(k) = w_d(k) * u%x(k) - w(k)**2 * u%y(k)
         end do
       end associate
+      place = u
     end if
     call carry(at(link%from), place, link%center(1), link%center(2), center)
     associate (from_3 => thirds(link%from), m => link%mass, z => link%z, unequal => link%along - link%across, &
