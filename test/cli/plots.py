@@ -203,7 +203,7 @@ def test_crowded_pictures():
         texts = drawn("crowded pictures, engine", folder / "engine")
         check("engine, modes 2 and 3", "2, 3" in texts["multipliers"].split("\n"), "2, 3", texts["multipliers"])
         equal("engine, no limit", "limit" in texts["probes"], False)
-        for word in ("on the vibrating frame, mean -14", "of the drive, mean -4", "kinetic plus potential energy",
+        for word in ("vibrating frame, mean -14", "drive, mean -4", "kinetic plus potential energy",
                      "difference from the mean speed"):
             check(f"engine, power, {word}", word in texts["power"], word, texts["power"])
         equal("engine, dampers that would be a line at zero", "dampers" in texts["power"], False)
@@ -327,7 +327,7 @@ def test_findings():
             missing = set(names) - {path.stem for path in (folder / "input").glob("*.gp")}
             equal(f"findings, {what}, scripts", missing, set())
             if GNUPLOT and what == "all":
-                for name, words in dict(power=["torque (N m)", "on a frame at rest"], supports=["support 4", "total", "force (N)"],
+                for name, words in dict(power=["torque (N m)", "frame at rest", "drive, mean"], supports=["support 4", "total", "force (N)"],
                                         supports_history=["force x (N)", "support 1"], probes=["vibration velocity (mm/s)", "limit"],
                                         supports_harmonics=["force y (N)"], probes_history=["x'' (m/s²)"],
                                         probes_harmonics=["y' (mm/s)"],
@@ -380,7 +380,7 @@ def test_pictures_in_space():
             texts = drawn("pictures in space", folder / "input")
             for name, words in dict(force_polar=["force x", "force y", "force z"], probes_orbit=["x (", "y (", "z ("],
                                     transmissibility=["force z", "moment x"], multipliers=["6: ", "damping ratio (%)"],
-                                    harmonics=["rotation (", "moment (N m)", "ζ"]).items():
+                                    harmonics=["rotation (", "moment (mN m)", "ζ"]).items():
                 for word in words:
                     check(f"pictures in space, {name}, {word}", not GNUPLOT or word in texts[name], word, texts.get(name))
 
@@ -436,6 +436,38 @@ def test_zero_forces():
         if Run(folder, "-q", "input.nml", *(word for one in still for word in ("-s", one))).done("zero shaking force"):
             texts = drawn("zero shaking force", folder / "input")
             check("zero shaking force", "zero" in texts["force_polar"].split("\n"), "zero", texts["force_polar"])
+
+
+def test_little_to_show():
+    """Pictures leave out what is locked, say what is not found, and gnuplot draws a machine that shakes nothing."""
+    if not GNUPLOT:
+        return
+    balance = SOUND.replace("'stability', 'response'", "'balance'")
+    still = [f"link({name}).{key}=0" for name in ("crank", "coupler", "rocker") for key in ("mass", "inertia")]
+    with Folder(input=balance) as folder:
+        if Run(folder, "-q", "input.nml", *(word for one in still for word in ("-s", one))).done("nothing to balance"):
+            for name in ("balance_links", "balance_harmonics"):
+                (folder / "input" / f"{name}.csv").unlink()  # they have no picture
+            drawn("nothing to balance", folder / "input")
+    with Folder(input=ROCKING.replace("'sweep','boundary'", "'response','sweep'") + SPEEDS.format(100, 400, 4, "")) as folder:
+        if Run(folder, "-q", "input.nml").done("locked"):
+            texts = drawn("locked", folder / "input")
+            for name in ("response", "harmonics"):
+                lines = texts[name].split("\n")
+                equal(f"locked, {name}", [word for word in ("ξ (mm)", "force x (N)", "force (N)", "displacement (mm)", "ξ")
+                                         if word in lines], [])
+            check("locked, force on the ground", "force on the ground without guides" in texts["force_polar"], "it", texts["force_polar"])
+            check("locked, sweep", "zero" in texts["sweep_2"].split("\n"), "zero", texts["sweep_2"])
+    high = "'critical','resonance'"
+    with Folder(input=SOUND.replace("'stability', 'response'", high) + REST + SPEEDS.format(5000, 5900, 4, "")
+                + "&resonance quantities='xi','eta','psi','f','fx' /\n") as folder:
+        if Run(folder, "-q", "input.nml").done("no peaks"):
+            texts = drawn("no peaks", folder / "input")
+            for name in ("critical", "peaks"):
+                check(f"no peaks, {name}", "none found" in texts[name], "none found", texts[name])
+            # in half a row there is room for four labels of a speed
+            speeds = [text for text in texts["resonance"].split("\n") if re.fullmatch(r"5\d00", text)]
+            check("labels of speeds", 0 < len(speeds) <= 2 * 4, "at most four in a panel", speeds)
 
 
 def test_loads_drawn():
@@ -619,5 +651,5 @@ def test_trade():
 
 PLOT_TESTS = (test_scripts, test_titles, test_nothing_to_plot, test_crowded_pictures, test_small_orders, test_sweeps,
               test_fewer_columns, test_borders, test_findings, test_over_speed, test_pictures_in_space, test_many_curves,
-              test_zero_forces, test_loads_drawn, test_sensitivity, test_sensitivity_order, test_probes_drawn,
+              test_zero_forces, test_little_to_show, test_loads_drawn, test_sensitivity, test_sensitivity_order, test_probes_drawn,
               test_drawing, test_plot_option, test_names, test_no_gnuplot, test_trade)

@@ -16,7 +16,8 @@ module gestell_output_page_colours
     & colour_type("009e73", "2fc79b"), colour_type("cc79a7", "dd98be"), colour_type("e69f00", "e69f00"), &
     & colour_type("56b4e9", "56b4e9"), colour_type("cc0000", "ff7a7a"), colour_type("8e24aa", "cf86e3"), &
     & colour_type("8c9bab", "8493a3"), colour_type("b5bfc8", "5d6770"), colour_type("e4eef5", "2b3a45"), &
-    & colour_type("e9edf0", "2c3135")]
+    & colour_type("e9edf0", "2c3135"), colour_type("f9e0c7", "4a3321"), colour_type("f7e2b3", "45391b"), &
+    & colour_type("44617a", "8fb3d1")]
   character(len=*), parameter :: digits = "0123456789abcdef"
   !> Grey levels of the page's background and of its text, each from 0 (black) to 255 (white)
   integer, parameter :: dark_back = 24, dark_text = 230

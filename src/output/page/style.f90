@@ -75,8 +75,10 @@ module gestell_output_page_style
     & "body{margin:1rem auto;font-size:15px}", &
     & "h1{font-size:1.6rem}", &
     & "h2{margin-top:1.5rem}", &
-    & ".wide .plot{min-width:min(640px,var(--w))}", &
-    & ".wide+figcaption::after{content:' Scroll sideways to see the whole picture.'}", &
+    & "/* A tap, which focuses the picture, enlarges it. */", &
+    & ".wide:focus .plot{min-width:min(640px,var(--w))}", &
+    & ".wide+figcaption::after{content:' Tap the picture to enlarge it.'}", &
+    & ".wide:focus+figcaption::after{content:' Scroll sideways to see the whole picture.'}", &
     & ".verdict,.warnings li{padding:.5rem;font-size:1rem}", &
     & "th,td{padding:.15rem .4rem}", &
     & "pre{padding:.5rem;font-size:.7rem}", &

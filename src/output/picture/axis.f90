@@ -8,7 +8,7 @@ module gestell_output_picture_axis
   implicit none (type, external)
   private
 
-  public :: coordinate, decade_lines, extent_lines, parameter_axis, parameter_title, unit_words, with_unit
+  public :: coordinate, decade_lines, extent_lines, parameter_axis, parameter_title, tic_step, unit_words, with_unit
 
   !> Path of the crank speed in the input
   character(len=*), parameter :: speed_path = "drive.speed_rpm"
@@ -112,6 +112,17 @@ contains
     if (tic_count < 2) list = ", " // tic(axis%from) // ", " // tic(axis%to)
     list = list(3:)
   end function logarithmic_tics
+
+  !> Distance of tics on a linear axis of this length: 1, 2 or 5 times a power of ten, so that at most `most` steps fit.
+  pure real(dp) function tic_step(length, most) result(step)
+    real(dp), intent(in) :: length
+    integer, intent(in) :: most
+    real(dp) :: decade, least
+
+    least = length / most
+    decade = 10.0_dp**floor(log10(least))
+    step = decade * merge(merge(2.0_dp, 5.0_dp, least < 2 * decade), 10.0_dp, least < 5 * decade)
+  end function tic_step
 
   !> Label and position of one tic of a logarithmic axis.
   pure function tic(value) result(words)

@@ -42,6 +42,8 @@ contains
         unit = axis_unit_type("1e-6", 1.0e-6_dp, "M" // unit%name)
       else if (maximum >= 1.0e4_dp) then
         unit = axis_unit_type("1e-3", 1.0e-3_dp, "k" // unit%name)
+      else if (maximum < 0.1_dp .and. maximum > 1.0e-6_dp) then
+        unit = axis_unit_type("1e3", 1.0e3_dp, "m" // unit%name)
       end if
     case ("m/s^2")
       unit%name = "m/s²"

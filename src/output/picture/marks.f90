@@ -10,7 +10,7 @@ module gestell_output_picture_marks
   implicit none (type, external)
   private
 
-  public :: apart, choose_spaced, boxes_where, chart_marks, input_marks, input_point, shade
+  public :: apart, choose_spaced, boxes_where, chart_marks, input_marks, input_point, none_found, shade
 
   !> Gnuplot options. `unstable_fill`: fill of unstable ranges. `shaded_entry`, `unstable_entry`: legend entries for shaded
   !> ranges. `beyond_colour`: grey for motions that are too large for the linearised equations
@@ -22,6 +22,10 @@ module gestell_output_picture_marks
   !> `first_number`: number of the first gnuplot object and of the first arrow that this module uses. `most_shades`: maximum number
   !> of shaded ranges
   integer, parameter :: first_number = 100, most_shades = 200
+
+  !> Gnuplot line that writes "none found" into an empty panel
+  character(len=*), parameter :: none_found = "set label 1 'none found' at graph 0.5,graph 0.5 center textcolor rgb '#444444'" &
+    & // newline
 
   !> `lines`: gnuplot lines that are placed before the panels of a picture. `entries`: entries of the legend, appended to the plot
   !> command

@@ -2,7 +2,8 @@
 module gestell_output_picture_orbits
   use gestell_base_growing_text, only: growing_text_type
   use gestell_base_kinds, only: dp
-  use gestell_base_text, only: concise, newline, text
+  use gestell_base_text, only: concise, either, newline, text
+  use gestell_output_picture_axis, only: tic_step
   use gestell_output_picture_axis_unit, only: axis_unit_type, label_with, pick_unit
   use gestell_output_picture_script, only: panel_heading, quoted
   use gestell_output_table, only: table_type
@@ -32,9 +33,9 @@ contains
     integer :: rows, side
 
     rows = (panels + across - 1) / across
-    side = 535 / across - between * (across - 1) / across
+    side = 525 / across - between * (across - 1) / across
     height = above + below + rows * side + between * (rows - 1)
-    line = "set multiplot layout " // text(rows) // "," // text(across) // " margins 0.155,0.985," &
+    line = "set multiplot layout " // text(rows) // "," // text(across) // " margins 0.155,0.97," &
       & // concise(real(below, dp) / height, 3) // "," // concise(1 - real(above, dp) / height, 3) // " spacing " &
       & // concise(between / 640.0_dp, 3) // "," // concise(real(between, dp) / height, 3) // " title heading noenhanced" &
       & // newline // "set size square" // newline
@@ -133,8 +134,9 @@ contains
       character(len=:), allocatable :: line
 
       line = "set " // letter // "range [" // concise(ends(1, k), 6) // ":" // concise(ends(2, k), 6) // "]; set " // letter &
-        & // "tics nomirror " // concise(tic_step(half), 3) // "; set " // letter // "label " &
-        & // quoted(label_with(labels(k), unit)) // " noenhanced" // newline
+        & // "tics nomirror " // concise(tic_step(2 * half, 5), 3) // either(" font ',12'", "", letter == "x") &
+        & // "; set " // letter &
+        & // "label " // quoted(label_with(labels(k), unit)) // " noenhanced" // newline
     end function axis
 
   end function panel
@@ -199,15 +201,5 @@ contains
 
     step = max(1, nint(real(rows, dp) / parts))
   end function step
-
-  !> Distance of tics on an axis with this half width: 1, 2, 5 or 10 times a power of ten, so that two to five tics fit.
-  pure real(dp) function tic_step(half) result(step)
-    real(dp), intent(in) :: half
-    real(dp) :: decade, least
-
-    least = half / 2.5_dp
-    decade = 10.0_dp**floor(log10(least))
-    step = decade * merge(merge(2.0_dp, 5.0_dp, least < 2 * decade), 10.0_dp, least < 5 * decade)
-  end function tic_step
 
 end module gestell_output_picture_orbits

@@ -70,7 +70,7 @@ contains
     if (present(between)) more(3) = between
     height = height_of(rows) + more(1) + more(2) + (rows - 1) * more(3)
     line = "set multiplot layout " // text(rows) // "," // text(across) // " margins " // merge("0.145", "0.155", across == 1) &
-      & // ",0.975," // concise((70 + more(1)) / height, 3) // "," // concise(1 - (86 + more(2)) / height, 3) &
+      & // ",0.97," // concise((70 + more(1)) / height, 3) // "," // concise(1 - (86 + more(2)) / height, 3) &
       & // " spacing 0.165," // concise((34 + more(3)) / height, 3) // " title heading noenhanced" // newline
   end function layout_line
 

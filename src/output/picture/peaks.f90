@@ -7,7 +7,7 @@ module gestell_output_picture_peaks
   use gestell_math_sorting, only: ascending
   use gestell_output_picture_axis, only: decade_lines
   use gestell_output_picture_axis_unit, only: axis_unit_type, label_with, pick_unit
-  use gestell_output_picture_marks, only: beyond_colour
+  use gestell_output_picture_marks, only: beyond_colour, none_found
   use gestell_output_picture_script, only: quoted
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none (type, external)
@@ -67,6 +67,7 @@ contains
     if (high > 0) lines = lines // "set format y" // newline // decade_lines(concise(0.5_dp * unit%factor * low, 3), &
       & concise(6 * unit%factor * high, 3)) // "edge = top / 1.3" // newline // labels(peaks, range, [0.5_dp * low, 6 * high], &
       & unit%factor)
+    if (.not. any(peaks%height > 0)) lines = lines // none_found
     call curves%append("plot NaN notitle")
     do i = 1, merge(size(groups), 0, size(peaks) > 0)
       using = "'" // file // "' using (" // trim(groups(i)) // " && strcol('small_motion') ne '0' ? " // x // " : 1e290):(" &
@@ -105,7 +106,7 @@ contains
       if (peaks(i)%is_valid()) then
         lines = lines // ",first " // concise(factor * peaks(i)%height, 6) // " center offset 0,0.8 font ',12'" // newline
       else
-        lines = lines // ",graph 1 center offset 0,-1.5 font ',12' textcolor rgb '#" // beyond_colour // "'" // newline
+        lines = lines // ",graph 1 center offset 0,-1.5 font ',12' textcolor rgb '#666666'" // newline
       end if
     end do
   end function labels

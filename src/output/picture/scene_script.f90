@@ -165,7 +165,7 @@ contains
     case (ground, guide)
       colour_of = "8C9BAB"
     case (probe)
-      colour_of = "DD0000"
+      colour_of = "CC0000"
     case default
       colour_of = "222222"
     end select

@@ -60,8 +60,9 @@ contains
         lines = axis // newline // "set yrange [0:" // text(nint(112 * merge(1.3_dp * top / 100, maximum(row), clipped))) // "]" &
           & // newline // "set ylabel 'rms " // what // " (% of original)'" // newline // "plot " &
           & // bars("'balance.csv'", "-", percent(rigid, original%residual%rms(row)), "lt 1 dt 1 lw 1 fs solid 1", &
-          & "on rigid ground") // ", \" // newline // "  " &
-          & // bars("''", "+", percent(mounted, original%mounted%rms(row)), "lt 2 dt 1 lw 1 fs pattern 2", "on the mounts") &
+          & "on rigid ground", clipped) // ", \" // newline // "  " &
+          & // bars("''", "+", percent(mounted, original%mounted%rms(row)), "lt 2 dt 1 lw 1 fs pattern 2", "on the mounts", &
+          & clipped) &
           & // either(", keyentry with points pt 9 ps 1 lc rgb 'black' title 'above " // text(top) // " %'", "", &
           & 100 * max(maximum(force), maximum(moment)) > top) // newline
       end associate
@@ -87,13 +88,16 @@ contains
 
   !> Part of a plot command that draws one bar for each variant, on one `side` ("-" left, "+" right) of the variant's tic mark. If a
   !> bar is cut off, it is marked and its value is printed above it.
-  pure function bars(file, side, value, style, title) result(words)
+  pure function bars(file, side, value, style, title, clipped) result(words)
     character(len=*), intent(in) :: file, side, value, style, title
+    !> True if a bar of the panel is cut off. Gnuplot 5.4 crashes if it is to print the labels of a single row that has none
+    logical, intent(in) :: clipped
     character(len=:), allocatable :: words
 
-    words = file // " using ($0 " // side // " 0.19):(cut(" // value // ")) " // style // " border lt -1 title '" // title &
-      & // "', \" // newline // "  '' using ($0 " // side // " 0.19):(above(" // value // ")):(sprintf('%.0f', " // value &
-      & // ")) with labels rotate by 90 left font ',11' offset 0,0.9 point pt 9 ps 1 lc rgb 'black' notitle"
+    words = file // " using ($0 " // side // " 0.19):(cut(" // value // ")) " // style // " border lt -1 title '" // title // "'"
+    if (clipped) words = words // ", \" // newline // "  '' using ($0 " // side // " 0.19):(above(" // value &
+      & // ")):(sprintf('%.0f', " // value // ")) with labels rotate by 90 left font ',11' offset 0,0.9 point pt 9 ps 1 lc rgb " &
+      & // "'black' notitle"
   end function bars
 
   !> Gnuplot expression for a column as a percentage of the value `original` of the original machine; 0 if `original` counts as

@@ -49,8 +49,8 @@ contains
       groups = [character(len=48) :: groups, "column('mode') == " // text(k)]
       titles = [character(len=48) :: titles, "mode " // text(k)]
     end do
-    figure = new_figure("critical", "Critical speeds, labelled with the order of the crank; crossings: " &
-      & // text(size(critical)), layout_line(2, 1, legend) // marks%lines // "set xrange " &
+    figure = new_figure("critical", "Critical speeds at " // text(size(critical)) &
+      & // " crossings, labelled with the order", layout_line(2, 1, legend) // marks%lines // "set xrange " &
       & // range_with_margin(speeds(1), speeds(2)) // newline // "set key off; set format x ''" // newline &
       & // peak_panel(peaks_of(critical, amplitude), speeds, "amplitude", "m", "critical.csv", "column('speed_rpm')", &
       & "column('amplitude_m')", groups, titles, "") &

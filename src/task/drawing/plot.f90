@@ -46,7 +46,7 @@ contains
     type(drawing_type) :: mounts, stiff
     character(len=:), allocatable :: lines, across, upward
     real(dp), allocatable :: hull(:, :)
-    real(dp) :: low(2), high(2), extent, pixels
+    real(dp) :: low(2), high(2), extent, pixels, scale
     logical :: at_origin(size(diagram%grounded)), originals(size(linkage%links))
     integer :: i
 
@@ -91,9 +91,10 @@ contains
     if (size(mounts%ends) > 0) lines = lines // ", \" // newline // "  $mounts using 1:2 with lines lt 7 dt 1 lw 1 notitle"
     if (size(stiff%ends) > 0) lines = lines // ", \" // newline // "  $stiff using 1:2 with lines lt 7 dt 1 lw 2.5 notitle"
     pixels = min(max(680 * (high(2) - low(2)) / (high(1) - low(1)) + 150, 360.0_dp), 950.0_dp)
+    scale = min(620 / (high(1) - low(1)), (pixels - 190) / (high(2) - low(2)))
     lines = lines // bars(linkage, diagram, columns, .true.) // sliders(diagram, columns, extent) &
-      & // marks_and_pins(linkage, diagram, columns, at_origin, min(620 / (high(1) - low(1)), (pixels - 190) &
-      & / (high(2) - low(2)))) // probe_marks(probes, (low(1) + high(1)) / 2)
+      & // marks_and_pins(linkage, diagram, columns, at_origin, scale) &
+      & // probe_marks(probes, [low(1), high(1)], scale * diagram%joints(:, :, bold + 1), scale)
     ! copies of a link have its colour and need no entry of their own
     if (count(originals) <= longest_key) then
       do i = 1, size(linkage%links)
@@ -227,20 +228,35 @@ contains
     end do
   end function traces
 
-  !> Parts of the plot command that mark the probes. The name of a probe is placed on the side towards the `middle` of the picture.
-  pure function probe_marks(probes, middle) result(words)
+  !> Parts of the plot command that mark the probes. The name of a probe is placed above the probe, on the side towards the `middle`
+  !> of the picture; if a joint is there, on the other side or below.
+  pure function probe_marks(probes, ends, joints, scale) result(words)
     type(probe_type), intent(in) :: probes(:)
-    real(dp), intent(in) :: middle
+    !> `ends`: left and right end of the picture (m). `joints`: positions of the joints in pixels, shape (2, joints). `scale`:
+    !> pixels per metre
+    real(dp), intent(in) :: ends(2), joints(:, :), scale
     character(len=:), allocatable :: words, at
-    integer :: i
+    !> Height of a label, and distance of its middle from the probe, in pixels
+    real(dp), parameter :: height = 12, offset = 26
+    real(dp) :: centre(2), width
+    integer :: i, k, along, upward
 
     words = ""
     do i = 1, size(probes)
       at = point_columns(probes(i)%position)
       words = words // element("::0::0", at, "points lt 1 pt 12 ps 1.6 lw 2 lc rgb '#CC0000' notitle")
-      if (size(probes) <= most_marks) words = words // element("::0::0", at // ":(" // plotted(trim(probes(i)%name)) // ")", &
-        & "labels " // merge("left  offset  0.9", "right offset -0.9", probes(i)%position(1) < middle) &
-        & // ",1.8 font ',12' textcolor rgb '#CC0000' noenhanced notitle")
+      if (size(probes) > most_marks) cycle
+      width = 7 * character_count(trim(probes(i)%name))
+      do k = 0, 4
+        along = merge(1, -1, 2 * probes(i)%position(1) < sum(ends) .eqv. mod(k, 2) == 0)
+        upward = merge(1, -1, k / 2 /= 1)
+        centre = scale * probes(i)%position(:2) + [along * (width / 2 + 8), upward * offset]
+        if (abs(centre(1) - scale * sum(ends) / 2) > (scale * (ends(2) - ends(1)) - width) / 2) cycle
+        if (.not. any(abs(joints(1, :) - centre(1)) < width / 2 + height .and. abs(joints(2, :) - centre(2)) < 2 * height)) exit
+      end do
+      words = words // element("::0::0", at // ":(" // plotted(trim(probes(i)%name)) // ")", "labels " &
+        & // merge("left  offset  0.9", "right offset -0.9", along > 0) // "," // merge(" 1.8", "-1.8", upward > 0) &
+        & // " font ',12' textcolor rgb '#CC0000' noenhanced notitle")
     end do
     if (size(probes) > 0) words = words // ", \" // newline &
       & // "  keyentry with points lt 1 pt 12 ps 1.6 lw 2 lc rgb '#CC0000' title 'probe'"

@@ -135,7 +135,7 @@ contains
       do i = 1, size(diagram%sliders)
         if (.not. norm2(placed%guides(view_axes, 2, i) - placed%guides(view_axes, 1, i)) > 0) cycle
         lines = lines // "set arrow " // text(10 + i) // " from " // pair(placed%guides(view_axes, 1, i)) // " to " &
-          & // pair(placed%guides(view_axes, 2, i)) // " nohead lt 1 dt 1 lw 6 lc rgb '#D0D5DA' back" // newline
+          & // pair(placed%guides(view_axes, 2, i)) // " nohead lt 1 dt 1 lw 6 lc rgb '#B5BFC8' back" // newline
       end do
       words = bars(linkage, diagram, columns, view_axes, .false.)
       if (size(frame%supports) > 0) words = words // ", \" // newline // "  $springs" // text(view) &

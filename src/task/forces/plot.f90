@@ -69,7 +69,8 @@ contains
     type(table_type), intent(in) :: table
     type(reaction_type), intent(in) :: reactions(:)
     character(len=*), parameter :: columns(5) = [character(len=7) :: "fx_peak", "fy_peak", "f_peak", "f_rms", "fz_peak"]
-    character(len=*), parameter :: titles(5) = [character(len=12) :: "peak along x", "peak along y", "peak", "rms", "peak along z"]
+    character(len=*), parameter :: titles(5) = [character(len=17) :: "peak along x", "peak along y", "peak of magnitude", &
+      & "rms of magnitude", "peak along z"]
     character(len=:), allocatable :: lines, remark, positions
     character(len=longest) :: names(size(reactions))
     type(axis_unit_type) :: unit
@@ -118,7 +119,7 @@ contains
 
     titles = titles_of(reactions)
     call choose_reactions(reactions, .true., shown, remark)
-    above = legend_height(titles(shown), 2)
+    above = legend_height(titles(shown), 1)
     ! the total, which is the last element, has all components
     parts = components_of(reactions(size(reactions)))
     lines = layout_line(size(parts), 1, above=above)
@@ -162,7 +163,7 @@ contains
 
     titles = titles_of(reactions)
     call choose_reactions(reactions, .false., shown, remark)
-    above = legend_height(titles(shown), 2)
+    above = legend_height(titles(shown), 1)
     n = size(reactions(1)%position)
     do k = 1, n
       do i = 1, size(reactions)

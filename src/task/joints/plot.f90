@@ -96,7 +96,7 @@ contains
     call choose_forces(forces, shown_forces(forces), magnitude, most, shown, remark)
     call choose_forces(forces, shown_forces(forces) .and. forces%has_moment, moment, most, turned, rest)
     panels = merge(2, 1, size(turned) > 0)
-    above = legend_height(names(shown), 2)
+    above = legend_height(names(shown), 1)
     between = legend_height(names(turned), 1)
     lines = layout_line(panels, 1, above=above, between=between) // turn_axis(frame, panels == 1) // key_line(.true.) &
       & // history_panel(table, "force", "f_" // names(shown), names(shown))
@@ -122,7 +122,7 @@ contains
 
     names = forces%place%name
     call choose_forces(forces, shown_forces(forces), magnitude, most, shown, remark)
-    above = legend_height(names(shown), 2)
+    above = legend_height(names(shown), 1)
     allocate(columns(size(shown), 2))
     do k = 1, 2
       do i = 1, size(shown)

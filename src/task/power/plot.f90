@@ -5,7 +5,7 @@ module gestell_task_power_plot
   use gestell_model_frame, only: frame_type
   use gestell_output_report_orders, only: turns_in_words
   use gestell_output_picture_axis_unit, only: maximum_of
-  use gestell_output_picture_panels, only: height_of, history_panel, key_line, layout_line, turn_axis
+  use gestell_output_picture_panels, only: height_of, history_panel, key_line, layout_line, legend_height, turn_axis
   use gestell_output_picture_script, only: figure_type, new_figure
   use gestell_output_table, only: table_type
   implicit none (type, external)
@@ -28,18 +28,20 @@ contains
     character(len=:), allocatable :: lines
     character(len=longest) :: torque(2), power(2)
     character(len=*), parameter :: columns(2) = [character(len=7) :: "drive", "dampers"]
-    integer :: panels, shown
+    integer :: panels, shown, above, between
     logical :: dampers, fluctuates
 
     dampers = maximum_of(table, ["dampers"]) > least * maximum_of(table, ["drive"])
     fluctuates = any([(table%columns(panels)%label == "speed fluctuation", panels = 1, size(table%columns))])
     panels = merge(4, 3, fluctuates)
-    torque = [character(len=longest) :: "", "on a frame at rest"]
-    torque(1) = "on the vibrating frame, mean " // mean("torque", "N m")
-    power(1) = "of the drive, mean " // mean("drive", "W")
-    power(2) = "absorbed by the dampers, mean " // mean("dampers", "W")
+    torque = [character(len=longest) :: "", "frame at rest"]
+    torque(1) = "vibrating frame, mean " // mean("torque", "N m")
+    power(1) = "drive, mean " // mean("drive", "W")
+    power(2) = "dampers, mean " // mean("dampers", "W")
     shown = merge(2, 1, dampers)
-    lines = layout_line(panels, 1) // turn_axis(frame, .false.) // key_line(.true.) &
+    above = legend_height(torque, 1)
+    between = legend_height(power(:shown), 1)
+    lines = layout_line(panels, 1, above=above, between=between) // turn_axis(frame, .false.) // key_line(.true.) &
       & // history_panel(table, "torque", [character(len=12) :: "torque", "rigid_torque"], torque) &
       & // history_panel(table, "power", columns(:shown), power(:shown))
     if (.not. fluctuates) lines = lines // turn_axis(frame, .true.)
@@ -47,7 +49,7 @@ contains
     if (fluctuates) lines = lines // turn_axis(frame, .true.) // history_panel(table, "crank speed", ["speed_fluctuation"], &
       & ["difference from the mean speed"])
     figure = new_figure(table%name, "Torque, power and energy of the drive over " // turns_in_words(frame%mechanism%turns), &
-      & lines // "unset multiplot" // newline, height=nint(height_of(panels)))
+      & lines // "unset multiplot" // newline, height=nint(height_of(panels)) + above + (panels - 1) * between)
 
   contains
 

@@ -20,8 +20,8 @@ module gestell_task_probes_plot
 
   public :: plot_histories, plot_limits, plot_orbits, plot_orders
 
-  !> Height of the legend in pixels
-  integer, parameter :: legend = 80
+  !> Height of a row of a legend in pixels, and maximum number of rows
+  integer, parameter :: row = 18, most_rows = 4
   !> Maximum number of panels with orbits
   integer, parameter :: most_orbits = 8
 
@@ -82,25 +82,25 @@ contains
     character(len=*), parameter :: kinds(3) = [" ", "v", "a"], dots(3) = ["  ", "' ", "''"]
     character(len=:), allocatable :: lines
     character(len=word_length + 3) :: columns(size(names))
-    integer :: kind, axis
+    integer :: kind, axis, legend
 
-    ! three panels side by side are too narrow for a legend above one of them
-    lines = layout_line(3 * axes, axes)
-    if (axes > 2) lines = layout_line(3 * axes, axes, legend)
+    ! panels side by side are too narrow for a legend above one of them
+    legend = row * min(size(names), most_rows) + 8
+    lines = layout_line(3 * axes, axes, legend)
     do kind = 1, 3
       do axis = 1, axes
         columns = trim(kinds(kind)) // along(axis) // "_" // names
-        lines = lines // turn_axis(frame, kind == 3) // key_line(axes == 2 .and. kind == 1 .and. axis == axes)
+        lines = lines // turn_axis(frame, kind == 3) // key_line(.false.)
         if (axes > 2) lines = lines // "set xtics " // text(180 * frame%mechanism%turns) // newline
-        if (axes > 2 .and. kind == 3 .and. axis == axes) lines = lines &
-          & // "set key on at screen 0.5,screen 0.004 bottom center vertical maxrows 4 samplen 1 font ',12'" // newline
+        if (kind == 3 .and. axis == axes) lines = lines // "set key on at screen 0.5,screen 0.004 bottom center vertical maxrows " &
+          & // text(most_rows) // " samplen 1 font ',12'" // newline
         lines = lines // history_panel(table, &
           & along(axis) // trim(dots(kind)), columns, names)
       end do
     end do
     figure = new_figure(table%name, "Displacement, velocity and acceleration at the probes over " &
       & // turns_in_words(frame%mechanism%turns), lines // "unset multiplot" // newline, &
-      & height=nint(height_of(3)) + merge(legend, 0, axes > 2))
+      & height=nint(height_of(3)) + legend)
   end function plot_histories
 
   !> The picture probes_orbit.gp: the paths of the probes during the period. In space each probe has three projections.
@@ -146,7 +146,7 @@ contains
         columns(i, k) = amplitude_of("v" // along(k) // "_" // trim(names(i)), metre_per_s)
       end do
     end do
-    above = legend_height(names, 2)
+    above = legend_height(names, 1)
     lines = layout_line(axes, 1, above=above) // "set grid noxtics ytics" // newline
     do k = 1, axes
       lines = lines // order_axis(table, highest_order(table, [columns], turns), k == axes, turns) // key_line(k == 1) &

@@ -113,7 +113,7 @@ contains
         call read_file(folder // "/" // figure%name // ".svg", source)
         picture = inline_svg(source, figure%name // "-", table%heading // ". " // figure%shown)
         ! the picture of the table itself has the table's caption, further pictures say what they show
-        caption = either(table%caption, figure%shown, figure%name == table%name)
+        caption = either(table%caption, figure%shown // ".", figure%name == table%name)
         heading = either(table%heading, figure%shown, figure%name == table%name)
         if (picture /= "") words = words // "<figure>" // scroll_start(heading // ", picture") // picture // "</div>" &
           & // "<figcaption>" // escaped(caption) // "</figcaption></figure>" // newline

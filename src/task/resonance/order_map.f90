@@ -64,7 +64,7 @@ contains
 
   contains
 
-    !> The panel of one quantity. The colours cover four decades below the largest amplitude of small motions.
+    !> The panel of one quantity. The colours cover four decades below the largest amplitude of small motions, if there are any.
     pure function panel(quantity) result(lines)
       type(quantity_type), intent(in) :: quantity
       character(len=:), allocatable :: lines, column
@@ -73,22 +73,23 @@ contains
 
       unit = pick_unit(trim(quantity%unit), maximum_of(table, [trim(quantity%name) // "_peak"]))
       ! -1: no speed in the cell; 0: no vibration at this speed
-      lines = "array amplitude[columns * orders]; do for [i=1:columns * orders] { amplitude[i] = -1 }; most = 0" // newline &
-        & // "set table $unused; unset logscale" // newline
+      lines = "array amplitude[columns * orders]; do for [i=1:columns * orders] { amplitude[i] = -1 }; most = 0; all = 0" &
+        & // newline // "set table $unused; unset logscale" // newline
       do k = 1, size(harmonics)
         column = "column(" // text(table%number_of(trim(quantity%name) // "_order_" // order_as_fraction(harmonics(k), turns))) &
           & // ")"
         lines = lines // "plot [0:1] [-1:1] 'resonance.csv' using (0):(v = " // trim(unit%words) // " * " // column &
           & // ", v = v == v ? v : 0, i = cell(column(1), " // text(k) // "), amplitude[i] = v > amplitude[i] ? v : " &
-          & // "amplitude[i], most = v > most && strcol('small_motion') ne '0' ? v : most, 0) smooth unique" // newline
+          & // "amplitude[i], most = v > most && strcol('small_motion') ne '0' ? v : most, all = v > all ? v : all, 0) " &
+          & // "smooth unique" // newline
       end do
       lines = lines // "unset table" // newline // "set print $map; print 'speed,order,amplitude'" // newline &
         & // "do for [k=1:orders] { do for [i=1:columns] {" // newline &
         & // "  v = amplitude[(k - 1) * columns + i]; last = v < 0 && i > 1 ? last : v" // newline &
         & // "  print sprintf('%.9g,%.9g,%s', from + (i - 1) * step, (" // text(harmonics(1)) // " + k - 1) / " // text(turns) &
         & // ".0, last > 0 ? sprintf('%.6g', last) : 'NaN')" // newline // "} }" // newline // "unset print" // newline &
-        & // "most = most > 0 ? most : 1" // newline // decade_lines("1e-4 * most", "most", "cb") // "set cblabel " &
-        & // quoted(label_with(trim(quantity%name), unit)) // " noenhanced offset 0.6" // newline &
+        & // "most = most > 0 ? most : all > 0 ? all : 1" // newline // decade_lines("1e-4 * most", "most", "cb") &
+        & // "set cblabel " // quoted(label_with(trim(quantity%name), unit)) // " noenhanced offset 0.6" // newline &
         & // "plot $map using 1:2:3 with image pixels" // newline
     end function panel
 

@@ -7,7 +7,7 @@ module gestell_task_resonance_plot
   use gestell_output_picture_script, only: figure_type, new_figure, quoted
   use gestell_output_picture_axis_unit, only: axis_unit_type, label_with, maximum_of, pick_unit
   use gestell_output_picture_marks, only: beyond_colour, chart_marks, marks_type
-  use gestell_output_picture_axis, only: decade_lines, extent_lines
+  use gestell_output_picture_axis, only: decade_lines, extent_lines, tic_step
   use gestell_output_report_orders, only: order_as_fraction, order_of
   use gestell_output_picture_panels, only: height_of, key_line, layout_line, range_with_margin
   use gestell_output_picture_peaks, only: beyond_entry, peak_panel, peak_type
@@ -28,7 +28,7 @@ module gestell_task_resonance_plot
   !> The lower end of a panel is the larger of two values: `depth` times its maximum, and `below` times the lowest peak or rms
   real(dp), parameter :: depth = 1.0e-4_dp, below = 0.5_dp
   !> Height of the legend in pixels
-  integer, parameter :: legend = 100
+  integer, parameter :: legend = 114
 
   !> States of points that have special marks, in the order of the marks in the legend
   type(verdict_type), parameter :: marked(6) = [undamped, undecided, unstable, in_resonance, impossible, failed]
@@ -66,7 +66,8 @@ contains
     do i = 1, panels
       visible(:, i) = visible_orders(curve, i)
     end do
-    lines = layout_line(panels, across, legend) // "set key off" // newline // "set xrange [" // concise(curve%points(1)%speed, 9) &
+    lines = layout_line(panels, across, legend) // speed_tics(curve, across) // "set key off" // newline // "set xrange [" &
+      & // concise(curve%points(1)%speed, 9) &
       & // ":" // concise(curve%points(size(small))%speed, 9) // "]" // newline // "set format x ''" // newline &
       & // "# each part of a curve with the first point of the next" // newline // "here = 0; there = 0" // newline &
       & // "small(v) = (before = here, here = strcol('small_motion') ne '0', before || here ? v : NaN)" // newline &
@@ -80,7 +81,7 @@ contains
       if (i == panels) lines = lines // key(any(visible, dim=2)) // marks%entries
       lines = lines // newline // "unset logscale y; set format y; set ytics autofreq" // newline
     end do
-    figure = new_figure(table%name, "Response as a function of the crank speed: peak, rms, and rms of single orders", lines &
+    figure = new_figure(table%name, "Response over the crank speed: peak, rms, and rms of each order", lines &
       & // "unset multiplot" // newline, height=legend + nint(height_of(rows)))
 
   contains
@@ -158,6 +159,18 @@ contains
 
   end function plot_resonance
 
+  !> Gnuplot line for the tics on the speed axis if `across` panels share a row. In half a row there is room for few labels.
+  pure function speed_tics(curve, across) result(line)
+    type(resonance_curve_type), intent(in) :: curve
+    integer, intent(in) :: across
+    character(len=:), allocatable :: line
+    real(dp) :: length
+
+    line = ""
+    length = abs(curve%points(size(curve%points))%speed - curve%points(1)%speed)
+    if (across > 1 .and. length > 0) line = "set xtics " // concise(tic_step(length, 4), 3) // newline
+  end function speed_tics
+
   !> Marks on the speed axis: the speed that the input gives, and ranges of speeds in which the machine is unstable.
   pure type(marks_type) function marks_of(curve, input) result(marks)
     type(resonance_curve_type), intent(in) :: curve
@@ -220,8 +233,8 @@ contains
     if (.not. all(curve%maxima%small)) marks%entries = beyond_entry // marks%entries
     panels = min(size(quantities), most_panels)
     across = merge(1, 2, panels <= most_below)
-    lines = layout_line(panels, across) // marks%lines // "set xrange " // range_with_margin(range(1), range(2)) // newline &
-      & // "set format x ''" // newline // "of(row) = int(word('"
+    lines = layout_line(panels, across) // speed_tics(curve, across) // marks%lines // "set xrange " &
+      & // range_with_margin(range(1), range(2)) // newline // "set format x ''" // newline // "of(row) = int(word('"
     ! the gnuplot function of(row) returns the number of the quantity in a row of the file
     do i = 1, size(curve%maxima)
       lines = lines // text(curve%maxima(i)%quantity) // " "
@@ -233,9 +246,8 @@ contains
         & trim(quantities(i)%unit), table%name // ".csv", "column('speed_rpm')", "column('value')", ["of($0) == " // text(i)], &
         & [" "], marks%entries)
     end do
-    figure = new_figure(table%name, "Peaks of the resonance curves, labelled with the strongest order: " &
-      & // text(size(curve%maxima)), lines // "unset multiplot" // newline, &
-      & height=nint(height_of((panels + across - 1) / across)))
+    figure = new_figure(table%name, "Resonance peaks (" // text(size(curve%maxima)) // "), labelled with the strongest order", &
+      & lines // "unset multiplot" // newline, height=nint(height_of((panels + across - 1) / across)))
 
   contains
 

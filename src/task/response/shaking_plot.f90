@@ -81,7 +81,8 @@ contains
       associate (k => planes(:, i))
         if (size(loads) > 0) lines = lines // inline_orbit_panel(closed(shown(along(k), :)), frame%degrees_per_period(), "N", &
           & labels(k), "shaking force on a frame at rest", largest)
-        lines = lines // orbit_panel(table, columns(k), labels(k), "force on the ground", .true., largest)
+        lines = lines // orbit_panel(table, columns(k), labels(k), "force on the ground" &
+          & // either(" without guides", "", size(frame%free) < frame%dofs()), .true., largest)
       end associate
     end do
     figure = new_figure("force_polar", "Polar diagrams of the forces at " // speed_in_words(frame) // " (angles of the crank)", &

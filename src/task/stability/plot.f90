@@ -21,7 +21,7 @@ module gestell_task_stability_plot
   !> The axis of damping ratios is logarithmic if the ratio of the largest to the smallest exceeds this limit
   real(dp), parameter :: many_decades = 30
   !> Labels of modes that are nearer to each other than this part of the axes are joined
-  real(dp), parameter :: least_distance = 0.07_dp
+  real(dp), parameter :: least_distance = 0.08_dp
 
 contains
 

@@ -44,7 +44,7 @@ contains
       value = "(strcol(" // text(shown%verdict) // ") eq 'stable' ? 0 : strcol(" // text(shown%verdict) &
         & // ") eq 'unstable' ? 2 : strstrt('undamped undecided', strcol(" // text(shown%verdict) // ")) > 0 ? 1 : NaN)"
       lines = lines // "set cbrange [-0.5:2.5]; set palette maxcolors 3; " &
-        & // "set palette defined (0 '#2A6FA8', 1 '#E4EEF5', 2 '#F3A65A')" // newline &
+        & // "set palette defined (0 '#2A6FA8', 1 '#E3EEF5', 2 '#F3A65A')" // newline &
         & // "set cbtics ('stable' 0, ""undamped or\nundecided"" 1, 'unstable' 2) scale 0" // newline
     case (decades)
       lines = lines // "positive(v) = v > 0 ? v : NaN" // newline // extent_lines("sweep.csv", ["positive(" // value // ")"]) &
@@ -61,9 +61,10 @@ contains
   pure function growth_colours() result(lines)
     character(len=:), allocatable :: lines
 
-    lines = "if (high <= 0) { set palette defined (low '#2A6FA8', high '#E4EEF5') }" // newline &
+    ! unlike E4EEF5, the colour E3EEF5 is the same on dark screens
+    lines = "if (high <= 0) { set palette defined (low '#2A6FA8', high '#E3EEF5') }" // newline &
       & // "if (low >= 0) { set palette defined (low '#F3A65A', high '#7A2E00') }" // newline &
-      & // "if (low < 0 && high > 0) { set palette defined (low '#2A6FA8', 0 '#E4EEF5', 0 '#F3A65A', high '#7A2E00') }" // newline
+      & // "if (low < 0 && high > 0) { set palette defined (low '#2A6FA8', 0 '#E3EEF5', 0 '#F3A65A', high '#7A2E00') }" // newline
   end function growth_colours
 
 end module gestell_task_sweep_charts

@@ -70,10 +70,11 @@ contains
         & // shades // state_marks("0.5")
     case (decades)
       lines = lines // "positive(v) = v > 0 ? v : NaN" // newline &
-        & // extent_lines("sweep.csv", ["positive(" // trim(shown%value) // ")"]) // "found = high > 0" // newline &
+        & // extent_lines("sweep.csv", ["positive(" // trim(shown%value) // ")"]) // "found = low > 0" // newline &
         & // "if (found) {" // newline // decade_lines("(low > " // least // " * high ? low : " // least // " * high) / 1.5", &
         & "high * 1.5") &
-        & // "} else { bottom = 0; top = 1; set yrange [0:1] }" // newline // "low = bottom; high = top" // newline &
+        & // "} else { bottom = 0; top = 1; set yrange [0:1]; set label 1 'zero' at graph 0.5,graph 0.5 center }" // newline &
+        & // "low = bottom; high = top" // newline &
         & // "plot NaN notitle" // shades // ", for [i=1:found] 'sweep.csv' using " // x // ":(positive(" // trim(shown%value) &
         & // ")) " // style // " notitle"
     case default ! other kinds do not exist

@@ -33,7 +33,7 @@ contains
     end do
     if (with_averaged) curves = curves // curve("averaged", methods + 1)
     if (methods == 0) curves = ", NaN notitle"
-    lines = "set multiplot layout 1,2 margins 0.09,0.83,0.14,0.84 spacing 0.03,0 title heading noenhanced" // newline &
+    lines = "set multiplot layout 1,2 margins 0.09,0.8,0.14,0.84 spacing 0.03,0 title heading noenhanced" // newline &
       & // "above_zero(v) = v > 1e-17 ? v : 1e-17" // newline &
       & // "set logscale xy; set format '10^{%L}'; set yrange [1e-17:10]" // newline &
       & // "set key off; set ylabel 'relative error of Φ(T)'; set xlabel 'evaluations per period'" // newline &

@@ -3,7 +3,7 @@ module gestell_task_boundary_map_plot
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, newline, text
   use gestell_output_picture_axis, only: coordinate, parameter_axis, with_unit
-  use gestell_output_picture_marks, only: input_point, shaded_entry, unstable_fill
+  use gestell_output_picture_marks, only: input_point, none_found, shaded_entry, unstable_fill
   use gestell_output_picture_regions, only: left_side
   use gestell_output_picture_script, only: figure_type, new_figure
   use gestell_study_grid, only: grid_type
@@ -58,14 +58,15 @@ contains
     figure = new_figure("boundary", title // ": " // count_words(map%curves), lines // list // newline, height=560)
   end function plot_curves
 
-  !> Plot commands that draw the border curves on a chart of the same parameters.
+  !> Plot commands that draw the border curves on a chart of the same parameters. Their colour, unlike black, is the same on dark
+  !> screens, like the colours of the chart.
   pure function over_chart(map) result(curves)
     type(border_map_type), intent(in) :: map
     character(len=:), allocatable :: curves
 
     curves = ""
     if (map%curves > 0) curves = ", for [c=1:" // text(map%curves) // "] 'boundary.csv' using (column(1) == c ? X(column(2)) : " &
-      & // "NaN):(Y(column(3))) with lines lt 7 dt 1 lw 1.5"
+      & // "NaN):(Y(column(3))) with lines lt 7 dt 1 lw 1.5 lc rgb '#000011'"
   end function over_chart
 
   !> Gnuplot data block $side: boxes that fill the region on the left of the curves. Columns: lower and upper x, lower and upper y.
@@ -110,7 +111,7 @@ contains
     character(len=:), allocatable :: line
 
     line = ""
-    if (number == 0) line = "set label 1 'none found' at graph 0.5,graph 0.5 center textcolor rgb '#444444'" // newline
+    if (number == 0) line = none_found
   end function empty_label
 
   !> Text with the number of borders that were found.
