@@ -75,7 +75,8 @@ module gestell_output_page_style
     & "body{margin:1rem auto;font-size:15px}", &
     & "h1{font-size:1.6rem}", &
     & "h2{margin-top:1.5rem}", &
-    & "/* A tap, which focuses the picture, enlarges it. */", &
+    & "/* Usual pictures fit the screen; a tap, which focuses a picture, enlarges it. */", &
+    & ".wide .plot{min-width:calc(.555*var(--w))}", &
     & ".wide:focus .plot{min-width:min(640px,var(--w))}", &
     & ".wide+figcaption::after{content:' Tap the picture to enlarge it.'}", &
     & ".wide:focus+figcaption::after{content:' Scroll sideways to see the whole picture.'}", &
@@ -92,7 +93,8 @@ module gestell_output_page_style
     & "pre{white-space:pre-wrap}", &
     & ".wide{overflow:visible;background:none}", &
     & "table{font-size:8pt}", &
-    & "th,td{padding:.1rem .3rem;overflow-wrap:anywhere}", &
+    & "th,td{padding:.1rem .3rem}", &
+    & ".verdict,.warnings li{padding:.2rem .6rem;margin:.2rem 0}", &
     & ".n{white-space:normal}", &
     & "nav,.skip,.all,.play,.controls input{display:none}", &
     & ".views{max-width:12cm}", &
