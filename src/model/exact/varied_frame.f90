@@ -129,7 +129,7 @@ contains
     class(varied_frame_type), intent(inout) :: self
     integer, intent(in) :: points
     real(dp), dimension(points, 6) :: q, v, a
-    real(dp) :: rate(points, 1), cosine, rotation(points, 3, 3), relative_rate(points), w(points, 3)
+    real(dp) :: rate(points, 1), cosine, rotation(3, 3, points), relative_rate(points), w(3, points), velocity(3)
     real(dp), dimension(batch, 3, 0:2) :: theta
     type(moved_type) :: moved
     type(space_load_type), allocatable :: loads(:)
@@ -148,9 +148,11 @@ contains
       theta(:, :, 2) = a(at, turns)
       call follow_frame(self%space%drive, self%speed, a(at, in_frame(:3)), theta, moved)
       rate(first:last, 1) = moved%chi(:n, 1) * self%mechanism%turns
-      rotation(first:last, :, :) = moved%rotation(:n, :, :)
       relative_rate(first:last) = moved%rate(:n)
-      w(first:last, :) = moved%w(:n, :)
+      do k = 1, n
+        rotation(:, :, at(k)) = moved%rotation(k, :, :)
+        w(:, at(k)) = moved%w(k, :)
+      end do
     end do
     do k = 1, points
       self%motor_torque = self%motor_torque + mounting_power(self, q(k, in_frame), v(k, in_frame)) &
@@ -174,8 +176,9 @@ contains
     associate (lags => self%lag([(real(k - 1, dp) / points, k = 1, points)]), turns => self%mechanism%turns)
       do k = 1, points
         call find_loads(self%space%planes, sign(2 * pi, self%speed) * (k - 1) / points - lags(k, 1) / turns, loads)
-        self%motor_torque = self%motor_torque - load_power(loads, rotation(k, :, :), relative_rate(k) + self%drift / turns, &
-          & v(k, in_frame(:3)), w(k, :)) / (points * self%speed * turns)
+        velocity = v(k, in_frame(:3))
+        self%motor_torque = self%motor_torque - load_power(loads, rotation(:, :, k), relative_rate(k) + self%drift / turns, &
+          & velocity, w(:, k)) / (points * self%speed * turns)
       end do
     end associate
   end subroutine spin_flywheel

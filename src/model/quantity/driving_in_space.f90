@@ -49,7 +49,7 @@ contains
     type(masses_type) :: masses, rigid
     type(fixed_masses_type) :: at
     type(space_load_type) :: loads(count_loads(frame%space%planes))
-    real(dp) :: angles(size(phases)), lag(size(phases), 3), q(6, 0:1), by_loads(3)
+    real(dp) :: angles(size(phases)), lag(size(phases), 3), q(6, 0:1), s(3), b(3), w(3), rotation(3, 3), by_loads(3)
     real(dp), dimension(batch) :: turned, torque, of_loads, energy
     real(dp), dimension(batch, 3) :: by_gain, by_spin, by_turn
     real(dp), dimension(batch, 3, 0:2) :: u, theta
@@ -95,20 +95,24 @@ contains
       do n = first, min(first + batch - 1, size(phases))
         k = n - first + 1
         q = reshape([motion(in_frame, n), motion(6 + in_frame, n)], [6, 2])
+        b = moved%b(k, :)
+        w = moved%w(k, :)
+        rotation = moved%rotation(k, :, :)
+        s = masses%s(k, :, 0)
         power(2, n) = frame%speed**2 * rigid%k(n, 1) / 2 - dot_product(frame%weights%gravity, rigid%s(n, :, 1))
         call find_loads(frame%space%planes, angles(n), loads)
-        call load_torque(loads, moved%b(k, :), identity(), of_loads(k), by_loads)
+        call load_torque(loads, b, identity(), of_loads(k), by_loads)
         power(2, n) = power(2, n) - of_loads(k)
         call find_loads(frame%space%planes, turned(k), loads)
-        call load_torque(loads, moved%b(k, :), moved%rotation(k, :, :), of_loads(k), by_loads)
+        call load_torque(loads, b, rotation, of_loads(k), by_loads)
         power(1, n) = torque(k) - of_loads(k)
         by_turn(k, :) = by_turn(k, :) - by_loads
-        power(6, n) = load_power(loads, moved%rotation(k, :, :), moved%rate(k), q(:3, 1), moved%w(k, :))
+        power(6, n) = load_power(loads, rotation, moved%rate(k), q(:3, 1), w)
         ! with a flywheel chi' is w n minus its mean: phi' + w n = Omega + c
-        power(3, n) = power(1, n) * (moved%rate(k) + dot_product(moved%b(k, :), moved%w(k, :))) &
-          & - dot_product(moved%motor(k, :), moved%w(k, :))
+        power(3, n) = power(1, n) * (moved%rate(k) + dot_product(b, w)) &
+          & - dot_product(moved%motor(k, :), w)
         power(4, n) = mounting_power(frame, q(:, 0), q(:, 1))
-        power(5, n) = energy(k) + mounting_energy(frame, q(:, 0), masses%s(k, :, 0))
+        power(5, n) = energy(k) + mounting_energy(frame, q(:, 0), s)
       end do
       n = min(batch, size(phases) - first + 1)
       if (present(errors) .and. present(torque_error)) torque_error = max(torque_error, maxval(effects(n) &
