@@ -1,7 +1,8 @@
 !> The records of keys are consistent; defaults, ranges, help and tables agree with them.
 module test_keys
   use gestell_base_error, only: gestell_error => error_type, wrong_usage
-  use gestell_base_key, only: all_words, find_key, of_angle, real_key, text_key, unset
+  use gestell_base_key, only: all_words, find_key, of_acceleration, of_angle, of_area, of_damping, of_force, of_inertia, &
+    & of_length, of_mass, of_moment, of_pressure, of_rotary_damping, of_stiffness, real_key, text_key, unset
   use gestell_base_kinds, only: dp, pi
   use gestell_input_machine_frame, only: foundation_keys, gravity_keys
   use gestell_input_machine_groups, only: read_units
@@ -9,10 +10,10 @@ module test_keys
   use gestell_input_schema, only: find_group_rule, find_key_rule, schema_type
   use gestell_input_schema_help, only: help_on
   use gestell_input_schema_read, only: read
-  use gestell_input_schema_units, only: units_type
+  use gestell_input_schema_units, only: find_unit, unit_type, units_type
   use gestell_task_common_keys, only: accuracy_keys, response_keys
   use gestell_task_registry, only: input_schema
-  use checks, only: check_failure
+  use checks, only: check_failure, check_that
   use namelist_helpers, only: check_message, nl, read_checked, rest
   use testdrive, only: check, error_type, new_unittest, unittest_type
   implicit none (type, external)
@@ -30,6 +31,7 @@ contains
       & new_unittest("every word of a key has a meaning, or none has", test_words), &
       & new_unittest("missing keys take their defaults in SI units", test_defaults), &
       & new_unittest("each element of a matrix is converted in its own unit", test_matrix), &
+      & new_unittest("units of other worlds have exact factors", test_other_worlds), &
       & new_unittest("both ends of a key's range are checked", test_ranges), &
       & new_unittest("help on every group and key fits a terminal", test_help), &
       & new_unittest("help on a misspelt word suggests the right one", test_no_help)]
@@ -151,6 +153,32 @@ contains
     call read(group_named(doc, "foundation"), foundation_keys, "damping", b, failure, units)
     call check(error, norm2(b - [1000.0_dp, 2000.0_dp, 3.0_dp]), 0.0_dp, thr=1.0e-11_dp)
   end subroutine test_matrix
+
+  !> Values of NIST Special Publication 811 (2008), Appendix B.8, and products of its exact factors.
+  subroutine test_other_worlds(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(unit_type) :: unit
+    real(dp), parameter :: inch = 0.0254_dp, lbf = 4.4482216152605_dp
+    integer, parameter :: quantity(*) = [of_length, of_mass, of_mass, of_mass, of_inertia, of_inertia, of_inertia, of_inertia, &
+      & of_stiffness, of_stiffness, of_force, of_force, of_moment, of_moment, of_damping, of_damping, of_rotary_damping, &
+      & of_rotary_damping, of_pressure, of_pressure, of_area, of_area, of_acceleration, of_acceleration, of_acceleration]
+    character(len=*), parameter :: names(*) = [character(len=10) :: "ft", "lb", "slug", "lbf s^2/in", "lb in^2", "lb ft^2", &
+      & "slug ft^2", "lbf in s^2", "lbf/in", "lbf/ft", "lbf", "kip", "lbf in", "lbf ft", "lbf s/in", "lbf s/ft", "lbf in s", &
+      & "lbf ft s", "psi", "kp/cm^2", "in^2", "ft^2", "in/s^2", "ft/s^2", "g"]
+    real(dp), parameter :: si(*) = [0.3048_dp, 0.45359237_dp, 14.59390293720636_dp, lbf / inch, 0.45359237_dp * inch**2, &
+      & 0.04214011009380480_dp, 1.3558179483314004_dp, 0.1129848290276167_dp, 175.12683524647636_dp, 14.59390293720636_dp, lbf, &
+      & 1000 * lbf, 0.1129848290276167_dp, 1.3558179483314004_dp, 175.12683524647636_dp, 14.59390293720636_dp, &
+      & 0.1129848290276167_dp, 1.3558179483314004_dp, 6894.757293168361_dp, 98066.5_dp, 6.4516e-4_dp, 0.09290304_dp, inch, &
+      & 0.3048_dp, 9.80665_dp]
+    integer :: i
+
+    do i = 1, size(si)
+      unit = find_unit(quantity(i), trim(names(i)))
+      ! one division and the digits of the literal
+      call check_that(error, abs(unit%factor / unit%divisor / si(i) - 1), "<=", 3 * epsilon(1.0_dp), trim(names(i)))
+      if (allocated(error)) return
+    end do
+  end subroutine test_other_worlds
 
   subroutine test_ranges(error)
     type(error_type), allocatable, intent(out) :: error

@@ -10,9 +10,13 @@ module gestell_base_key
 
   !> Codes of the quantities whose unit the group &units sets. `quantities` is the number of these quantities.
   integer, parameter, public :: of_length = 1, of_mass = 2, of_inertia = 3, of_stiffness = 4, of_force = 5, of_moment = 6, &
-    & of_damping = 7, of_rotary_damping = 8, of_angle = 9, quantities = 9
+    & of_damping = 7, of_rotary_damping = 8, of_angle = 9, of_pressure = 10, of_area = 11, of_acceleration = 12, &
+    & quantities = 12
   !> Codes for two matrices of the foundation whose elements have different units.
-  integer, parameter, public :: of_stiffness_matrix = 10, of_damping_diagonal = 11
+  integer, parameter, public :: of_stiffness_matrix = 13, of_damping_diagonal = 14
+
+  !> Maximum length of a list of words that a key accepts
+  integer, parameter :: list_length = 320
 
   !> Value that marks a real number as not specified.
   real(dp), parameter, public :: unset = -huge(1.0_dp)
@@ -45,18 +49,21 @@ module gestell_base_key
     !> Code of the quantity that the key gives (`of_length`, ...). 0 if the key has no unit, or the fixed unit `symbol`
     integer :: unit = 0
     character(len=12) :: symbol = ""
-    !> Default value as a number (in SI units, angles in deg). If the default is one word or several words separated by commas,
-    !> `word` contains it. Any other default is described in `otherwise`, for the manual. If none of these three components is
-    !> set, the key has no default
+    !> Default value as a number (in SI units, angles in deg, pressures in bar). If the default is one word or several words
+    !> separated by commas, `word` contains it. Any other default is described in `otherwise`, for the manual. If none of these
+    !> three components is set, the key has no default
     real(dp) :: default = unset
     character(len=64) :: word = "", otherwise = ""
     type(range_type) :: range = range_type()
     !> Texts that the key accepts, separated by commas. If empty, the key accepts any text
-    character(len=240) :: words = ""
+    character(len=list_length) :: words = ""
     !> Number of rows, if the key is a matrix
     integer :: rows = 1
     !> True if --set with a single value assigns this value to all components of the key
     logical :: alike = .false.
+    !> If the key is another name of a key in its group: that key, and the factor from a value of this key to a value of that key
+    character(len=16) :: same_as = ""
+    real(dp) :: factor = 1
   end type key_type
 
   public :: all_words, find_key, joined
@@ -87,7 +94,7 @@ contains
   end function all_words
 
   !> List of the words, separated by commas.
-  pure character(len=240) function joined(words) result(list)
+  pure character(len=list_length) function joined(words) result(list)
     character(len=*), intent(in) :: words(:)
     integer :: i
 

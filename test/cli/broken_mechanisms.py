@@ -110,7 +110,8 @@ PARALLEL = "the guides become parallel, or two joints that carry a guide coincid
 INDEFINITE = "must be positive semidefinite: in some direction this matrix pushes a displaced frame farther away instead of back"
 PAIRS = "must have an odd number of values: the mean, then one cosine and one sine coefficient for each order"
 MASS_KEYS = "allowed are mass, inertia, a1, a2, a3, moment, energy"
-UNITS_KEYS = "allowed are length, mass, inertia, stiffness, force, moment, damping, rotary_damping, angle"
+UNITS_KEYS = ("allowed are length, mass, inertia, stiffness, force, moment, damping, rotary_damping, angle, pressure, area, "
+              "acceleration, results")
 
 # description, input, exit code, standard error
 INPUTS = [
@@ -285,28 +286,35 @@ INPUTS = [
     ("unknown unit, near", units("length='MM'"), 2,
      "input.nml:2: &units: length = 'MM': unknown; did you mean 'mm'?"),
     ("unknown unit, near two", units("length='km'"), 2,
-     "input.nml:2: &units: length = 'km': unknown; choose from 'm', 'cm', 'mm', 'in'"),
-    ("unknown unit of mass", units("mass='lb'"), 2,
-     "input.nml:2: &units: mass = 'lb': unknown; choose from 'kg', 'g', 't', 'kp s^2/m'"),
+     "input.nml:2: &units: length = 'km': unknown; choose from 'm', 'cm', 'mm', 'in', 'ft'"),
+    ("unknown unit of mass", units("mass='stone'"), 2,
+     "input.nml:2: &units: mass = 'stone': unknown; choose from {units.mass}"),
     ("unknown unit of inertia", units("inertia='kg cm2'"), 2,
      "input.nml:2: &units: inertia = 'kg cm2': unknown; did you mean 'kg cm^2'?"),
-    ("unknown unit of stiffness", units("stiffness='lbf/in'"), 2,
-     "input.nml:2: &units: stiffness = 'lbf/in': unknown; choose from 'N/m', 'N/cm', 'N/mm', 'kN/m', 'kN/mm', 'MN/m', 'kp/m', "
-     "'kp/cm', 'kp/mm'"),
+    ("unknown unit of stiffness", units("stiffness='pounds'"), 2,
+     "input.nml:2: &units: stiffness = 'pounds': unknown; choose from {units.stiffness}"),
+    ("pounds as a force", units("force='lb'"), 2, "input.nml:2: &units: force = 'lb': unknown; did you mean 'lbf'?"),
+    ("pounds-force as a mass", units("mass='lbf'"), 2, "input.nml:2: &units: mass = 'lbf': unknown; did you mean 'lb'?"),
+    ("unknown unit of results", units("results='inch'"), 2,
+     "input.nml:2: &units: results(1) = 'inch': unknown; choose from {units.results}"),
+    ("two units of results", units("results='in','lbf','mm'"), 2,
+     "input.nml:2: &units: results(3) = 'mm': gives two units of length"),
+    ("units of results besides those of the input", units("results='input','lbf'"), 2,
+     "input.nml:2: &units: results = 'input', 'lbf': 'input' must stand alone"),
     ("unknown unit of force", units("force='N/m'"), 2,
-     "input.nml:2: &units: force = 'N/m': unknown; choose from 'N', 'kN', 'kp'"),
+     "input.nml:2: &units: force = 'N/m': unknown; choose from 'N', 'kN', 'kp', 'lbf', 'kip'"),
     ("unknown unit of a moment", units("moment='Nm'"), 2,
      "input.nml:2: &units: moment = 'Nm': unknown; did you mean 'N m'?"),
     ("unknown unit of damping", units("damping='Ns/m'"), 2,
      "input.nml:2: &units: damping = 'Ns/m': unknown; did you mean 'N s/m'?"),
     ("unknown unit of rotary damping", units("rotary_damping='Nms'"), 2,
-     "input.nml:2: &units: rotary_damping = 'Nms': unknown; choose from 'N m s', 'kg m^2/s', 'N mm s', 'kN m s', 'kp m s', 'kp cm s'"),
+     "input.nml:2: &units: rotary_damping = 'Nms': unknown; choose from {units.rotary_damping}"),
     ("unknown unit of angles", units("angle='degrees'"), 2,
      "input.nml:2: &units: angle = 'degrees': unknown; choose from 'deg', 'rad'"),
     ("unknown quantity", units("time='ms'"), 2, f"input.nml:2: &units: unknown key 'time': {UNITS_KEYS}"),
     ("unknown quantity, near", units("lenght='mm'"), 2, "input.nml:2: &units: unknown key 'lenght': did you mean 'length'?"),
     ("unit without quotes", units("length=mm"), 2, "input.nml:2: &units: length = mm: must be in quotes: 'mm'"),
-    ("unit empty", units("length=''"), 2, "input.nml:2: &units: length = '': unknown; choose from 'm', 'cm', 'mm', 'in'"),
+    ("unit empty", units("length=''"), 2, "input.nml:2: &units: length = '': unknown; choose from 'm', 'cm', 'mm', 'in', 'ft'"),
     ("two units", units("length='mm','cm'"), 2, "input.nml:2: &units: length = 'mm', 'cm': takes 1 value, has 2"),
     ("units twice", units("length='mm'") + "&units mass='g' /\n", 2,
      "input.nml:19: &units: may occur only once (first in line 2)"),
@@ -391,7 +399,7 @@ SETTINGS = [
     ("slot parallel", "joint(E).slot_angle=0", 2, "the slot is parallel to the guide"),
     ("half an offset", "joint(D).offset=0.1", 2, "takes 2 values, has 1"),
     ("misspelt offset", "joint(D).ofset=0.1,0.2", 2, "unknown key 'ofset': did you mean 'offset'?"),
-    ("unknown unit", "units.length=parsec", 2, "unknown; choose from 'm', 'cm', 'mm', 'in'"),
+    ("unknown unit", "units.length=parsec", 2, "unknown; choose from 'm', 'cm', 'mm', 'in', 'ft'"),
     ("unknown quantity", "units.time=ms", 2, f"unknown key 'time': {UNITS_KEYS}"),
     ("group without key", "units=mm", 1,
      "the path must be GROUP.KEY, GROUP(NAME).KEY or GROUP.KEY(INDEX), such as drive.speed_rpm"),

@@ -110,7 +110,7 @@ class Run:
 def allowed(program, key):
     """The words that a key allows, as `--help group.key` lists them."""
     help_text = subprocess.run([program, "--help", key], capture_output=True, text=True, timeout=SECONDS).stdout
-    words = re.findall(r"'([^']+)'", re.search(r"^  values((?:.|\n   )*)", help_text, re.M)[1])
+    words = re.findall(r"'([^']+)'", re.sub(r"\s+", " ", re.search(r"^  values((?:.|\n   )*)", help_text, re.M)[1]))
     assert len(words) > 1, f"no words of {key} in\n{help_text}"
     return words
 

@@ -234,8 +234,8 @@ def test_tables():
     faulty = [("descending", good[:5] + [good[3]] + good[5:], "gas.csv:6: the angle must be greater than that of the row before"),
               ("not a number", good[:9] + ["80,nan"] + good[10:], "gas.csv:10: column 2 must be finite"),
               ("one column", good[:9] + ["80"] + good[10:], "gas.csv:10: must contain two numbers separated by a comma"),
-              ("unit", ["crank_deg,pressure_psi"] + good[1:], "gas.csv:1: the unit of the second column is unknown: use N, kN, "
-               "N m, kN m, Pa, kPa, MPa or bar, such as pressure_bar"),
+              ("unit", ["crank_deg,pressure_atm"] + good[1:], "gas.csv:1: the unit of the second column is unknown: use a "
+               "unit of forces, moments or pressures as in &units, such as pressure_bar"),
               ("angle", ["crank,pressure_bar"] + good[1:], "gas.csv:1: the first column must be an angle in deg or rad, such as "
                "angle_deg"),
               ("jump", good[:-1] + ["720,25"], "gas.csv:74: the course jumps at the ends: 25 in the last row, 1.6e-12 in the first "

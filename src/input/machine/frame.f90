@@ -34,6 +34,8 @@ module gestell_input_machine_frame
   type(key_type), parameter, public :: drive_keys(*) = [ &
     & key_type("drive", "speed_rpm", real_key, "crank speed: positive if the crank turns counter-clockwise, negative if " // &
     &   "clockwise", required=.true., symbol="1/min", range=nonzero), &
+    & key_type("drive", "speed_hz", real_key, "replaces `speed_rpm`: turns of the crank per second", symbol="Hz", &
+    &   range=nonzero, otherwise="`speed_rpm` / 60", same_as="speed_rpm", factor=60.0_dp), &
     & key_type("drive", "held_by", text_key, "what keeps the crank speed constant", word="motor", words=trim(holders(1)) // &
     &   ", " // trim(holders(2)) // ", " // trim(holders(3))), &
     & key_type("drive", "flywheel_inertia", real_key, "moment of inertia of the flywheel about the crank's axis, without any " // &

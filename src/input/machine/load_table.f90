@@ -5,10 +5,12 @@
 module gestell_input_machine_load_table
   use gestell_base_error, only: error_type, fatal_error, invalid_input
   use gestell_base_files, only: file_exists, read_file
+  use gestell_base_key, only: of_force, of_moment, of_pressure
   use gestell_base_kinds, only: dp, pi
   use gestell_base_text, only: concise, text
   use gestell_input_namelist_message, only: location
   use gestell_input_namelist_number, only: read_real
+  use gestell_input_schema_units, only: find_unit, unit_names, unit_type
   implicit none (type, external)
   private
 
@@ -23,10 +25,8 @@ module gestell_input_machine_load_table
     real(dp), allocatable :: angles(:), values(:)
   end type load_table_type
 
-  !> Units of the second column. A name comes before the names with which it ends.
-  character(len=4), parameter :: units(9) = [character(len=4) :: "kN m", "N m", "Nm", "kN", "N", "bar", "MPa", "kPa", "Pa"]
-  integer, parameter :: quantities(9) = [2, 2, 2, 1, 1, 3, 3, 3, 3]
-  real(dp), parameter :: factors(9) = [1.0e3_dp, 1.0_dp, 1.0_dp, 1.0e3_dp, 1.0_dp, 1.0e5_dp, 1.0e6_dp, 1.0e3_dp, 1.0_dp]
+  !> Codes of the quantities `force_table`, `moment_table` and `pressure_table` among those of the units.
+  integer, parameter :: codes(3) = [of_force, of_moment, of_pressure]
 
 contains
 
@@ -124,6 +124,8 @@ contains
     real(dp), intent(out) :: to_rad, factor
     type(error_type), allocatable, intent(out) :: error
     character(len=len(row) + 1) :: words
+    character(len=12), allocatable :: names(:)
+    type(unit_type) :: unit
     integer :: i, split
 
     quantity = 0
@@ -142,15 +144,36 @@ contains
         & invalid_input)
       return
     end if
-    do i = 1, size(units)
-      if (.not. ends_with(words(split + 1:), trim(units(i)))) cycle
-      quantity = quantities(i)
-      factor = factors(i)
-      return
+    do quantity = 1, size(codes)
+      names = unit_names(codes(quantity))
+      do i = 1, size(names)
+        if (.not. any([ends_with(words(split + 1:), without(names(i), "/", " ")), &
+          & ends_with(words(split + 1:), without(names(i), " ", ""))])) cycle
+        unit = find_unit(codes(quantity), names(i))
+        factor = unit%factor / unit%divisor
+        return
+      end do
     end do
-    call fatal_error(error, location(file, line) // "the unit of the second column is unknown: use N, kN, N m, kN m, Pa, kPa, " &
-      & // "MPa or bar, such as pressure_bar", invalid_input)
+    quantity = 0
+    call fatal_error(error, location(file, line) // "the unit of the second column is unknown: use a unit of forces, moments or " &
+      & // "pressures as in &units, such as pressure_bar", invalid_input)
   end subroutine read_header
+
+  !> Copy of a name in which the character `old` is replaced by `new`, which may be empty.
+  pure function without(name, old, new) result(words)
+    character(len=*), intent(in) :: name, old, new
+    character(len=:), allocatable :: words
+    integer :: i
+
+    words = ""
+    do i = 1, len_trim(name)
+      if (name(i:i) == old) then
+        words = words // new
+      else
+        words = words // name(i:i)
+      end if
+    end do
+  end function without
 
   !> True if the last word or words of `words` are `unit`.
   pure logical function ends_with(words, unit)

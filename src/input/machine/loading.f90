@@ -2,8 +2,8 @@
 module gestell_input_machine_loading
   use gestell_base_dictionary, only: dictionary_type
   use gestell_base_error, only: error_type
-  use gestell_base_key, only: key_type, integer_key, nonnegative, nonzero, of_angle, of_force, of_length, of_moment, positive, &
-    & range_type, real_key, text_key
+  use gestell_base_key, only: key_type, integer_key, nonnegative, nonzero, of_angle, of_area, of_force, of_length, of_moment, &
+    & of_pressure, positive, range_type, real_key, text_key
   use gestell_base_kinds, only: dp, pi
   use gestell_base_paths, only: is_absolute
   use gestell_base_text, only: text
@@ -55,8 +55,9 @@ module gestell_input_machine_loading
     &   "the first at 0", 1, 3, most, unit=of_force, otherwise="none"), &
     & key_type("load", "table", text_key, "replaces `force` or `moment`: CSV file, relative to the folder of the input", &
     &   otherwise="none"), &
-    & key_type("load", "area", real_key, "area that turns a pressure in `force`, `force_table` (Pa) or `table` into a " // &
-    &   "force", symbol="m^2", range=positive, otherwise="none"), &
+    & key_type("load", "area", real_key, "area that turns a pressure in `force`, `force_table` or `table` into a " // &
+    &   "force. The pressures of `force` and `force_table` are in Pa, or in the unit of `&units " // &
+    &   "pressure` if it is given", unit=of_area, range=positive, otherwise="none"), &
     & key_type("load", "bore", real_key, "replaces `area`: diameter of a piston", unit=of_length, range=positive, &
     &   otherwise="none"), &
     & key_type("load", "cycle", integer_key, "turns of the crank after which the load repeats: 2 for a four-stroke engine", &
@@ -72,11 +73,11 @@ module gestell_input_machine_loading
     &   "allow"), &
     & key_type("load", "scale", real_key, "factor by which force and moment are multiplied", default=1.0_dp), &
     & key_type("load", "clearance", real_key, "clearance volume divided by swept volume", range=positive, otherwise="none"), &
-    & key_type("load", "suction", real_key, "absolute suction pressure", symbol="bar", range=positive, otherwise="none"), &
-    & key_type("load", "discharge", real_key, "absolute discharge pressure", symbol="bar", range=positive, otherwise="none"), &
+    & key_type("load", "suction", real_key, "absolute suction pressure", unit=of_pressure, range=positive, otherwise="none"), &
+    & key_type("load", "discharge", real_key, "absolute discharge pressure", unit=of_pressure, range=positive, otherwise="none"), &
     & key_type("load", "exponent", real_key, "exponent n of compression and expansion, p V^n = const", default=1.3_dp, &
     &   range=positive), &
-    & key_type("load", "ambient", real_key, "absolute pressure on the other side of the piston", symbol="bar", &
+    & key_type("load", "ambient", real_key, "absolute pressure on the other side of the piston", unit=of_pressure, &
     &   default=1.0_dp, range=nonnegative)]
 
   !> Words that keys of &load accept, and the meaning of each.
@@ -275,6 +276,7 @@ contains
     character(len=11), parameter :: forces(3) = [character(len=11) :: "force", "force_table", "table"]
     character(len=:), allocatable :: type, file, interpolation, usual
     type(load_table_type) :: table
+    type(units_type) :: units_of_force
     real(dp) :: area, bore
     integer :: cycles, i, n
 
@@ -296,12 +298,14 @@ contains
     if (allocated(error)) return
     if (has(group, "moment")) call read_series(group, "moment", units, load%moment, error)
     if (allocated(error)) return
-    if (has(group, "force")) call read_series(group, "force", units, load%force, error)
+    units_of_force = units
+    if (has(group, "area") .or. has(group, "bore")) units_of_force%of(of_force) = units%of_pressure_times_area
+    if (has(group, "force")) call read_series(group, "force", units_of_force, load%force, error)
     if (allocated(error)) return
     if (has(group, "force_table")) then
       n = count_values(group, "force_table")
       allocate(table%values(n))
-      call read(group, load_keys, "force_table", table%values, error, units)
+      call read(group, load_keys, "force_table", table%values, error, units_of_force)
       if (allocated(error)) return
       table%angles = [(2 * pi * i / n, i = 0, n - 1)]
       usual = "fourier"
@@ -327,7 +331,7 @@ contains
       else if (has(group, "table") .and. table%quantity /= pressure_table) then
         call input_error(group, "table", "must give a pressure if 'area' or 'bore' is given", error)
       else if (has(group, "area")) then
-        call read(group, load_keys, "area", area, error)
+        call read(group, load_keys, "area", area, error, units)
       else
         call read(group, load_keys, "bore", bore, error, units)
         area = pi / 4 * bore**2
@@ -404,7 +408,6 @@ contains
     type(load_type), intent(inout) :: load
     type(error_type), allocatable, intent(out) :: error
     character(len=9), parameter :: needed(5) = [character(len=9) :: "joint", "bore", "clearance", "suction", "discharge"]
-    real(dp), parameter :: bar = 1.0e5_dp
     integer :: i
 
     do i = 1, size(needed)
@@ -416,16 +419,13 @@ contains
     associate (gas => load%gas)
       call read(group, load_keys, "bore", gas%bore, error, units)
       call read(group, load_keys, "clearance", gas%clearance, error)
-      call read(group, load_keys, "suction", gas%suction, error)
-      call read(group, load_keys, "discharge", gas%discharge, error)
-      call read(group, load_keys, "ambient", gas%ambient, error)
+      call read(group, load_keys, "suction", gas%suction, error, units)
+      call read(group, load_keys, "discharge", gas%discharge, error, units)
+      call read(group, load_keys, "ambient", gas%ambient, error, units)
       call read(group, load_keys, "exponent", gas%exponent, error)
       gas%orders = usual_orders
       if (has(group, "harmonics")) call read(group, load_keys, "harmonics", gas%orders, error)
       if (allocated(error)) return
-      gas%suction = bar * gas%suction
-      gas%discharge = bar * gas%discharge
-      gas%ambient = bar * gas%ambient
       if (.not. gas%discharge > gas%suction) call input_error(group, "discharge", "must exceed 'suction'", error)
     end associate
   end subroutine read_gas

@@ -1,7 +1,8 @@
 !> Reads the foundation and gravity from an input file.
 module gestell_input_machine_loads
   use gestell_base_error, only: error_type
-  use gestell_base_key, only: fraction, key_type, nonnegative, of_angle, of_damping_diagonal, of_stiffness_matrix, real_key
+  use gestell_base_key, only: fraction, key_type, nonnegative, of_acceleration, of_angle, of_damping_diagonal, &
+    & of_stiffness_matrix, real_key
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, text
   use gestell_input_namelist_document, only: find_entry, group_type
@@ -25,7 +26,7 @@ module gestell_input_machine_loads
     &   "ratio, in addition to `damping` and to the damping of the supports", default=0.0_dp, range=fraction)]
 
   type(key_type), parameter, public :: gravity_keys(*) = [ &
-    & key_type("gravity", "acceleration", real_key, "acceleration of gravity; with `0` nothing has weight", symbol="m/s^2", &
+    & key_type("gravity", "acceleration", real_key, "acceleration of gravity; with `0` nothing has weight", unit=of_acceleration, &
     &   default=9.80665_dp, range=nonnegative), &
     & key_type("gravity", "direction", real_key, "direction of gravity in the frame's axes: its angle from the xi-axis (`-90` " // &
     &   "means opposite to eta); for a frame in space also a vector of any length, with components along xi, eta, zeta", 1, 1, &
@@ -148,7 +149,7 @@ contains
 
     gravity = 0
     if (size(groups) == 0) return
-    call read(groups(1), gravity_keys, "acceleration", acceleration, error)
+    call read(groups(1), gravity_keys, "acceleration", acceleration, error, units)
     if (allocated(error)) return
     n = count_values(groups(1), "direction")
     if (n > 1) then

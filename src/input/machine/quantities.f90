@@ -25,6 +25,8 @@ module gestell_input_machine_quantities
     &   "along xi, eta (for a frame in space also zeta)", 1, 2, 3, required=.true., unit=of_length), &
     & key_type("probe", "limit_mm_s", real_key, "limit of the rms velocity in the direction of strongest vibration; only " // &
     &   "frequencies within `band_hz` count", symbol="mm/s", otherwise="none", range=positive), &
+    & key_type("probe", "limit_in_s", real_key, "replaces `limit_mm_s`: the limit in in/s", symbol="in/s", otherwise="none", &
+    &   range=positive, same_as="limit_mm_s", factor=25.4_dp), &
     & key_type("probe", "band_hz", real_key, "frequency band to which `limit_mm_s` applies: lowest and highest frequency, " // &
     &   "both included", 1, 2, 2, symbol="Hz", otherwise="10, 1000", range=nonnegative)]
 

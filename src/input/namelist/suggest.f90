@@ -10,7 +10,7 @@ module gestell_input_namelist_suggest
   !> Maximum length of a word for which corrections are suggested.
   integer, parameter :: longest_word = 64
   !> Maximum number of candidates in a list.
-  integer, parameter :: most_listed = 30
+  integer, parameter :: most_listed = 40
 
 contains
 

@@ -60,6 +60,8 @@ contains
       call unknown_group(path%group, schema, reason)
     else if (target%rule == 0) then
       call unknown_key(path%key, schema, path%group, reason)
+    else if (schema%keys(target%rule)%same_as /= "") then
+      reason = "use " // path%group // "." // trim(schema%keys(target%rule)%same_as) // " instead of " // path%key
     else if (size(path%subscript) > 0) then
       associate (rule => schema%keys(target%rule))
         target%element = element_of(path%subscript, rule)

@@ -4,10 +4,11 @@ module gestell_input_schema_merge
   use gestell_base_kinds, only: dp
   use gestell_input_namelist_document, only: group_type, entry_type, value_type
   use gestell_input_namelist_message, only: refuse_entry, refuse_line
+  use gestell_input_namelist_number, only: read_real
   use gestell_input_schema_rule, only: check_values, describe_count, describe_extent, element_of, subscript_words, typing_hint, &
     unknown_key
   use gestell_base_key, only: key_type
-  use gestell_base_text, only: text
+  use gestell_base_text, only: concise, text
   use gestell_input_schema, only: schema_type, find_key_rule
   implicit none (type, external)
   private
@@ -31,6 +32,8 @@ contains
     do i = 1, size(group%entries)
       associate (entry => group%entries(i))
         rule = find_key_rule(schema, group%name, entry%key)
+        if (rule > 0) call translate(entry, schema%keys(rule))
+        if (rule > 0) rule = find_key_rule(schema, group%name, entry%key)
         if (rule == 0) then
           call unknown_key(entry%key, schema, group%name, message)
           call refuse_line(group, entry%line, message, error)
@@ -53,6 +56,24 @@ contains
     end do
     group%entries = merged(:n)
   end subroutine merge_entries
+
+  !> If the key of an entry is another name of a key, gives the entry that key and the values in its unit. Values that are no
+  !> numbers stay as typed, and are refused later.
+  pure subroutine translate(entry, rule)
+    type(entry_type), intent(inout) :: entry
+    type(key_type), intent(in) :: rule
+    character(len=:), allocatable :: reason
+    real(dp) :: number
+    integer :: i
+
+    if (rule%same_as == "") return
+    entry%key = trim(rule%same_as)
+    do i = 1, size(entry%values)
+      if (.not. allocated(entry%values(i)%text)) cycle
+      call read_real(entry%values(i)%text, number, reason)
+      if (reason == "") entry%values(i)%text = concise(rule%factor * number, 17)
+    end do
+  end subroutine translate
 
   !> Adds one entry of the input file to the merged entry of the same key.
   pure subroutine merge_entry(group, entry, rule, merged, error)

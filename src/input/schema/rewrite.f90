@@ -2,9 +2,9 @@
 module gestell_input_schema_rewrite
   use gestell_base_error, only: error_type
   use gestell_base_growing_text, only: growing_text_type
-  use gestell_base_text, only: either, newline
+  use gestell_base_text, only: concise, either, newline
   use gestell_input_namelist, only: parse_document
-  use gestell_input_namelist_document, only: document_type, find_entry, group_type
+  use gestell_input_namelist_document, only: document_type, entry_type, find_entry, group_type
   use gestell_input_namelist_edit, only: set_entry, spell_entry
   use gestell_input_schema, only: schema_type
   use gestell_input_schema_check, only: normalise
@@ -25,7 +25,8 @@ contains
     type(error_type), allocatable, intent(out) :: error
     !> Who has changed the values. If present, comments in the text mark the changes and state the old values
     character(len=*), intent(in), optional :: author
-    type(document_type) :: original
+    type(document_type) :: original, typed
+    type(entry_type) :: named
     type(growing_text_type) :: added
     character(len=:), allocatable :: new, old
     integer :: i, k, e
@@ -36,6 +37,7 @@ contains
       allocate(original%groups(0))
     else
       call parse_document(text, document%file, original, error)
+      if (.not. allocated(error)) typed = original
       if (.not. allocated(error)) call normalise(original, schema, error)
       if (allocated(error)) return
     end if
@@ -44,9 +46,11 @@ contains
         associate (entry => document%groups(i)%entries(k))
           e = find_entry(original%groups(i), entry%key)
           if (e > 0) then
-            call spell_entry(entry, new)
-            call spell_entry(original%groups(i)%entries(e), old)
-            if (new /= old) call set_entry(text, i, entry, either("was " // old, "", present(author)))
+            call name_as_typed(original%groups(i)%entries(e), typed%groups(i), schema, named)
+            call spell_entry(named, old)
+            call name_as_typed(entry, typed%groups(i), schema, named)
+            call spell_entry(named, new)
+            if (new /= old) call set_entry(text, i, named, either("was " // old, "", present(author)))
           else
             call set_entry(text, i, entry, either(entry%key // " was missing", "", present(author)))
           end if
@@ -69,5 +73,27 @@ contains
     text = text // added%whole()
 
   end subroutine rewrite
+
+  !> Gives an entry that name of its key, and the values in that unit, which the group of the text uses.
+  pure subroutine name_as_typed(entry, group, schema, named)
+    type(entry_type), intent(in) :: entry
+    !> The group in which the entry stands, as typed
+    type(group_type), intent(in) :: group
+    type(schema_type), intent(in) :: schema
+    type(entry_type), intent(out) :: named
+    integer :: i, k
+
+    named = entry
+    do k = 1, size(schema%keys)
+      associate (rule => schema%keys(k))
+        if (rule%group /= group%name .or. rule%same_as /= entry%key) cycle
+        if (find_entry(group, trim(rule%name)) == 0) cycle
+        named%key = trim(rule%name)
+        do i = 1, size(entry%values)
+          named%values(i)%text = concise(entry%values(i)%number / rule%factor, 17)
+        end do
+      end associate
+    end do
+  end subroutine name_as_typed
 
 end module gestell_input_schema_rewrite
