@@ -93,6 +93,20 @@ def paths():
           and force.unit == "N", (force.peak, force.peak.error, force.unit))
 
 
+def units():
+    """Tables follow &units results, quantities stay in SI units, and a value that another key gives keeps its key."""
+    text = input_of("khang_four_bar").read_text().replace("speed_rpm = 240.0", "speed_hz = 4.0")
+    machine = gestell.Machine(text + "&units force='lbf', moment='lbf in', results='input' /\n")
+    si = gestell.Machine(text).solve(["response"])
+    own = machine.solve(["response"])
+    lbf = 4.4482216152605
+    check("table in lbf", own.table("response")["fx_lbf"].unit == "lbf"
+          and abs(lbf * own.table("response")["fx_lbf"] - si.table("response")["fx_N"]).max() < 1e-12, list(own.table("response")))
+    check("quantity in N", (own.response("f").peak, own.response("f").unit) == (si.response("f").peak, "N"), own.response("f").unit)
+    machine["drive.speed_rpm"] = 300
+    check("speed in Hz", "speed_hz=5" in machine.text and "speed_rpm" not in machine.text, machine.text)
+
+
 def built_in_code():
     """The machine of a file, group by group, is the file's."""
     machine = gestell.Machine()
@@ -374,6 +388,7 @@ def main():
     faulthandler.dump_traceback_later(1200, exit=True)
     tables(sys.argv[1])
     paths()
+    units()
     kinds_of_numbers()
     names()
     garbage()

@@ -94,7 +94,7 @@ contains
     call refused(error, nl // "&joint" // nl // "lenghts=1, name='B' /", &
       "in.nml:3: &joint 'B': unknown key 'lenghts': did you mean 'lengths'?")
     call refused(error, "&drive xyz=1 /", "in.nml:1: &drive: unknown key 'xyz': allowed are speed_rpm, " &
-      & // "held_by, flywheel_inertia")
+      & // "speed_hz, held_by, flywheel_inertia")
     call refused(error, "&support/" // nl // "&support colour='red'/", &
       "in.nml:2: &support 2: unknown key 'colour': allowed are position, stiffness, damping, damping_ratio, angle, axes")
     call refused(error, "&drive speed_rpm=1/" // nl // "&frame/&drive speed_rpm=2/", &

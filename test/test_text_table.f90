@@ -2,7 +2,7 @@
 module test_text_table
   use checks, only: check_that
   use gestell_base_growing_text, only: growing_text_type
-  use gestell_output_report_text_table, only: tab, tabulated
+  use gestell_output_report_text_table, only: formatted, tab
   use gestell_base_words, only: character_count
   use gestell_output_report_wrapping, only: wrapped
   use testdrive, only: error_type, new_unittest, unittest_type
@@ -29,13 +29,13 @@ contains
   subroutine test_columns(error)
     type(error_type), allocatable, intent(out) :: error
 
-    call check_that(error, tabulated("lrl", "foot,peak" // newline // ",N", "Füße" // tab // "12.5" // tab // "<- high" &
+    call check_that(error, formatted("lrl", "foot,peak" // newline // ",N", "Füße" // tab // "12.5" // tab // "<- high" &
       & // newline // "b" // tab // "3" // newline), "==", "  foot   peak" // newline // "            N" // newline &
       & // "  Füße   12.5   <- high" // newline // "  b         3" // newline, "with heads and units")
-    call check_that(error, tabulated("lr", "", "all" // tab // "3" // newline), "==", "  all   3" // newline, "without heads")
-    call check_that(error, tabulated("ll", "", "a" // tab // "b" // tab // "c" // newline), "==", "  a   b" // tab // "c" &
+    call check_that(error, formatted("lr", "", "all" // tab // "3" // newline), "==", "  all   3" // newline, "without heads")
+    call check_that(error, formatted("ll", "", "a" // tab // "b" // tab // "c" // newline), "==", "  a   b" // tab // "c" &
       & // newline, "a cell too many")
-    call check_that(error, tabulated("lrl", "foot,peak,remark" // newline // ",N,", "a" // tab // "12.5" // newline // "b" // tab &
+    call check_that(error, formatted("lrl", "foot,peak,remark" // newline // ",N,", "a" // tab // "12.5" // newline // "b" // tab &
       & // "3" // tab // newline), "==", "  foot   peak" // newline // "            N" // newline // "  a      12.5" // newline &
       & // "  b         3" // newline, "a column without anything")
   end subroutine test_columns
@@ -47,7 +47,7 @@ contains
 
     rows = repeat("n", 50) // tab // repeat("1", 30) // tab // repeat("2", 30) // tab // repeat("r", 20) // newline &
       & // "short" // tab // "1" // tab // "2" // tab // "r" // newline
-    call check_that(error, tabulated("lrrl", "name,x,y", rows), "==", &
+    call check_that(error, formatted("lrrl", "name,x,y", rows), "==", &
       & "  name" // repeat(" ", 41) // "x" // repeat(" ", 31) // "y" // newline &
       & // "  " // repeat("n", 50) // newline &
       & // repeat(" ", 18) // repeat("1", 30) // "  " // repeat("2", 30) // newline &
@@ -82,7 +82,7 @@ contains
     do name = 1, 61, 4
       do remark = 0, 70, 5
         do number = 1, 18
-          lines = tabulated("lrrrl", "h,h,h,h,h", repeat("n", name) // tab // repeat("1", number) // tab // &
+          lines = formatted("lrrrl", "h,h,h,h,h", repeat("n", name) // tab // repeat("1", number) // tab // &
             & repeat("2", number) // tab // repeat("3", number) // tab // repeat("r", remark) // newline)
           call check_that(error, [index(lines, repeat("n", name)), index(lines, repeat("1", number)), &
             & index(lines, repeat("2", number)), index(lines, repeat("3", number)), index(lines, repeat("r", remark))], ">", 0, &

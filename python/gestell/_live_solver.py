@@ -20,9 +20,11 @@ SECONDS = 20
 MOST_POINTS = 720
 MOST_CLIENTS = 1000
 MEMORY = 4 << 30
-# Titles of the curves, and factor and unit in which people read the columns with this unit.
-CURVES = {"m": ("Displacement of the frame", 1e3, "mm"), "rad": ("Rotation of the frame", 1e3, "mrad"),
-          "N": ("Force on the ground", 1, "N"), "N m": ("Moment on the ground", 1, "N m")}
+# Titles of the diagrams, with the names of the columns that each shows.
+CURVES = {"Displacement of the frame": ("xi", "eta", "zeta"), "Rotation of the frame": ("psi", "rot_xi", "rot_eta"),
+          "Force on the ground": ("fx", "fy", "fz"), "Moment on the ground": ("m", "mx", "my")}
+# Factor and unit in which people read columns with an SI unit that is too large.
+READABLE = {"m": (1e3, "mm"), "rad": (1e3, "mrad")}
 
 
 def solve(text: str, changes: list, name: str = "text") -> dict:
@@ -60,18 +62,20 @@ def _machine(text: str, name: str) -> Machine:
 
 
 def _curves(solution) -> list:
-    """The vibration over the crank angle: one diagram for each unit."""
+    """The vibration over the crank angle."""
     if "response" not in solution.tables:
         return []
     table = solution.table("response")
     curves: dict = {}
     step = 1 + (table.rows - 1) // MOST_POINTS
     for key, column in table.items():
-        if key in ("crank_deg", "t_s") or "_dot_" in key or column.unit not in CURVES:
+        name = key.rsplit("_", 1)[0]
+        title = next((title for title, names in CURVES.items() if name in names), None)
+        if title is None:
             continue
-        title, factor, unit = CURVES[column.unit]
+        factor, unit = READABLE.get(column.unit, (1, column.unit))
         diagram = curves.setdefault(title, {"title": title, "unit": unit, "x": table["crank_deg"][::step].tolist(), "series": []})
-        diagram["series"].append({"name": key.rsplit("_", 1)[0], "values": (factor * column[::step]).tolist()})
+        diagram["series"].append({"name": name, "values": (factor * column[::step]).tolist()})
     return list(curves.values())
 
 

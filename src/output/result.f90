@@ -15,10 +15,12 @@ module gestell_output_result
   use gestell_output_picture_script, only: figure_type, new_figure, write_figure
   use gestell_output_file_result_files, only: animation, longest_table
   use gestell_output_head, only: head_type
+  use gestell_output_report_in_units, only: convert_lines, convert_sentence, lay_out
   use gestell_output_report_verdict, only: alarm, section
   use gestell_output_report_wrapping, only: widest, wrapped
   use gestell_output_table, only: column_type, new_table, table_type
   use gestell_output_table_csv, only: write_csv
+  use gestell_output_table_result_units, only: result_units_type
   implicit none (type, external)
   private
 
@@ -58,6 +60,8 @@ module gestell_output_result
     character(len=:), allocatable :: details
     !> True if the report is to include the diagnostics in `details`
     logical :: verbose = .false.
+    !> Units of the results
+    type(result_units_type) :: units
     !> Messages that are printed separately from the report; each is one line
     character(len=:), allocatable :: notes
     !> Table that --one-line prints, with one row for each machine
@@ -83,12 +87,15 @@ module gestell_output_result
 
 contains
 
-  !> Makes the result empty. `verbose`: true if the report is to include the diagnostics.
-  pure subroutine begin(self, verbose)
+  !> Makes the result empty. `verbose`: true if the report is to include the diagnostics. `units`: units of the results, by default
+  !> SI units
+  pure subroutine begin(self, verbose, units)
     class(result_type), intent(inout) :: self
     logical, intent(in) :: verbose
+    type(result_units_type), intent(in), optional :: units
 
     self%verbose = verbose
+    if (present(units)) self%units = units
     allocate(self%tables(0), self%figures(0), self%headlines(0), self%attachments(0))
     self%report = ""
     self%details = ""
@@ -141,6 +148,7 @@ contains
     longer(n + 1) = table
     call move_alloc(longer, self%tables)
     associate (added => self%tables(size(self%tables)))
+      call added%convert(self%units)
       if (.not. allocated(added%verdict)) added%verdict = judgement_type(self%verdict)
     end associate
     if (present(figure)) self%figures = [self%figures, figure]
@@ -260,12 +268,14 @@ contains
     end do
   end subroutine add_curves
 
-  !> Appends lines to the report. Long lines are broken.
+  !> Appends lines to the report, in the units of the results. Long lines are broken.
   pure subroutine write_lines(self, lines)
     class(result_type), intent(inout) :: self
     character(len=*), intent(in) :: lines
+    character(len=:), allocatable :: text
 
-    self%report = self%report // wrapped(lines)
+    call lay_out(lines, self%units, text)
+    self%report = self%report // text
   end subroutine write_lines
 
   !> Appends to the report a section on the vibration of the input's machine. If this vibration is unstable, undamped or undecided,
@@ -281,9 +291,11 @@ contains
   pure subroutine detail(self, lines)
     class(result_type), intent(inout) :: self
     character(len=*), intent(in) :: lines
+    character(len=:), allocatable :: text
 
     if (self%verbose) call self%write_lines(lines)
-    self%details = self%details // lines
+    call convert_lines(lines, self%units, text)
+    self%details = self%details // text
   end subroutine detail
 
   !> Marks the position of the headlines in the report. The report after this position is not printed until `insert_headlines` has
@@ -375,7 +387,7 @@ contains
     integer :: i, n
 
     if (len_trim(lines) == 0) return
-    words = trim(adjustl(lines(:index(lines // newline, newline) - 1)))
+    call convert_sentence(trim(adjustl(lines(:index(lines // newline, newline) - 1))), self%units, words)
     if (self%headline_texts%position(words) > 0) return
     call self%headline_texts%add(words)
     ! Move the texts instead of copying them: copying dominated the run time.

@@ -107,6 +107,7 @@ contains
         call table%add(trim(adjustl(setting(:equals - 1))), "value of --set", [(value, k = 1, result%brief%rows)])
       end associate
     end do
+    call result%brief%convert(result%units)
     call table%join(result%brief)
     call open_output(output)
     call append_rows(table, output)

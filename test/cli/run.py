@@ -76,6 +76,7 @@ from space_studies import SPACE_STUDIES_TESTS  # noqa: E402
 from stability_borders import STABILITY_BORDER_TESTS  # noqa: E402
 from starting_inputs import STARTING_INPUT_TESTS  # noqa: E402
 from sweeps import SWEEP_TESTS, write_sweep_golden  # noqa: E402
+from units import UNITS_TESTS  # noqa: E402
 from unusual_names import UNUSUAL_NAME_TESTS  # noqa: E402
 from verdicts import VERDICT_TESTS  # noqa: E402
 from weights import WEIGHT_TESTS  # noqa: E402
@@ -655,7 +656,7 @@ def main():
              *UNUSUAL_NAME_TESTS,
              *OVERFLOW_TESTS,
              *SOLUTION_METHOD_TESTS, *SWEEP_TESTS, *QUANTITY_TESTS, *INTERRUPTION_TESTS, *STABILITY_BORDER_TESTS,
-             *STARTING_INPUT_TESTS, *LEVEL_BORDER_TESTS,
+             *STARTING_INPUT_TESTS, *UNITS_TESTS, *LEVEL_BORDER_TESTS,
              *FORCE_AND_PROBE_TESTS, *PLOT_TESTS, *HTML_REPORT_TESTS, *MODEL_TESTS, *MOMENT_TESTS, *AXES_TESTS, *CRITICAL_TESTS,
              *RESONANCE_TESTS, *BALANCE_TESTS, *DESIGN_TESTS, *SENSITIVITY_TESTS, *SEPARATION_TESTS, *SEVERAL_MECHANISM_TESTS,
              *SPACE_TESTS, *ENGINE_BALANCE_TESTS, *SPACE_STUDIES_TESTS, *SPACE_BALANCE_TESTS, *RATIO_TESTS,

@@ -2,31 +2,40 @@
 module gestell_output_picture_axis_unit
   use gestell_base_kinds, only: dp
   use gestell_output_table, only: table_type
+  use gestell_output_table_result_units, only: conversion_type, result_units_type
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none (type, external)
   private
 
-  public :: label_with, maximum_in, maximum_of, pick_unit, unit_of
+  public :: label_with, maximum_in, maximum_of, own_unit, pick_unit, unit_of
 
   !> Unit in which an axis shows a quantity.
   type, public :: axis_unit_type
-    !> `factor` as a gnuplot expression
+    !> Gnuplot expression for the factor that converts a value in a file to this unit
     character(len=4) :: words = "1"
-    !> Factor that converts a value from SI units to this unit
+    !> Factor that converts a value from the unit `si` of `pick_unit` to this unit
     real(dp) :: factor = 1
     !> Name of the unit as the axis shows it
-    character(len=8) :: name = ""
+    character(len=16) :: name = ""
   end type axis_unit_type
 
 contains
 
   !> Unit in which a quantity is easy to read if its maximum is `maximum` in SI units. Lengths and rotations, also per second, are
   !> shown in thousandths of the SI unit, and in millionths if they are very small; large angular velocities in rad/s. An unknown
-  !> unit is returned unchanged.
-  pure type(axis_unit_type) function pick_unit(si, maximum) result(unit)
+  !> unit is returned unchanged. Results that the input requests in another unit are shown in that unit, as they are in the files.
+  pure type(axis_unit_type) function pick_unit(si, maximum, units) result(unit)
     character(len=*), intent(in) :: si
     real(dp), intent(in) :: maximum
+    !> Units of the results; SI units by default
+    type(result_units_type), intent(in), optional :: units
+    type(conversion_type) :: conversion
 
+    if (present(units)) conversion = units%conversion(si)
+    if (conversion%words /= "") then
+      unit = axis_unit_type(factor=conversion%factor / conversion%divisor, name=conversion%words)
+      return
+    end if
     unit = axis_unit_type(name=si)
     select case (si)
     case ("m", "rad", "m/s", "rad/s")
@@ -63,6 +72,14 @@ contains
       unit = pick_unit(trim(own), maximum_in(table, trim(own)))
     end associate
   end function unit_of
+
+  !> Unit for a panel that shows one column of a table, chosen by the largest value in this column.
+  pure type(axis_unit_type) function own_unit(table, name) result(unit)
+    type(table_type), intent(in) :: table
+    character(len=*), intent(in) :: name
+
+    unit = pick_unit(trim(table%columns(table%number_of(name))%unit%words), maximum_of(table, [name]))
+  end function own_unit
 
   !> Maximum absolute value in all columns of a table with this unit; infinite and missing values are ignored.
   pure real(dp) function maximum_in(table, words) result(maximum)

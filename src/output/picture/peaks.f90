@@ -9,6 +9,7 @@ module gestell_output_picture_peaks
   use gestell_output_picture_axis_unit, only: axis_unit_type, label_with, pick_unit
   use gestell_output_picture_marks, only: beyond_colour, none_found
   use gestell_output_picture_script, only: quoted
+  use gestell_output_table_result_units, only: result_units_type
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   implicit none (type, external)
   private
@@ -45,7 +46,7 @@ contains
   end function is_valid
 
   !> Gnuplot lines for a panel with the peaks as stems, on a logarithmic scale.
-  pure function peak_panel(peaks, range, name, si, file, x, y, groups, titles, entries) result(lines)
+  pure function peak_panel(peaks, range, name, si, units, file, x, y, groups, titles, entries) result(lines)
     type(peak_type), intent(in) :: peaks(:)
     !> Ends of the axis of speeds
     real(dp), intent(in) :: range(2)
@@ -53,6 +54,8 @@ contains
     !> gnuplot expressions for speed and height in a row. `groups`: conditions for the rows of each group, which has a style of its
     !> own. `titles`: entries of the groups in the legend; blank for no entry. `entries`: further entries of the legend
     character(len=*), intent(in) :: name, si, file, x, y, groups(:), titles(:), entries
+    !> Units of the results in the file
+    type(result_units_type), intent(in) :: units
     character(len=:), allocatable :: lines, using
     type(growing_text_type) :: curves
     type(axis_unit_type) :: unit
@@ -61,7 +64,7 @@ contains
 
     high = maxval([0.0_dp, peaks%height], mask=[.true., peaks%is_valid()])
     low = max(least * high, minval([high, peaks%height], mask=[.true., peaks%is_valid()]))
-    unit = pick_unit(si, high)
+    unit = pick_unit(si, high, units)
     lines = "unset label; set ylabel " // quoted(label_with(name, unit)) // " noenhanced" // newline // "unset logscale y; " &
       & // "set yrange [0:1]; set ytics autofreq; set format y ''; edge = 0.9" // newline
     if (high > 0) lines = lines // "set format y" // newline // decade_lines(concise(0.5_dp * unit%factor * low, 3), &

@@ -1,4 +1,5 @@
-!> Formats tables of the report. Each column is as wide as its longest cell, and no table is wider than the terminal.
+!> Formats tables of the report. Each column is as wide as its longest cell, and no table is wider than the terminal. Until a table
+!> is written it is a block of text, because its numbers may still be converted to other units.
 module gestell_output_report_text_table
   use gestell_base_growing_text, only: growing_text_type
   use gestell_base_kinds, only: dp
@@ -8,19 +9,43 @@ module gestell_output_report_text_table
   implicit none (type, external)
   private
 
-  public :: listed, number_cells, tabulated
+  public :: cut, formatted, listed, number_cells, read_block, tabulated
 
   !> Character that separates the cells of a row before the table is formatted
   character, parameter, public :: tab = achar(9)
+  !> Characters at the start and end of the block of a table, and between its parts
+  character, parameter, public :: block_start = achar(1), block_end = achar(3)
+  character, parameter :: next_part = achar(2)
   integer, parameter :: indent = 2
   !> A cell of the last column stays in its row if at least this number of characters remains for the first column
   integer, parameter :: name = 16
 
 contains
 
+  !> The block of a table. Its arguments are those of `formatted`.
+  pure function tabulated(align, heads, rows) result(block)
+    character(len=*), intent(in) :: align, heads, rows
+    character(len=:), allocatable :: block
+
+    block = block_start // align // next_part // heads // next_part // rows // block_end
+  end function tabulated
+
+  !> The parts of which `tabulated` has composed a block.
+  pure subroutine read_block(block, align, heads, rows)
+    character(len=*), intent(in) :: block
+    character(len=:), allocatable, intent(out) :: align, heads, rows
+    integer :: first, second
+
+    first = index(block, next_part)
+    second = first + index(block(first + 1:), next_part)
+    align = block(2:first - 1)
+    heads = block(first + 1:second - 1)
+    rows = block(second + 1:len(block) - 1)
+  end subroutine read_block
+
   !> Text of a formatted table. If the table is too wide, long names in the first column and remarks in the last column get lines of
   !> their own; this requires that both columns are flush left. Columns whose cells are all blank are omitted.
-  pure function tabulated(align, heads, rows) result(text)
+  pure function formatted(align, heads, rows) result(text)
     !> `align`: for each column l (flush left) or r (flush right). `heads`: headings, separated by commas, in one or two lines.
     !> `rows`: lines of text whose cells are separated by tabs
     character(len=*), intent(in) :: align, heads, rows
@@ -88,7 +113,7 @@ contains
       line = trim(line)
     end function row
 
-  end function tabulated
+  end function formatted
 
   !> Cells with one or more numbers for the end of a row: a tab precedes each number.
   pure function number_cells(values, digits) result(cells)

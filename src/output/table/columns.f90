@@ -1,6 +1,8 @@
 !> Adds columns to a table and finds them. These procedures form a submodule, so that only this file is compiled again if one of
 !> them changes.
 submodule (gestell_output_table) gestell_output_table_columns
+use gestell_output_table_result_units, only: conversion_type
+use gestell_output_table_unit, only: new_unit
 implicit none (type, external)
 
 contains
@@ -87,6 +89,7 @@ pure subroutine append(table, column, name, unit, meaning, rows)
   end do
   column%meaning = meaning
   column%unit = unit
+  column%si_key = ""
   if (.not. allocated(column%error)) column%error = ""
   if (.not. allocated(table%reserved)) call table%expect(1)
   table%filled = table%filled + 1
@@ -95,12 +98,110 @@ pure subroutine append(table, column, name, unit, meaning, rows)
   table%rows = rows
 end subroutine append
 
+module procedure convert
+  integer :: k
+
+  if (self%always_si .or. units%are_si() .or. .not. self%units%are_si()) return
+  self%units = units
+  do k = 1, size(self%columns)
+    if (self%columns(k)%unit%by_row) call convert_rows(self, k, units)
+  end do
+  if (any(self%columns%unit%by_row)) call convert_words(self%columns(self%number_of("unit")), units)
+  do k = 1, size(self%columns)
+    if (allocated(self%columns(k)%numbers)) call convert_column(self%columns(k), units)
+  end do
+  do k = 2, size(self%columns)
+    if (len(self%columns(k - 1)%si_key) > 0) call rename_phase(self%columns(k - 1), self%columns(k))
+  end do
+  do k = 1, size(self%columns)
+    associate (column => self%columns(k))
+      if (len(column%error) > 0) column%error = self%columns(self%number_of(column%error))%key
+    end associate
+  end do
+end procedure convert
+
+!> Converts the values of one column, and the unit in its key. Columns whose key does not contain the unit, such as those of
+!> parameters in the units of the input, remain as they are.
+pure subroutine convert_column(column, units)
+  type(column_type), intent(inout) :: column
+  type(result_units_type), intent(in) :: units
+  type(conversion_type) :: conversion
+  type(unit_type) :: old, new
+  integer :: at
+
+  conversion = units%conversion(column%unit%words)
+  old = column%unit
+  if (old%suffix == "") old = new_unit(column%unit%words)
+  at = index(column%key // "_", "_" // trim(old%suffix) // "_", back=.true.)
+  if (conversion%words == "" .or. at == 0) return
+  new = new_unit(trim(conversion%words))
+  column%numbers = conversion%converted(column%numbers)
+  column%si_key = column%key
+  column%key = column%si_key(:at) // trim(new%suffix) // column%si_key(at + 1 + len_trim(old%suffix):)
+  ! labels such as "fx N amplitude" contain the unit of the key
+  if (at + len_trim(old%suffix) < len(column%si_key)) column%label = column%label(:at - 1) &
+    & // column%label(at + 1 + len_trim(old%suffix):)
+  if (column%unit%suffix /= "") column%unit%suffix = new%suffix
+  column%unit%words = new%words
+end subroutine convert_column
+
+!> Converts column `k`, each row of which has the unit in the column "unit".
+pure subroutine convert_rows(table, k, units)
+  type(table_type), intent(inout) :: table
+  integer, intent(in) :: k
+  type(result_units_type), intent(in) :: units
+  type(conversion_type) :: conversion
+  integer :: i, words
+
+  words = table%number_of("unit")
+  do i = 1, table%rows
+    conversion = units%conversion(table%columns(words)%word(i))
+    table%columns(k)%numbers(i) = conversion%converted(table%columns(k)%numbers(i))
+  end do
+end subroutine convert_rows
+
+!> Replaces the units in a column of words.
+pure subroutine convert_words(column, units)
+  type(column_type), intent(inout) :: column
+  type(result_units_type), intent(in) :: units
+  type(conversion_type) :: conversion
+  character(len=16) :: words(len(column%words) / max(1, column%width))
+  integer :: i
+
+  do i = 1, size(words)
+    words(i) = column%word(i)
+    conversion = units%conversion(words(i))
+    if (conversion%words /= "") words(i) = conversion%words
+  end do
+  column%width = len(words)
+  deallocate(column%words)
+  allocate(character(len=len(words) * size(words)) :: column%words)
+  do i = 1, size(words)
+    column%words((i - 1) * len(words) + 1:i * len(words)) = words(i)
+  end do
+end subroutine convert_words
+
+!> Renames the column of phases that follows a converted column of amplitudes: the keys of both contain the unit of the amplitudes.
+pure subroutine rename_phase(amplitude, phase)
+  type(column_type), intent(in) :: amplitude
+  type(column_type), intent(inout) :: phase
+  character(len=*), parameter :: of_amplitude = "_amplitude", of_phase = "_phase_rad"
+  integer :: n
+
+  n = len(amplitude%si_key) - len(of_amplitude)
+  if (n < 1 .or. len(amplitude%key) < len(of_amplitude)) return
+  if (amplitude%si_key(n + 1:) /= of_amplitude .or. phase%key /= amplitude%si_key(:n) // of_phase) return
+  phase%si_key = phase%key
+  phase%key = amplitude%key(:len(amplitude%key) - len(of_amplitude)) // of_phase
+end subroutine rename_phase
+
 module procedure number_of
   integer :: n
 
   n = len_trim(name)
   do number = size(self%columns), 1, -1
     associate (column => self%columns(number))
+      if (column%si_key == name .and. n > 0) return
       if (len(column%key) < n) cycle
       if (column%key(:n) /= name(:n)) cycle
       if (len(column%key) == n .or. column%key == new_key(name, column%unit)) return
@@ -143,6 +244,7 @@ pure subroutine move_column(from, to)
   type(column_type), intent(out) :: to
 
   call move_alloc(from%key, to%key)
+  call move_alloc(from%si_key, to%si_key)
   call move_alloc(from%label, to%label)
   call move_alloc(from%meaning, to%meaning)
   call move_alloc(from%error, to%error)

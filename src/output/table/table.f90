@@ -3,6 +3,7 @@
 module gestell_output_table
   use gestell_base_kinds, only: dp
   use gestell_base_verdict, only: judgement_type
+  use gestell_output_table_result_units, only: result_units_type
   use gestell_output_table_unit, only: unit_type
   implicit none (type, external)
   private
@@ -13,6 +14,8 @@ module gestell_output_table
   type, public :: column_type
     !> `key`: name of the column in files, including the unit. `label`: name for readers, without the unit. `meaning`: explanation
     character(len=:), allocatable :: key, label, meaning
+    !> Key with the SI unit, if the values have been converted to another unit; otherwise empty
+    character(len=:), allocatable :: si_key
     !> Unit of the values
     type(unit_type) :: unit
     !> Key of the column with the error bounds; empty if there is no such column
@@ -46,6 +49,10 @@ module gestell_output_table
     type(judgement_type), allocatable :: verdict
     !> Model of the frame, if the table uses another model than the run; otherwise empty
     character(len=:), allocatable :: model
+    !> Units to which the values have been converted
+    type(result_units_type) :: units
+    !> True if the values are always in SI units
+    logical :: always_si = .false.
     !> True if the HTML page shows the rows of the table
     logical :: shown = .false.
     !> True if the table is so large that it has been written already and its rows are not stored
@@ -60,7 +67,7 @@ module gestell_output_table
     integer, private :: filled = 0
   contains
     procedure, private :: add_numbers, add_integers, add_words, add_flags
-    procedure :: expect, join, mark_details, number_of, key_of => key_of_column
+    procedure :: convert, expect, join, mark_details, number_of, key_of => key_of_column
     generic :: add => add_numbers, add_integers, add_words, add_flags
   end type table_type
 
@@ -127,7 +134,15 @@ module gestell_output_table
       logical, intent(in), optional :: known(:)
     end subroutine add_flags
 
-    !> Index of the column with this name, which may be given with or without the unit; 0 if there is no such column.
+    !> Converts the values to `units`, and the keys of the columns. Does nothing if they have already been converted.
+    pure module subroutine convert(self, units)
+      implicit none (type, external)
+      class(table_type), intent(inout) :: self
+      type(result_units_type), intent(in) :: units
+    end subroutine convert
+
+    !> Index of the column with this name, which may be given with or without the unit, and also with the SI unit of converted
+    !> values; 0 if there is no such column.
     pure module integer function number_of(self, name) result(number)
       implicit none (type, external)
       class(table_type), intent(in) :: self

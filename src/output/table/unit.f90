@@ -8,7 +8,12 @@ module gestell_output_table_unit
   !> A unit of a column. The key of the column ends with "_" and `suffix`, as in speed_rpm; reports and pictures show `words`.
   type, public :: unit_type
     character(len=16) :: suffix = "", words = ""
+    !> True if the unit differs from row to row: the column "unit" of the table contains it
+    logical :: by_row = .false.
   end type unit_type
+
+  !> Unit of numbers whose unit the column "unit" of the table contains.
+  type(unit_type), parameter, public :: unit_of_row = unit_type(by_row=.true.)
 
   type(unit_type), parameter, public :: plain = unit_type(), metre = unit_type("m", "m"), mm_per_s = unit_type("mm_s", "mm/s"), &
     & radian = unit_type("rad", "rad"), degree = unit_type("deg", "deg"), second = unit_type("s", "s"), &

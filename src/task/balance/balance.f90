@@ -86,6 +86,7 @@ contains
     type(rigid_ground_type) :: rigid
     type(variant_type), allocatable :: variants(:)
     type(error_type), allocatable :: none
+    type(table_type) :: table
     real(dp) :: length
     integer :: state, i
 
@@ -105,11 +106,13 @@ contains
         do i = 2, size(variants)
           call solve_variant(configuration, linkage, rigid, variants(i))
         end do
-        call result%add(table_of(variants, frame%dofs()))
+        table = table_of(variants, frame%dofs())
+        call table%convert(result%units)
+        call result%add(table)
         call result%add(links_of(variants, rigid, linkage))
         call result%add(harmonics_of(variants, frame, configuration%analysis%harmonics))
         if (.not. context%is_presented()) return
-        call result%add_figure(plot_balance(variants))
+        call result%add_figure(plot_balance(table, variants))
         call result%warn_each(not_judged, balance_headlines(variants))
         if (.not. context%reports) return
         call result%write_section("BALANCING by counterweights: rms values on rigid ground and on the mounts", &

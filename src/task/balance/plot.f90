@@ -4,6 +4,8 @@ module gestell_task_balance_plot
   use gestell_base_text, only: concise, either, exact, newline, text
   use gestell_base_words, only: character_count, word_length
   use gestell_output_picture_script, only: figure_type, new_figure, picture_width, tics
+  use gestell_output_table, only: table_type
+  use gestell_output_table_result_units, only: conversion_type
   use gestell_task_balance_variants, only: force, moment, variant_type
   implicit none (type, external)
   private
@@ -20,7 +22,8 @@ contains
 
   !> The picture balance.gp: rms force and moment of every variant, as percentages of the original machine. Each variant has two
   !> bars, one for rigid ground and one for the mounts.
-  type(figure_type) function plot_balance(variants) result(figure)
+  type(figure_type) function plot_balance(table, variants) result(figure)
+    type(table_type), intent(in) :: table
     type(variant_type), intent(in) :: variants(:)
     character(len=:), allocatable :: lines
     character(len=4 * word_length) :: labels(size(variants))
@@ -39,8 +42,8 @@ contains
       & // "set xrange [-0.6:" // text(size(variants) - 1) // ".6]" // newline &
       & // "cut(v) = v > " // text(top) // " ? " // text(top) // " : v; above(v) = v > " // text(top) // " ? " // text(top) &
       & // " : NaN" // newline &
-      & // panel(force, "force", "rigid_f_rms_N", "f_rms_N", "set xtics format ''") // "set key off" // newline &
-      & // panel(moment, "moment", "rigid_m_rms_Nm", "m_rms_Nm", "set xtics rotate by 35 right noenhanced (" &
+      & // panel(force, "force", "rigid_f_rms", "f_rms", "set xtics format ''") // "set key off" // newline &
+      & // panel(moment, "moment", "rigid_m_rms", "m_rms", "set xtics rotate by 35 right noenhanced (" &
       & // tics(labels, 0) // ")") // "unset multiplot" // newline
     figure = new_figure("balance", "Force and moment with counterweights, on rigid ground and on the mounts", lines, &
       & width=max(picture_width, 160 + 44 * size(variants)), height=height)
@@ -59,9 +62,9 @@ contains
         clipped = 100 * maximum(row) > top
         lines = axis // newline // "set yrange [0:" // text(nint(112 * merge(1.3_dp * top / 100, maximum(row), clipped))) // "]" &
           & // newline // "set ylabel 'rms " // what // " (% of original)'" // newline // "plot " &
-          & // bars("'balance.csv'", "-", percent(rigid, original%residual%rms(row)), "lt 1 dt 1 lw 1 fs solid 1", &
+          & // bars("'balance.csv'", "-", percent(table, rigid, original%residual%rms(row)), "lt 1 dt 1 lw 1 fs solid 1", &
           & "on rigid ground", clipped) // ", \" // newline // "  " &
-          & // bars("''", "+", percent(mounted, original%mounted%rms(row)), "lt 2 dt 1 lw 1 fs pattern 2", "on the mounts", &
+          & // bars("''", "+", percent(table, mounted, original%mounted%rms(row)), "lt 2 dt 1 lw 1 fs pattern 2", "on the mounts", &
           & clipped) &
           & // either(", keyentry with points pt 9 ps 1 lc rgb 'black' title 'above " // text(top) // " %'", "", &
           & 100 * max(maximum(force), maximum(moment)) > top) // newline
@@ -102,14 +105,19 @@ contains
 
   !> Gnuplot expression for a column as a percentage of the value `original` of the original machine; 0 if `original` counts as
   !> zero.
-  pure function percent(column, original) result(value)
-    character(len=*), intent(in) :: column
+  pure function percent(table, name, original) result(value)
+    type(table_type), intent(in) :: table
+    character(len=*), intent(in) :: name
     real(dp), intent(in) :: original
     character(len=:), allocatable :: value
+    type(conversion_type) :: conversion
 
     value = "0"
-    if (original > least_original) value = exact(100 / original)
-    value = value // " * column('" // column // "')"
+    associate (column => table%columns(table%number_of(name)))
+      conversion = table%units%conversion(either("N", "N m", index(name, "f_rms") > 0))
+      if (original > least_original) value = exact(100 / conversion%converted(original))
+      value = value // " * column('" // column%key // "')"
+    end associate
   end function percent
 
 end module gestell_task_balance_plot

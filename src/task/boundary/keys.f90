@@ -13,7 +13,8 @@ module gestell_task_boundary_keys
     &   "instead of the stability boundary", otherwise="none: stability boundaries"), &
     & key_type("boundary", "measure", text_key, "which measure of the quantity to compare with `level`; values as in `&sweep " // &
     &   "measures`", word="peak", words="peak, rms, band"), &
-    & key_type("boundary", "level", real_key, "value whose crossings are sought, in the SI unit of the quantity; with " // &
-    &   "`measure='band'` in mm/s", otherwise="with `measure='band'`, the `limit_mm_s` of the probe", range=positive)]
+    & key_type("boundary", "level", real_key, "value whose crossings are sought, in the unit of the quantity in the " // &
+    &   "results: SI units, with `measure='band'` mm/s, or those of `&units results`", &
+    &   otherwise="with `measure='band'`, the `limit_mm_s` of the probe", range=positive)]
 
 end module gestell_task_boundary_keys

@@ -35,7 +35,8 @@ contains
     type(figure_type) :: figure
 
     if (allocated(results%map) .and. present(level)) then
-      figure = plot_curves(plan, results%map, level_kinds, level_states, level_meanings, level_title(level), "above the level")
+      figure = plot_curves(plan, results%map, level_kinds, level_states, level_meanings, level_title(plan, level), &
+        & "above the level")
     else if (present(level)) then
       figure = plot_levels(plan, results, level)
     else if (allocated(results%map)) then
@@ -88,11 +89,12 @@ contains
   end function plot_values
 
   !> Start of the title of a plot: the quantity and its level.
-  pure function level_title(level) result(title)
+  pure function level_title(plan, level) result(title)
+    type(sweep_plan_type), intent(in) :: plan
     type(level_type), intent(in) :: level
     character(len=:), allocatable :: title
 
-    title = "Where " // level%subject() // " crosses " // concise(level%value, 6) // " " // trim(level%measure%unit)
+    title = "Where " // level%subject() // " crosses " // trim(plan%result_units%amount(level%value, 6, trim(level%measure%unit)))
   end function level_title
 
   !> Plot of the measured quantity from level.csv against the parameter, and of its crossings of the level from boundary.csv.
@@ -111,7 +113,7 @@ contains
 
     associate (values => results%values, axis => plan%grid%axes(1))
       marks = input_marks(axis, plan%base, plan%units(1))
-      unit = pick_unit(trim(level%measure%unit), level%value)
+      unit = pick_unit(trim(level%measure%unit), level%value, plan%result_units)
       value = "over(" // trim(unit%words) // " * column(2))"
       lines = "set title heading noenhanced" // newline &
         & // parameter_axis("x", axis, with_unit(plan%paths(1), plan%units(1)), 0.0_dp) &
@@ -138,7 +140,7 @@ contains
       if (size(values) > 0) lines = lines // ", 'boundary.csv' using (X(column(2))):(level) with points lt 7 pt 7 " &
         & // "ps 0.9 title 'crossings'"
     end associate
-    figure = new_figure("boundary", level_title(level), lines // marks%entries // newline, height=480)
+    figure = new_figure("boundary", level_title(plan, level), lines // marks%entries // newline, height=480)
   end function plot_levels
 
 end module gestell_task_boundary_plot

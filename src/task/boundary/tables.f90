@@ -1,8 +1,9 @@
 !> Tables of the task `boundary`: boundary.csv for one or two parameters, and level.csv for one parameter.
 module gestell_task_boundary_tables
-  use gestell_base_text, only: concise, either, exact, newline
+  use gestell_base_text, only: either, exact, newline
   use gestell_base_verdict, only: state_word, unjudged
   use gestell_output_table, only: new_table, table_type
+  use gestell_output_table_result_units, only: conversion_type
   use gestell_output_table_unit, only: new_unit, radian, unit_type
   use gestell_study_speed_point, only: speed_point_type
   use gestell_task_boundary_level_line, only: level_type
@@ -25,11 +26,16 @@ contains
     type(border_results_type), intent(in) :: results
     type(level_type), intent(in), optional :: level
 
+    type(conversion_type) :: conversion
+
     if (present(level)) then
       associate (measure => level%measure)
         table = new_table("boundary", "Crossings of a level", "Where " // level%subject() // " crosses " &
-          & // concise(level%value, 9) // " " // trim(measure%unit) // ".", unjudged, shown=.true.)
-        table%remarks = "level: " // trim(measure%name()) // " = " // exact(level%value) // " " // trim(measure%unit) // newline
+          & // trim(plan%result_units%amount(level%value, 9, trim(measure%unit))) // ".", unjudged, shown=.true.)
+        conversion = plan%result_units%conversion(measure%unit)
+        if (conversion%words == "") conversion%words = measure%unit
+        table%remarks = "level: " // trim(measure%name()) // " = " // exact(conversion%converted(level%value)) // " " &
+          & // trim(conversion%words) // newline
       end associate
     else
       table = new_table("boundary", "Stability boundaries", "Parameters at which the largest multiplier crosses the unit " &

@@ -10,6 +10,7 @@ module gestell_task_boundary_task
   use gestell_input_namelist_message, only: input_error
   use gestell_input_schema_read, only: read
   use gestell_output_result, only: result_type
+  use gestell_output_table_result_units, only: conversion_type
   use gestell_study_measure, only: band_measure, new_measure
   use gestell_study_speed_point, only: speed_options
   use gestell_task_boundary_keys, only: boundary_keys
@@ -97,6 +98,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(error_type), allocatable :: reason
     character(len=:), allocatable :: name
+    type(conversion_type) :: conversion
     integer :: k, kind
 
     call read_measure(group, boundary_keys, "measure", kind, error)
@@ -118,7 +120,11 @@ contains
         end associate
       end do
     end associate
-    if (has(group, "level") .or. .not. self%level%value > 0) call read(group, boundary_keys, "level", self%level%value, error)
+    if (has(group, "level") .or. .not. self%level%value > 0) then
+      call read(group, boundary_keys, "level", self%level%value, error)
+      conversion = configuration%result_units%conversion(self%level%measure%unit)
+      self%level%value = conversion%original(self%level%value)
+    end if
   end subroutine read_level
 
   function preview(self, configuration) result(lines)

@@ -2,6 +2,7 @@
 module gestell_task_common_configuration
   use gestell_base_error, only: error_type, impossible_mechanism
   use gestell_base_kinds, only: dp
+  use gestell_base_text, only: newline
   use gestell_floquet_period_monodromy, only: accuracy_type
   use gestell_input_namelist_document, only: document_type, group_type, group_named
   use gestell_input_machine_frame, only: read_frame
@@ -16,6 +17,7 @@ module gestell_task_common_configuration
   use gestell_task_common_keys, only: accuracy_keys, case_keys, model_keys, resonance_keys, response_keys
   use gestell_model_frame, only: frame_type
   use gestell_model_mechanism, only: mechanism_type
+  use gestell_output_table_result_units, only: result_units_type
   use gestell_model_quantity_rows, only: guide_forces, probe_type, velocities
   use gestell_study_vibration_analysis, only: analysis_options
   use, intrinsic :: iso_fortran_env, only: int64
@@ -42,6 +44,8 @@ module gestell_task_common_configuration
     type(schema_type) :: schema
     !> Units of the numbers in the input.
     type(units_type) :: units
+    !> Units of the results.
+    type(result_units_type) :: result_units
     !> Hash of the complete input, computed by `content_hash`.
     integer(int64) :: content = 0
     !> The reason why the machine of the input cannot turn. Stored only if no task needs this machine; otherwise
@@ -65,7 +69,9 @@ contains
     call read_model(configuration, error)
     if (allocated(error)) return
     associate (doc => configuration%document, units => configuration%units, frame => configuration%frame)
-      call read_units(doc, units, error)
+      call read_units(doc, units, error, configuration%result_units%units)
+      if (.not. (allocated(error) .or. configuration%result_units%are_si())) call collect_names(doc, &
+        & configuration%result_units%names)
       if (.not. allocated(error)) call read_mechanism(doc, units, mechanism, error)
       if (allocated(error)) return
       call read_frame(doc, units, mechanism, frame, error)
@@ -79,6 +85,24 @@ contains
     end associate
   end subroutine read_machine
 
+  !> Collects the texts of the input that contain digits, each after a newline.
+  pure subroutine collect_names(doc, names)
+    type(document_type), intent(in) :: doc
+    character(len=:), allocatable, intent(out) :: names
+    integer :: g, i, k
+
+    names = ""
+    do g = 1, size(doc%groups)
+      do i = 1, size(doc%groups(g)%entries)
+        associate (values => doc%groups(g)%entries(i)%values)
+          do k = 1, size(values)
+            if (values(k)%quoted .and. scan(values(k)%text, "0123456789") > 0) names = names // newline // values(k)%text
+          end do
+        end associate
+      end do
+    end do
+  end subroutine collect_names
+
   !> Reads the sweep. `over_speed`: true if the sweep must vary the speed. Fails if `read_sweep` or `read_speeds` fails.
   subroutine read_plan(configuration, over_speed, error)
     type(configuration_type), intent(inout) :: configuration
@@ -90,6 +114,7 @@ contains
       call read_sweep(doc, configuration%schema, configuration%units, configuration%frame, configuration%probes, plan, error)
       plan%options%accuracy = configuration%accuracy
       plan%options%model = configuration%model()
+      plan%result_units = configuration%result_units
       if (.not. allocated(error) .and. over_speed) call read_speeds(doc, plan, error)
     end associate
   end subroutine read_plan

@@ -6,6 +6,7 @@ module gestell_task_critical_plot
   use gestell_output_picture_panels, only: height_of, layout_line, range_with_margin
   use gestell_output_picture_peaks, only: beyond_entry, peak_panel, peak_type
   use gestell_output_picture_script, only: figure_type, new_figure
+  use gestell_output_table, only: table_type
   use gestell_task_campbell, only: campbell_type
   use gestell_task_campbell_plot, only: marks_of
   use gestell_task_critical, only: amplitude, critical_type, force
@@ -21,7 +22,8 @@ contains
 
   !> The picture critical.gp: the peaks near the crossings against the speed, in one panel for the amplitude and one for the force.
   !> The range of speeds and the marks are those of the Campbell diagram.
-  function plot_critical(critical, campbell, input) result(figure)
+  function plot_critical(table, critical, campbell, input) result(figure)
+    type(table_type), intent(in) :: table
     type(critical_type), intent(in) :: critical(:)
     type(campbell_type), intent(in) :: campbell
     real(dp), intent(in) :: input(:)
@@ -52,11 +54,12 @@ contains
     figure = new_figure("critical", "Critical speeds at " // text(size(critical)) &
       & // " crossings, labelled with the order", layout_line(2, 1, legend) // marks%lines // "set xrange " &
       & // range_with_margin(speeds(1), speeds(2)) // newline // "set key off; set format x ''" // newline &
-      & // peak_panel(peaks_of(critical, amplitude), speeds, "amplitude", "m", "critical.csv", "column('speed_rpm')", &
-      & "column('amplitude_m')", groups, titles, "") &
+      & // peak_panel(peaks_of(critical, amplitude), speeds, "amplitude", "m", table%units, "critical.csv", "column('speed_rpm')", &
+      & "column('" // table%key_of("amplitude") // "')", groups, titles, "") &
       & // "set key on at screen 0.5,screen 0.004 bottom center horizontal samplen 1 font ',12'" // newline &
       & // "set format x; set xlabel 'crank speed (rpm)'" // newline // peak_panel(peaks_of(critical, force), speeds, "force", &
-      & "N", "critical.csv", "column('force_speed_rpm')", "column('force_N')", groups, titles, marks%entries) &
+      & "N", table%units, "critical.csv", "column('force_speed_rpm')", "column('" // table%key_of("force") // "')", groups, &
+      & titles, marks%entries) &
       & // "unset multiplot" // newline, height=nint(height_of(2)) + legend)
   end function plot_critical
 

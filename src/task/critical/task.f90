@@ -48,6 +48,7 @@ contains
     type(locked_family_type) :: family
     type(critical_type), allocatable :: critical(:)
     type(judgement_type) :: judgement
+    type(table_type) :: table
     character(len=:), allocatable :: warning
     integer :: maximum, turns
 
@@ -57,8 +58,9 @@ contains
     if (allocated(error)) return
     judgement = critical_verdict(critical, diagram%campbell)
     turns = context%configuration%turns()
-    call result%add(table_of(critical, turns, judgement), &
-      & plot_critical(critical, diagram%campbell, context%configuration%plan%base))
+    table = table_of(critical, turns, judgement)
+    call table%convert(result%units)
+    call result%add(table, plot_critical(table, critical, diagram%campbell, context%configuration%plan%base))
     call result%judge(judgement)
     warning = motion_warning(pack(critical%moved, critical%found(amplitude) .or. critical%found(force)), model_of_modes)
     call result%warn(undecided, warning)

@@ -24,7 +24,7 @@ module gestell_task_design_keys
     & key_type("objective", "measure", text_key, "which measure of the quantity to minimise: peak, rms, or rms within the " // &
     &   "frequency band of the probe", word="rms", words="peak, rms, band"), &
     & key_type("objective", "weight", real_key, "factor by which this objective is multiplied; its unit is the reciprocal of " // &
-    &   "the objective's unit", default=1.0_dp, range=positive), &
+    &   "the objective's unit in the results", default=1.0_dp, range=positive), &
     & key_type("objective", "combine", text_key, "whether the sum or the largest of several weighted objectives is minimised; " // &
     &   "give this key in only one of the groups `&objective`", word="sum", words="sum, largest"), &
     & key_type("objective", "trade_off", integer_key, "number of points on the trade-off curve of two objectives; with `0` no " // &
@@ -35,7 +35,7 @@ module gestell_task_design_keys
     & key_type("constraint", "quantity", text_key, "quantity to which the limit applies; names as in `&objective`"), &
     & key_type("constraint", "measure", text_key, "which measure of the quantity to limit: peak, rms, or rms within the " // &
     &   "frequency band of the probe", word="rms", words="peak, rms, band"), &
-    & key_type("constraint", "at_most", real_key, "upper limit of the quantity, in its unit", otherwise="none"), &
+    & key_type("constraint", "at_most", real_key, "upper limit of the quantity, in its unit in the results", otherwise="none"), &
     & key_type("constraint", "at_least", real_key, "lower limit", otherwise="none"), &
     & key_type("constraint", "equals", real_key, "required value", otherwise="none")]
 

@@ -6,6 +6,7 @@ module gestell_task_design_limits
   use gestell_input_namelist_document, only: group_type, has
   use gestell_input_namelist_message, only: input_error
   use gestell_input_schema_read, only: read
+  use gestell_output_table_result_units, only: conversion_type, result_units_type
   use gestell_study_design_goal, only: goal_type, machine_goal
   use gestell_study_design_perturbed_members, only: find_members, members_type
   use gestell_system_family, only: family_type
@@ -23,11 +24,14 @@ contains
 
   !> Reads the limit of a group &constraint. Fails if the group gives no limit or more than one, or a limit that no machine can
   !> meet.
-  subroutine read_limit(group, goal, error)
+  subroutine read_limit(group, units, goal, error)
     type(group_type), intent(in) :: group
+    !> Units of the results, in which limits are given
+    type(result_units_type), intent(in) :: units
     type(goal_type), intent(inout) :: goal
     type(error_type), allocatable, intent(out) :: error
     character(len=:), allocatable :: key
+    type(conversion_type) :: conversion
     logical :: given(3)
     integer :: sense
 
@@ -40,10 +44,12 @@ contains
     goal%sense = findloc(given, .true., dim=1) - 2
     key = trim(limit_keys(goal%sense))
     call read(group, constraint_keys, key, goal%limit, error)
+    conversion = units%conversion(goal%measure%unit)
+    goal%limit = conversion%original(goal%limit)
     if (allocated(error) .or. goal%sense < 0) return
     if (goal%offset > 0) then
       if (goal%limit <= -goal%offset) call input_error(group, key, "cannot be met: the whole machine weighs " &
-        & // concise(goal%offset, 5) // " kg", error)
+        & // trim(units%amount(goal%offset, 5, "kg")), error)
     else if (goal%limit < 0) then
       call input_error(group, key, "cannot be met: " // trim(goal%name()) // " is never negative", error)
     end if
@@ -51,17 +57,22 @@ contains
 
   !> Compares the limits of the same quantity. Fails if a lower limit exceeds an upper limit. A lower limit of the rms is also
   !> compared with an upper limit of the peak, because the peak is never smaller than the rms.
-  subroutine check_contradictions(groups, goals, error)
+  subroutine check_contradictions(groups, units, goals, error)
     type(group_type), intent(in) :: groups(:)
+    !> Units of the results, in which limits are given
+    type(result_units_type), intent(in) :: units
     type(goal_type), intent(in) :: goals(:)
     type(error_type), allocatable, intent(out) :: error
+    type(conversion_type) :: conversion
     integer :: i, k
 
     do k = 1, size(goals)
       do i = 1, k - 1
         if (.not. (contradict(goals(i), goals(k)) .or. contradict(goals(k), goals(i)))) cycle
+        conversion = units%conversion(goals(i)%measure%unit)
         call input_error(groups(k), trim(limit_keys(goals(k)%sense)), "contradicts line " // text(groups(i)%line) // ": " &
-          & // trim(goals(i)%name()) // " " // trim(limit_keys(goals(i)%sense)) // "=" // concise(goals(i)%limit, 6), error)
+          & // trim(goals(i)%name()) // " " // trim(limit_keys(goals(i)%sense)) // "=" &
+          & // concise(conversion%converted(goals(i)%limit), 6), error)
         return
       end do
     end do
@@ -82,9 +93,11 @@ contains
   !> Compares the limits of the mass with the masses that are possible. Fails if no machine within the ranges meets a limit. Each
   !> parameter contributes to the mass independently of the others, so the extreme masses are found by varying one parameter at a
   !> time.
-  subroutine check_mass_limits(groups, goals, family, start, ranges, error)
+  subroutine check_mass_limits(groups, units, goals, family, start, ranges, error)
     !> Groups &constraint of the input
     type(group_type), intent(in) :: groups(:)
+    !> Units of the results
+    type(result_units_type), intent(in) :: units
     !> Goals that belong to the groups, with their limits; one for each group
     type(goal_type), intent(in) :: goals(:)
     !> Family of machines that differ in the design parameters
@@ -117,8 +130,8 @@ contains
         if ((goal%sense < 0 .or. goal%limit >= reach(1) - rounding * mass(0)) .and. (goal%sense > 0 &
           & .or. goal%limit <= reach(2) + rounding * mass(0))) cycle
         call input_error(groups(g), trim(limit_keys(goal%sense)), &
-          & "cannot be met: within the ranges of &design, added_mass lies between " // concise(reach(1), 5) // " and " &
-          & // concise(reach(2), 5) // " kg", error)
+          & "cannot be met: within the ranges of &design, added_mass lies between " // trim(units%amount(reach(1), 5, "kg")) &
+          & // " and " // trim(units%amount(reach(2), 5, "kg")), error)
         return
       end associate
     end do

@@ -13,6 +13,7 @@ module gestell_task_design_plan
   use gestell_input_schema_read, only: read
   use gestell_input_schema_units, only: unit_symbol
   use gestell_input_wording, only: lower, shown
+  use gestell_output_table_result_units, only: conversion_type
   use gestell_study_design, only: is_convex
   use gestell_study_design_goal, only: goal_type, new_goal, machine_goal
   use gestell_study_design_perturbed_members, only: along_speed, mass_part, other_part, part_names
@@ -108,7 +109,7 @@ contains
     if (.not. allocated(error)) call read_goals(configuration, "constraint", constraint_keys, plan%options%constraints, error)
     if (.not. allocated(error)) call read_shared_keys(configuration%document, plan, error)
     if (.not. allocated(error)) call check_mass_limits(groups_named(configuration%document, "constraint"), &
-      & plan%options%constraints, &
+      & configuration%result_units, plan%options%constraints, &
       & plan%family, plan%start, reshape([plan%options%lower, plan%options%upper], [size(plan%start), 2]), error)
     if (allocated(error)) return
     call read_conditions(configuration, plan%all_paths, plan%options%conditions, plan%lines, plan%robust, error)
@@ -283,6 +284,7 @@ contains
     type(error_type), allocatable :: reason
     type(group_type), allocatable :: groups(:)
     character(len=:), allocatable :: quantity
+    type(conversion_type) :: conversion
     integer :: i, kind
 
     groups = groups_named(configuration%document, name)
@@ -305,14 +307,16 @@ contains
       end if
       if (name == "objective") then
         call read(groups(i), keys, "weight", goals(i)%weight, error)
+        conversion = configuration%result_units%conversion(goals(i)%measure%unit)
+        goals(i)%weight = conversion%converted(goals(i)%weight)
         if (.not. allocated(error) .and. goals(i)%measure%quantity == "separation") call input_error(groups(i), "quantity", &
           & "a separation cannot be minimised: give its lower limit in a &constraint (at_least)", error)
       else
-        call read_limit(groups(i), goals(i), error)
+        call read_limit(groups(i), configuration%result_units, goals(i), error)
       end if
       if (allocated(error)) return
     end do
-    if (name == "constraint") call check_contradictions(groups, goals, error)
+    if (name == "constraint") call check_contradictions(groups, configuration%result_units, goals, error)
   end subroutine read_goals
 
   !> Reads the keys that may be given in any one of several groups, for example `starts` and `combine`.

@@ -5,6 +5,7 @@ module gestell_task_design_plot
   use gestell_base_words, only: character_count
   use gestell_output_picture_axis_unit, only: axis_unit_type, label_with, unit_of
   use gestell_output_table, only: table_type
+  use gestell_output_table_result_units, only: conversion_type
   use gestell_output_picture_script, only: figure_type, new_figure, picture_width, quoted, tic, tics
   use gestell_task_design_plan, only: design_plan_type
   use gestell_task_design_report, only: worst_of
@@ -125,12 +126,15 @@ contains
     type(table_type), intent(in) :: table
     character(len=:), allocatable :: lines
     type(axis_unit_type) :: units(2)
+    type(conversion_type) :: conversion
     real(dp) :: numbers(3, 2, 2)
     integer :: g
 
     do g = 1, 2
       numbers(:, g, 1) = worst_of(design%before, design, g)
       numbers(:, g, 2) = worst_of(design%after, design, g)
+      conversion = table%units%conversion(design%options%objectives(g)%measure%unit)
+      numbers(1, g, :) = conversion%converted(numbers(1, g, :))
     end do
     units = [unit_of(table, ["first"]), unit_of(table, ["second"])]
     lines = "set title heading noenhanced" // newline // "set key top right; set offsets graph 0.05, graph 0.05, graph 0.05, " &

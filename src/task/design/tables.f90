@@ -4,7 +4,7 @@ module gestell_task_design_tables
   use gestell_base_text, only: text
   use gestell_base_verdict, only: judgement_type, unjudged
   use gestell_output_table, only: new_table, table_type
-  use gestell_output_table_unit, only: new_unit, plain, rpm, unit_type
+  use gestell_output_table_unit, only: new_unit, plain, rpm, unit_type, unit_of_row
   use gestell_study_measure, only: measure_names
   use gestell_task_design_keys, only: limit_keys
   use gestell_task_design_plan, only: design_plan_type
@@ -81,11 +81,11 @@ contains
     call table%add("quantity", "name as in the input", (design%goals%measure%quantity))
     call table%add("measure", "peak, rms or band; empty if the quantity does not vary over the period", measure)
     call table%add("unit", "unit of the values", (design%goals%measure%unit))
-    call table%add("before", plain, "value for the machine in the input", before(1, :), error="before_error")
-    call table%add("before_error", plain, "error bound of the value before", before(2, :))
-    call table%add("after", plain, "value for the design", after(1, :), error="after_error")
-    call table%add("after_error", plain, "error bound of the value after", after(2, :))
-    call table%add("limit", plain, "limit of the quantity; NaN for an objective", limit)
+    call table%add("before", unit_of_row, "value for the machine in the input", before(1, :), error="before_error")
+    call table%add("before_error", unit_of_row, "error bound of the value before", before(2, :))
+    call table%add("after", unit_of_row, "value for the design", after(1, :), error="after_error")
+    call table%add("after_error", unit_of_row, "error bound of the value after", after(2, :))
+    call table%add("limit", unit_of_row, "limit of the quantity; NaN for an objective", limit)
     call table%add("state", "whether the limit is met, violated or undecided (within the error)", state)
     call table%add("limit_worth", percent, "decrease of the objective if the limit is relaxed by 1 %", worth)
     call table%add("before_speed", rpm, "crank speed at the worst condition before the design; 0 if the speed is a design " // &

@@ -90,11 +90,13 @@ contains
       call result%add(goal_table(design, verdict), plot_goals(design))
       if (size(design%options%conditions) > 1) then
         table = range_table(plan, design, verdict)
+        call table%convert(result%units)
         call result%add(table, plot_range(plan, table))
       end if
       if (size(design%found) > 1) call result%add(start_table(plan, design, verdict), plot_starts((design%found%objective)))
       if (plan%curve > 0) then
         table = curve_table(plan, design)
+        call table%convert(result%units)
         call result%add(table, plot_curve(design, table))
       end if
       if (len(improved) > 0) call result%attach("design.nml", improved)

@@ -210,6 +210,8 @@ contains
 
     table = new_table("mechanism", "The machine", "The mechanism during " &
       & // turns_in_words(frame%mechanism%turns) // ", drawn to scale with its frame and mounts.", unjudged)
+    ! the picture combines the positions with mounts and outlines in m
+    table%always_si = .true.
     call table%expect(1 + 3 * size(joints, 1) * size(rates, 2))
     call table%add("crank", degree, "crank angle, negative for a clockwise crank", &
       & [(frame%degrees_per_period() * k / rows, k = 0, rows)])

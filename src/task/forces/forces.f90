@@ -85,6 +85,7 @@ contains
       call result%record_failure(failure)
       if (.not. allocated(reactions)) return
       table = summary(reactions, frame)
+      call table%convert(result%units)
       call result%add(table)
       turn = turns_in_words(frame%mechanism%turns)
       histories = new_table("supports_history", "Forces over " // turn, "Forces that the supports exert on the ground during " &
@@ -107,6 +108,8 @@ contains
           end associate
         end do
       end do
+      call histories%convert(result%units)
+      call harmonics%convert(result%units)
       call result%add(histories)
       call result%add(harmonics)
       if (context%is_presented()) then

@@ -160,6 +160,9 @@ contains
       end do
     end do
     shares = sources_table(forces, sources, ground)
+    call histories%convert(result%units)
+    call harmonics%convert(result%units)
+    call shares%convert(result%units)
     call result%add(table)
     call result%add(histories)
     call result%add(harmonics)

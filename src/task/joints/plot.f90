@@ -14,6 +14,7 @@ module gestell_task_joints_plot
   use gestell_output_picture_script, only: figure_type, new_figure, quoted, tics
   use gestell_output_report_orders, only: turns_in_words
   use gestell_output_table, only: table_type
+  use gestell_output_table_result_units, only: conversion_type
   use gestell_output_table_turn, only: amplitude_of
   use gestell_output_table_unit, only: newton
   use gestell_task_joints_forces, only: component_names, joint_force_type, magnitude, shown_forces, source_type
@@ -39,12 +40,14 @@ contains
     character(len=:), allocatable :: lines, joint, remark
     character(len=column_length) :: columns(2)
     integer, allocatable :: shown(:)
+    type(conversion_type) :: conversion
     real(dp) :: largest
     integer :: i, height
 
     call choose_forces(forces, shown_forces(forces) .and. (forces%place%kind == pin .or. forces%place%kind == slot &
       & .or. forces%place%kind == contact), magnitude, most, shown, remark)
-    largest = maxval([0.0_dp, forces(shown)%statistics(magnitude)%peak])
+    conversion = histories%units%conversion("N")
+    largest = conversion%converted(maxval([0.0_dp, forces(shown)%statistics(magnitude)%peak]))
     call orbit_layout(2 * max(1, size(shown)), 2, lines, height)
     lines = lines // "set key off" // newline
     do i = 1, size(shown)
@@ -149,6 +152,7 @@ contains
     real(dp), parameter :: least = 0.01_dp
     character(len=:), allocatable :: lines, remark, positions, y
     type(axis_unit_type) :: unit
+    type(conversion_type) :: conversion
     integer, allocatable :: shown(:), causes(:)
     character(len=name_length) :: names(size(forces))
     character(len=word_length) :: titles(size(sources))
@@ -166,7 +170,8 @@ contains
       ends(1) = min(ends(1), minval(sources(causes(i))%at_peak(shown)))
       ends(2) = max(ends(2), maxval(sources(causes(i))%at_peak(shown)))
     end do
-    ends = unit%factor * ends
+    conversion = table%units%conversion("N")
+    ends = unit%factor * conversion%converted(ends)
     if (.not. ends(2) > ends(1)) ends(2) = 1
     positions = ""
     do i = 1, size(forces)

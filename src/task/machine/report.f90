@@ -15,6 +15,7 @@ module gestell_task_machine_report
   use gestell_output_report_orders, only: turns_in_words
   use gestell_output_report_plausibility, only: implausible_values
   use gestell_output_report_text_table, only: listed
+  use gestell_output_report_in_units, only: lay_out
   use gestell_output_report_wrapping, only: wrapped
   use gestell_task_stability_report, only: modulus_of, out_of_range
   use gestell_model_frame, only: frame_type, dof_names
@@ -35,7 +36,7 @@ contains
   function report_machine(configuration, input) result(report)
     type(configuration_type), intent(in) :: configuration
     character(len=*), intent(in) :: input
-    character(len=:), allocatable :: report
+    character(len=:), allocatable :: report, lines
 
     report = "Gestell " // version // newline // newline
     if (len(configuration%title) > 0) report = report // wrapped("  title      " // on_one_line(configuration%title) // newline)
@@ -44,7 +45,8 @@ contains
       report = report // wrapped("  mechanism  cannot turn with the values of the input: " // configuration%impossible%message &
         & // newline)
     else
-      report = report // wrapped(machine_lines(configuration))
+      call lay_out(machine_lines(configuration), configuration%result_units, lines)
+      report = report // lines
     end if
   end function report_machine
 

@@ -74,6 +74,7 @@ contains
       end if
       table = new_table("matrices", "Equations of motion", "Coefficients of M q'' + B q' + C q = h over " &
         & // turns_in_words(frame%mechanism%turns) // ".")
+      table%always_si = .true.
       table%remarks = "M q'' + B q' + C q = h with q ="
       do i = 1, n
         table%remarks = table%remarks // " " // trim(dof_names(frame%free(i)))

@@ -35,9 +35,9 @@ contains
     fluctuates = any([(table%columns(panels)%label == "speed fluctuation", panels = 1, size(table%columns))])
     panels = merge(4, 3, fluctuates)
     torque = [character(len=longest) :: "", "frame at rest"]
-    torque(1) = "vibrating frame, mean " // mean("torque", "N m")
-    power(1) = "drive, mean " // mean("drive", "W")
-    power(2) = "dampers, mean " // mean("dampers", "W")
+    torque(1) = "vibrating frame, mean " // mean("torque")
+    power(1) = "drive, mean " // mean("drive")
+    power(2) = "dampers, mean " // mean("dampers")
     shown = merge(2, 1, dampers)
     above = legend_height(torque, 1)
     between = legend_height(power(:shown), 1)
@@ -54,12 +54,12 @@ contains
   contains
 
     !> Mean of a column over the period, with its unit. The last row of the table repeats the first.
-    pure function mean(column, unit) result(words)
-      character(len=*), intent(in) :: column, unit
+    pure function mean(name) result(words)
+      character(len=*), intent(in) :: name
       character(len=:), allocatable :: words
 
-      associate (values => table%columns(table%number_of(column))%numbers)
-        words = concise(sum(values(:size(values) - 1)) / max(1, size(values) - 1), 4) // " " // unit
+      associate (column => table%columns(table%number_of(name)))
+        words = concise(sum(column%numbers(:table%rows - 1)) / max(1, table%rows - 1), 4) // " " // trim(column%unit%words)
       end associate
     end function mean
 

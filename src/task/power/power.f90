@@ -100,6 +100,7 @@ contains
         & drive%fluctuation%history)
       if (frame%mechanism%load_order >= 0) call table%add("load_power", watt, "power of the loads on links and frame", &
         & drive%history(load_watts, :))
+      call table%convert(result%units)
       call result%add(table)
       if (context%is_presented()) call result%add_figure(plot_power(table, frame))
       if (.not. context%reports) return

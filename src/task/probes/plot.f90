@@ -41,11 +41,13 @@ contains
     lines = "set title heading noenhanced" // newline // "set xtics noenhanced (" // tics(names, 0) // ")" // newline &
       & // "set xrange [-0.6:" // text(size(names) - 1) // ".6]; set boxwidth " &
       & // concise(0.72_dp / (axes + 1), 3) // newline &
-      & // "set ylabel 'vibration velocity (mm/s)'; set grid noxtics ytics; set xtics scale 0" // newline &
+      & // "set ylabel 'vibration velocity (" // trim(table%columns(table%number_of("v_rms_band"))%unit%words) &
+      & // ")'; set grid noxtics ytics; set xtics scale 0" // newline &
       & // "set bmargin 5; set key at screen 0.5,screen 0.01 bottom center horizontal samplen 2" // newline &
       & // "most = 0; set table $unused" // newline &
-      & // "plot [0:1] [-1:1] 'probes.csv' using (0):(v = column('v_rms_band_mm_s'), most = v > most ? v : most, " &
-      & // "v = column('limit_mm_s'), most = v > most ? v : most, 0)" // newline // "unset table" // newline &
+      & // "plot [0:1] [-1:1] 'probes.csv' using (0):(v = column('" // table%key_of("v_rms_band") &
+      & // "'), most = v > most ? v : most, v = column('" // table%key_of("limit") // "'), most = v > most ? v : most, 0)" &
+      & // newline // "unset table" // newline &
       & // "set yrange [0:(most > 0 ? 1.08 * most : 1)]" // newline &
       & // "limit(v) = v == v ? v : -1" // newline // "plot"
     do i = 1, axes
@@ -53,7 +55,8 @@ contains
     end do
     has_limit = maximum_of(table, ["limit"]) > 0
     lines = lines // "  ''" // boxes("v_rms_band", "strongest direction") // "  " // either("'' using ($0 - 0.42):" &
-      & // "(limit(column('limit_mm_s'))):(0.84):(0) with vectors nohead lt 7 dt 1 lw 3 title 'limit'", "NaN notitle", has_limit) &
+      & // "(limit(column('" // table%key_of("limit") // "'))):(0.84):(0) with vectors nohead lt 7 dt 1 lw 3 title 'limit'", &
+      & "NaN notitle", has_limit) &
       & // newline
     figure = new_figure(table%name, "Vibration velocity at the probes: rms within the band" &
       & // either(", and its limit", "", has_limit), lines, height=460)
@@ -123,7 +126,7 @@ contains
       name = trim(names(i))
       do k = 1, n
         lines = lines // orbit_panel(table, along(planes(:, k)) // "_" // name, along(planes(:, k)), name, .false., &
-          & maximum_in(table, "m"))
+          & maximum_in(table, trim(table%columns(table%number_of("x_" // name))%unit%words)))
       end do
     end do
     figure = new_figure("probes_orbit", "Orbits of the probes (angles: crank)", lines // "unset multiplot" // newline, &

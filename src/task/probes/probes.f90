@@ -90,6 +90,7 @@ contains
       names = [(responses(i)%probe%name, i = 1, size(responses))]
       axes = size(responses(1)%parts) / 3 - 1
       table = summary(responses)
+      call table%convert(result%units)
       call result%add(table)
       turn = turns_in_words(frame%mechanism%turns)
       histories = new_table("probes_history", "Probes over " // turn, &
@@ -111,6 +112,8 @@ contains
           end associate
         end do
       end do
+      call histories%convert(result%units)
+      call harmonics%convert(result%units)
       call result%add(histories)
       call result%add(harmonics)
       if (.not. context%is_presented()) return

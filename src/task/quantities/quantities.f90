@@ -9,7 +9,7 @@ module gestell_task_quantities
   use gestell_model_quantity_rows, only: quantity_type
   use gestell_output_result, only: result_type
   use gestell_output_table, only: new_table, table_type
-  use gestell_output_table_unit, only: new_unit, plain
+  use gestell_output_table_unit, only: new_unit, unit_of_row
   use gestell_study_measure, only: measure_names, measure_type, rows_of, compute_measures
   use gestell_task_common_task, only: longest_table, task_type
   use gestell_task_common_configuration, only: configuration_type
@@ -83,8 +83,8 @@ contains
         call table%add("quantity", "name of the quantity in the input", (measures%quantity))
         call table%add("measure", "peak, rms or band", measure_names(measures%kind))
         call table%add("unit", "unit of the value", (measures%unit))
-        call table%add("value", plain, "value over the period", values(1, :), error="error")
-        call table%add("error", plain, "bound on its error", values(2, :))
+        call table%add("value", unit_of_row, "value over the period", values(1, :), error="error")
+        call table%add("error", unit_of_row, "bound on its error", values(2, :))
         do i = 1, size(measures)
           lines = lines // trim(measures(i)%quantity) // tab // trim(measure_names(measures(i)%kind)) // tab &
             & // concise(values(1, i), 5) // tab // concise(values(2, i), 1) // tab // trim(measures(i)%unit) // newline

@@ -17,6 +17,7 @@ module gestell_task_range_plan
   use gestell_task_range_keys, only: sweep_keys
   use gestell_model_frame, only: frame_type
   use gestell_model_quantity_rows, only: probe_type
+  use gestell_output_table_result_units, only: result_units_type
   use gestell_study_grid, only: axis_type, grid_type, new_axis, new_grid
   use gestell_study_point, only: sweep_options
   use, intrinsic :: iso_fortran_env, only: int64
@@ -39,6 +40,8 @@ module gestell_task_range_plan
     !> Values of the varied parameters in the input itself. Size 0 if the input gives no value, or several different values, for
     !> one of the parameters.
     real(dp), allocatable :: base(:)
+    !> Units of the results.
+    type(result_units_type) :: result_units
   contains
     procedure :: period_varies
   end type sweep_plan_type

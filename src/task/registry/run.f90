@@ -44,7 +44,7 @@ contains
     integer :: i
 
     if (.not. allocated(context%executor)) allocate(context%executor)
-    call result%begin(context%verbose)
+    call result%begin(context%verbose, context%configuration%result_units)
     do i = 1, size(tasks)
       tasks(i)%task%needed_for_picture = tasks(i)%task%drawn_with_plot .and. context%draws
       if (tasks(i)%task%requested) call tasks(i)%task%prepare(context, error)

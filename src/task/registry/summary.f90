@@ -9,6 +9,7 @@ module gestell_task_registry_summary
   use gestell_output_page_html, only: cell, row, scroll_start, section_start
   use gestell_output_result, only: headline_type, result_type
   use gestell_output_table, only: table_type
+  use gestell_output_table_result_units, only: conversion_type
   use gestell_task_common_context, only: context_type
   use gestell_task_forces_reactions, only: components_of, component_names, find_reactions, force_magnitude, reaction_type
   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
@@ -98,7 +99,7 @@ contains
   !> HTML of the probe whose rms velocity is largest relative to its limit or, if no probe has a limit, largest.
   pure function worst_probe(tables) result(words)
     type(table_type), intent(in) :: tables(:)
-    character(len=:), allocatable :: words
+    character(len=:), allocatable :: words, unit
     integer :: i, k
 
     words = ""
@@ -111,9 +112,10 @@ contains
         else
           k = maxloc(velocity / limit, 1, mask=.not. ieee_is_nan(limit))
         end if
+        unit = trim(tables(i)%columns(tables(i)%number_of("limit"))%unit%words)
         words = "<div><dt>" // either("probe with the strongest vibration", "probe closest to its limit", all(ieee_is_nan(limit))) &
-          & // "</dt><dd>" // escaped(name%word(k)) // ": " // concise(velocity(k), digits) // " mm/s rms" &
-          & // either("", ", limit " // concise(limit(k), digits) // " mm/s", ieee_is_nan(limit(k))) // "</dd></div>"
+          & // "</dt><dd>" // escaped(name%word(k)) // ": " // concise(velocity(k), digits) // " " // unit // " rms" &
+          & // either("", ", limit " // concise(limit(k), digits) // " " // unit, ieee_is_nan(limit(k))) // "</dd></div>"
       end associate
     end do
   end function worst_probe
@@ -121,7 +123,8 @@ contains
   !> HTML table of the total force and moment on the ground; empty if no vibration was computed.
   function force_card(context) result(words)
     type(context_type), intent(in) :: context
-    character(len=:), allocatable :: words
+    character(len=:), allocatable :: words, unit
+    type(conversion_type) :: conversion
     type(reaction_type), allocatable :: reactions(:)
     type(error_type), allocatable :: unknown
     integer, allocatable :: parts(:)
@@ -136,9 +139,13 @@ contains
     associate (total => reactions(size(reactions)))
       parts = components_of(total)
       do i = 1, size(parts)
-        words = words // row(cell("row", name_of(parts(i))) // cell("n", number(total%statistics(parts(i))%peak)) &
-          & // cell("n", number(total%statistics(parts(i))%rms)) &
-          & // cell("td", either("N", "N m", component_names(parts(i)) < "m")))
+        unit = either("N", "N m", component_names(parts(i)) < "m")
+        conversion = context%configuration%result_units%conversion(unit)
+        if (conversion%words /= "") unit = trim(conversion%words)
+        associate (statistics => total%statistics(parts(i)))
+          words = words // row(cell("row", name_of(parts(i))) // cell("n", number(conversion%converted(statistics%peak))) &
+            & // cell("n", number(conversion%converted(statistics%rms))) // cell("td", unit))
+        end associate
       end do
     end associate
     words = words // "</tbody></table></div></div>" // newline

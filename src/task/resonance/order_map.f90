@@ -4,7 +4,7 @@ module gestell_task_resonance_order_map
   use gestell_base_text, only: concise, newline, text
   use gestell_model_quantity_rows, only: quantity_type
   use gestell_output_picture_axis, only: decade_lines
-  use gestell_output_picture_axis_unit, only: axis_unit_type, label_with, maximum_of, pick_unit
+  use gestell_output_picture_axis_unit, only: axis_unit_type, label_with, own_unit
   use gestell_output_picture_script, only: figure_type, new_figure, quoted
   use gestell_output_report_orders, only: order_as_fraction
   use gestell_output_table, only: table_type
@@ -71,7 +71,7 @@ contains
       type(axis_unit_type) :: unit
       integer :: k
 
-      unit = pick_unit(trim(quantity%unit), maximum_of(table, [trim(quantity%name) // "_peak"]))
+      unit = own_unit(table, trim(quantity%name) // "_peak")
       ! -1: no speed in the cell; 0: no vibration at this speed
       lines = "array amplitude[columns * orders]; do for [i=1:columns * orders] { amplitude[i] = -1 }; most = 0; all = 0" &
         & // newline // "set table $unused; unset logscale" // newline

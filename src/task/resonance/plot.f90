@@ -5,7 +5,7 @@ module gestell_task_resonance_plot
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, either, newline, text
   use gestell_output_picture_script, only: figure_type, new_figure, quoted
-  use gestell_output_picture_axis_unit, only: axis_unit_type, label_with, maximum_of, pick_unit
+  use gestell_output_picture_axis_unit, only: axis_unit_type, label_with, own_unit
   use gestell_output_picture_marks, only: beyond_colour, chart_marks, marks_type
   use gestell_output_picture_axis, only: decade_lines, extent_lines, tic_step
   use gestell_output_report_orders, only: order_as_fraction, order_of
@@ -112,7 +112,7 @@ contains
       integer :: k
 
       name = trim(quantity%name)
-      unit = pick_unit(trim(quantity%unit), maximum_of(table, [name // "_peak"]))
+      unit = own_unit(table, name // "_peak")
       ! the axis ends above the small motions, for which the model holds
       lines = "holds(v) = " // either("strcol('small_motion') ne '0' ? v : NaN", "v", parts(1)) // newline &
         & // extent_lines("resonance.csv", ["holds(" // column(name // "_peak") // ")", "holds(" // column(name // "_rms") &
@@ -243,8 +243,8 @@ contains
     do i = 1, panels
       if (i == panels - across + 1) lines = lines // "set format x; set xlabel 'crank speed (rpm)'" // newline
       lines = lines // key_line(i == across) // peak_panel(own_peaks(i), range, trim(quantities(i)%name), &
-        & trim(quantities(i)%unit), table%name // ".csv", "column('speed_rpm')", "column('value')", ["of($0) == " // text(i)], &
-        & [" "], marks%entries)
+        & trim(quantities(i)%unit), table%units, table%name // ".csv", "column('speed_rpm')", "column('value')", &
+        & ["of($0) == " // text(i)], [" "], marks%entries)
     end do
     figure = new_figure(table%name, "Resonance peaks (" // text(size(curve%maxima)) // "), labelled with the strongest order", &
       & lines // "unset multiplot" // newline, height=nint(height_of((panels + across - 1) / across)))

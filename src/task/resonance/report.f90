@@ -94,7 +94,7 @@ contains
           & // either("-" // tab // "-", concise(maximum%width, 4) // tab // concise(maximum%damping_ratio, 4), &
           & ieee_is_nan(maximum%width)) // tab // order_of(maximum%strongest_order, turns) // tab
         if (maximum%jump) rows = rows // "jump" // either(" at a turning point", "", maximum%fold) // ", beyond it " &
-          & // concise(maximum%other_side, 6) // "  "
+          & // concise(maximum%other_side, 6) // " " // unit // "  "
         if (maximum%state /= stable) rows = rows // trim(state_word(maximum%state)) // "  "
         if (.not. maximum%small .and. model /= "exact") rows = rows // "not small"
       end associate

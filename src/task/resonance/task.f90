@@ -11,7 +11,7 @@ module gestell_task_resonance_task
   use gestell_output_report_orders, only: order_as_fraction
   use gestell_output_table, only: new_table, table_type
   use gestell_output_table_turn, only: add_order_column
-  use gestell_output_table_unit, only: new_unit, plain, rpm, unit_type
+  use gestell_output_table_unit, only: new_unit, plain, rpm, unit_type, unit_of_row
   use gestell_study_speed_point, only: speed_options
   use gestell_task_common_task, only: all_speeds, longest_table, task_type
   use gestell_task_common_configuration, only: configuration_type
@@ -86,6 +86,7 @@ contains
       warning = motion_warning(pack(curve%points%moved, curve%has_values()), configuration%analysis%model)
       if (any(curve%points%state /= stable)) result%all_stable = .false.
       table = curve_table(self%quantities, curve, turns, judgement)
+      call table%convert(result%units)
       call result%add(table, plot_resonance(table, self%quantities, curve, turns, configuration%plan%base))
       figures = plot_order_map(table, self%quantities, curve, turns)
       do i = 1, size(figures)
@@ -96,7 +97,7 @@ contains
         call table%add("quantity", "name as in the input", (self%quantities(maxima%quantity)%name))
         call table%add("unit", "unit of the value", (self%quantities(maxima%quantity)%unit))
         call table%add("speed", rpm, "speed of the maximum", (maxima%speed))
-        call table%add("value", plain, "peak of the quantity at this speed", (maxima%value))
+        call table%add("value", unit_of_row, "peak of the quantity at this speed", (maxima%value))
         call table%add("width", rpm, "difference between the two speeds at which the curve has fallen to 1 / sqrt(2) of the " // &
           &   "peak", (maxima%width))
         call table%add("damping_ratio", plain, "width / (2 speed)", (maxima%damping_ratio))
@@ -105,8 +106,10 @@ contains
         call table%add("state", "state of the machine as in resonance.csv, or unbounded, or jump", &
           & merge("jump      ", merge("unbounded ", state_word(maxima%state), maxima%unbounded), maxima%jump))
         call table%add("small_motion", "as in resonance.csv", (maxima%small))
-        call table%add("other_side", plain, "peak value on the other side of the jump, if the state is jump", (maxima%other_side))
+        call table%add("other_side", unit_of_row, "peak value on the other side of the jump, if the state is jump", &
+          & (maxima%other_side))
       end associate
+      call table%convert(result%units)
       call result%add(table, plot_peaks(table, self%quantities, curve, turns, configuration%plan%base))
       call result%judge(judgement)
       call result%warn(undecided, warning)

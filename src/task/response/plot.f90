@@ -44,7 +44,8 @@ contains
       ! place each coordinate next to the force or moment in its direction
       k = shown((i + 1) / 2) + merge(0, 2 * n, mod(i, 2) == 1)
       first = n * ((k - 1) / n) + 1
-      unit = pick_unit(trim(names(k)%unit%words), maxval(vibration%peak, mask=names%unit%words == names(k)%unit%words))
+      unit = pick_unit(trim(names(k)%unit%words), maxval(vibration%peak, mask=names%unit%words == names(k)%unit%words), &
+        & table%units)
       scale = unit%factor * counts(k)
       ! variations are not enlarged if they are below the error bound, or below the rounding error of quantities of the same kind
       noise = 2 * vibration%peak_error(k)

@@ -4,6 +4,7 @@ module gestell_task_response
   use gestell_output_report_orders, only: turns_in_words
   use gestell_output_result, only: result_type
   use gestell_output_table, only: new_table, table_type
+  use gestell_output_table_result_units, only: conversion_type
   use gestell_output_table_turn, only: add_harmonics, add_orders, add_turn
   use gestell_task_common_task, only: longest_table, task_type
   use gestell_task_common_configuration, only: configuration_type
@@ -55,6 +56,7 @@ contains
     type(table_type) :: history, harmonics
     type(figure_type) :: figure
     type(figure_type), allocatable :: figures(:)
+    type(conversion_type) :: conversion
     real(dp), allocatable :: loads(:, :)
     real(dp) :: peak
     integer :: k
@@ -77,12 +79,20 @@ contains
             call name_axis_of_moment(history)
             call name_axis_of_moment(harmonics)
           end if
+          call history%convert(result%units)
+          call harmonics%convert(result%units)
           call result%add(history)
           call result%add(harmonics)
           if (context%is_presented()) then
             call result%add_figure(plot_response(history, frame, vibration))
             call result%add_figure(plot_harmonics(harmonics, frame))
             call sample_shaking(frame, loads)
+            if (size(loads) > 0) then
+              do k = 1, frame%dofs()
+                conversion = result%units%conversion(names(2 * frame%dofs() + k)%unit%words)
+                loads(k, :) = conversion%converted(loads(k, :))
+              end do
+            end if
             figure = plot_force_polar(history, frame, loads)
             call result%add_figure(figure)
             figures = plot_transmissibility(harmonics, frame, loads)

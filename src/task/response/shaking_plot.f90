@@ -64,10 +64,11 @@ contains
     character(len=2), parameter :: columns(3) = ["fx", "fy", "fz"]
     character(len=7), parameter :: labels(3) = ["force x", "force y", "force z"]
     real(dp) :: shown(size(loads, 1), size(loads, 2)), largest
-    character(len=:), allocatable :: lines
+    character(len=:), allocatable :: lines, unit
     integer :: i, n, height
 
-    largest = maximum_in(table, "N")
+    unit = trim(table%columns(table%number_of("fx"))%unit%words)
+    largest = maximum_in(table, unit)
     shown = loads
     if (size(loads) > 0) then
       largest = max(largest, maxval(abs(loads(along(:merge(3, 2, frame%dofs() > 3)), :))))
@@ -79,7 +80,7 @@ contains
     lines = lines // "set key off" // newline
     do i = 1, n
       associate (k => planes(:, i))
-        if (size(loads) > 0) lines = lines // inline_orbit_panel(closed(shown(along(k), :)), frame%degrees_per_period(), "N", &
+        if (size(loads) > 0) lines = lines // inline_orbit_panel(closed(shown(along(k), :)), frame%degrees_per_period(), unit, &
           & labels(k), "shaking force on a frame at rest", largest)
         lines = lines // orbit_panel(table, columns(k), labels(k), "force on the ground" &
           & // either(" without guides", "", size(frame%free) < frame%dofs()), .true., largest)

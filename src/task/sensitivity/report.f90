@@ -35,7 +35,7 @@ contains
         cycle
       end if
       report = report // "  " // trim(quantities(i)%name) // ": peak " // concise(base%values(1, i), 6) // " " &
-        & // trim(quantities(i)%unit) // ", rms " // concise(base%values(2, i), 6) // newline &
+        & // trim(quantities(i)%unit) // ", rms " // concise(base%values(2, i), 6) // " " // trim(quantities(i)%unit) // newline &
         & // tabulated("rrrl", "peak,error,rms,parameter", rows(i, paths, derivatives))
     end do
   end function report_sensitivity

@@ -10,7 +10,7 @@ module gestell_task_sensitivity_task
   use gestell_output_report_warnings, only: motion_warning
   use gestell_output_result, only: result_type
   use gestell_output_table, only: new_table, table_type
-  use gestell_output_table_unit, only: plain
+  use gestell_output_table_unit, only: plain, unit_of_row
   use gestell_study_speed_point, only: speed_options
   use gestell_task_common_task, only: longest_table, task_type
   use gestell_task_common_configuration, only: configuration_type
@@ -131,12 +131,12 @@ contains
     call table%add("quantity", "name as in the input", [((quantities(i)%name, k = 1, m), i = 1, n)])
     call table%add("unit", "unit of peak and rms", [((quantities(i)%unit, k = 1, m), i = 1, n)])
     call table%add("parameter", "path of the parameter that changes", ([((paths(k), k = 1, m), i = 1, n)]))
-    call table%add("peak", plain, "peak for the machine in the input", [((base%values(1, i), k = 1, m), i = 1, n)])
+    call table%add("peak", unit_of_row, "peak for the machine in the input", [((base%values(1, i), k = 1, m), i = 1, n)])
     call table%add("peak_change_percent_per_percent", plain, "d ln(peak) / d ln(parameter)", [((derivatives(k)%slope(1, i), &
       & k = 1, m), i = 1, n)], error="peak_change_error")
     call table%add("peak_change_error", plain, "estimated error of the change of the peak", [((derivatives(k)%error(1, i), k = 1, &
       & m), i = 1, n)])
-    call table%add("rms", plain, "rms for the machine in the input", [((base%values(2, i), k = 1, m), i = 1, n)])
+    call table%add("rms", unit_of_row, "rms for the machine in the input", [((base%values(2, i), k = 1, m), i = 1, n)])
     call table%add("rms_change_percent_per_percent", plain, "d ln(rms) / d ln(parameter)", [((derivatives(k)%slope(2, i), &
       & k = 1, m), i = 1, n)], error="rms_change_error")
     call table%add("rms_change_error", plain, "estimated error of the change of the rms", [((derivatives(k)%error(2, i), &

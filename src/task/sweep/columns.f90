@@ -80,7 +80,7 @@ contains
   end function columns_of
 
   !> Creates the table of the points in the order of the grid, in which the first parameter varies slowest. `values` has the shape
-  !> (results per point, points of the second axis, points of the first axis).
+  !> (results per point, points of the second axis, points of the first axis). The table is in the units of the results.
   pure type(table_type) function table_of(plan, values) result(table)
     type(sweep_plan_type), intent(in) :: plan
     real(dp), intent(in) :: values(:, :, :)
@@ -105,6 +105,7 @@ contains
         if (.not. c%is_verdict) call table%add(trim(c%name), c%unit, trim(c%meaning), numbers, error=trim(c%error))
       end associate
     end do
+    call table%convert(plan%result_units)
   end function table_of
 
   !> Creates a table that explains the columns of `table`, with one row for each column. The file sweep.npy needs this table,

@@ -5,6 +5,7 @@
 !> consists of eight-byte numbers, which also represent verdicts.
 module gestell_task_sweep_layout
   use gestell_base_kinds, only: dp
+  use gestell_output_table_result_units, only: conversion_type
   use gestell_study_grid, only: grid_type, tile_type
   use gestell_task_range_plan, only: sweep_plan_type
   use gestell_task_sweep_columns, only: column_type, columns_of
@@ -24,6 +25,8 @@ module gestell_task_sweep_layout
     logical :: binary = .false.
     type(grid_type) :: grid
     type(column_type), allocatable, private :: columns(:)
+    !> Conversion of each result of a point to its unit in the file.
+    type(conversion_type), allocatable, private :: conversions(:)
   contains
     procedure :: place, pieces, rows, values
   end type layout_type
@@ -47,6 +50,7 @@ contains
 
     layout%grid = plan%grid
     layout%columns = columns_of(plan)
+    layout%conversions = plan%result_units%conversion(layout%columns(size(plan%grid%axes) + 1:)%unit%words)
     layout%binary = plan%format == "npy"
     layout%file = "sweep." // plan%format
     if (layout%binary) then
@@ -113,17 +117,33 @@ contains
     integer :: i, j
 
     if (.not. self%binary) then
-      rows = csv_rows(self%grid, self%columns, first, values)
+      if (any(self%conversions%words /= "")) then
+        rows = csv_rows(self%grid, self%columns, first, converted(self, values))
+      else
+        rows = csv_rows(self%grid, self%columns, first, values)
+      end if
       return
     end if
     allocate(numbers(size(self%columns), size(values, 2), size(values, 3)))
     do i = 1, size(values, 3)
       do j = 1, size(values, 2)
-        numbers(:, j, i) = [self%grid%parameters(first(1) + i - 1, first(2) + j - 1), values(:, j, i)]
+        numbers(:, j, i) = [self%grid%parameters(first(1) + i - 1, first(2) + j - 1), self%conversions%converted(values(:, j, i))]
       end do
     end do
     rows = transfer(numbers, repeat(" ", number_bytes * size(numbers)))
   end function rows
+
+  !> The results of points in the units of the file.
+  pure function converted(layout, values)
+    type(layout_type), intent(in) :: layout
+    real(dp), intent(in) :: values(:, :, :)
+    real(dp) :: converted(size(values, 1), size(values, 2), size(values, 3))
+    integer :: k
+
+    do k = 1, size(values, 1)
+      converted(k, :, :) = layout%conversions(k)%converted(values(k, :, :))
+    end do
+  end function converted
 
   !> Reads the numbers from rows, point by point. `numbers` has the shape (results per point, points of the second axis, points of
   !> the first axis).
@@ -139,6 +159,7 @@ contains
         associate (row => rows(at + 1:at + self%width))
           if (self%binary) numbers(:, j, i) = transfer(row(number_bytes * size(self%grid%axes) + 1:), numbers(:, j, i))
           if (.not. self%binary) call csv_values(row, self%columns, numbers(:, j, i))
+          numbers(:, j, i) = self%conversions%original(numbers(:, j, i))
         end associate
         at = at + self%width
       end do

@@ -107,7 +107,7 @@ contains
       integer, intent(in) :: number
       type(axis_unit_type) :: unit
 
-      unit = pick_unit(si, typical)
+      unit = pick_unit(si, typical, plan%result_units)
       shown = [shown, shown_type(name, label_with(name, unit), decades, trim(unit%words) // " * column(" // text(number) // ")", &
         & column(verdict))]
     end subroutine add
