@@ -50,6 +50,7 @@ contains
 
   !> Windows: replaces each backslash in a path by a slash, which Windows accepts too. Other systems: changes nothing.
   subroutine use_slashes(path)
+    ! allow(C072)
     character(len=*), intent(inout) :: path
     integer :: i
 

@@ -113,6 +113,7 @@ contains
     closing = ""
     if (is_leader) call write_files(options, context, result, closing, error)
     if (allocated(staging%path)) call staging%show_final_folder(result%failure)
+    if (allocated(context%executor%journal)) call context%executor%journal%close()
     if (allocated(staging%path)) call conclude(staging, tasks, result, error)
     write_failed = .false.
     if (allocated(error)) write_failed = error%write_failed

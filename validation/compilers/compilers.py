@@ -70,12 +70,13 @@ def compile_with(target, folder, lapack, quick):
     if target.cross:
         common.append(f"-DCMAKE_C_COMPILER={target.cross}gcc")
         library = folder / "lapack/lib"
+        openmp = subprocess.run([target.compiler, "-print-file-name=libgomp.a"], capture_output=True, text=True, check=True)
         if not (library / "liblapack.a").exists():
             run(log, "cmake", "-S", lapack, "-B", folder / "lapack", *common, "-DBUILD_SINGLE=OFF", "-DBUILD_COMPLEX=OFF",
                 "-DBUILD_TESTING=OFF")
             run(log, "cmake", "--build", folder / "lapack", "--parallel", str(os.cpu_count()))
         common += [f"-DBLAS_LIBRARIES={library}/libblas.a", f"-DLAPACK_LIBRARIES={library}/liblapack.a;{library}/libblas.a",
-                   "-DCMAKE_EXE_LINKER_FLAGS=-static"]
+                   "-DCMAKE_EXE_LINKER_FLAGS=-static", f"-DOpenMP_gomp_LIBRARY={openmp.stdout.strip()}"]
     run(log, "cmake", "-S", CHECKOUT, "-B", folder / "gestell", *common)
     run(log, "cmake", "--build", folder / "gestell", "--parallel", str(os.cpu_count()), "--target", "gestell-program")
     program = folder / f"gestell/bin/gestell{ending}"

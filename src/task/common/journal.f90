@@ -36,7 +36,7 @@ module gestell_task_common_journal
     !> True if writing to the file has failed. Nothing more is stored then.
     logical, private :: failed = .false.
   contains
-    procedure :: find, store
+    procedure :: close => close_journal, find, store
   end type journal_type
 
 contains
@@ -108,10 +108,17 @@ contains
     end if
     if (done) call append(self, sealed(self%fingerprint, [int([round, piece], int64), words]), done)
     self%failed = .not. done
-    if (done .or. self%handle < 0) return
-    call close_file(self%handle, done)
-    self%handle = -1
+    if (self%failed) call self%close()
   end subroutine store
+
+  !> Closes the file. Windows keeps an open file in its folder even if it is removed.
+  subroutine close_journal(self)
+    class(journal_type), intent(inout) :: self
+    logical :: done
+
+    if (self%handle >= 0) call close_file(self%handle, done)
+    self%handle = -1
+  end subroutine close_journal
 
   subroutine append(journal, words, done)
     class(journal_type), intent(in) :: journal
