@@ -52,6 +52,9 @@ function look(frame, view, dark) {
       && (l => dark ? l > 200 : l < 40)(brightness(w.getComputedStyle(e).fill))).map(e => e.outerHTML.slice(0, 99)),
     bright: brightness(w.getComputedStyle(d.body).backgroundColor) > 128,
     small: [...d.querySelectorAll('.plot text')].map(e => e.getBoundingClientRect().height).filter(h => h > 0 && h < 7).length,
+    cut: (d.activeElement.blur(), [...d.querySelectorAll('.plot')].filter(e => parseFloat(e.style.getPropertyValue('--w')) <= 640
+      && e.getBoundingClientRect().width > w.innerWidth - 31).map(e => e.id || e.outerHTML.slice(0, 99))),
+    enlarged: [...d.querySelectorAll('.plot')].slice(0, 1).map(e => (e.parentElement.focus(), e.getBoundingClientRect().width > 600)),
     viewers: [...d.querySelectorAll('.viewer')].filter(v => {
       const find = name => v.querySelector('.' + name), state = () => find('views').innerHTML;
       const set = (name, value) => (find(name).value = value, find(name).dispatchEvent(new w.Event('input')), state());
@@ -146,8 +149,8 @@ def shown(what, path, pictures):
     check(f"{what}: seen in the browser", found.startswith("{"), "findings", found)
     for view, finds in (json.loads(found) if found.startswith("{") else {}).items():
         wanted = {"overflow": 0, "pictures": pictures, "foreign": [], "requests": [], "repeated": [], "dangling": [],
-                  "unreachable": [], "scrolls": [], "slabs": [], "bright": view.endswith("light"), "small": 0, "buttons": 0,
-                  "viewers": 0}
+                  "unreachable": [], "scrolls": [], "slabs": [], "bright": view.endswith("light"), "small": 0, "cut": [],
+                  "enlarged": [True], "buttons": 0, "viewers": 0}
         equal(f"{what}: browser, {view}", {key: finds[key] for key in wanted}, wanted)
         equal(f"{what}: browser, {view}, scripts", finds["scripts"], path.read_text(encoding="utf-8").count("<script"))
 
