@@ -12,6 +12,18 @@ module gestell_input_wording
 
 contains
 
+  !> Number of bytes of a user's text that a message quotes. A character of several bytes is quoted whole or not at all.
+  pure integer function bytes_shown(text) result(n)
+    character(len=*), intent(in) :: text
+
+    n = len(text)
+    if (n <= longest_shown) return
+    n = longest_shown - 3
+    do while (n > longest_shown - 6 .and. continues(text(n+1:n+1)))
+      n = n - 1
+    end do
+  end function bytes_shown
+
   !> A user's text in the form in which messages quote it: without control characters, and shortened if it is too long (never
   !> within a character).
   pure function shown(text) result(short)
@@ -24,18 +36,6 @@ contains
       if (ichar(short(i:i)) < 32 .or. ichar(short(i:i)) == 127) short(i:i) = "?"
     end do
   end function shown
-
-  !> Number of bytes of a user's text that a message quotes. A character of several bytes is quoted whole or not at all.
-  pure integer function bytes_shown(text) result(n)
-    character(len=*), intent(in) :: text
-
-    n = len(text)
-    if (n <= longest_shown) return
-    n = longest_shown - 3
-    do while (n > longest_shown - 6 .and. continues(text(n+1:n+1)))
-      n = n - 1
-    end do
-  end function bytes_shown
 
   !> Copy of a text in which the letters A to Z are replaced by lower-case letters.
   elemental function lower(text) result(low)
@@ -58,14 +58,6 @@ contains
     words = text(number) // " " // thing // "s"
   end function counted
 
-  !> Text without the quotes that enclose it. A text without quotes is returned unchanged.
-  pure function without_quotes(text) result(inner)
-    character(len=*), intent(in) :: text
-    character(len=len(text) - merge(2, 0, is_in_quotes(text))) :: inner
-
-    inner = text(1 + (len(text) - len(inner)) / 2:)
-  end function without_quotes
-
   !> True if a text begins and ends with the same quote.
   pure logical function is_in_quotes(text)
     character(len=*), intent(in) :: text
@@ -75,5 +67,13 @@ contains
     is_in_quotes = .false.
     if (n >= 2) is_in_quotes = text(1:1) == text(n:n) .and. scan(text(1:1), "'""") == 1
   end function is_in_quotes
+
+  !> Text without the quotes that enclose it. A text without quotes is returned unchanged.
+  pure function without_quotes(text) result(inner)
+    character(len=*), intent(in) :: text
+    character(len=len(text) - merge(2, 0, is_in_quotes(text))) :: inner
+
+    inner = text(1 + (len(text) - len(inner)) / 2:)
+  end function without_quotes
 
 end module gestell_input_wording

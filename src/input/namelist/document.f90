@@ -151,14 +151,6 @@ contains
     found = 0
   end function find_entry
 
-  !> Name of the group, which is the value of its key `name`; empty if the group does not contain this key.
-  pure function name_of(group) result(name)
-    type(group_type), intent(in) :: group
-    character(len=length_of_name(group)) :: name
-
-    if (len(name) > 0) name = group%entries(find_entry(group, "name"))%values(1)%text
-  end function name_of
-
   !> Length of a group's name; 0 if the group has no name.
   pure integer function length_of_name(group) result(length)
     type(group_type), intent(in) :: group
@@ -170,5 +162,13 @@ contains
     if (size(group%entries(i)%values) /= 1) return
     if (allocated(group%entries(i)%values(1)%text)) length = len(group%entries(i)%values(1)%text)
   end function length_of_name
+
+  !> Name of the group, which is the value of its key `name`; empty if the group does not contain this key.
+  pure function name_of(group) result(name)
+    type(group_type), intent(in) :: group
+    character(len=length_of_name(group)) :: name
+
+    if (len(name) > 0) name = group%entries(find_entry(group, "name"))%values(1)%text
+  end function name_of
 
 end module gestell_input_namelist_document

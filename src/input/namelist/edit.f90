@@ -44,6 +44,14 @@ contains
     words = words(3:)
   end subroutine spell_entry
 
+  !> Number of single quotes in a text.
+  pure integer function number_of_quotes(text) result(number)
+    character(len=*), intent(in) :: text
+    integer :: i
+
+    number = count([(text(i:i) == "'", i = 1, len(text))])
+  end function number_of_quotes
+
   !> Copy of a text in which every quote is doubled, so that the copy can be enclosed in quotes.
   pure function with_doubled_quotes(text) result(words)
     character(len=*), intent(in) :: text
@@ -56,14 +64,6 @@ contains
       n = n + merge(2, 1, text(i:i) == "'")
     end do
   end function with_doubled_quotes
-
-  !> Number of single quotes in a text.
-  pure integer function number_of_quotes(text) result(number)
-    character(len=*), intent(in) :: text
-    integer :: i
-
-    number = count([(text(i:i) == "'", i = 1, len(text))])
-  end function number_of_quotes
 
   !> Replaces the values of a key in one group of the text. If the group does not contain the key, adds it at the end of the group.
   pure subroutine set_entry(text, group, entry, remark)

@@ -14,40 +14,16 @@ module gestell_input_namelist_suggest
 
 contains
 
-  !> Hint for a message: "; did you mean 'x'?", or "; choose from 'a', 'b'" if no candidate is similar to the word. Empty if there
-  !> are no candidates.
-  pure function suggestion(word, candidates) result(text)
-    character(len=*), intent(in) :: word, candidates(:)
-    character(len=merge(2, 0, size(candidates) > 0) + len(advice(word, candidates, "'", "'", choice(candidates)))) :: text
-
-    text = "; " // advice(word, candidates, "'", "'", choice(candidates))
-  end function suggestion
-
-  !> Phrase that offers the candidates for choice; empty if there are none.
-  pure function choice(candidates) result(text)
+  !> Length of a list of candidates in one line, with `around` characters around each.
+  pure integer function length_of_list(candidates, around) result(length)
     character(len=*), intent(in) :: candidates(:)
-    character(len=merge(12, 0, size(candidates) > 0) + len(listed(candidates, "'", "'"))) :: text
+    integer, intent(in) :: around
+    integer :: n
 
-    text = "choose from " // listed(candidates, "'", "'")
-  end function choice
-
-  !> Question "did you mean x?" with the candidate x that is most similar to the word, between the texts `before` and `after`. If
-  !> no candidate is similar, the text `otherwise`.
-  pure function advice(word, candidates, before, after, otherwise) result(text)
-    character(len=*), intent(in) :: word, candidates(:), before, after, otherwise
-    character(len=len(either(question(nearest(word, candidates), before, after), otherwise, nearest(word, candidates) /= ""))) &
-      & :: text
-
-    text = either(question(nearest(word, candidates), before, after), otherwise, nearest(word, candidates) /= "")
-  end function advice
-
-  !> Question whether the user meant this candidate.
-  pure function question(candidate, before, after) result(text)
-    character(len=*), intent(in) :: candidate, before, after
-    character(len=14 + len(before) + len_trim(candidate) + len(after)) :: text
-
-    text = "did you mean " // before // trim(candidate) // after // "?"
-  end function question
+    n = min(most_listed, size(candidates))
+    length = sum(len_trim(candidates(:n))) + n * around + 2 * max(0, n - 1)
+    if (size(candidates) > most_listed) length = length + 5
+  end function length_of_list
 
   !> List of up to `most_listed` candidates in one line, each between the texts `before` and `after`.
   pure function listed(candidates, before, after) result(text)
@@ -63,17 +39,6 @@ contains
     if (size(candidates) > most_listed) text(n + 1:) = "..."
   end function listed
 
-  !> Length of a list of candidates in one line, with `around` characters around each.
-  pure integer function length_of_list(candidates, around) result(length)
-    character(len=*), intent(in) :: candidates(:)
-    integer, intent(in) :: around
-    integer :: n
-
-    n = min(most_listed, size(candidates))
-    length = sum(len_trim(candidates(:n))) + n * around + 2 * max(0, n - 1)
-    if (size(candidates) > most_listed) length = length + 5
-  end function length_of_list
-
   !> The candidate that is most similar to a misspelt word; blank if there is none (see `nearest_of`).
   pure function nearest(word, candidates) result(candidate)
     character(len=*), intent(in) :: word, candidates(:)
@@ -84,6 +49,41 @@ contains
     i = nearest_of(word, candidates)
     if (i > 0) candidate = candidates(i)
   end function nearest
+
+  !> Question whether the user meant this candidate.
+  pure function question(candidate, before, after) result(text)
+    character(len=*), intent(in) :: candidate, before, after
+    character(len=14 + len(before) + len_trim(candidate) + len(after)) :: text
+
+    text = "did you mean " // before // trim(candidate) // after // "?"
+  end function question
+
+  !> Question "did you mean x?" with the candidate x that is most similar to the word, between the texts `before` and `after`. If
+  !> no candidate is similar, the text `otherwise`.
+  pure function advice(word, candidates, before, after, otherwise) result(text)
+    character(len=*), intent(in) :: word, candidates(:), before, after, otherwise
+    character(len=len(either(question(nearest(word, candidates), before, after), otherwise, nearest(word, candidates) /= ""))) &
+      & :: text
+
+    text = either(question(nearest(word, candidates), before, after), otherwise, nearest(word, candidates) /= "")
+  end function advice
+
+  !> Phrase that offers the candidates for choice; empty if there are none.
+  pure function choice(candidates) result(text)
+    character(len=*), intent(in) :: candidates(:)
+    character(len=merge(12, 0, size(candidates) > 0) + len(listed(candidates, "'", "'"))) :: text
+
+    text = "choose from " // listed(candidates, "'", "'")
+  end function choice
+
+  !> Hint for a message: "; did you mean 'x'?", or "; choose from 'a', 'b'" if no candidate is similar to the word. Empty if there
+  !> are no candidates.
+  pure function suggestion(word, candidates) result(text)
+    character(len=*), intent(in) :: word, candidates(:)
+    character(len=merge(2, 0, size(candidates) > 0) + len(advice(word, candidates, "'", "'", choice(candidates)))) :: text
+
+    text = "; " // advice(word, candidates, "'", "'", choice(candidates))
+  end function suggestion
 
   !> Index of the candidate that is most similar to a misspelt word. 0 if no candidate is similar or several are equally similar.
   pure integer function nearest_of(word, candidates) result(best)
