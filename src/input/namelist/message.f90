@@ -157,10 +157,10 @@ contains
   pure function label(group) result(words)
     type(group_type), intent(in) :: group
     character(len=1 + len(shown(group%name)) + merge(3 + len(shown(name_of(group))), merge(1 + len(text(group%number)), 0, &
-      & group%number > 0), name_of(group) /= "")) :: words
+      & group%number > 0), len_trim(name_of(group)) > 0)) :: words
 
     words = "&" // shown(group%name) // either(" '" // shown(name_of(group)) // "'", " " // text(group%number), &
-      & name_of(group) /= "")
+      & len_trim(name_of(group)) > 0)
   end function label
 
 end module gestell_input_namelist_message

@@ -10,6 +10,7 @@ module gestell_input_namelist_number
 
   !> A number with this decimal exponent or a larger one is an error, because some of these numbers overflow.
   integer, parameter :: exponent_limit = 308
+  character(len=*), parameter :: signs = "+-"
 
 contains
 
@@ -82,7 +83,7 @@ contains
   !> Copy of a text without its leading sign, if it has one.
   pure function without_sign(text) result(rest)
     character(len=*), intent(in) :: text
-    character(len=len(text) - merge(1, 0, scan(text, "+-") == 1)) :: rest
+    character(len=len(text) - merge(1, 0, scan(text, signs) == 1)) :: rest
 
     rest = text(1 + len(text) - len(rest):)
   end function without_sign

@@ -7,6 +7,7 @@ module gestell_input_namelist_suggest
 
   public :: advice, suggestion, nearest_of, listed
 
+  character, parameter :: quote = "'"
   !> Maximum length of a word for which corrections are suggested.
   integer, parameter :: longest_word = 64
   !> Maximum number of candidates in a list.
@@ -62,27 +63,27 @@ contains
   !> no candidate is similar, the text `otherwise`.
   pure function advice(word, candidates, before, after, otherwise) result(text)
     character(len=*), intent(in) :: word, candidates(:), before, after, otherwise
-    character(len=len(either(question(nearest(word, candidates), before, after), otherwise, nearest(word, candidates) /= ""))) &
-      & :: text
+    character(len=merge(len(question(nearest(word, candidates), before, after)), len(otherwise), &
+      & len_trim(nearest(word, candidates)) > 0)) :: text
 
-    text = either(question(nearest(word, candidates), before, after), otherwise, nearest(word, candidates) /= "")
+    text = either(question(nearest(word, candidates), before, after), otherwise, len_trim(nearest(word, candidates)) > 0)
   end function advice
 
   !> Phrase that offers the candidates for choice; empty if there are none.
   pure function choice(candidates) result(text)
     character(len=*), intent(in) :: candidates(:)
-    character(len=merge(12, 0, size(candidates) > 0) + len(listed(candidates, "'", "'"))) :: text
+    character(len=merge(12, 0, size(candidates) > 0) + len(listed(candidates, quote, quote))) :: text
 
-    text = "choose from " // listed(candidates, "'", "'")
+    text = "choose from " // listed(candidates, quote, quote)
   end function choice
 
   !> Hint for a message: "; did you mean 'x'?", or "; choose from 'a', 'b'" if no candidate is similar to the word. Empty if there
   !> are no candidates.
   pure function suggestion(word, candidates) result(text)
     character(len=*), intent(in) :: word, candidates(:)
-    character(len=merge(2, 0, size(candidates) > 0) + len(advice(word, candidates, "'", "'", choice(candidates)))) :: text
+    character(len=merge(2, 0, size(candidates) > 0) + len(advice(word, candidates, quote, quote, choice(candidates)))) :: text
 
-    text = "; " // advice(word, candidates, "'", "'", choice(candidates))
+    text = "; " // advice(word, candidates, quote, quote, choice(candidates))
   end function suggestion
 
   !> Index of the candidate that is most similar to a misspelt word. 0 if no candidate is similar or several are equally similar.

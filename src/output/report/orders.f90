@@ -40,7 +40,7 @@ contains
   !> Phrase for a number of turns: "a turn" or "2 turns".
   pure function turns_in_words(turns) result(words)
     integer, intent(in) :: turns
-    character(len=len(either(text(turns) // " turns", "a turn", turns > 1))) :: words
+    character(len=6 + merge(len(text(turns)), 0, turns > 1)) :: words
 
     words = either(text(turns) // " turns", "a turn", turns > 1)
   end function turns_in_words

@@ -30,7 +30,7 @@ contains
   !> Name of picture number `i` of a sweep.
   pure function picture_name(i) result(name)
     integer, intent(in) :: i
-    character(len=len(either("sweep", "sweep_" // text(i), i == 1))) :: name
+    character(len=5 + count([i > 1]) * (1 + len(text(i)))) :: name
 
     name = either("sweep", "sweep_" // text(i), i == 1)
   end function picture_name
