@@ -99,7 +99,7 @@ pure subroutine append(table, column, name, unit, meaning, rows)
 end subroutine append
 
 module procedure convert
-  integer :: k
+  integer :: i, k
 
   if (self%always_si .or. units%are_si() .or. .not. self%units%are_si()) return
   self%units = units
@@ -114,9 +114,10 @@ module procedure convert
     if (len(self%columns(k - 1)%si_key) > 0) call rename_phase(self%columns(k - 1), self%columns(k))
   end do
   do k = 1, size(self%columns)
-    associate (column => self%columns(k))
-      if (len(column%error) > 0) column%error = self%columns(self%number_of(column%error))%key
-    end associate
+    ! with this index in the assignment gfortran 12 looks for the text that it has just overwritten
+    i = 0
+    if (len(self%columns(k)%error) > 0) i = self%number_of(self%columns(k)%error)
+    if (i > 0) self%columns(k)%error = self%columns(i)%key
   end do
 end procedure convert
 
