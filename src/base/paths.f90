@@ -48,7 +48,7 @@ contains
     if (.not. is_absolute .and. c_is_windows() /= 0) is_absolute = index(path, "\") == 1 .or. index(path, ":") == 2
   end function is_absolute
 
-  !> Windows: replaces each backslash in a path by a slash, which Windows accepts too. Other systems: changes nothing.
+  !> Replaces each backslash in a path by a slash, which Windows accepts too. On other systems it changes nothing.
   subroutine use_slashes(path)
     ! allow(C072)
     character(len=*), intent(inout) :: path
