@@ -7,7 +7,7 @@ module gestell_input_machine_load_table
   use gestell_base_files, only: file_exists, read_file
   use gestell_base_key, only: of_force, of_moment, of_pressure
   use gestell_base_kinds, only: dp, pi
-  use gestell_base_text, only: concise, text
+  use gestell_base_text, only: concise, either, text
   use gestell_input_namelist_message, only: location
   use gestell_input_namelist_number, only: read_real
   use gestell_input_schema_units, only: find_unit, unit_names, unit_type
@@ -159,19 +159,25 @@ contains
       & // "pressures as in &units, such as pressure_bar", invalid_input)
   end subroutine read_header
 
+  !> Number of times that a character occurs in a name.
+  pure integer function occurrences(name, letter)
+    character(len=*), intent(in) :: name
+    character, intent(in) :: letter
+    integer :: i
+
+    occurrences = count([(name(i:i) == letter, i = 1, len_trim(name))])
+  end function occurrences
+
   !> Copy of a name in which the character `old` is replaced by `new`, which may be empty.
   pure function without(name, old, new) result(words)
     character(len=*), intent(in) :: name, old, new
-    character(len=:), allocatable :: words
-    integer :: i
+    character(len=len_trim(name) + (len(new) - 1) * occurrences(name, old)) :: words
+    integer :: i, n
 
-    words = ""
+    n = 0
     do i = 1, len_trim(name)
-      if (name(i:i) == old) then
-        words = words // new
-      else
-        words = words // name(i:i)
-      end if
+      words(n + 1:) = either(new, name(i:i), name(i:i) == old)
+      n = n + merge(len(new), 1, name(i:i) == old)
     end do
   end function without
 

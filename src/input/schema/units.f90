@@ -168,18 +168,17 @@ contains
 
   !> Symbol of the unit of an element of a key's values; empty if the element has no unit. If `element` is 0, the symbol applies
   !> to all elements. If their units differ, the symbol is then empty or, with `as_list`, a list of the units.
-  pure function unit_symbol(key, element, units, as_list) result(symbol)
+  pure character(len=40) function unit_symbol(key, element, units, as_list) result(symbol)
     type(key_type), intent(in) :: key
     integer, intent(in) :: element
     type(units_type), intent(in) :: units
     logical, intent(in), optional :: as_list
-    character(len=:), allocatable :: symbol
     integer :: quantity
 
-    symbol = trim(key%symbol)
+    symbol = key%symbol
     quantity = key%unit
     if (element > 0) quantity = quantity_of(key, element)
-    if (quantity >= 1 .and. quantity <= quantities) symbol = trim(units%of(quantity)%name)
+    if (quantity >= 1 .and. quantity <= quantities) symbol = units%of(quantity)%name
     if (quantity <= quantities .or. .not. present(as_list)) return
     symbol = trim(units%of(of_stiffness)%name) // ", " // trim(units%of(of_force)%name) // ", " // trim(units%of(of_moment)%name)
     if (quantity == of_damping_diagonal) symbol = trim(units%of(of_damping)%name) // ", " // trim(units%of(of_damping)%name) &

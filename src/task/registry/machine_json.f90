@@ -102,7 +102,7 @@ contains
     do i = first, last
       words = words // either(", ", "", i > first) // value_json(entry, rule, i)
     end do
-    words = words // "], ""unit"": " // json_string(unit_symbol(rule, element, units, element == 0)) // ", ""meaning"": " &
+    words = words // "], ""unit"": " // json_string(trim(unit_symbol(rule, element, units, element == 0))) // ", ""meaning"": " &
       & // json_string(trim(rule%meaning))
     if (rule%kind /= text_key) words = words // ", ""least"": " // bound(rule%range%least) // ", ""most"": " &
       & // bound(rule%range%most) // ", ""positive"": " // either("true", "false", rule%range%above_zero)

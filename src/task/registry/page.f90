@@ -174,7 +174,7 @@ contains
         if (entry%key == "name") cycle
         call describe_entry(entry, line)
         equals = index(line, " = ")
-        unit = unit_symbol(schema%keys(find_key_rule(schema, group%name, entry%key)), 0, configuration%units, .true.)
+        unit = trim(unit_symbol(schema%keys(find_key_rule(schema, group%name, entry%key)), 0, configuration%units, .true.))
         if (words == "") heading = "<th scope=""rowgroup"" rowspan=""" // text(rows) // """>" // escaped(heading) // "</th>"
         words = words // row(either(heading, "", words == "") // cell("td", entry%key) // cell("td", line(equals + 3:)) &
           & // cell("td", with_squares(unit_words(unit))))
