@@ -41,7 +41,7 @@ contains
   end function listed
 
   !> The candidate that is most similar to a misspelt word; blank if there is none (see `nearest_of`).
-  pure function nearest(word, candidates) result(candidate)
+  pure function most_similar(word, candidates) result(candidate)
     character(len=*), intent(in) :: word, candidates(:)
     character(len=len(candidates)) :: candidate
     integer :: i
@@ -49,7 +49,7 @@ contains
     candidate = ""
     i = nearest_of(word, candidates)
     if (i > 0) candidate = candidates(i)
-  end function nearest
+  end function most_similar
 
   !> Question whether the user meant this candidate.
   pure function question(candidate, before, after) result(text)
@@ -63,10 +63,10 @@ contains
   !> no candidate is similar, the text `otherwise`.
   pure function advice(word, candidates, before, after, otherwise) result(text)
     character(len=*), intent(in) :: word, candidates(:), before, after, otherwise
-    character(len=merge(len(question(nearest(word, candidates), before, after)), len(otherwise), &
-      & len_trim(nearest(word, candidates)) > 0)) :: text
+    character(len=merge(len(question(most_similar(word, candidates), before, after)), len(otherwise), &
+      & len_trim(most_similar(word, candidates)) > 0)) :: text
 
-    text = either(question(nearest(word, candidates), before, after), otherwise, len_trim(nearest(word, candidates)) > 0)
+    text = either(question(most_similar(word, candidates), before, after), otherwise, len_trim(most_similar(word, candidates)) > 0)
   end function advice
 
   !> Phrase that offers the candidates for choice; empty if there are none.
