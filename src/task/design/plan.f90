@@ -196,7 +196,7 @@ contains
           options%link(i) = count([(doc%groups(k)%name == "link", k = 1, target%groups(1))])
         end if
         options%unit(i) = configuration%units%to_si(rules(target%rule), target%element, 1.0_dp)
-        plan%units(i) = unit_symbol(rules(target%rule), target%element, configuration%units)
+        plan%units(i) = trim(unit_symbol(rules(target%rule), target%element, configuration%units))
       end associate
       if (has(group, "with")) then
         call read(group, design_keys, "with", with, error)

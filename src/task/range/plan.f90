@@ -105,7 +105,7 @@ contains
     do i = 1, size(groups)
       call read(groups(i), sweep_keys, "parameter", path, error)
       plan%paths(i) = adjustl(path)
-      plan%units(i) = unit_symbol(schema%keys(targets(i)%rule), targets(i)%element, units)
+      plan%units(i) = trim(unit_symbol(schema%keys(targets(i)%rule), targets(i)%element, units))
     end do
     if (size(groups) == 2) then
       if (overlap(doc, targets)) then
