@@ -182,7 +182,7 @@ def test_other_tasks():
 
 LINE = SWEEP.count("\n") + 1
 REFUSED = [
-    ("unknown key", axis("drive.speed", 1, 2, 2), "parameter = 'drive.speed': unknown key 'speed': allowed are speed_rpm, held_by, flywheel_inertia"),
+    ("unknown key", axis("drive.speed", 1, 2, 2), "parameter = 'drive.speed': unknown key 'speed': allowed are speed_rpm, speed_hz, held_by, flywheel_inertia"),
     ("unknown group", axis("frme.mass", 1, 2, 2), "parameter = 'frme.mass': unknown group &frme: did you mean &frame?"),
     ("unknown link", axis("link(couplr).mass", 1, 2, 2),
      "parameter = 'link(couplr).mass': unknown link 'couplr'; did you mean 'coupler'?"),

@@ -20,7 +20,12 @@ int platform_gestell_exists(const char *name) { return access(name, F_OK) == 0; 
 
 int platform_gestell_is_folder(const char *name) {
   struct stat status;
-  return stat(name, &status) == 0 && S_ISDIR(status.st_mode) && access(name, X_OK) == 0;
+  if (stat(name, &status) != 0) return 0;
+  if (!S_ISDIR(status.st_mode)) {
+    errno = ENOTDIR;
+    return 0;
+  }
+  return access(name, X_OK) == 0;
 }
 
 int64_t platform_gestell_size(const char *name) {

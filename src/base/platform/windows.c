@@ -83,6 +83,7 @@ int platform_gestell_exists(const char *name) { return attributes(name) != INVAL
 
 int platform_gestell_is_folder(const char *name) {
   DWORD found = attributes(name);
+  if (found != INVALID_FILE_ATTRIBUTES && !(found & FILE_ATTRIBUTE_DIRECTORY)) errno = ENOTDIR;
   return found != INVALID_FILE_ATTRIBUTES && (found & FILE_ATTRIBUTE_DIRECTORY);
 }
 
