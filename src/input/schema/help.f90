@@ -241,7 +241,7 @@ contains
       words = decimal(key%least) // trim(merge(" or", " to", key%most == key%least + 1)) // " " // decimal(key%most) // " " &
         & // noun // "s"
     end if
-    unit = unit_symbol(key, 0, usual_units, as_list=.true.)
+    unit = trim(unit_symbol(key, 0, usual_units, as_list=.true.))
     if (unit /= "") words = words // ", " // unit
     words = words // range_of(key)
   end function values_of
