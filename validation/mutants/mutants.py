@@ -156,6 +156,9 @@ class Build:
         self.parts = {main: sorted(path for kind in kinds for path in self.objects.glob(kind + ".o"))
                       for main, kinds in (("test", ("src_*", "test_*", "*testdrive*")), ("app", ("src_*", "app_*")), ("c", ("src_*",)))}
         self.parts["c"].append(ROOT / "bindings/refusals.c")
+        # fpm keeps the objects of C elsewhere
+        for parts in self.parts.values():
+            parts += (ROOT / "src").rglob("*.c")
 
     def object_of(self, path):
         return self.objects / (path.replace("/", "_") + ".o")
