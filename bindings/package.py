@@ -220,7 +220,7 @@ def arrays():
 
 
 def results():
-    """The short ways to tables, and what is said where a task was not requested."""
+    """The short ways to tables, and the message if a task was not requested."""
     solution = gestell.Machine(ROOT / "data/compressor.nml").solve(["drawing", "modes", "joints"])
     check("frequencies", solution.natural_frequencies.unit == "Hz" and abs(solution.natural_frequencies - [5.5688, 11.2422,
                                                                                                            17.3382]).max() < 1e-4
@@ -357,10 +357,10 @@ def examples():
     """Examples of the docstrings."""
     for name in ("_array", "_machine", "_many", "_solution", "_table"):
         module = importlib.import_module("gestell." + name)
-        said = io.StringIO()
-        with contextlib.redirect_stdout(said):
+        printed = io.StringIO()
+        with contextlib.redirect_stdout(printed):
             found = doctest.testmod(module, extraglobs={"gestell": gestell}, optionflags=doctest.ELLIPSIS)
-        check(f"examples of {name}", found.attempted > 2 and found.failed == 0, said.getvalue()[:2000])
+        check(f"examples of {name}", found.attempted > 2 and found.failed == 0, printed.getvalue()[:2000])
     for one in gestell.__all__:
         check(f"{one} is described", bool(getattr(gestell, one).__doc__))
 
@@ -368,12 +368,12 @@ def examples():
 def session():
     """The sessions of doc/python.md run as they stand."""
     names = {}
-    said = io.StringIO()
+    printed = io.StringIO()
     for number, lines in enumerate((ROOT / "doc/python.md").read_text().split("```python\n")[1:]):
-        with contextlib.redirect_stdout(said):
+        with contextlib.redirect_stdout(printed):
             exec(compile(lines.split("```")[0], f"doc/python.md, {number}", "exec"), names)
-    told = said.getvalue().split()
-    check("doc/python.md", told[0] == "stable" and "Hz," in told, told)
+    words = printed.getvalue().split()
+    check("doc/python.md", words[0] == "stable" and "Hz," in words, words)
     check("its optimum", abs(names["best"] + 0.08) < 1e-12 and names["grid"].shape == (41, 3), (names["best"], names["grid"]))
 
 

@@ -32,7 +32,7 @@ contains
 
   !> Returns the error that the last operation failed, with the explanation of the operating system.
   subroutine report_system_error(what, code, error)
-    !> What failed, such as "cam.csv: cannot be read"
+    !> The operation that failed, for example "cam.csv: cannot be read"
     character(len=*), intent(in) :: what
     !> Exit code of the program for this error
     integer, intent(in) :: code

@@ -33,7 +33,7 @@ contains
     end do
   end subroutine starting_input
 
-  !> What kind of machine an input describes: its first line without the mark of a comment.
+  !> Kind of machine that an input describes: the first line of the input, without the comment mark.
   pure function title(text)
     character(len=*), intent(in) :: text
     character(len=:), allocatable :: title
