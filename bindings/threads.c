@@ -52,7 +52,7 @@ static void add_solution(record *to, gestell_solution solution) {
   }
 }
 
-/* Everything that is asked of one input: what is right, and three things that are wrong. */
+/* Reads and solves one machine: unchanged, with another speed, or with one of two mistakes. */
 static void examine(int job, record *to) {
   gestell_machine machine = gestell_new_machine();
   gestell_solution solution = NULL;
