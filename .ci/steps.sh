@@ -157,7 +157,7 @@ extremes() { run_linked validation extremes; }
 
 # ---- other compilers and packages
 
-# The library with gfortran 11, the oldest compiler: without optimisation, in one and a half minutes of two processors
+# The library with gfortran 11, the oldest compiler, and without OpenMP: without optimisation, in one and a half minutes of two processors
 compilers() {
   if ! command -v gfortran-11 >/dev/null; then
     echo 'skipped: gfortran-11 is missing (apt-get install gfortran-11)'

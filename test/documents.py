@@ -189,14 +189,14 @@ def page_blocks(page):
 
 def script_of(blocks, outputs):
     """A bash script that writes the page's files and runs its commands. The output of command i goes to the file i. A user's package
-    compiles the library without OpenMP: as test/use_as_library.sh does, with flags that take little time."""
-    flags = re.search(r"^without_openmp=('.*')$", text("test/use_as_library.sh"), re.M)[1]
+    compiles the library with the flags of `fpm test`, as test/use_as_library.sh does."""
+    flags = re.search(r"^debug_flags='(.*)'$", text("bootstrap"), re.M)[1] + " -fopenmp"
     lines = ["set -e"]
     for i, (language, block, file, grows) in enumerate(blocks):
         if language == "sh":
             if not shutil.which("gnuplot"):
                 block = block.replace(" --plot", "").replace(" --report", "")
-            block = re.sub(r"^fpm run$", f"FPM_FFLAGS={flags} fpm run", block, flags=re.M)
+            block = re.sub(r"^fpm run$", f"FPM_FFLAGS={shlex.quote(flags)} fpm run", block, flags=re.M)
             lines += [f"exec >{shlex.quote(str(outputs))}/{i} 2>&1", block]
         elif file:
             lines += [f"cat {'>>' if grows else '>'}{file} <<'END-OF-FILE'", f"{block}END-OF-FILE"]

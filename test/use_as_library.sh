@@ -8,8 +8,6 @@ export LC_ALL=C OPENBLAS_NUM_THREADS=1
 home=$PWD
 # The flags of `fpm test`, so that the checks of all steps compile the library once
 FPM_FFLAGS=$(sed -n "s/^debug_flags='\(.*\)'$/\1/p" bootstrap) && export FPM_FFLAGS
-# A user's package compiles the library without OpenMP. test/documents.py compiles it with the same flags.
-without_openmp='-O0 -fPIC'
 compiler=${FPM_FC:-gfortran}
 temporary=$(mktemp -d) || exit 1
 trap 'rm -rf "$temporary"' EXIT
@@ -29,13 +27,14 @@ check() {
   fi
 }
 
-# Another package that depends on the checkout. It must not fetch what only our tests need.
+# Another package that depends on the checkout. It must not fetch what only our tests need. Without -fopenmp fpm would compile the
+# library again, without threads; validation/compilers checks such a build. test/documents.py uses the same flags.
 dependent_package() {
   mkdir -p "$temporary/beside/user/app"
   ln -s "$home" "$temporary/beside/gestell"
   cp test/use_as_library/vinograd.f90 "$temporary/beside/user/app/main.f90"
   printf '%s\n' 'name = "user"' '[dependencies]' 'gestell = { path = "../gestell" }' >"$temporary/beside/user/fpm.toml"
-  (cd "$temporary/beside/user" && FPM_FFLAGS=$without_openmp fpm run) || return
+  (cd "$temporary/beside/user" && FPM_FFLAGS="$FPM_FFLAGS -fopenmp" fpm run) || return
   [ ! -e "$temporary/beside/user/build/dependencies/test-drive" ] || { echo 'test-drive was fetched'; return 1; }
 }
 

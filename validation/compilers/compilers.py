@@ -6,7 +6,7 @@ usage: validation/compilers/compilers.py [OPTION ...] REFERENCE BUILDS [TARGET .
 REFERENCE: program whose tables count as right; it is built by gfortran 12 and passes all tests. BUILDS: folder for the builds,
 which later runs continue. A target is a compiler of the list below; without a target, all compilers that are installed are used.
 
---quick            compile without optimisation and compare four inputs instead of all of data/
+--quick            compile without optimisation and without OpenMP, and compare four inputs instead of all of data/
 --tests NAME,...   also run these tests of test/cli (names of files without .py), with the programs for this system
 --lapack FOLDER    sources of the reference LAPACK, needed for other systems: apt-get source lapack
 
@@ -65,7 +65,7 @@ def compile_with(target, folder, lapack, quick):
     log = folder / "log"
     common = ["-G", "Ninja", f"-DCMAKE_Fortran_COMPILER={target.compiler}", "-DCMAKE_BUILD_TYPE=Release", *target.options]
     if quick:
-        common.append("-DCMAKE_Fortran_FLAGS_RELEASE=-O0")
+        common += ["-DCMAKE_Fortran_FLAGS_RELEASE=-O0", "-DGESTELL_OPENMP=OFF"]
     ending = ".exe" if "mingw" in target.cross else ""
     if target.cross:
         common.append(f"-DCMAKE_C_COMPILER={target.cross}gcc")

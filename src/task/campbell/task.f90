@@ -64,7 +64,7 @@ contains
     if (allocated(error)) return
     judgement = campbell_verdict(diagram%campbell)
     call result%add(campbell_table(diagram%campbell, judgement), plot_campbell(diagram%campbell, diagram%crossings, &
-      & context%configuration%orders, context%configuration%plan%base))
+      & context%configuration%plan%orders, context%configuration%plan%base))
     associate (crossings => diagram%crossings, unused => self)
       table = new_table("crossings", "Crossings", "", judgement, shown=.true.)
       table%model = model_of_modes
@@ -104,7 +104,7 @@ contains
       end select
     end if
     diagram%options%accuracy = context%configuration%accuracy
-    diagram%options%harmonics = context%configuration%harmonics(context%configuration%orders)
+    diagram%options%harmonics = context%configuration%harmonics(context%configuration%plan%orders)
     call context%members(context%configuration%plan%family, family, model_of_modes)
     call solve_campbell(family, context%configuration%speeds(), diagram%options, diagram%campbell, error, context%executor)
     if (.not. allocated(error)) call find_crossings(family, diagram%options, diagram%campbell, diagram%crossings, error, &

@@ -14,7 +14,7 @@ module gestell_task_common_configuration
   use gestell_input_schema, only: schema_type
   use gestell_task_range_plan, only: read_sweep, read_speeds, sweep_plan_type
   use gestell_input_schema_units, only: units_type
-  use gestell_task_common_keys, only: accuracy_keys, case_keys, model_keys, resonance_keys, response_keys
+  use gestell_task_common_keys, only: accuracy_keys, case_keys, model_keys, response_keys
   use gestell_model_frame, only: frame_type
   use gestell_model_mechanism, only: mechanism_type
   use gestell_output_table_result_units, only: result_units_type
@@ -34,8 +34,6 @@ module gestell_task_common_configuration
     type(accuracy_type) :: accuracy
     type(frame_type) :: frame
     type(probe_type), allocatable :: probes(:)
-    !> Highest order of the crank that is considered by tasks for a range of speeds.
-    integer :: orders = 6
     !> The sweep; not allocated if the input varies no parameter.
     type(sweep_plan_type), allocatable :: plan
     !> The input as the user typed it.
@@ -171,7 +169,6 @@ contains
       analysis%stability = .false.
       analysis%response = .false.
       call read(group_named(doc, "case"), case_keys, "title", configuration%title, error)
-      if (.not. allocated(error)) call read(group_named(doc, "resonance"), resonance_keys, "orders", configuration%orders, error)
       group = group_named(doc, "response")
       if (.not. allocated(error)) call read(group, response_keys, "points", analysis%points, error)
       if (.not. allocated(error)) call read(group, response_keys, "harmonics", analysis%harmonics, error)

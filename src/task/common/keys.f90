@@ -1,4 +1,4 @@
-!> Defines the keys of those input groups that several tasks use: &case, &model, &accuracy, &response, &resonance.
+!> Defines the keys of those input groups that several tasks use: &case, &model, &accuracy, &response.
 module gestell_task_common_keys
   use gestell_base_key, only: integer_key, joined, key_type, range_type, real_key, text_key
   use gestell_base_kinds, only: dp
@@ -39,12 +39,6 @@ module gestell_task_common_keys
     &   "`--one-line`; names as in `&resonance`", 1, 1, 20, otherwise="none"), &
     & key_type("response", "measures", text_key, "which values of the `quantities` to report: peak, rms, or the rms velocity " // &
     &   "within the frequency band of the probe", 1, 1, 3, word="peak", words="peak, rms, band")]
-
-  type(key_type), parameter, public :: resonance_keys(*) = [ &
-    & key_type("resonance", "quantities", text_key, "quantities to compute (`xi`, `f`, `probe(NAME).v`, ...)", 1, 1, 20, &
-    &   otherwise="the free ones of `'xi'`, `'eta'`, `'psi'`, and `'f'`"), &
-    & key_type("resonance", "orders", integer_key, "highest order of the crank speed that the task considers", &
-    &   default=6.0_dp, range=range_type(1.0_dp, 50.0_dp))]
 
 contains
 

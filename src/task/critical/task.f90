@@ -73,7 +73,7 @@ contains
           & // text(peak%crossing%mode) // ", order " // concise(peak%crossing%order, 4) // ")")
       end associate
     end if
-    call result%write_lines(report_critical(critical, context%configuration%orders, turns, judgement, warning))
+    call result%write_lines(report_critical(critical, context%configuration%plan%orders, turns, judgement, warning))
   end subroutine run
 
   !> The table critical.csv, which lists the critical speeds. `turns`: number of turns that the crank makes in the period.

@@ -1,4 +1,4 @@
-!> Defines the keys of the input group &sweep.
+!> Defines the keys of the input groups &sweep, and &resonance for the tasks over a range of speeds.
 module gestell_task_range_keys
   use gestell_base_key, only: integer_key, key_type, range_type, real_key, text_key
   use gestell_base_kinds, only: dp
@@ -26,5 +26,11 @@ module gestell_task_range_keys
     &   word="peak", words="peak, rms, band"), &
     & key_type("sweep", "format", text_key, "`'npy'` writes a NumPy array `sweep.npy` instead of `sweep.csv`; give this key " // &
     &   "in only one of the groups `&sweep`", word="csv", words="csv, npy")]
+
+  type(key_type), parameter, public :: resonance_keys(*) = [ &
+    & key_type("resonance", "quantities", text_key, "quantities to compute (`xi`, `f`, `probe(NAME).v`, ...)", 1, 1, 20, &
+    &   otherwise="the free ones of `'xi'`, `'eta'`, `'psi'`, and `'f'`"), &
+    & key_type("resonance", "orders", integer_key, "highest order of the crank speed that the task considers", &
+    &   default=6.0_dp, range=range_type(1.0_dp, 50.0_dp))]
 
 end module gestell_task_range_keys

@@ -14,7 +14,7 @@ module gestell_task_range_plan
   use gestell_input_wording, only: lower, shown
   use gestell_input_schema_units, only: unit_symbol, units_type
   use gestell_task_range_columns, only: find_group, read_sweep_options
-  use gestell_task_range_keys, only: sweep_keys
+  use gestell_task_range_keys, only: resonance_keys, sweep_keys
   use gestell_model_frame, only: frame_type
   use gestell_model_quantity_rows, only: probe_type
   use gestell_output_table_result_units, only: result_units_type
@@ -42,6 +42,8 @@ module gestell_task_range_plan
     real(dp), allocatable :: base(:)
     !> Units of the results.
     type(result_units_type) :: result_units
+    !> Highest order of the crank speed that the tasks over a range of speeds consider.
+    integer :: orders = 0
   contains
     procedure :: period_varies
   end type sweep_plan_type
@@ -145,11 +147,11 @@ contains
       & // " points in total; at most " // integer_text(most) // " can be computed", error)
   end subroutine limit_points
 
-  !> Checks whether the sweep of `plan` is suitable for tasks that vary the speed. Fails if the sweep varies another parameter, if
-  !> it has fewer than two speeds, or if its range includes standstill.
+  !> Completes the plan for tasks that vary the speed by the highest order that they consider. Fails if the sweep varies another
+  !> parameter, if it has fewer than two speeds, or if it includes standstill.
   subroutine read_speeds(doc, plan, error)
     type(document_type), intent(in) :: doc
-    type(sweep_plan_type), intent(in) :: plan
+    type(sweep_plan_type), intent(inout) :: plan
     type(error_type), allocatable, intent(out) :: error
     type(group_type), allocatable :: groups(:)
 
@@ -162,6 +164,7 @@ contains
       call input_error(groups(1), "count", "must be at least 2 for the tasks resonance, critical and campbell", error)
     end if
     if (.not. allocated(error)) call refuse_standstill(groups, plan, error)
+    if (.not. allocated(error)) call read(group_named(doc, "resonance"), resonance_keys, "orders", plan%orders, error)
   end subroutine read_speeds
 
   !> Checks the ranges of speeds. Fails if a range includes zero.

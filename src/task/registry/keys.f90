@@ -3,9 +3,9 @@ module gestell_task_registry_keys
   use gestell_input_machine_groups, only: machine_schema
   use gestell_input_schema, only: group_rule, schema_type
   use gestell_task_boundary_keys, only: boundary_keys
-  use gestell_task_common_keys, only: accuracy_keys, case_keys_of, model_keys, resonance_keys, response_keys
+  use gestell_task_common_keys, only: accuracy_keys, case_keys_of, model_keys, response_keys
   use gestell_task_common_words, only: shared_words, task_words
-  use gestell_task_range_keys, only: sweep_keys
+  use gestell_task_range_keys, only: resonance_keys, sweep_keys
   implicit none (type, external)
   private
 

@@ -17,7 +17,7 @@ module gestell_task_resonance_task
   use gestell_task_common_configuration, only: configuration_type
   use gestell_task_common_context, only: context_type
   use gestell_task_common_locked_family, only: locked_family_type
-  use gestell_task_common_keys, only: resonance_keys
+  use gestell_task_range_keys, only: resonance_keys
   use gestell_task_resonance_curve, only: resonance_curve_type, solve_curve
   use gestell_output_picture_script, only: figure_type
   use gestell_task_resonance_order_map, only: plot_order_map
@@ -77,7 +77,7 @@ contains
     associate (configuration => context%configuration)
       options%names = self%quantities%name
       options%probes = configuration%probes
-      options%harmonics = configuration%harmonics(configuration%orders)
+      options%harmonics = configuration%harmonics(configuration%plan%orders)
       turns = configuration%turns()
       options%accuracy = configuration%accuracy
       call solve_curve(family, options, configuration%speeds(), curve, error, context%executor)
