@@ -267,9 +267,9 @@ const frame = address => new Promise(done => {
   const controls = [...d.querySelectorAll('.live .value :is(input,select)')];
   const field = label => controls.find(e => e.getAttribute('aria-label').replace(/ [(][^)]*[)](?=,|$)/, '') === label);
   const speed = field('speed_rpm of drive'), slider = field('speed_rpm of drive, slider');
-  found.fields = d.querySelectorAll('.live .value').length;
-  found.expected = w.eval('state.parameters.reduce((n, p) => n + p.values.filter(v => v !== null).length, 0)');
-  found.unlabelled = [...d.querySelectorAll('.live :is(input,select)')].filter(e => !e.getAttribute('aria-label')).length;
+  found.fields = d.querySelectorAll('.live :is(.value,.choice)').length;
+  found.expected = w.eval('state.parameters.reduce((n, p) => n + (p.list && p.words ? 1 : p.values.filter(v => v !== null).length), 0)');
+  found.unlabelled = [...d.querySelectorAll('.live :is(input,select)')].filter(e => !e.getAttribute('aria-label') && !e.labels.length).length;
   found.before = d.querySelector('.live .state').textContent;
   const views = d.querySelector('.viewer .views').innerHTML, curve = d.querySelector('.curves polyline').getAttribute('points');
   slider.value = 1.5 * slider.value;
@@ -306,6 +306,18 @@ const frame = address => new Promise(done => {
   fire(w, radius, 'change');
   await settled(w);
   found.mended = [d.querySelector('.live .state').className, radius.getAttribute('aria-invalid'), d.body.className];
+  // words to choose from: one more, the first ones off again, while the last stays, and back
+  const choice = d.querySelector('.live .choice'), tick = word => choice.querySelector(`[value=${word}]`);
+  found.ticked = [...choice.querySelectorAll(':checked')].map(e => e.value).join();
+  tick('joints').click();
+  await settled(w);
+  found.chosen = /tasks *= *([^/]*)/.exec(w.eval('state.text'))[1].replace(/\\s/g, '');
+  for (const e of choice.querySelectorAll(':checked')) e.click();
+  await settled(w);
+  found.least = [...choice.querySelectorAll(':checked')].length;
+  for (const word of ['stability', 'response', 'joints']) tick(word).click();
+  await settled(w);
+  found.asBefore = [...choice.querySelectorAll(':checked')].map(e => e.value).join() === found.ticked;
   // unstable, and the button of the page
   speed.value = 3144;
   fire(w, speed, 'change');
@@ -416,12 +428,13 @@ def browser():
     found["hurried requests"] = found.get("requests", 999) < 10
     expected = {"fields": found.get("expected"), "unlabelled": 0, "speed": ["360", True], "moved": True, "curve": True,
                 "shownSpeed": True, "saved": True, "hurried": True, "hurried requests": True, "reset": "240", "restored": "240",
-                "kept": True, "forth": "18", "forward": "19", "button": "true",
+                "kept": True, "forth": "18", "forward": "19", "button": "true", "least": 1, "asBefore": True,
                 "link": True, "back": True, "foreign": [], "repeated": []}
     for width in 1280, 660, 390:
         expected |= {f"overflow{width}": 0, f"unreachable{width}": []}
     for name, value in expected.items():
         check(f"in the browser: {name}", found.get(name) == value, found.get(name))
+    check("in the browser: chosen", found.get("chosen") == "'stability','response','joints'", found.get("chosen"))
     check("in the browser: address", 100 < found.get("address", 0) < 4000, found.get("address"))
     check("in the browser: refused", "failed" in found["refused"][0] and "\n" not in found["refused"][1]
           and found["refused"][2:] == ["true", "outdated"], found["refused"])

@@ -90,8 +90,15 @@ function setSlider(slider, value, { least, most, positive, whole, values }) {
   Object.assign(slider, { min: low, max: high, step: whole ? 1 : 'any', value });
 }
 
+// Whether a key takes any number of the words that it allows: each word has a box to tick, all boxes stand for one value.
+const isChoice = ({ list, words }) => list && words;
+const placesOf = parameter =>
+  isChoice(parameter) ? [0] : parameter.values.flatMap((value, place) => value === null ? [] : [place]);
+
 // Path of a single value. Matrices are given column by column.
-function pathOf({ path, values, rows }, place) {
+function pathOf(parameter, place) {
+  const { path, values, rows } = parameter;
+  if (isChoice(parameter)) return path;
   if (rows) return `${path}(${place % rows + 1},${Math.floor(place / rows) + 1})`;
   return values.length > 1 ? `${path}(${place + 1})` : path;
 }
@@ -154,6 +161,27 @@ function addValue(parameter, place, box, help) {
   controls.set(path, { field, slider, parameter });
 }
 
+function addChoice(parameter, box, help) {
+  const { path } = parameter, field = make('div', { className: 'choice', role: 'group' });
+  field.setAttribute('aria-label', path);
+  field.setAttribute('aria-describedby', help);
+  const boxes = parameter.words.split(/, */).map(word => make('input', { type: 'checkbox', value: word }));
+  field.append(...boxes.map(each => make('label', {}, each, ' ' + each.value)));
+  field.onchange = event => {
+    const chosen = boxes.filter(each => each.checked);
+    // one word at least
+    if (chosen.length) change(path, chosen.map(each => `'${each.value}'`).join(), true);
+    else event.target.checked = true;
+  };
+  const show = ({ values }) => {
+    const chosen = values.map(word => word.toLowerCase());
+    for (const each of boxes) each.checked = chosen.includes(each.value.toLowerCase());
+  };
+  show(parameter);
+  box.append(field);
+  controls.set(path, { field, parameter, show });
+}
+
 function addFields() {
   const open = new Set([...fields.querySelectorAll('details[open]')].map(each => each.dataset.group));
   const first = !fields.children.length;
@@ -174,7 +202,8 @@ function addFields() {
     const range = rangeOf(parameter), help = make('p', { className: 'help', id }, parameter.meaning + (range ? ': ' + range : ''));
     label.title = help.textContent;
     box.append(label);
-    parameter.values.forEach((value, place) => value === null || addValue(parameter, place, box, id));
+    if (isChoice(parameter)) addChoice(parameter, box, id);
+    else for (const place of placesOf(parameter)) addValue(parameter, place, box, id);
     box.append(help);
     group.append(box);
   });
@@ -182,22 +211,25 @@ function addFields() {
 
 // Values that others than the reader have changed. The field in which the reader types stays, unless another machine is shown.
 function refreshFields(another) {
-  const paths = state.parameters.flatMap(one => one.values.flatMap((value, place) => value === null ? [] : [pathOf(one, place)]));
+  const paths = state.parameters.flatMap(one => placesOf(one).map(place => pathOf(one, place)));
   const units = list => list.map(({ unit }) => unit).join();
   const known = [...new Set([...controls.values()].map(({ parameter }) => parameter))];
   if (paths.join() !== [...controls.keys()].join() || units(known) !== units(state.parameters)) addFields();
-  for (const parameter of state.parameters) parameter.values.forEach((value, place) => {
-    const path = pathOf(parameter, place), control = controls.get(path);
-    if (!control) return;
+  for (const parameter of state.parameters) for (const place of placesOf(parameter)) {
+    const path = pathOf(parameter, place), control = controls.get(path), value = parameter.values[place];
     control.parameter = parameter;
     control.field.removeAttribute('aria-invalid');
-    const typing = [control.field, control.slider].includes(document.activeElement);
-    if (changes.has(path) || typing && !another) return;
+    const typing = [control.field, control.slider].some(each => each?.contains(document.activeElement));
+    if (changes.has(path) || typing && !another) continue;
+    if (control.show) {
+      control.show(parameter);
+      continue;
+    }
     const shown = control.field.value;
-    if ('least' in parameter ? shown !== '' && +shown === value : shown === value) return;
+    if ('least' in parameter ? shown !== '' && +shown === value : shown === value) continue;
     control.field.value = value ?? '';
     if (control.slider) setSlider(control.slider, value, parameter);
-  });
+  }
 }
 
 // ---- requests
