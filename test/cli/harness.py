@@ -11,6 +11,8 @@ from pathlib import Path
 
 from broken_inputs import SOUND
 
+# Environment in which the program draws pictures as SVG only. For tests that do not look at PNG and GIF files.
+SVG_ONLY = {"PATH": f"{Path(__file__).resolve().parent / 'svg_only'}:{os.environ['PATH']}"}
 # Time limit of a run. It is far longer than any run takes on a busy computer, so only a run that hangs reaches it.
 SECONDS = 600
 

@@ -11,7 +11,7 @@ import xml.etree.ElementTree
 from pathlib import Path
 
 from broken_inputs import SOUND
-from harness import SECONDS, Folder, Run, check, equal
+from harness import SECONDS, SVG_ONLY, Folder, Run, check, equal
 
 DATA = Path(__file__).resolve().parents[2] / "data"
 GNUPLOT = shutil.which("gnuplot")
@@ -187,7 +187,7 @@ def test_report():
         check("report: file names as captions", not re.search(r"<caption>\w+\.csv", text), "none", "a file name")
         check("report: policy", "default-src 'none'" in text, "the page loads nothing", text[:600])
         shown("report", folder / "input/report.html", page.pictures)
-        again = Run(folder, "-q", "--report", "--set", "drive.speed_rpm=200", "input.nml")
+        again = Run(folder, "-q", "--report", "--set", "drive.speed_rpm=200", "input.nml", environment=SVG_ONLY)
         again.done("report, quiet")
         equal("report, quiet: nothing printed", again.out, "")
         same = (folder / "input/report.html").read_text(encoding="utf-8")
@@ -198,7 +198,7 @@ def test_report():
 def test_units():
     """A table on the page shows all forces in one unit, that of the largest."""
     with Folder(input=(DATA / "engine_four_stroke.nml").read_text()) as folder:
-        if Run(folder, "-q", "--report", "-s", "case.tasks='joints'", "input.nml").done("units"):
+        if Run(folder, "-q", "--report", "-s", "case.tasks='joints'", "input.nml", environment=SVG_ONLY).done("units"):
             text = (folder / "input/report.html").read_text(encoding="utf-8")
             for table in re.findall(r"<table>.*?</table>", text, re.S):
                 units = re.findall(r"<th[^>]*>f\w* [^<]*\((k?N)\)", table)
@@ -212,7 +212,7 @@ def test_hostile_report():
         return
     probes = "".join(f"&probe name='{name}', position=0.1,0.1, limit_mm_s=5 /\n" for name in HOSTILE_NAMES)
     with Folder(input=FULL.replace("title = '", f"title = '{HOSTILE}") + probes) as folder:
-        if not Run(folder, "-q", "--report", "input.nml").done("hostile names"):
+        if not Run(folder, "-q", "--report", "input.nml", environment=SVG_ONLY).done("hostile names"):
             return
         page = read(folder / "input")
         equal("hostile names: tags", (page.open, page.wrong, page.outside), ([], [], []))
@@ -238,12 +238,12 @@ def test_report_of_a_part():
         return
     with Folder(input=FULL) as folder:
         Run(folder, "-q", "input.nml").done("a full run")
-        Run(folder, "-q", "--report", "--set", "case.tasks=stability", "input.nml").done("only stability")
+        Run(folder, "-q", "--report", "--set", "case.tasks=stability", "input.nml", environment=SVG_ONLY).done("only stability")
         equal("only stability: parts", read(folder / "input").headings[1:],
               [*TOP, *MACHINE, "Stability", "Input", "Report"])
     sweep = "&sweep parameter='drive.speed_rpm', from=200, to=300, count=40 /\n"
     with Folder(input=SOUND.replace("'stability', 'response'", "'sweep'") + sweep) as folder:
-        Run(folder, "-q", "--report", "input.nml").done("report of a sweep")
+        Run(folder, "-q", "--report", "input.nml", environment=SVG_ONLY).done("report of a sweep")
         equal("sweep: parts", read(folder / "input").headings[1:], [*TOP, *MACHINE, "Sweep", "Input", "Report"])
 
 

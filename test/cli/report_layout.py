@@ -5,7 +5,7 @@ import re
 import shutil
 from pathlib import Path
 
-from harness import Folder, Run, check, equal
+from harness import SVG_ONLY, Folder, Run, check, equal
 
 DATA = Path(__file__).resolve().parents[2] / "data"
 # Fewer points for large sweeps; the width of the tables does not change.
@@ -92,7 +92,7 @@ def test_verbose():
         for words in DIAGNOSTICS:
             check(f"json: '{words}'", words in flat, words, flat)
         if shutil.which("gnuplot"):
-            Run(folder, "-q", "--report", "-o", "page", DATA / "compressor.nml").done("page")
+            Run(folder, "-q", "--report", "-o", "page", DATA / "compressor.nml", environment=SVG_ONLY).done("page")
             page = (folder / "page" / "report.html").read_text()
             before, _, folded = page.partition("<summary>accuracy of the numerical solution</summary>")
             check("page: in a folded section", "accuracy   " in folded and "accuracy   " not in before, "in its fold", folded[:500])

@@ -4,7 +4,7 @@ import re
 import resource
 
 from broken_inputs import SOUND, changed
-from harness import Folder, Run, check, equal
+from harness import SVG_ONLY, Folder, Run, check, equal
 
 CONTROLS = re.compile(r"[\x00-\x09\x0b-\x1f\x7f-\x9f]")
 
@@ -16,7 +16,7 @@ def test_names_of_files():
                               ("m\u00fcller.nml", "m\u00fcller.nml", "m\u00fcller.nml")):
         with Folder() as folder:
             (folder / name).write_text(SOUND)
-            run = Run(folder, "--report", "--set", "case.title=a\x7ft", "-o", "out", name)
+            run = Run(folder, "--report", "--set", "case.title=a\x7ft", "-o", "out", name, environment=SVG_ONLY)
             head, *lines = run.out.split("\n\n")[1].splitlines()
             equal(f"{shown}, report", (head, lines[0]), ("  title      a?t", f"  input      {shown}"))
             check(f"{shown}, report, control characters", not CONTROLS.search(run.out), "none", repr(run.out[:300]))

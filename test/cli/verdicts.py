@@ -10,7 +10,7 @@ import json
 import re
 import shutil
 
-from harness import Folder, Run, check, equal, files
+from harness import SVG_ONLY, Folder, Run, check, equal, files
 
 SIEVE = """&case title = 'Sieve', tasks = 'response', 'forces', 'power' /
 &drive speed_rpm = 229.0 /
@@ -209,7 +209,7 @@ def test_page():
         print("skip  the verdict on a page: there is no gnuplot")
         return
     with Folder(input=SIEVE) as folder:
-        Run(folder, "-q", "--report", *tasks("response"), *ABOUT_REST, "input.nml").done("page")
+        Run(folder, "-q", "--report", *tasks("response"), *ABOUT_REST, "input.nml", environment=SVG_ONLY).done("page")
         page = (folder / "input/report.html").read_text(encoding="utf-8")
         top = page.partition('<section id="summary">')[2].partition("</section>")[0]
         check("page: verdict", '<p class="verdict unstable"><strong>unstable</strong>' in top, "in the headline", top[-900:])
@@ -218,7 +218,7 @@ def test_page():
         for name in ("response", "harmonics", "probes"):
             check(f"{name}.gp: title", '"UNSTABLE: ' in (folder / "input" / f"{name}.gp").read_text(), "UNSTABLE", "none")
     with Folder(input=SIEVE + SPEEDS) as folder:
-        Run(folder, "-q", "--report", *tasks("resonance"), "input.nml").done("page of a curve")
+        Run(folder, "-q", "--report", *tasks("resonance"), "input.nml", environment=SVG_ONLY).done("page of a curve")
         page = (folder / "input/report.html").read_text(encoding="utf-8")
         top = page.partition('<section id="summary">')[2].partition("</section>")[0]
         check("page of a curve", '<p class="verdict unstable">UNSTABLE at ' in top, "in the summary", top[-600:])
