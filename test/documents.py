@@ -232,7 +232,8 @@ def run_page(page, folder):
     work.mkdir(parents=True)
     (work / "gestell").symlink_to(ROOT)
     blocks = page_blocks(page)
-    own = {"HOME": str(folder / "home"), "PATH": f"{folder}/home/.local/bin:{os.environ['PATH']}"}
+    # Pages show pictures as SVG only.
+    own = {"HOME": str(folder / "home"), "PATH": f"{ROOT}/test/cli/svg_only:{folder}/home/.local/bin:{os.environ['PATH']}"}
     done = subprocess.run(
         ["bash"], input=script_of(blocks, outputs), cwd=work, env=os.environ | own, capture_output=True, text=True, timeout=600
     )
