@@ -9,9 +9,6 @@ module gestell_model_linkage_diagnosis
   use gestell_model_joints_driven, only: driven_joint
   use gestell_model_joints_path, only: direction
   use gestell_model_joints_joint, only: form_type, named_joint_type, point_type, transmission_type
-  use gestell_model_joints_types_crank, only: crank_joint
-  use gestell_model_joints_types_ground, only: ground_joint
-  use gestell_model_joints_types_rrr, only: rrr_joint
   use gestell_model_linkage, only: linkage_type
   implicit none (type, external)
   private
@@ -71,6 +68,28 @@ module gestell_model_linkage_diagnosis
     type(jet) :: angle
     type(extremes_type) :: swing
   end type link_track_type
+
+  interface
+    !> Index of the earliest crank pin on the shaft of joint `i`, if joint `i` is a later crank pin on it: both have the same
+    !> position of the pivot and the same ratio. Otherwise 0.
+    pure module function shaft_of(linkage, at, i) result(first)
+      implicit none (type, external)
+      class(linkage_type), intent(in) :: linkage
+      !> Points of all joints at one crank angle
+      type(point_type), intent(in) :: at(:)
+      integer, intent(in) :: i
+      integer :: first
+    end function shaft_of
+
+    !> Grashof's class of a four-bar linkage, in which an RRR dyad connects the crank pin to a ground joint. Because the crank can
+    !> turn, the sum of the shortest and the longest link is less than the sum of the other two (Grashof's rule); the shortest link
+    !> determines the class. Empty for other mechanisms.
+    module function grashof_class(linkage)
+      implicit none (type, external)
+      class(linkage_type), intent(in) :: linkage
+      character(len=40) :: grashof_class
+    end function grashof_class
+  end interface
 
 contains
 
@@ -227,82 +246,5 @@ contains
     diagnosis%higher_pairs = diagnosis%higher_pairs + shafts - 1
     diagnosis%mobility = 3 * (diagnosis%links - 1) - 2 * diagnosis%pairs - diagnosis%higher_pairs
   end subroutine count_links
-
-  !> Index of the earliest crank pin on the shaft of joint `i`, if joint `i` is a later crank pin on it: both have the same position
-  !> of the pivot and the same ratio. Otherwise 0.
-  pure integer function shaft_of(linkage, at, i) result(first)
-    class(linkage_type), intent(in) :: linkage
-    !> Points of all joints at one crank angle
-    type(point_type), intent(in) :: at(:)
-    integer, intent(in) :: i
-
-    select type (pin => linkage%joints(i)%joint)
-    class is (crank_joint)
-      do first = 1, i - 1
-        select type (other => linkage%joints(first)%joint)
-        class is (crank_joint)
-          associate (one => at(pin%pivot), two => at(other%pivot))
-            if (.not. abs(one%x%v - two%x%v) + abs(one%y%v - two%y%v) > 0 .and. other%ratio == pin%ratio) return
-          end associate
-        end select
-      end do
-    end select
-    first = 0
-  end function shaft_of
-
-  !> Grashof's class of a four-bar linkage, in which an RRR dyad connects the crank pin to a ground joint. Because the crank can
-  !> turn, the sum of the shortest and the longest link is less than the sum of the other two (Grashof's rule); the shortest link
-  !> determines the class. Empty for other mechanisms.
-  character(len=40) function grashof_class(linkage)
-    class(linkage_type), intent(in) :: linkage
-    type(point_type) :: at(size(linkage%joints))
-    type(form_type) :: form
-    real(dp) :: lengths(4)
-    integer :: i, crank, dyad, other
-
-    grashof_class = ""
-    crank = 0
-    dyad = 0
-    do i = 1, size(linkage%joints)
-      call linkage%joints(i)%joint%describe(form)
-      if (form%links == 0) cycle
-      select type (joint => linkage%joints(i)%joint)
-      class is (crank_joint)
-        if (crank > 0) return
-        crank = i
-      class is (rrr_joint)
-        if (dyad > 0) return
-        dyad = i
-      class default
-        return
-      end select
-    end do
-    if (dyad == 0) return
-    select type (joint => linkage%joints(dyad)%joint)
-    class is (rrr_joint)
-      if (.not. any(joint%ends == crank)) return
-      other = sum(joint%ends) - crank
-      lengths(2) = joint%lengths(findloc(joint%ends, crank, dim=1))
-      lengths(3) = joint%lengths(findloc(joint%ends, other, dim=1))
-    end select
-    select type (joint => linkage%joints(other)%joint)
-    class is (ground_joint)
-    class default
-      return
-    end select
-    call linkage%points(0.0_dp, at)
-    select type (joint => linkage%joints(crank)%joint)
-    class is (crank_joint)
-      lengths(1) = joint%radius
-      lengths(4) = hypot(at(other)%x%v - at(joint%pivot)%x%v, at(other)%y%v - at(joint%pivot)%y%v)
-    end select
-    select case (minloc(lengths, dim=1))
-    case (1)
-      grashof_class = "crank-rocker (shortest link: crank)"
-    case (4)
-      grashof_class = "double crank (shortest link: frame)"
-    case default ! the class has no name
-    end select
-  end function grashof_class
 
 end module gestell_model_linkage_diagnosis

@@ -2,25 +2,13 @@
 module gestell_model_linkage
   use gestell_base_dictionary, only: dictionary_type
   use gestell_base_error, only: error_type, fatal_error, invalid_input
-  use gestell_base_kinds, only: dp, pi
-  use gestell_model_linkage_assembly, only: prove_assembly
-  use gestell_model_linkage_gas, only: set_gas_force
+  use gestell_base_kinds, only: dp
   use gestell_model_linkage_load, only: action_type, add_load_sums, ground_body, load_action, load_type
-  use gestell_model_linkage_kinks, only: find_kinks
   use gestell_model_linkage_bodies, only: link_type, move_link, sum_drive, sum_masses, tabulate_masses
   use gestell_model_joints_data, only: check_finite
-  use gestell_model_joints_driven, only: driven_joint
   use gestell_model_joints_guide, only: guide_type
   use gestell_model_joints_joint, only: joint_type, named_joint_type, point_type
   use gestell_model_joints_path, only: batch, path_type, copy_batch
-  use gestell_model_joints_types_crank, only: crank_joint
-  use gestell_model_joints_types_ground, only: ground_joint
-  use gestell_model_joints_types_prp, only: prp_joint
-  use gestell_model_joints_types_rigid, only: rigid_joint
-  use gestell_model_joints_types_rpp, only: rpp_joint
-  use gestell_model_joints_types_rpr, only: rpr_joint
-  use gestell_model_joints_types_rrp, only: rrp_joint
-  use gestell_model_joints_types_rrr, only: rrr_joint
   use gestell_model_mechanism, only: drive_columns, load_sums_type, mass_functions_type, mechanism_type
   implicit none (type, external)
   private
@@ -51,110 +39,100 @@ module gestell_model_linkage
     procedure :: find, points, mass_functions, tabulate, tabulate_drive, sum_loads, prepare, check, link_offset
   end type linkage_type
 
+  interface
+    !> Adds a joint that is fixed to the frame at `position` (m).
+    module subroutine add_ground(self, name, position, error)
+      implicit none (type, external)
+      class(linkage_type), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      real(dp), intent(in) :: position(2)
+      type(error_type), allocatable, intent(out) :: error
+    end subroutine add_ground
+
+    !> Adds a crank pin: a joint at the distance `radius` (m) from the joint `pivot`. The direction from the pivot to the pin is
+    !> the crank angle + `phase` (rad).
+    module subroutine add_crank(self, name, pivot, radius, phase, error)
+      implicit none (type, external)
+      class(linkage_type), intent(inout) :: self
+      character(len=*), intent(in) :: name, pivot
+      real(dp), intent(in) :: radius, phase
+      type(error_type), allocatable, intent(out) :: error
+    end subroutine add_crank
+
+    !> Adds the joint of a dyad RRR, at the distances `lengths` (m) from the joints `ends`. The joint is on the left of the line
+    !> from ends(1) to ends(2) if `branch` = 1, and on the right if `branch` = -1.
+    module subroutine add_rrr(self, name, ends, lengths, branch, error)
+      implicit none (type, external)
+      class(linkage_type), intent(inout) :: self
+      character(len=*), intent(in) :: name, ends(:)
+      real(dp), intent(in) :: lengths(2)
+      integer, intent(in) :: branch
+      type(error_type), allocatable, intent(out) :: error
+    end subroutine add_rrr
+
+    !> Adds a slider on a guide at the distance `length` (m) from the joint `end`. Two positions have this distance: `branch` = 1 is
+    !> the position farther along the guide, `branch` = -1 the other position.
+    module subroutine add_rrp(self, name, end, length, guide, branch, error)
+      implicit none (type, external)
+      class(linkage_type), intent(inout) :: self
+      character(len=*), intent(in) :: name, end
+      real(dp), intent(in) :: length
+      type(guide_type), intent(in) :: guide
+      integer, intent(in) :: branch
+      type(error_type), allocatable, intent(out) :: error
+    end subroutine add_rrp
+
+    !> Adds a point of a slotted lever. The lever turns about `ends(2)`, and its slot passes through `ends(1)`. The point is at the
+    !> distance `length` (m) from `ends(2)`. It lies toward `ends(1)` if `branch` = 1, and on the opposite side if `branch` = -1.
+    module subroutine add_rpr(self, name, ends, length, branch, error)
+      implicit none (type, external)
+      class(linkage_type), intent(inout) :: self
+      character(len=*), intent(in) :: name, ends(:)
+      real(dp), intent(in) :: length
+      integer, intent(in) :: branch
+      type(error_type), allocatable, intent(out) :: error
+    end subroutine add_rpr
+
+    !> Adds a point of the body that carries the joints `ends`. The point is at the distance offset(1) from `ends(1)` toward
+    !> `ends(2)`, and at the distance offset(2) to the left of this line (m).
+    module subroutine add_rigid(self, name, ends, offset, error)
+      implicit none (type, external)
+      class(linkage_type), intent(inout) :: self
+      character(len=*), intent(in) :: name, ends(:)
+      real(dp), intent(in) :: offset(2)
+      type(error_type), allocatable, intent(out) :: error
+    end subroutine add_rigid
+
+    !> Adds the pin of two sliders, at the intersection of their guides.
+    module subroutine add_prp(self, name, guides, error)
+      implicit none (type, external)
+      class(linkage_type), intent(inout) :: self
+      character(len=*), intent(in) :: name
+      type(guide_type), intent(in) :: guides(2)
+      type(error_type), allocatable, intent(out) :: error
+    end subroutine add_prp
+
+    !> Adds a yoke on a guide. The joint `end` slides in the yoke's slot, which makes the angle `slot_angle` (rad) with the guide.
+    !> The new joint is the intersection of slot and guide.
+    module subroutine add_rpp(self, name, end, guide, slot_angle, error)
+      implicit none (type, external)
+      class(linkage_type), intent(inout) :: self
+      character(len=*), intent(in) :: name, end
+      type(guide_type), intent(in) :: guide
+      real(dp), intent(in) :: slot_angle
+      type(error_type), allocatable, intent(out) :: error
+    end subroutine add_rpp
+
+    !> Proves that the linkage can turn, and computes its `angle_scale`, `terms`, `kinks` and `has_crank`. Fails if the linkage has
+    !> no crank or cylinder, if it has no link, or if it cannot be assembled at some crank angle (see `prove_assembly`).
+    module subroutine prepare(self, error)
+      implicit none (type, external)
+      class(linkage_type), intent(inout) :: self
+      type(error_type), allocatable, intent(out) :: error
+    end subroutine prepare
+  end interface
+
 contains
-
-  !> Adds a joint that is fixed to the frame at `position` (m).
-  subroutine add_ground(self, name, position, error)
-    class(linkage_type), intent(inout) :: self
-    character(len=*), intent(in) :: name
-    real(dp), intent(in) :: position(2)
-    type(error_type), allocatable, intent(out) :: error
-
-    call self%add_joint(name, ground_joint(position), error)
-  end subroutine add_ground
-
-  !> Adds a crank pin: a joint at the distance `radius` (m) from the joint `pivot`. The direction from the pivot to the pin is the
-  !> crank angle + `phase` (rad).
-  subroutine add_crank(self, name, pivot, radius, phase, error)
-    class(linkage_type), intent(inout) :: self
-    character(len=*), intent(in) :: name, pivot
-    real(dp), intent(in) :: radius, phase
-    type(error_type), allocatable, intent(out) :: error
-    integer :: joint
-
-    call self%find(pivot, joint, error)
-    if (.not. allocated(error)) call self%add_joint(name, crank_joint(pivot=joint, radius=radius, phase=phase), error)
-  end subroutine add_crank
-
-  !> Adds the joint of a dyad RRR, at the distances `lengths` (m) from the joints `ends`. The joint is on the left of the line from
-  !> ends(1) to ends(2) if `branch` = 1, and on the right if `branch` = -1.
-  subroutine add_rrr(self, name, ends, lengths, branch, error)
-    class(linkage_type), intent(inout) :: self
-    character(len=*), intent(in) :: name, ends(:)
-    real(dp), intent(in) :: lengths(2)
-    integer, intent(in) :: branch
-    type(error_type), allocatable, intent(out) :: error
-    integer :: joints(2)
-
-    call find_both(self, "joint '" // name // "'", ends, joints, error)
-    if (.not. allocated(error)) call self%add_joint(name, rrr_joint(joints, lengths, branch), error)
-  end subroutine add_rrr
-
-  !> Adds a slider on a guide at the distance `length` (m) from the joint `end`. Two positions have this distance: `branch` = 1 is
-  !> the position farther along the guide, `branch` = -1 the other position.
-  subroutine add_rrp(self, name, end, length, guide, branch, error)
-    class(linkage_type), intent(inout) :: self
-    character(len=*), intent(in) :: name, end
-    real(dp), intent(in) :: length
-    type(guide_type), intent(in) :: guide
-    integer, intent(in) :: branch
-    type(error_type), allocatable, intent(out) :: error
-    integer :: joint
-
-    call self%find(end, joint, error)
-    if (.not. allocated(error)) call self%add_joint(name, rrp_joint(guide, joint, length, branch), error)
-  end subroutine add_rrp
-
-  !> Adds a point of a slotted lever. The lever turns about `ends(2)`, and its slot passes through `ends(1)`. The point is at the
-  !> distance `length` (m) from `ends(2)`. It lies toward `ends(1)` if `branch` = 1, and on the opposite side if `branch` = -1.
-  subroutine add_rpr(self, name, ends, length, branch, error)
-    class(linkage_type), intent(inout) :: self
-    character(len=*), intent(in) :: name, ends(:)
-    real(dp), intent(in) :: length
-    integer, intent(in) :: branch
-    type(error_type), allocatable, intent(out) :: error
-    integer :: joints(2)
-
-    call find_both(self, "joint '" // name // "'", ends, joints, error)
-    if (.not. allocated(error)) call self%add_joint(name, rpr_joint(joints, length, branch), error)
-  end subroutine add_rpr
-
-  !> Adds a point of the body that carries the joints `ends`. The point is at the distance offset(1) from `ends(1)` toward
-  !> `ends(2)`, and at the distance offset(2) to the left of this line (m).
-  subroutine add_rigid(self, name, ends, offset, error)
-    class(linkage_type), intent(inout) :: self
-    character(len=*), intent(in) :: name, ends(:)
-    real(dp), intent(in) :: offset(2)
-    type(error_type), allocatable, intent(out) :: error
-    integer :: joints(2)
-
-    call find_both(self, "joint '" // name // "'", ends, joints, error)
-    if (.not. allocated(error)) call self%add_joint(name, rigid_joint(joints, offset), error)
-  end subroutine add_rigid
-
-  !> Adds the pin of two sliders, at the intersection of their guides.
-  subroutine add_prp(self, name, guides, error)
-    class(linkage_type), intent(inout) :: self
-    character(len=*), intent(in) :: name
-    type(guide_type), intent(in) :: guides(2)
-    type(error_type), allocatable, intent(out) :: error
-
-    call self%add_joint(name, prp_joint(guides), error)
-  end subroutine add_prp
-
-  !> Adds a yoke on a guide. The joint `end` slides in the yoke's slot, which makes the angle `slot_angle` (rad) with the guide. The
-  !> new joint is the intersection of slot and guide.
-  subroutine add_rpp(self, name, end, guide, slot_angle, error)
-    class(linkage_type), intent(inout) :: self
-    character(len=*), intent(in) :: name, end
-    type(guide_type), intent(in) :: guide
-    real(dp), intent(in) :: slot_angle
-    type(error_type), allocatable, intent(out) :: error
-    integer :: joint
-
-    call self%find(end, joint, error)
-    if (.not. allocated(error)) call self%add_joint(name, rpp_joint(guide, joint, slot_angle), error)
-  end subroutine add_rpp
 
   !> Creates a guide that the body between two joints carries. Fails if a joint does not exist, if the two joints are the same, or
   !> if a number is invalid.
@@ -309,59 +287,6 @@ contains
       call self%joints(i)%joint%locate(crank_angle, at(:i - 1), at(i))
     end do
   end subroutine points
-
-  !> Proves that the linkage can turn, and computes its `angle_scale`, `terms`, `kinks` and `has_crank`. Fails if the linkage has no
-  !> crank or cylinder, if it has no link, or if it cannot be assembled at some crank angle (see `prove_assembly`).
-  subroutine prepare(self, error)
-    class(linkage_type), intent(inout) :: self
-    type(error_type), allocatable, intent(out) :: error
-    !> Number of crank angles at which the sums of the absolute values of the terms are computed.
-    integer, parameter :: angles = 16
-    type(mass_functions_type) :: a
-    type(point_type), allocatable :: at(:)
-    real(dp) :: terms(4)
-    logical :: has_drive
-    integer :: i
-
-    if (self%prepared) return
-    has_drive = .false.
-    self%has_crank = .false.
-    if (allocated(self%joints)) then
-      do i = 1, size(self%joints)
-        select type (joint => self%joints(i)%joint)
-        class is (crank_joint)
-          has_drive = .true.
-          self%has_crank = .true.
-        class is (driven_joint)
-          has_drive = .true.
-        end select
-      end do
-    end if
-    if (.not. has_drive) then
-      call fatal_error(error, "the mechanism has no crank or cylinder", invalid_input)
-    else if (.not. allocated(self%links)) then
-      call fatal_error(error, "the mechanism has no links", invalid_input)
-    end if
-    if (allocated(error)) return
-    call prove_assembly(self%joints, self%links, self%angle_scale, self%intervals, error, self%turns)
-    self%prepared = .not. allocated(error)
-    if (.not. self%prepared) return
-    call find_kinks(self%joints, self%angle_scale, self%kinks, self%jumps)
-    allocate(at(size(self%joints)))
-    self%terms = 0
-    do i = 1, angles
-      call self%points(2 * pi * i / angles, at)
-      call sum_masses(self%links, at, a, terms)
-      self%terms = max(self%terms, terms)
-    end do
-    if (.not. allocated(self%loads)) return
-    do i = 1, size(self%loads)
-      if (allocated(self%loads(i)%gas)) call set_gas_force(self%loads(i), self%joints, error)
-      if (allocated(error)) return
-      self%load_order = max(self%load_order, self%loads(i)%highest_order())
-      self%has_ground_loads = self%has_ground_loads .or. self%loads(i)%against == ground_body
-    end do
-  end subroutine prepare
 
   !> Fails if the linkage has no joints or no links.
   subroutine check(self, error)
