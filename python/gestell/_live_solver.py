@@ -48,11 +48,7 @@ def solve(text: str, changes: list, name: str = "text") -> dict:
             solution = machine.solve(tasks[1:])
         except Error:
             raise first from None
-    parameters = [one for one in solution.machine["parameters"] if one["path"] != "case.tasks" or requested]
-    for one in parameters:
-        if one["path"] == "case.tasks":
-            # those of the input, not those that were solved
-            one["values"] = requested
+    parameters = machine.parameters()
     return {"text": text, "parameters": parameters, "page": solution.page, "curves": _curves(solution)}
 
 
