@@ -1,6 +1,7 @@
 !> Formulates a design as a minimax problem. Under every operating condition each goal is the maximum of its branches.
 module gestell_study_design_problem
   use gestell_base_error, only: error_type, invalid_input
+  use gestell_base_first_error, only: first_error_type
   use gestell_base_kinds, only: dp
   use gestell_math_optimum_minimax, only: branches_type, minimax_problem
   use gestell_study_design_evaluation, only: add_condition, add_maximum, design_options, goal_branches_type, no_branches, &
@@ -196,12 +197,20 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(motion_type) :: motions(size(conditions))
     type(goal_branches_type) :: values
-    logical :: counts(size(conditions))
+    type(first_error_type) :: first
+    logical :: counts(size(conditions)), moves
     integer :: c
 
+    moves = any(goals%needs_motion())
+    !$omp parallel do schedule(dynamic, 1) private(error)
+    do c = 1, size(motions)
+      call solve_motion(members, conditions(c), moves, motions(c), error)
+      call first%take(c, error)
+    end do
+    !$omp end parallel do
+    call move_alloc(first%error, error)
     values = at
     do c = 1, size(motions)
-      call solve_motion(members, conditions(c), any(goals%needs_motion()), motions(c), error)
       if (.not. allocated(error)) call add_condition(members, motions(c), goals, c, values, error)
       if (allocated(error)) return
     end do
@@ -210,10 +219,15 @@ contains
       return
     end if
     counts = near_worst(goals, values, size(motions))
+    !$omp parallel do schedule(dynamic, 1) private(error)
     do c = 1, size(motions)
-      if (.not. counts(c)) cycle
-      call solve_slopes(members, motions(c), error)
-      if (.not. allocated(error)) call add_condition(members, motions(c), goals, c, at, error)
+      if (counts(c)) call solve_slopes(members, motions(c), error)
+      call first%take(c, error)
+    end do
+    !$omp end parallel do
+    call move_alloc(first%error, error)
+    do c = 1, size(motions)
+      if (counts(c) .and. .not. allocated(error)) call add_condition(members, motions(c), goals, c, at, error)
       if (allocated(error)) return
     end do
   end subroutine evaluate_conditions
@@ -227,7 +241,9 @@ contains
     type(goal_branches_type), intent(inout) :: at
     type(error_type), allocatable, intent(out) :: error
     type(top_type), allocatable :: tops(:)
-    type(motion_type) :: motion
+    type(motion_type), allocatable :: motions(:)
+    type(first_error_type) :: first
+    logical :: moves
     integer :: k
 
     call range%find_tops(members, goals, tops, at%known, error)
@@ -239,10 +255,18 @@ contains
       at%value = tops%excess + goals(tops%goal)%limit
       return
     end if
+    moves = any(goals%needs_motion())
+    allocate(motions(size(tops)))
+    !$omp parallel do schedule(dynamic, 1) private(error)
     do k = 1, size(tops)
-      call solve_motion(members, tops(k)%condition, any(goals%needs_motion()), motion, error, tops(k)%motion)
-      if (.not. allocated(error)) call solve_slopes(members, motion, error)
-      if (.not. allocated(error)) call add_maximum(members, motion, goals(tops(k)%goal), tops(k), k, at, error)
+      call solve_motion(members, tops(k)%condition, moves, motions(k), error, tops(k)%motion)
+      if (.not. allocated(error)) call solve_slopes(members, motions(k), error)
+      call first%take(k, error)
+    end do
+    !$omp end parallel do
+    call move_alloc(first%error, error)
+    do k = 1, size(tops)
+      if (.not. allocated(error)) call add_maximum(members, motions(k), goals(tops(k)%goal), tops(k), k, at, error)
       if (allocated(error)) return
     end do
   end subroutine evaluate_range

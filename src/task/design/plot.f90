@@ -3,6 +3,7 @@ module gestell_task_design_plot
   use gestell_base_kinds, only: dp
   use gestell_base_text, only: concise, newline, text
   use gestell_base_words, only: character_count
+  use gestell_output_picture_axis, only: decade_lines
   use gestell_output_picture_axis_unit, only: axis_unit_type, label_with, unit_of
   use gestell_output_table, only: table_type
   use gestell_output_table_result_units, only: conversion_type
@@ -28,15 +29,15 @@ contains
 
     n = size(plan%paths)
     lines = "set title heading noenhanced" // newline // "set xrange [-0.05:1.05]; set yrange [" // text(n) // ".5:0.5]" &
-      & // newline // "set xlabel 'position in the range, from its lower end (0) to its upper end (1)'; set ytics noenhanced (" &
+      & // newline // "set xlabel ""position in the range\n0: lower end, 1: upper end""; set ytics noenhanced (" &
       & // tics(plan%paths, 1) // ")" // newline &
-      & // "set key at screen 0.5,screen 0.01 bottom center horizontal; set bmargin 6; set lmargin " &
+      & // "set key at screen 0.5,screen 0.01 bottom center horizontal; set bmargin 7; set lmargin " &
       & // text(min(44, 4 + maxval([(character_count(trim(plan%paths(i))), i = 1, n)]))) // newline &
       & // "place(x) = (column(x) - column('lower')) / (column('upper') - column('lower'))" // newline &
       & // "plot 'design.csv' using (0):($0 + 1):(1):(0) with vectors nohead lt 8 notitle, " &
       & // "'' using (place('before')):($0 + 1) with points lt 8 pt 6 ps 1.5 lw 2 title 'before', " &
       & // "'' using (place('after')):($0 + 1) with points lt 1 pt 7 ps 1.3 title 'after'" // newline
-    figure = new_figure("design", "Design parameters within their ranges", lines, height=160 + 34 * n)
+    figure = new_figure("design", "Design parameters within their ranges", lines, height=176 + 34 * n)
   end function plot_parameters
 
   !> The plot design_starts.gp: objective at the local optimum that was reached from each start.
@@ -45,8 +46,8 @@ contains
 
     figure = new_figure("design_starts", "Objective at the local optimum from each start", "set title heading noenhanced" &
       & // newline // "set xlabel 'start'; set ylabel 'weighted objective'; set yrange [0:" &
-      & // merge("1", "*", all(abs(objectives) <= 0)) // "]; set xtics 1" // newline &
-      & // "set offsets 0.5, 0.5, graph 0.05, 0; set key bottom right" // newline &
+      & // merge("1", "*", all(abs(objectives) <= 0)) // "]; set xrange [0.5:" // text(size(objectives)) // ".5]; set xtics 1,1" &
+      & // newline // "set offsets 0, 0, graph 0.05, 0; set key bottom right" // newline &
       & // "plot 'design_starts.csv' using 1:(column('violation') > 0 ? NaN : $2) with points lt 1 pt 7 ps 1.2 " &
       & // "title 'limits met', '' using 1:(column('violation') > 0 ? $2 : NaN) with points lt 2 pt 6 ps 1.2 lw 2 " &
       & // "title 'limits not met'" // newline, height=400)
@@ -87,6 +88,7 @@ contains
       & // "set xrange [0.3:" // concise(size(design%goals) + 0.7_dp, 4) // "]; set yrange [0:" // concise(top, 5) // "]" &
       & // newline // "set ylabel 'after the design (% of before)'; set xtics noenhanced (" // marks(3:) // ")" // newline &
       & // "plot 100 with lines lt 8 dt 2 title 'before', $goals using 1:2 with boxes lt 1 title 'after', " &
+      & // "'' using 1:2:(sprintf('%.3g', $2)) with labels offset 0,0.6 notitle, " &
       & // "'' using ($1 - 0.35):3:(0.7):(0) with vectors nohead lt 2 lw 2 title 'limit'" // newline
     figure = new_figure("design_goals", "Objectives and quantities with a limit, before and after the design", lines, &
       & height=480, width=merge(wide, picture_width, longest > 24))
@@ -97,9 +99,12 @@ contains
     type(design_plan_type), intent(in) :: plan
     !> The table design_range.csv
     type(table_type), intent(in) :: table
-    character(len=:), allocatable :: lines, style, name
+    !> The axis is logarithmic if the largest value is so many times the smallest: otherwise the design would lie on the axis.
+    real(dp), parameter :: flat = 30
+    character(len=:), allocatable :: lines, style, name, y_axis
     character(len=longest_column) :: columns(2)
     type(axis_unit_type) :: unit
+    real(dp) :: values(2)
 
     ! With tolerances the values do not form a curve, so they are plotted as points. Maxima between the given speeds are at the end
     ! of the file, so the points are sorted by speed (`smooth unique`).
@@ -108,15 +113,34 @@ contains
     if (table%number_of(name // "_before") == 0) name = trim(plan%options%objectives(1)%measure%quantity)
     columns = [character(len=longest_column) :: name // "_before", name // "_after"]
     unit = unit_of(table, columns)
+    values = unit%factor * extremes(table, columns)
+    y_axis = "set yrange [0:*]" // newline
+    if (values(1) > 0 .and. values(2) > flat * values(1)) y_axis = decade_lines(concise(values(1) / 1.5_dp, 4), concise(1.5_dp &
+      & * values(2), 4))
     lines = "set title heading noenhanced" // newline // "set xlabel 'crank speed (rpm)'; set ylabel " &
       & // quoted(label_with(trim(plan%options%objectives(1)%name()), unit)) // " noenhanced" // newline &
-      & // "set yrange [0:*]; set key top left" // newline // "plot 'design_range.csv' using (abs($1)):(" // trim(unit%words) &
+      & // y_axis // "set key top left" // newline // "plot 'design_range.csv' using (abs($1)):(" // trim(unit%words) &
       & // " * column(" // text(table%number_of(columns(1))) // ")) " // style // " lt 8 pt 7 ps 0.4 title 'before', " &
       & // "'' using (abs($1)):(" // trim(unit%words) // " * column(" // text(table%number_of(columns(2))) // ")) " // style &
       & // " lt 1 pt 7 ps 0.4 title 'after'" // newline
     figure = new_figure("design_range", "Objective over the speed, before and after the design", lines, &
       & height=480)
   end function plot_range
+
+  !> The smallest and the largest number in some columns of a table.
+  pure function extremes(table, columns) result(values)
+    type(table_type), intent(in) :: table
+    character(len=*), intent(in) :: columns(:)
+    real(dp) :: values(2)
+    integer :: i
+
+    values = [huge(1.0_dp), -huge(1.0_dp)]
+    do i = 1, size(columns)
+      associate (numbers => table%columns(table%number_of(columns(i)))%numbers)
+        values = [min(values(1), minval(numbers)), max(values(2), maxval(numbers))]
+      end associate
+    end do
+  end function extremes
 
   !> The plot design_trade_off.gp: trade-off curve between two objectives. The machine of the input and the design are marked as
   !> points.

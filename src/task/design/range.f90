@@ -10,6 +10,7 @@
 !> meet above the largest computed value. At the end each maximum close to the largest one is refined.
 module gestell_task_design_range
   use gestell_base_error, only: error_type
+  use gestell_base_first_error, only: first_error_type
   use gestell_base_verdict, only: operator(/=), operator(==), stable
   use gestell_base_kinds, only: dp
   use gestell_model_frame, only: frame_type
@@ -183,6 +184,7 @@ contains
     real(dp), intent(in), optional :: enough(:)
     type(speed_point_type), allocatable :: points(:)
     real(dp), allocatable :: requested(:), new(:)
+    type(first_error_type) :: first
     integer :: g, i, round
 
     curve%line = line
@@ -191,10 +193,14 @@ contains
     new = line%places
     do round = 1, max_rounds
       allocate(points(size(new)))
+      !$omp parallel do schedule(dynamic, 1) private(error)
       do i = 1, size(new)
         call evaluate_condition(members, goals, line%start%moved_to(new(i)), .true., points(i), error)
-        if (allocated(error)) return
+        call first%take(i, error)
       end do
+      !$omp end parallel do
+      call move_alloc(first%error, error)
+      if (allocated(error)) return
       call curve%insert(points, refined=round > 1)
       deallocate(points)
       if (exceeds_enough(curve, enough)) exit
@@ -299,6 +305,8 @@ contains
     real(dp), intent(in), optional :: enough(:)
     integer, allocatable :: place(:), found(:, :)
     real(dp) :: worst, least
+    type(first_error_type) :: first
+    logical :: skipped
     integer :: g, k, l
 
     allocate(found(3, 0))
@@ -314,13 +322,16 @@ contains
       end do
     end do
     allocate(tops(size(found, 2)))
+    skipped = any([(exceeds_enough(curves(l), enough), l = 1, size(curves))])
+    !$omp parallel do schedule(dynamic, 1) private(error)
     do k = 1, size(tops)
       tops(k)%goal = found(1, k)
       tops(k)%line = found(2, k)
-      call refine_maximum(members, goals(found(1, k)), curves(found(2, k)), found(3, k), reported, tops(k), error, &
-        & any([(exceeds_enough(curves(l), enough), l = 1, size(curves))]))
-      if (allocated(error)) return
+      call refine_maximum(members, goals(found(1, k)), curves(found(2, k)), found(3, k), reported, tops(k), error, skipped)
+      call first%take(k, error)
     end do
+    !$omp end parallel do
+    call move_alloc(first%error, error)
   end subroutine refine_maxima
 
   !> Indices of the local maxima among the values along a line; maxima smaller than `least` are omitted.
