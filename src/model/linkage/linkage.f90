@@ -123,6 +123,19 @@ module gestell_model_linkage
       type(error_type), allocatable, intent(out) :: error
     end subroutine add_rpp
 
+    !> Creates a guide that the body between two joints carries. Fails if a joint does not exist, if the two joints are the same, or
+    !> if a number is invalid.
+    module subroutine moving_guide(self, carriers, point, angle, guide, error)
+      implicit none (type, external)
+      class(linkage_type), intent(in) :: self
+      !> Names of the two joints that carry the guide
+      character(len=*), intent(in) :: carriers(:)
+      !> Point (m) and angle (rad) of the guide, in axes with the origin carriers(1) whose first axis points to carriers(2)
+      real(dp), intent(in) :: point(2), angle
+      type(guide_type), intent(out) :: guide
+      type(error_type), allocatable, intent(out) :: error
+    end subroutine moving_guide
+
     !> Proves that the linkage can turn, and computes its `angle_scale`, `terms`, `kinks` and `has_crank`. Fails if the linkage has
     !> no crank or cylinder, if it has no link, or if it cannot be assembled at some crank angle (see `prove_assembly`).
     module subroutine prepare(self, error)
@@ -133,48 +146,6 @@ module gestell_model_linkage
   end interface
 
 contains
-
-  !> Creates a guide that the body between two joints carries. Fails if a joint does not exist, if the two joints are the same, or
-  !> if a number is invalid.
-  subroutine moving_guide(self, carriers, point, angle, guide, error)
-    class(linkage_type), intent(in) :: self
-    !> Names of the two joints that carry the guide
-    character(len=*), intent(in) :: carriers(:)
-    !> Point (m) and angle (rad) of the guide, in axes with the origin carriers(1) whose first axis points to carriers(2)
-    real(dp), intent(in) :: point(2), angle
-    type(guide_type), intent(out) :: guide
-    type(error_type), allocatable, intent(out) :: error
-    character(len=:), allocatable :: reason
-
-    call find_both(self, "a guide", carriers, guide%carriers, error)
-    if (allocated(error)) return
-    guide%point = point
-    guide%angle = angle
-    reason = ""
-    call guide%check(reason)
-    if (reason /= "") call fatal_error(error, reason, invalid_input)
-  end subroutine moving_guide
-
-  !> Finds the indices of two different joints by their names. `name`: the joint or guide that refers to them, for the error
-  !> message.
-  subroutine find_both(self, name, names, joints, error)
-    class(linkage_type), intent(in) :: self
-    character(len=*), intent(in) :: name, names(:)
-    integer, intent(out) :: joints(2)
-    type(error_type), allocatable, intent(out) :: error
-    integer :: i
-
-    joints = 0
-    if (size(names) /= 2) then
-      call fatal_error(error, name // " must refer to two joints", invalid_input)
-      return
-    end if
-    do i = 1, 2
-      call self%find(names(i), joints(i), error)
-      if (allocated(error)) return
-    end do
-    if (joints(1) == joints(2)) call fatal_error(error, name // " must refer to two different joints", invalid_input)
-  end subroutine find_both
 
   !> Adds a joint of any type; the joint refers to other joints by their indices. Fails if its name is empty or already used, if a
   !> number is invalid, or if a joint to which it refers does not exist.
