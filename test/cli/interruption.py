@@ -36,6 +36,13 @@ CASES = {
                           "parameter='support(1).stiffness(1)', from=4e4, to=2e5, count=3 /\n&boundary quantity='fx', level=1000 /\n",
     "sensitivity": SOUND.replace("'stability', 'response'", "'sensitivity'"),
 }
+# Threads share the speeds and maxima of a design with one start; it keeps no journal.
+DESIGNS = {"a design over a range": SOUND.replace("'stability', 'response'", "'design'") + REST + SPEEDS.format(200, 300, 4) + """\
+&design parameter='support.stiffness', from=1e5, to=4e5, starts=1 /
+&design parameter='foundation.damping(3)', from=0.5, to=20 /
+&objective quantity='f', measure='peak' /
+&constraint quantity='support(1).fy', at_most=100 /
+"""}
 # The record of a piece begins with "gestell" and 2.
 MAGIC = 0x67657374656C6C02.to_bytes(8, "little")
 
@@ -55,7 +62,7 @@ def journal(folder):
 @functools.cache
 def undisturbed(what, threads="1", stack="8M"):
     """The tables, the report and the names of all files of a run that is not interrupted."""
-    with Folder(input=CASES[what]) as folder:
+    with Folder(input=(CASES | DESIGNS)[what]) as folder:
         run = Run(folder, "-o", "out", "input.nml", environment={"OMP_NUM_THREADS": threads, "OMP_STACKSIZE": stack})
         run.done(f"{what}, {threads} threads")
         return contents(folder / "out"), run.out, sorted(path.name for path in (folder / "out").iterdir())
@@ -63,7 +70,7 @@ def undisturbed(what, threads="1", stack="8M"):
 
 def test_threads():
     """Any number of threads writes the same bytes."""
-    for what in CASES:
+    for what in CASES | DESIGNS:
         tables, report, _ = undisturbed(what)
         check(f"{what}: tables exist", any(name.endswith(".csv") for name in tables), "some", sorted(tables))
         # two of them with the smallest stacks that the program accepts
