@@ -115,6 +115,7 @@ contains
     associate (bounds => vibration%motion_errors%bounds())
       claim%turn_error(quantities + 1:) = bounds(7:9)
     end associate
+    claim%x0 = vibration%start%x0
     claim%x0_error = vibration%start%error
     claim%peak = vibration%peak
     claim%peak_error = vibration%peak_error

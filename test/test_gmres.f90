@@ -4,7 +4,7 @@ module test_gmres
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp
   use gestell_math_lapack, only: inverse
-  use gestell_study_frame_model_gmres, only: gmres_type
+  use gestell_floquet_balance_gmres, only: gmres_type
   use reference_random, only: random_type
   use testdrive, only: error_type, new_unittest, unittest_type
   implicit none (type, external)

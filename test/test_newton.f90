@@ -9,7 +9,7 @@ module test_newton
   use gestell_model_frame, only: frame_type
   use gestell_model_exact_varied_frame, only: varied_frame_type
   use gestell_study_frame_model, only: settle
-  use gestell_study_frame_model_harmonic_balance, only: balance_harmonics, balance_type
+  use gestell_floquet_balance_harmonic_balance, only: balance_harmonics, balance_type
   use gestell_study_frame_model_newton, only: values_of
   use machines, only: frame_of_machine
   use reference_machine, only: khang_machine, machine_data

@@ -9,7 +9,7 @@ module gestell_floquet_period_monodromy
     & more_steps, next_steps, predicted_reduction, extrapolated_error, safety
   use gestell_floquet_period_embedded_error, only: compare_pair, extrapolate, pair_type
   use gestell_floquet_period_trial, only: distance, level_type, roundoff, solve_level
-  use gestell_floquet_period_period_map, only: period_map_type
+  use gestell_floquet_period_period_map, only: period_map_type, segments_type
   use gestell_floquet_integrator_method, only: method_type
   use gestell_floquet_choice_cheapest, only: cheapest_method
   use gestell_floquet_choice_methods, only: new_method
@@ -53,6 +53,8 @@ module gestell_floquet_period_monodromy
     !> Two estimates, multiplied by the safety factor, of the integration error of each element of Phi(T) and x_p(T); shapes (n, n,
     !> 2) and (n, 2). Unallocated if only norms of the errors are known.
     real(dp), allocatable :: phi_change(:, :, :), xp_change(:, :)
+    !> Maps of segments of the period; empty unless x_p(T) was computed
+    type(segments_type) :: segments
     !> Matrix Omega of a system that conserves energy, shape (n, n): the exact Phi(T) satisfies Phi' Omega Phi = Omega. Unallocated
     !> for other systems.
     real(dp), allocatable :: form(:, :)
@@ -312,7 +314,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(period_map_type), intent(out), optional :: lower(:)
 
-    call solve_level(system, monodromy%method, monodromy%scale, steps, forced, level, error, lower)
+    call solve_level(system, monodromy%method, monodromy%scale, steps, forced, level, error, lower, monodromy%segments)
     monodromy%broken = allocated(error)
     if (.not. allocated(error)) monodromy%evaluations = monodromy%evaluations + level%steps * monodromy%method%stages
   end subroutine solve_trial

@@ -21,6 +21,16 @@ module gestell_floquet_period_period_map
     real(dp), allocatable :: phi(:, :), xp(:)
   end type period_map_type
 
+  !> State transition matrices of consecutive segments of the period
+  type, public :: segments_type
+    !> Ends t_k of the K segments, as phases, shape (0:K)
+    real(dp), allocatable :: ends(:)
+    !> Matrices Phi(t_k, t_{k-1}), shape (n, n, K)
+    real(dp), allocatable :: maps(:, :, :)
+  end type segments_type
+
+  !> Minimum and maximum number of segments, if there are enough steps
+  integer, parameter :: min_segments = 4, max_segments = 12
   !> Number of steps whose maps are stored together. Because of this limit the memory does not grow with the number of steps, and
   !> the maps remain in the cache.
   integer, parameter, public :: block_length = 32
@@ -65,7 +75,8 @@ contains
 
   !> Computes Phi(T) = A_m ... A_1 from the maps of the steps between `nodes`; this is equation (17) of the paper that
   !> doc/theory.md names. Fails if nodes or shapes are invalid, a step fails, or a number overflows.
-  subroutine period_map(system, method, nodes, scale, phi, error, xp, xp_peak, transient_growth, lower, unresolved)
+  subroutine period_map(system, method, nodes, scale, phi, error, xp, xp_peak, transient_growth, lower, unresolved, &
+    & segments)
     class(periodic_system), intent(in) :: system
     class(method_type), intent(in) :: method
     !> `nodes`: ends of the steps, as phases. `scale`: units of the states, shape (n).
@@ -81,11 +92,13 @@ contains
     type(period_map_type), intent(out), optional :: lower(:)
     !> Effects of variations of the coefficients and loads between the nodes, summed over the steps
     type(unresolved_type), intent(out), optional :: unresolved
+    !> Maps of segments of the period, whose ends are ends of steps; computed only together with `xp`
+    type(segments_type), intent(inout), optional :: segments
     real(dp), allocatable :: maps(:, :, :), low(:, :, :, :)
     ! An unallocated variable counts as an absent argument.
     type(transient_type), allocatable :: transient
     integer :: n, columns, room, first, last, i
-    logical :: fits
+    logical :: fits, divides
 
     n = system%states
     call check_shapes(n, nodes, [size(scale), shape(phi)], error)
@@ -107,6 +120,9 @@ contains
     if (present(transient_growth)) transient = transient_type(peak=phi, halfway=phi, peak_norm=sqrt(real(n, dp)), &
       & middle=(size(nodes) - 1) / 2)
 
+    divides = present(segments) .and. present(xp)
+    if (divides) call start_segments(n, nodes, segments)
+
     last = 0
     do while (last < size(nodes) - 1)
       first = last + 1
@@ -124,6 +140,7 @@ contains
             if (fits) call multiply_maps(steps, low(:, :, :, i), scale, lower(i)%phi, fits, lower(i)%xp)
           end do
         end if
+        if (divides .and. fits) call extend_segments(first, last, size(nodes) - 1, maps, segments, fits)
       end associate
       if (.not. fits) then
         call overflow(error)
@@ -133,6 +150,47 @@ contains
     if (present(transient_growth)) transient_growth = max(growth_by(balanced(phi, scale), balanced(transient%peak, scale), &
       & transient%peak_norm), growth_halfway(balanced(phi, scale), balanced(transient%halfway, scale)))
   end subroutine period_map
+
+  !> Divides the period into segments of about equal numbers of steps. Each map begins as the unit matrix.
+  pure subroutine start_segments(n, nodes, segments)
+    integer, intent(in) :: n
+    real(dp), intent(in) :: nodes(:)
+    type(segments_type), intent(out) :: segments
+    integer :: count, k
+
+    ! Within a segment a bound on its rate takes the place of the map: where vibrations are fast, segments must be short.
+    count = min(max(min_segments, (size(nodes) - 1) / 8), max_segments, size(nodes) - 1)
+    allocate(segments%ends(0:count), segments%maps(n, n, count))
+    segments%ends = [(nodes(1 + last_step(k, count, size(nodes) - 1)), k = 0, count)]
+    do k = 1, count
+      segments%maps(:, :, k) = unit_matrix(n)
+    end do
+  end subroutine start_segments
+
+  !> Number of the last step of segment k of `count` segments
+  pure integer function last_step(k, count, steps)
+    integer, intent(in) :: k, count, steps
+
+    last_step = (k * steps) / count
+  end function last_step
+
+  !> Multiplies the maps of the segments by the maps of the steps `first` to `last`. `fits` is false if a number overflows.
+  pure subroutine extend_segments(first, last, steps, maps, segments, fits)
+    integer, intent(in) :: first, last, steps
+    real(dp), contiguous, intent(in) :: maps(:, :, :)
+    type(segments_type), intent(inout) :: segments
+    logical, intent(out) :: fits
+    integer :: k, from, to
+
+    fits = .true.
+    do k = 1, size(segments%maps, 3)
+      from = max(first, last_step(k - 1, size(segments%maps, 3), steps) + 1)
+      to = min(last, last_step(k, size(segments%maps, 3), steps))
+      if (from > to) cycle
+      call follow_maps(from - first + 1, to - from + 1, maps, segments%maps(:, :, k), fits)
+      if (.not. fits) return
+    end do
+  end subroutine extend_segments
 
   !> Growth, relative to Phi(T), of a rounding error made at the peak, where Phi(t) is largest. An error made at the peak is
   !> multiplied by Phi(T) Phi(t)^-1 until the end of the period. If Phi does not fall after the peak, the growth is about 1 and is

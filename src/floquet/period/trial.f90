@@ -5,7 +5,7 @@ module gestell_floquet_period_trial
   use gestell_math_matrix, only: balanced
   use gestell_floquet_integrator_mesh, only: mesh
   use gestell_floquet_integrator_method, only: method_type, unresolved_type
-  use gestell_floquet_period_period_map, only: period_map, period_map_type
+  use gestell_floquet_period_period_map, only: period_map, period_map_type, segments_type
   use gestell_system_periodic, only: periodic_system
   implicit none (type, external)
   private
@@ -28,7 +28,7 @@ contains
 
   !> Computes the map of the period with `steps` steps, or slightly more because every break of the coefficients must end a step.
   !> Fails in the cases in which `period_map` fails.
-  subroutine solve_level(system, method, scale, steps, forced, level, error, lower)
+  subroutine solve_level(system, method, scale, steps, forced, level, error, lower, segments)
     class(periodic_system), intent(in) :: system
     class(method_type), intent(in) :: method
     !> Units of the states, shape (n)
@@ -41,6 +41,8 @@ contains
     type(error_type), allocatable, intent(out) :: error
     !> Maps of the period by the two embedded methods, shape (2)
     type(period_map_type), intent(out), optional :: lower(:)
+    !> Maps of segments of the period; computed only if x_p(T) is
+    type(segments_type), intent(inout), optional :: segments
 
     level%nodes = mesh(system, steps)
     level%steps = size(level%nodes) - 1
@@ -49,7 +51,7 @@ contains
     ! An unallocated xp counts as an absent argument.
     if (forced) allocate(level%xp(system%states))
     call period_map(system, method, level%nodes, scale, level%phi, error, level%xp, level%xp_peak, level%transient_growth, lower, &
-      & level%unresolved)
+      & level%unresolved, segments)
     if (.not. allocated(error)) level%norm = norm2(balanced(level%phi, scale))
   end subroutine solve_level
 

@@ -217,35 +217,31 @@ contains
     rounding = epsilon(1.0_dp) * (system%states * steps + 2 * phase_advance) + system%rounding
   end function relative_rounding
 
-  !> Errors at the starts t_i of K segments, shape (n, K), caused by rounding errors within the segments, in balanced units. Each
-  !> rounding error affects the state at t_i through the Green's function of the periodic motion,
+  !> Errors at the starts t_i of K segments, shape (n, K), caused by disturbances within the segments, in balanced units. Each
+  !> disturbance affects the state at t_i through the Green's function of the periodic motion,
   !>
   !>     G(t_i, t_j) = Phi(t_i, t_j) [t_i > t_j] + Phi(t_i, 0) (E - Phi(T))^-1 Phi(T, t_j).
-  pure function rounding_errors(comparison, scale, inverted, own) result(at_starts)
-    !> Comparison over the K segments
-    type(comparison_type), intent(in) :: comparison
-    !> `scale`: units of the states, shape (n). `inverted`: (E - Phi)^-1 in balanced units. `own`: rounding errors within each
-    !> segment, shape (K).
-    real(dp), intent(in) :: scale(:), inverted(:, :), own(:)
-    real(dp) :: at_starts(size(scale), size(own))
-    real(dp), dimension(size(scale), size(scale), size(own)) :: a, to_start, to_end
-    real(dp), dimension(size(scale), size(scale)) :: green, direct
-    integer :: count, i, j
+  pure function rounding_errors(a, inverted, own) result(at_starts)
+    !> `a`: maps over the segments, shape (n, n, K). `inverted`: (E - Phi)^-1. `own`: bounds on the norms of the disturbances at the
+    !> ends of the segments, each accumulated within its segment, shape (K). All in balanced units.
+    real(dp), intent(in) :: a(:, :, :), inverted(:, :), own(:)
+    real(dp) :: at_starts(size(a, 1), size(own))
+    real(dp), dimension(size(a, 1), size(a, 1), size(own)) :: to_start, to_end
+    real(dp), dimension(size(a, 1), size(a, 1)) :: green, direct
+    integer :: n, count, i, j
 
+    n = size(a, 1)
     count = size(own)
-    do i = 1, count
-      a(:, :, i) = balanced(comparison%map(:, :, i), scale)
-    end do
     ! Phi(t_i, 0) (E - Phi)^-1, and Phi(T, t_{j+1})
     to_start(:, :, 1) = inverted
-    to_end(:, :, count) = unit_matrix(size(scale))
+    to_end(:, :, count) = unit_matrix(n)
     do i = 2, count
       to_start(:, :, i) = matmul(a(:, :, i - 1), to_start(:, :, i - 1))
       to_end(:, :, count + 1 - i) = matmul(to_end(:, :, count + 2 - i), a(:, :, count + 2 - i))
     end do
     at_starts = 0
     do j = 1, count
-      direct = unit_matrix(size(scale))
+      direct = unit_matrix(n)
       do i = 1, count
         green = matmul(to_start(:, :, i), to_end(:, :, j))
         if (i > j) green = green + direct

@@ -2,6 +2,7 @@
 module gestell_floquet_solution_integrated
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
+  use gestell_floquet_balance_periodic_motion, only: motion_type, solve_motion
   use gestell_floquet_multipliers, only: multipliers_type, solve_multipliers
   use gestell_floquet_solution_part_solution, only: part_solution_type
   use gestell_floquet_period_monodromy, only: accuracy_type, monodromy_type, solve_monodromy
@@ -10,6 +11,7 @@ module gestell_floquet_solution_integrated
   use gestell_floquet_period_periodic_solution, only: periodic_solution_type, raise_resonance, solve_periodic
   use gestell_floquet_period_turn_errors, only: solve_corrections, compare, comparison_type, relative_rounding, rounding_errors, &
     & compute_differences, turn_errors_type
+  use gestell_math_matrix, only: balanced
   use gestell_system_periodic, only: periodic_system
   implicit none (type, external)
   private
@@ -20,9 +22,13 @@ module gestell_floquet_solution_integrated
   type, extends(part_solution_type), public :: integrated_type
     !> Monodromy matrix and forced motion over the period
     type(monodromy_type) :: monodromy
+    !> `survey`: estimates from which the method and its steps were chosen; unallocated if the user chose them. `tolerance`:
+    !> requested accuracy
+    type(survey_type), allocatable :: survey
+    real(dp) :: tolerance = 0
   contains
     procedure :: multipliers => part_multipliers, start => part_start, follow => part_motion
-    procedure :: errors => part_errors, liouville_defect => part_liouville_defect
+    procedure :: errors => part_errors, liouville_defect => part_liouville_defect, balance => part_balance
   end type integrated_type
 
 contains
@@ -40,6 +46,10 @@ contains
 
     call solve_monodromy(system, accuracy, forced, integrated%monodromy, error, surveyed)
     if (allocated(error)) return
+    integrated%tolerance = accuracy%tolerance
+    if (present(surveyed) .and. accuracy%steps == 0 .and. allocated(accuracy%method)) then
+      if (accuracy%method == "auto") integrated%survey = surveyed
+    end if
     integrated%scale = integrated%monodromy%scale
     integrated%phase_advance = integrated%monodromy%phase_advance
     associate (evidence => integrated%evidence, monodromy => integrated%monodromy)
@@ -69,6 +79,19 @@ contains
     call solve_periodic(self%monodromy, solution, error)
   end subroutine part_start
 
+  !> Implements `balance` of part_solution_type.
+  subroutine part_balance(self, system, motion)
+    class(integrated_type), intent(in) :: self
+    class(periodic_system), intent(in) :: system
+    type(motion_type), allocatable, intent(out) :: motion
+    logical :: fits
+
+    if (.not. (allocated(self%survey) .and. allocated(self%monodromy%segments%maps))) return
+    allocate(motion)
+    call solve_motion(system, self%survey, self%monodromy, self%tolerance, motion, fits)
+    if (.not. fits) deallocate(motion)
+  end subroutine part_balance
+
   !> Implements `follow` of part_solution_type.
   subroutine part_motion(self, system, x0, phases, x, error)
     class(integrated_type), intent(in) :: self
@@ -94,6 +117,7 @@ contains
     type(comparison_type) :: comparison, turn
     real(dp), allocatable :: z(:, :), due(:, :), inverted(:, :), own(:)
     integer, allocatable :: first(:)
+    real(dp), allocatable :: a(:, :, :)
     real(dp) :: rounding, lost
     integer :: count, k
 
@@ -116,8 +140,11 @@ contains
       end if
       own = (rounding + system%load_rounding) / (1 - lost) * comparison%size / count
       if (present(disturbance)) own = own + disturbance / minval(monodromy%scale) / count
-      call compute_differences(comparison, monodromy%scale, z, due, rounding_errors(comparison, monodromy%scale, inverted, own), &
-        & own, errors)
+      allocate(a, mold=comparison%map)
+      do k = 1, count
+        a(:, :, k) = balanced(comparison%map(:, :, k), monodromy%scale)
+      end do
+      call compute_differences(comparison, monodromy%scale, z, due, rounding_errors(a, inverted, own), own, errors)
     end associate
   end subroutine part_errors
 

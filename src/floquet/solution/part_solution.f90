@@ -4,6 +4,7 @@
 module gestell_floquet_solution_part_solution
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp
+  use gestell_floquet_balance_periodic_motion, only: motion_type
   use gestell_floquet_multipliers, only: multipliers_type
   use gestell_floquet_period_periodic_solution, only: periodic_solution_type
   use gestell_floquet_period_turn_errors, only: turn_errors_type
@@ -40,6 +41,7 @@ module gestell_floquet_solution_part_solution
     procedure(part_motion), deferred :: follow
     procedure(part_errors), deferred :: errors
     procedure(part_liouville_defect), deferred :: liouville_defect
+    procedure :: balance => no_motion
   end type part_solution_type
 
   abstract interface
@@ -102,6 +104,17 @@ module gestell_floquet_solution_part_solution
   end interface
 
 contains
+
+  !> Computes the periodic motion as a Fourier series with an error bound; the system must have been solved with forcing. `motion`
+  !> stays unallocated if this is not possible. It is not possible unless an extension overrides this procedure.
+  subroutine no_motion(self, system, motion)
+    class(part_solution_type), intent(in) :: self
+    class(periodic_system), intent(in) :: system
+    type(motion_type), allocatable, intent(out) :: motion
+
+    associate (unused_solution => self, unused_system => system)
+    end associate
+  end subroutine no_motion
 
   !> Combines this record with the record of another part: adds the numbers of steps, factors, phases and evaluations, appends
   !> the method if it is new, and keeps the larger error.

@@ -4,6 +4,7 @@
 module gestell_floquet_solution
   use gestell_base_error, only: error_type, failed_computation, fatal_error, invalid_input
   use gestell_base_kinds, only: dp, pi
+  use gestell_floquet_balance_periodic_motion, only: motion_type
   use gestell_floquet_period_monodromy, only: accuracy_type, check_accuracy
   use gestell_floquet_period_period_map, only: check_phases
   use gestell_floquet_multipliers, only: append, arrange, multipliers_type, empty_multipliers, prove_undamped
@@ -19,8 +20,8 @@ module gestell_floquet_solution
   implicit none (type, external)
   private
 
-  public :: checkpoints, evidence, evidence_type, follow, liouville_defect, solve_floquet, solve_multipliers, solve_periodic, &
-    & bound_motion_errors
+  public :: balance_motion, checkpoints, evidence, evidence_type, follow, liouville_defect, solve_floquet, solve_multipliers, &
+    & solve_periodic, bound_motion_errors
 
   !> Computes all multipliers of a monodromy matrix or of a Floquet solution.
   interface solve_multipliers
@@ -60,6 +61,18 @@ module gestell_floquet_solution
     !> Parts of the system that do not interact
     type(part_type), allocatable :: parts(:)
   end type floquet_type
+
+  !> Periodic motion of one part; unallocated if the part must be integrated.
+  type :: part_motion_type
+    type(motion_type), allocatable :: series
+  end type part_motion_type
+
+  !> Periodic motion of all parts of a system as Fourier series, where harmonic balance applies.
+  type, public :: balanced_motion_type
+    type(part_motion_type), allocatable :: parts(:)
+  contains
+    procedure :: everywhere
+  end type balanced_motion_type
 
 contains
 
@@ -212,9 +225,59 @@ contains
     end do
   end subroutine periodic_of_floquet
 
+  !> Computes the periodic motion of each part by harmonic balance, if this is possible. The start of the motion in `solution` is
+  !> then replaced by that of the series. As a check, both must agree within their error bounds; otherwise the series is discarded.
+  subroutine balance_motion(system, floquet, solution, motion)
+    class(periodic_system), intent(in) :: system
+    type(floquet_type), intent(in) :: floquet
+    type(periodic_solution_type), intent(inout) :: solution
+    type(balanced_motion_type), intent(out) :: motion
+    type(motion_type), allocatable :: series
+    real(dp), allocatable :: x0(:, :)
+    integer :: k
+
+    allocate(motion%parts(size(floquet%parts)))
+    do k = 1, size(floquet%parts)
+      associate (part => floquet%parts(k))
+        if (allocated(part%system)) then
+          call part%solution%balance(part%system, series)
+        else
+          call part%solution%balance(system, series)
+        end if
+        if (.not. allocated(series)) cycle
+        allocate(x0(size(part%states), 1))
+        call series%states([0.0_dp], x0)
+        if (all(abs(x0(:, 1) - solution%x0(part%states)) <= solution%error(part%states) + series%error)) then
+          solution%x0(part%states) = x0(:, 1)
+          solution%error(part%states) = series%error
+          call move_alloc(series, motion%parts(k)%series)
+        end if
+        deallocate(x0)
+      end associate
+    end do
+  end subroutine balance_motion
+
+  !> True if the motion of every part is a Fourier series.
+  pure logical function everywhere(self)
+    class(balanced_motion_type), intent(in) :: self
+    integer :: k
+
+    everywhere = allocated(self%parts)
+    if (everywhere) everywhere = all([(allocated(self%parts(k)%series), k = 1, size(self%parts))])
+  end function everywhere
+
+  !> True if the motion of part k is a Fourier series.
+  pure logical function is_series(motion, k)
+    type(balanced_motion_type), intent(in), optional :: motion
+    integer, intent(in) :: k
+
+    is_series = .false.
+    if (present(motion)) is_series = allocated(motion%parts(k)%series)
+  end function is_series
+
   !> Computes the periodic motion at `phases`. Fails if the phases are invalid, `solution` does not belong to `floquet` and
   !> `system`, or a number overflows.
-  subroutine follow_floquet(system, floquet, solution, phases, x, error)
+  subroutine follow_floquet(system, floquet, solution, phases, x, error, motion)
     class(periodic_system), intent(in) :: system
     type(floquet_type), intent(in) :: floquet
     !> Initial state of the periodic motion
@@ -224,6 +287,8 @@ contains
     !> States at the phases, shape (n, phases)
     real(dp), allocatable, intent(out) :: x(:, :)
     type(error_type), allocatable, intent(out) :: error
+    !> Parts with a Fourier series are evaluated, the others are integrated
+    type(balanced_motion_type), intent(in), optional :: motion
     real(dp), allocatable :: y(:, :)
     integer :: k
 
@@ -239,7 +304,9 @@ contains
     do k = 1, size(floquet%parts)
       associate (part => floquet%parts(k))
         allocate(y(size(part%states), size(phases)))
-        if (allocated(part%system)) then
+        if (is_series(motion, k)) then
+          call motion%parts(k)%series%states(phases, y)
+        else if (allocated(part%system)) then
           call part%solution%follow(part%system, solution%x0(part%states), phases, y, error)
         else
           call part%solution%follow(system, solution%x0, phases, y, error)
@@ -264,31 +331,38 @@ contains
   end function checkpoints
 
   !> Computes the errors of a motion that `follow` has computed. Fails on overflow, or if the error bounds do not exclude a
-  !> resonance.
-  subroutine bound_motion_errors(system, floquet, phases, x, errors, error)
+  !> resonance. If all parts are Fourier series, there are no `differences`, only bounds.
+  subroutine bound_motion_errors(system, floquet, phases, x, errors, error, motion)
     class(periodic_system), intent(in) :: system
     type(floquet_type), intent(in) :: floquet
     !> `phases`: phases t / T, which include 0 and 1. `x`: states at the phases, shape (n, phases).
     real(dp), intent(in) :: phases(:), x(:, :)
     type(turn_errors_type), intent(out) :: errors
     type(error_type), allocatable, intent(out) :: error
+    !> The motion, where it is a Fourier series
+    type(balanced_motion_type), intent(in), optional :: motion
     type(turn_errors_type) :: own
-    integer :: k
+    integer :: k, compared
 
-    allocate(errors%differences(size(x, 1), 2 * size(phases)))
-    allocate(errors%rounding(size(x, 1)), source=0.0_dp)
+    compared = 2 * size(phases)
+    if (present(motion)) compared = merge(0, compared, motion%everywhere())
+    allocate(errors%differences(size(x, 1), compared), errors%rounding(size(x, 1)), source=0.0_dp)
     do k = 1, size(floquet%parts)
       associate (part => floquet%parts(k))
-        if (allocated(part%system)) then
-          call part%solution%errors(part%system, phases, x(part%states, :), own, error)
+        if (is_series(motion, k)) then
+          errors%rounding(part%states) = motion%parts(k)%series%error
         else
-          call part%solution%errors(system, phases, x(part%states, :), own, error)
+          if (allocated(part%system)) then
+            call part%solution%errors(part%system, phases, x(part%states, :), own, error)
+          else
+            call part%solution%errors(system, phases, x(part%states, :), own, error)
+          end if
+          if (allocated(error)) return
+          errors%differences(part%states, :) = own%differences
+          errors%rounding(part%states) = own%rounding
         end if
-        if (allocated(error)) return
-        errors%differences(part%states, :) = own%differences
-        errors%rounding(part%states) = own%rounding
         ! Norms square their elements, and squares underflow below sqrt(tiny): smaller errors cannot be claimed.
-        if (any(abs(x(part%states, :)) > 0)) errors%rounding(part%states) = max(own%rounding, &
+        if (any(abs(x(part%states, :)) > 0)) errors%rounding(part%states) = max(errors%rounding(part%states), &
           & sqrt(tiny(1.0_dp)) * part%solution%scale)
       end associate
     end do

@@ -11,7 +11,7 @@ module gestell_study_frame_model_newton
   use gestell_floquet_solution, only: floquet_type, follow, solve_floquet, solve_periodic
   use gestell_model_frame, only: frame_type
   use gestell_model_exact_varied_frame, only: varied_frame_type
-  use gestell_study_frame_model_harmonic_balance, only: balance_harmonics, balance_type
+  use gestell_floquet_balance_harmonic_balance, only: balance_harmonics, balance_type
   use gestell_system_corrected, only: corrected_system
   use gestell_system_second_order, only: second_order_system
   implicit none (type, external)

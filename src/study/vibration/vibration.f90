@@ -5,7 +5,8 @@ module gestell_study_vibration
   use gestell_math_series_fourier, only: find_series, fourier_type
   use gestell_base_kinds, only: dp
   use gestell_floquet_period_periodic_solution, only: periodic_solution_type
-  use gestell_floquet_solution, only: checkpoints, floquet_type, follow, solve_periodic, bound_motion_errors
+  use gestell_floquet_solution, only: balance_motion, balanced_motion_type, bound_motion_errors, checkpoints, floquet_type, &
+    & follow, solve_periodic
   use gestell_floquet_period_turn_errors, only: turn_errors_type
   use gestell_model_frame, only: frame_type
   use gestell_model_frame_frame_of, only: frame_of
@@ -81,6 +82,7 @@ contains
     integer, intent(in), optional :: rows
     class(frame_type), pointer :: frame
     real(dp), allocatable :: x(:, :), all(:, :), phases(:)
+    type(balanced_motion_type) :: balanced
     type(turn_errors_type) :: errors
     type(accelerations_type) :: sampled
     logical :: resolved_all
@@ -100,6 +102,8 @@ contains
       return
     end if
 
+    call balance_motion(frame, floquet, vibration%start, balanced)
+
     ! The points of the history serve as samples, together with as many points between them as the harmonics require. If the history
     ! has very many points, the harmonics are computed from separate samples.
     samples = max(64, 2 * harmonics + 2, min(max(4 * frame%least_steps, 2 * (frame%least_steps &
@@ -113,8 +117,8 @@ contains
     ! samples and selects at least as many of them as there are checkpoints.
     every = maxval([(merge(k, 1, modulo(samples, k) == 0), k = 1, max(1, samples / checkpoints(floquet)))])
     phases = [(real(k, dp) / samples, k = 0, samples, every)]
-    call follow(frame, floquet, vibration%start, phases, x, error)
-    if (.not. allocated(error)) call bound_motion_errors(frame, floquet, phases, x, errors, error)
+    call follow(frame, floquet, vibration%start, phases, x, error, balanced)
+    if (.not. allocated(error)) call bound_motion_errors(frame, floquet, phases, x, errors, error, balanced)
     if (allocated(error)) return
     vibration%start%error = min(vibration%start%error, errors%bounds())
     vibration%error = quantity_errors(frame, errors, x)
@@ -122,7 +126,7 @@ contains
 
     do
       phases = [(real(k, dp) / samples, k = 0, samples)]
-      call follow(frame, floquet, vibration%start, phases, x, error)
+      call follow(frame, floquet, vibration%start, phases, x, error, balanced)
       if (allocated(error)) return
       all = all_quantities(frame, x)
       call find_series(all(:, :samples), vibration%series)
@@ -152,7 +156,7 @@ contains
       if (present(rows)) vibration%motion_history = vibration%motion(:, ::samples / points)
     else
       phases = [(real(k, dp) / points, k = 0, points)]
-      call follow(frame, floquet, vibration%start, phases, x, error)
+      call follow(frame, floquet, vibration%start, phases, x, error, balanced)
       if (allocated(error)) return
       vibration%history = all_quantities(frame, x)
       if (present(rows)) then
@@ -249,11 +253,13 @@ contains
     end select
     call sample_accelerations(frame, system, phases, last, sampled)
     call whole_motion(frame, system, phases, from, last, sampled, there)
-    call whole_motion(frame, system, phases, from + states%differences(:, :n), last, sampled, compared)
-    call whole_motion(frame, system, phases, from + states%differences(:, n + 1:), last, sampled, finer)
-    allocate(errors%differences(size(there, 1), 2 * n), errors%rounding(size(there, 1)))
-    errors%differences(:, :n) = compared - there
-    errors%differences(:, n + 1:) = finer - there
+    allocate(errors%differences(size(there, 1), size(states%differences, 2)), errors%rounding(size(there, 1)))
+    if (size(states%differences, 2) > 0) then
+      call whole_motion(frame, system, phases, from + states%differences(:, :n), last, sampled, compared)
+      call whole_motion(frame, system, phases, from + states%differences(:, n + 1:), last, sampled, finer)
+      errors%differences(:, :n) = compared - there
+      errors%differences(:, n + 1:) = finer - there
+    end if
     ! Relative errors of coefficients and load of the accelerations. They have three sources: the model; the mechanism's first and
     ! second derivatives, whose errors accumulate over several joints; and forces of links that cancel.
     associate (own => 16 * (sums + frame%rounding), model => 16 * (sums + frame%rounding) + frame%load_rounding)

@@ -7,18 +7,20 @@
 !> resonance of the averaged equations makes one or two couplings large. The error of the computed harmonics is estimated by the
 !> residual times an estimate of the norm of the inverse. Harmonics that the phases do not resolve appear as lower harmonics
 !> (doc/theory.md, equation 37).
-module gestell_study_frame_model_harmonic_balance
+module gestell_floquet_balance_harmonic_balance
   use gestell_base_error, only: error_type
   use gestell_base_kinds, only: dp, pi
   use gestell_floquet_choice_survey, only: survey_system, survey_type
   use gestell_floquet_period_turn_errors, only: relative_rounding
-  use gestell_study_frame_model_gmres, only: gmres_type
-  use gestell_study_frame_model_harmonic_means, only: means_type, solve_means
-  use gestell_system_second_order, only: second_order_system
+  use gestell_floquet_balance_coupled_harmonics, only: coupled_type, couple_harmonics
+  use gestell_floquet_balance_gmres, only: gmres_type
+  use gestell_floquet_balance_harmonic_means, only: begin_means, means_type, solve_means
+  use gestell_system_second_order, only: sample_in_units, second_order_system
+  use gestell_system_mass, only: solve_mass
   implicit none (type, external)
   private
 
-  public :: balance_harmonics
+  public :: balance_harmonics, balance_to_rounding
 
   !> A periodic motion computed by harmonic balance, with estimates of its errors.
   type, public :: balance_type
@@ -33,15 +35,18 @@ module gestell_study_frame_model_harmonic_balance
     !> Units of the states, and phase advance of the free vibrations. They are kept and used again for similar systems. The
     !> component `scale` is unallocated before the first use
     type(survey_type) :: survey
+    !> Means of C and M over the turn with theta as independent variable, in the units of the states; shape (dofs, dofs, 2)
+    real(dp), allocatable :: energy(:, :, :)
     !> The preconditioner, which is kept and used again for similar systems
-    type(means_type), private :: means
+    type(means_type) :: means
   contains
     procedure :: at_phases
   end type balance_type
 
-  !> Coefficients M, B, C of the equations at all phases, each of shape (phases, degrees of freedom, degrees of freedom).
+  !> Coefficients B and C of the equations q'' + B q' + C q = h at all phases, each of shape (phases, degrees of freedom, degrees of
+  !> freedom).
   type :: coefficients_type
-    real(dp), allocatable, dimension(:, :, :) :: m, b, c
+    real(dp), allocatable, dimension(:, :, :) :: b, c
   end type coefficients_type
 
   !> Maximum number of GMRES iterations.
@@ -79,15 +84,15 @@ contains
 
     fits = .false.
     motion%left_out = 0
-    if (allocated(system%breaks) .or. phases < phases_in_step * system%least_steps) return
+    if (.not. is_suitable(system, phases)) return
     if (.not. allocated(motion%survey%scale)) then
       call survey_system(system, motion%survey, error)
       if (allocated(error)) return
     end if
     if (motion%survey%fastest > max_turns) return
-    call sample(system, phases, motion%survey%scale, at, h)
+    call sample(system, phases, motion%survey%scale, at, h, motion%energy)
     if (motion%means%half /= phases / 2) then
-      call solve_means(at%m, at%b, at%c, 2 * pi / system%period, motion%survey, motion%means, fits)
+      call solve_means(at%b, at%c, 2 * pi / system%period, motion%survey, motion%means, fits)
       if (.not. fits) return
     end if
     associate (means => motion%means)
@@ -103,7 +108,7 @@ contains
           fits = motion%truncation <= of_motion * size_of_motion
         end if
         if (fits .or. i == max_iterations) exit
-        x = applied(means, at, reshape(krylov%last(), shape(x)))
+        x = means%weighted(applied(means, at, reshape(krylov%last(), shape(x))))
         call krylov%extend(reshape(x, [size(x)]))
       end do
       if (.not. fits) then
@@ -119,39 +124,99 @@ contains
     end associate
   end subroutine balance_harmonics
 
-  !> Samples the coefficients M, B, C of the equations, with theta = 2 pi t/T as independent variable, and the load h at
-  !> equidistant phases. All are in the units `units` of the states.
-  subroutine sample(system, phases, units, at, h)
+  !> Computes the periodic motion until the residual at the phases is of the size of rounding errors. The errors of the result are
+  !> not estimated: the caller bounds them by the residual between the phases (gestell_floquet_balance_periodic_motion).
+  subroutine balance_to_rounding(system, phases, motion, fits)
+    !> `system`, `phases`: those of `balance_harmonics`
+    class(second_order_system), intent(in) :: system
+    integer, intent(in) :: phases
+    !> The computed motion. On entry it holds the units of the states
+    type(balance_type), intent(inout) :: motion
+    !> False if harmonic balance does not work for this system, or the iterations do not converge
+    logical, intent(out) :: fits
+    !> `goal`: residual, relative to the motion, at which the iterations end. `enough`: largest residual that is accepted.
+    real(dp), parameter :: goal = 16 * epsilon(goal), enough = 1.0e-10_dp
+    integer, parameter :: most = 40
+    type(coefficients_type) :: at
+    type(coupled_type) :: coupled
+    type(gmres_type) :: krylov
+    real(dp), allocatable :: h(:, :), x(:, :)
+    integer :: i
+
+    fits = is_suitable(system, phases) .and. motion%survey%fastest <= max_turns
+    if (.not. fits) return
+    call sample(system, phases, motion%survey%scale, at, h, motion%energy)
+    call couple_harmonics(at%b, at%c, coupled, fits)
+    if (.not. fits) return
+    call begin_means(at%b, at%c, 2 * pi / system%period, motion%survey, motion%means)
+    associate (means => motion%means)
+      x = means%waves%harmonics(h)
+      call coupled%solve(x)
+      x = x * means%weights
+      call krylov%begin(reshape(x, [size(x)]), most)
+      do i = 1, most
+        if (krylov%residual() <= goal) exit
+        x = applied(means, at, reshape(krylov%last(), shape(x)))
+        call coupled%solve(x)
+        x = x * means%weights
+        call krylov%extend(reshape(x, [size(x)]))
+      end do
+      fits = krylov%residual() <= enough
+      motion%harmonics = reshape(krylov%solution(), shape(x)) / means%weights &
+        & * spread(motion%survey%scale(:means%f), 1, phases)
+    end associate
+  end subroutine balance_to_rounding
+
+  !> True if the coefficients do not jump and there are enough phases.
+  pure logical function is_suitable(system, phases)
+    class(second_order_system), intent(in) :: system
+    integer, intent(in) :: phases
+
+    is_suitable = .not. allocated(system%breaks) .and. phases >= phases_in_step * system%least_steps
+  end function is_suitable
+
+  !> Samples the equations q'' + B q' + C q = h at equidistant phases, with theta = 2 pi t/T as independent variable and in the
+  !> units `units` of the states: B, C and h are those of the system, multiplied by M^-1. Without a variable mass matrix the highest
+  !> derivative does not couple the harmonics, and GMRES needs fewer iterations. `energy`: means over the turn of C and M before the
+  !> multiplication, which measure the potential and the kinetic energy, shape (f, f, 2).
+  subroutine sample(system, phases, units, at, h, energy)
     class(second_order_system), intent(in) :: system
     integer, intent(in) :: phases
     real(dp), intent(in) :: units(:)
     type(coefficients_type), intent(out) :: at
-    real(dp), allocatable, intent(out) :: h(:, :)
-    real(dp) :: omega
+    real(dp), allocatable, intent(out) :: h(:, :), energy(:, :, :)
+    real(dp), allocatable :: m(:, :, :), right(:, :, :)
+    real(dp) :: of_mass(size(units) / 2), omega
     integer :: f, i, j
 
     f = system%states / 2
     omega = 2 * pi / system%period
-    allocate(at%m(phases, f, f), at%b(phases, f, f), at%c(phases, f, f), h(phases, f))
-    call system%sample_second_order([(real(i, dp) / phases, i = 0, phases - 1)], at%m, at%b, at%c, h)
-    do j = 1, f
-      do i = 1, f
-        at%m(:, i, j) = at%m(:, i, j) * (units(i) * units(j) * omega**2)
-        at%b(:, i, j) = at%b(:, i, j) * (units(i) * units(j) * omega)
-        at%c(:, i, j) = at%c(:, i, j) * (units(i) * units(j))
+    allocate(m(phases, f, f), right(phases, f, 2 * f + 1), energy(f, f, 2))
+    allocate(at%b(phases, f, f), at%c(phases, f, f), h(phases, f))
+    call sample_in_units(system, [(real(i, dp) / phases, i = 0, phases - 1)], m, right(:, :, f + 1:2 * f), right(:, :, :f), &
+      & of_mass, right(:, :, 2 * f + 1))
+    energy(:, :, 1) = sum(right(:, :, :f), dim=1) / phases
+    energy(:, :, 2) = sum(m, dim=1) / phases * omega**2
+    call solve_mass(m, right)
+    associate (unit => units(:f) / of_mass)
+      do j = 1, f
+        do i = 1, f
+          at%c(:, i, j) = right(:, i, j) * (unit(j) / unit(i) / omega**2)
+          at%b(:, i, j) = right(:, i, f + j) * (unit(j) / unit(i) / omega)
+          energy(i, j, :) = energy(i, j, :) * unit(i) * unit(j)
+        end do
+        h(:, j) = right(:, j, 2 * f + 1) / (unit(j) * omega**2)
       end do
-      h(:, j) = h(:, j) * units(j)
-    end do
+    end associate
   end subroutine sample
 
-  !> Applies the operator M q'' + B q' + C q to the harmonics of a motion q, and then the preconditioner. `v` and the result are
-  !> harmonics multiplied by `means%weights`.
+  !> Applies the operator q'' + B q' + C q to the harmonics of a motion q. `v`: these harmonics multiplied by `means%weights`.
   pure function applied(means, at, v) result(x)
     type(means_type), intent(in) :: means
     type(coefficients_type), intent(in) :: at
     real(dp), intent(in) :: v(0:, :)
     real(dp) :: x(0:2 * means%half - 1, means%f)
-    real(dp), dimension(0:2 * means%half - 1, 3 * means%f) :: harmonics, moved
+    real(dp), dimension(0:2 * means%half - 1, 2 * means%f) :: harmonics, moved
     real(dp) :: load(2 * means%half, means%f)
     integer :: i, j, k
 
@@ -161,20 +226,23 @@ contains
         do k = 0, half - 1
           harmonics(k, f + j) = k * harmonics(half + k, j)
           harmonics(half + k, f + j) = -k * harmonics(k, j)
-          harmonics(k, 2 * f + j) = -real(k, dp)**2 * harmonics(k, j)
-          harmonics(half + k, 2 * f + j) = -real(k, dp)**2 * harmonics(half + k, j)
         end do
       end do
       moved = means%waves%values(harmonics)
       load = 0
       do j = 1, f
         do i = 1, f
-          load(:, i) = load(:, i) + at%c(:, i, j) * moved(:, j) + at%b(:, i, j) * moved(:, f + j) &
-            & + at%m(:, i, j) * moved(:, 2 * f + j)
+          load(:, i) = load(:, i) + at%c(:, i, j) * moved(:, j) + at%b(:, i, j) * moved(:, f + j)
+        end do
+      end do
+      x = means%waves%harmonics(load)
+      do j = 1, f
+        do k = 0, half - 1
+          x(k, j) = x(k, j) - real(k, dp)**2 * harmonics(k, j)
+          x(half + k, j) = x(half + k, j) - real(k, dp)**2 * harmonics(half + k, j)
         end do
       end do
     end associate
-    x = means%weighted(means%waves%harmonics(load))
   end function applied
 
   !> Evaluates functions at all phases from their harmonics. Both `harmonics` and the result have the shape (phases, functions).
@@ -186,4 +254,4 @@ contains
     values = self%means%waves%values(harmonics)
   end function at_phases
 
-end module gestell_study_frame_model_harmonic_balance
+end module gestell_floquet_balance_harmonic_balance

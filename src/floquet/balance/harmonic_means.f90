@@ -1,20 +1,20 @@
-!> The preconditioner of harmonic balance. From the means <M>, <B>, <C> over the turn it forms the matrices A_k = <C> + i k W <B> -
-!> (k W)^2 <M>, where W = 2 pi/T.
-module gestell_study_frame_model_harmonic_means
+!> The preconditioner of harmonic balance. From the means <B>, <C> over the turn of the coefficients of q'' + B q' + C q = h, with
+!> theta = 2 pi t/T as independent variable, it forms the matrices A_k = <C> + i k <B> - k^2 E.
+module gestell_floquet_balance_harmonic_means
   use gestell_base_kinds, only: dp, pi
   use gestell_floquet_choice_survey, only: survey_type
   use gestell_math_lanes_waves, only: waves_at, waves_type
   implicit none (type, external)
   private
 
-  public :: solve_means
+  public :: begin_means, invert, solve_means
 
-  !> Means of M, B, C over the turn, in units of the states, and the inverses of the matrices A_k for all orders k.
+  !> Means of B and C over the turn, in units of the states, and the inverses of the matrices A_k for all orders k.
   type, public :: means_type
     !> `f`: number of degrees of freedom. `half`: half the number of phases; the phases resolve orders below `half`
     integer :: f = 0, half = 0
-    !> Means of M, B, C over the turn, shape (f, f, 3)
-    real(dp), allocatable :: coefficients(:, :, :)
+    !> Means of B and C over the turn, shape (f, f)
+    real(dp), allocatable, dimension(:, :) :: b, c
     !> Real parts (`along`) and imaginary parts (`across`) of A_k^-1, shape (0:half - 1, f, f). A_k x_k = h_k is the averaged
     !> equation of harmonic k
     real(dp), allocatable, dimension(:, :, :) :: along, across
@@ -38,33 +38,46 @@ module gestell_study_frame_model_harmonic_means
 
 contains
 
-  !> Computes the means of M, B, C over the turn, and the inverses of A_k = <C> + i k W <B> - (k W)^2 <M> for all orders k.
-  pure subroutine solve_means(m, b, c, omega, survey, means, fits)
-    !> `m`, `b`, `c`: coefficients of the equations with theta = 2 pi t/T as independent variable, at equidistant phases, in the
-    !> units of `survey`, shapes (phases, f, f). `omega`: 2 pi/T (rad/s)
-    real(dp), intent(in) :: m(:, :, :), b(:, :, :), c(:, :, :), omega
+  !> Computes the means of B and C over the turn, and the inverses of A_k = <C> + i k <B> - k^2 E for all orders k.
+  pure subroutine solve_means(b, c, omega, survey, means, fits)
+    !> `b`, `c`: coefficients of the equations q'' + B q' + C q = h with theta = 2 pi t/T as independent variable, at equidistant
+    !> phases, in the units of `survey`, shapes (phases, f, f). `omega`: 2 pi/T (rad/s)
+    real(dp), intent(in) :: b(:, :, :), c(:, :, :), omega
     type(survey_type), intent(in) :: survey
     type(means_type), intent(out) :: means
     !> False if, for some harmonic k, the matrix of the averaged equation A_k x_k = h_k is singular
     logical, intent(out) :: fits
-    integer :: f, n, furthest, i, k
+    integer :: furthest
 
-    n = size(m, 1)
-    f = size(m, 2)
+    call begin_means(b, c, omega, survey, means)
+    associate (f => means%f, half => means%half)
+      furthest = max(half - 1, ceiling(beyond_fastest * survey%fastest / (2 * pi)))
+      allocate(means%along(0:half - 1, f, f), means%across(0:half - 1, f, f), means%gains(0:furthest))
+    end associate
+    call invert_means(means, fits)
+  end subroutine solve_means
+
+  !> Computes the means, the weights and the Fourier transform, but no inverses. The arguments are those of `solve_means`.
+  pure subroutine begin_means(b, c, omega, survey, means)
+    real(dp), intent(in) :: b(:, :, :), c(:, :, :), omega
+    type(survey_type), intent(in) :: survey
+    type(means_type), intent(out) :: means
+    integer :: f, n, i, k
+
+    n = size(c, 1)
+    f = size(c, 2)
     means%f = f
     means%half = n / 2
-    means%coefficients = reshape([sum(m, dim=1), sum(b, dim=1), sum(c, dim=1)], [f, f, 3]) / n
+    means%b = sum(b, dim=1) / n
+    means%c = sum(c, dim=1) / n
     means%of_velocity = omega * survey%scale(:f) / survey%scale(f + 1:)
     allocate(means%weights(0:n - 1, f), source=1.0_dp)
     do i = 1, f
       means%weights(1:n / 2 - 1, i) = [(sqrt((1 + (k * means%of_velocity(i))**2) / 2), k = 1, n / 2 - 1)]
     end do
     means%weights(n / 2 + 1:, :) = means%weights(1:n / 2 - 1, :)
-    furthest = max(n / 2 - 1, ceiling(beyond_fastest * survey%fastest / (2 * pi)))
-    allocate(means%along(0:n / 2 - 1, f, f), means%across(0:n / 2 - 1, f, f), means%gains(0:furthest))
     means%waves = waves_at(n)
-    call invert_means(means, fits)
-  end subroutine solve_means
+  end subroutine begin_means
 
   !> Inverts the matrices A_k of all orders k. For orders that the phases do not resolve, only the norms of the inverses are kept.
   !> `fits` is false if one of the matrices is singular.
@@ -91,7 +104,7 @@ contains
       do i = 1, f
         weight = 1 + (k * means%of_velocity(i))**2
         do j = 1, f
-          of_acceleration = sum(inverted(i, :) * means%coefficients(:, j, 1)) / (2 * pi * means%of_velocity(j))
+          of_acceleration = inverted(i, j) / (2 * pi * means%of_velocity(j))
           squares = squares + weight * (real(of_acceleration)**2 + aimag(of_acceleration)**2)
           means%gains(k) = means%gains(k) + weight * (real(inverted(i, j))**2 + aimag(inverted(i, j))**2)
         end do
@@ -106,8 +119,12 @@ contains
     type(means_type), intent(in) :: means
     integer, intent(in) :: k
     complex(dp) :: a(means%f, means%f)
+    integer :: i
 
-    a = cmplx(means%coefficients(:, :, 3) - real(k, dp)**2 * means%coefficients(:, :, 1), k * means%coefficients(:, :, 2), dp)
+    a = cmplx(means%c, k * means%b, dp)
+    do i = 1, means%f
+      a(i, i) = a(i, i) - real(k, dp)**2
+    end do
   end function operator_of
 
   !> Inverts a matrix in place by Gauss-Jordan elimination with row pivots. `fits` is false if the matrix is singular.
@@ -192,4 +209,4 @@ contains
     end associate
   end function left_out
 
-end module gestell_study_frame_model_harmonic_means
+end module gestell_floquet_balance_harmonic_means

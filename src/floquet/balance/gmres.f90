@@ -1,7 +1,7 @@
 !> GMRES, the generalised minimal residual method: solves A x = b from products A v for an A close to the unit matrix
 !> (Y. Saad, M. H. Schultz, SIAM J. Sci. Stat. Comput. 7, 1986, 856-869). The caller multiplies `last` by A and passes the product
 !> to `extend`.
-module gestell_study_frame_model_gmres
+module gestell_floquet_balance_gmres
   use gestell_base_kinds, only: dp
   implicit none (type, external)
   private
@@ -158,4 +158,4 @@ contains
     inner = (s1 + s2) + (s3 + s4)
   end function inner
 
-end module gestell_study_frame_model_gmres
+end module gestell_floquet_balance_gmres
