@@ -379,7 +379,7 @@ contains
     type(manufactured) :: system
     type(monodromy_type) :: monodromy
     type(gestell_error), allocatable :: failure
-    real(dp) :: product(4, 4)
+    real(dp) :: whole(4, 4)
     integer :: i, k
 
     do i = 1, 3
@@ -387,11 +387,11 @@ contains
       call solve_monodromy(system, accuracy_type(), .true., monodromy, failure)
       call check_success(error, failure)
       if (allocated(error)) return
-      product = monodromy%segments%maps(:, :, 1)
+      whole = monodromy%segments%maps(:, :, 1)
       do k = 2, size(monodromy%segments%maps, 3)
-        product = matmul(monodromy%segments%maps(:, :, k), product)
+        whole = matmul(monodromy%segments%maps(:, :, k), whole)
       end do
-      call check_that(error, maxval(abs(product - monodromy%phi)), "<=", 1.0e-12_dp * maxval(abs(monodromy%phi)), "product")
+      call check_that(error, maxval(abs(whole - monodromy%phi)), "<=", 1.0e-12_dp * maxval(abs(monodromy%phi)), "product")
       call check_that(error, abs(monodromy%segments%ends(0)), "<=", 0.0_dp, "first end")
       call check_that(error, abs(monodromy%segments%ends(size(monodromy%segments%ends) - 1) - 1), "<=", 0.0_dp, "last end")
       if (allocated(error)) return

@@ -377,8 +377,8 @@ contains
         largest = max(largest, abs(found%peak - exact%peak) / found%peak_error)
       end do
     end do
-    ! a bound that no case comes near would be of no use
-    call check_that(error, largest, ">", 1.0e-4_dp, "largest part of a bound")
+    ! A bound that no case comes near would be of no use. At loose tolerances harmonic balance is far more accurate than requested.
+    call check_that(error, largest, ">", 1.0e-5_dp, "largest part of a bound")
 
   contains
 

@@ -48,7 +48,7 @@ contains
     next = 0
     do k = n / 2 - 1, 0, -1
       coupled%r(:, :, k) = conjg(c_k(:, :, 1)) + i * (k + 1) * conjg(b_k(:, :, 1))
-      next = product(coupled%r(:, :, k), next)
+      next = times(coupled%r(:, :, k), next)
       if (k == 0) next = 2 * real(next)
       associate (d => coupled%d(:, :, k))
         d = c_k(:, :, 0) + i * k * b_k(:, :, 0) - next
@@ -57,25 +57,25 @@ contains
         end do
         call invert(d, fits)
         if (.not. fits) return
-        next = product(d, c_k(:, :, 1) + i * (k - 1) * b_k(:, :, 1))
+        next = times(d, c_k(:, :, 1) + i * (k - 1) * b_k(:, :, 1))
       end associate
       coupled%w(:, :, k) = next
     end do
   end subroutine couple_harmonics
 
   !> Product of two small matrices.
-  pure function product(a, b)
+  pure function times(a, b)
     complex(dp), intent(in) :: a(:, :), b(:, :)
-    complex(dp) :: product(size(a, 1), size(a, 1))
+    complex(dp) :: times(size(a, 1), size(a, 1))
     integer :: j, k
 
-    product = 0
+    times = 0
     do j = 1, size(a, 1)
       do k = 1, size(a, 1)
-        product(:, j) = product(:, j) + a(:, k) * b(k, j)
+        times(:, j) = times(:, j) + a(:, k) * b(k, j)
       end do
     end do
-  end function product
+  end function times
 
   !> Replaces the harmonics of a load by those of the motion. The harmonics, shape (0:2 K + 1, f), are the coefficients of the
   !> cosines of orders 0 ... K, followed by those of the sines.

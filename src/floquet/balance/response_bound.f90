@@ -160,19 +160,19 @@ contains
   pure subroutine transform(a, b, c, sums)
     real(dp), intent(in) :: a(:, :), b(:, :, :), c(:, :)
     real(dp), intent(inout) :: sums(:, :, :)
-    real(dp) :: product(size(b, 1), size(b, 2), size(b, 3))
+    real(dp) :: from_right(size(b, 1), size(b, 2), size(b, 3))
     integer :: i, j, k
 
-    product = 0
+    from_right = 0
     do j = 1, size(c, 2)
       do k = 1, j
         do i = 1, size(b, 2)
-          product(:, i, j) = product(:, i, j) + b(:, i, k) * c(k, j)
+          from_right(:, i, j) = from_right(:, i, j) + b(:, i, k) * c(k, j)
         end do
       end do
       do k = 1, size(a, 2)
         do i = 1, k
-          sums(:, i, j) = sums(:, i, j) + a(i, k) * product(:, k, j)
+          sums(:, i, j) = sums(:, i, j) + a(i, k) * from_right(:, k, j)
         end do
       end do
     end do
