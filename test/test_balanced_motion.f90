@@ -169,7 +169,7 @@ contains
       solved = solved + 1
       call measure(system, motion, used, bound)
       call check_that(error, used, "<=", 1.0_dp, "error relative to the bound")
-      if (.not. allocated(error)) call check_that(error, bound, "<=", 1.0e-7_dp, "bound relative to the motion")
+      if (.not. allocated(error)) call check_that(error, bound, "<=", 1.0e-6_dp, "bound relative to the motion")
       if (allocated(error)) return
       most = max(most, used)
     end do

@@ -93,7 +93,9 @@ contains
     real(dp), parameter :: roundings = 8
     real(dp), dimension(phases, system%states / 2) :: q, q_d, q_dd, residual, terms
     real(dp), dimension(phases, system%states) :: x, f
-    real(dp) :: p(phases, system%states, system%states), shifted(phases), size_of_motion, disturbance, error
+    !> Allocated on the heap because threads have small stacks.
+    real(dp), allocatable :: p(:, :, :)
+    real(dp) :: shifted(phases), size_of_motion, disturbance, error
     type(response_type) :: response
     integer :: n, half, i, j, k
 
@@ -105,6 +107,7 @@ contains
     allocate(motion%series%sine(0:phases / 2 - 1, half), source=balance%harmonics(phases / 2 + 1:, :))
     call motion%series%trim(monodromy%scale(:half), epsilon(1.0_dp) / 16 * largest(balance%harmonics, monodromy%scale(:half)))
     shifted = [((k + golden) / phases, k = 0, phases - 1)]
+    allocate(p(phases, n, n))
     call sample_by_phase(system, shifted, p, f)
     call motion%series%values(shifted, q, q_d, q_dd)
     x(:, :half) = q

@@ -50,8 +50,7 @@ contains
     logical, intent(out) :: fits
     real(dp), parameter :: little = 0.1_dp
     real(dp), dimension(size(monodromy%segments%maps, 3)) :: length, growth
-    real(dp), dimension(2 * size(energies, 1), 2 * size(energies, 1), size(length)) :: a
-    real(dp), allocatable :: inverted(:, :), at_starts(:, :)
+    real(dp), allocatable :: a(:, :, :), inverted(:, :), at_starts(:, :)
     real(dp) :: phi(2 * size(energies, 1), 2 * size(energies, 1)), lost
     type(error_type), allocatable :: error
     integer :: n, k
@@ -69,6 +68,7 @@ contains
       if (.not. fits) return
       length = 2 * pi * (segments%ends(1:) - segments%ends(:size(length) - 1))
       growth = exp(length * growth_rates(response, omega, phases, p, segments%ends))
+      allocate(a(n, n, size(length)))
       do k = 1, size(length)
         a(:, :, k) = matmul(matmul(to, segments%maps(:, :, k)), from)
       end do
@@ -156,13 +156,14 @@ contains
     end do
   end function growth_rates
 
-  !> Adds the products A B(t) C to `sums`, shape (phases, f, f). A is lower and C is upper triangular or both upper triangular.
+  !> Adds the products A B(t) C to `sums`, shape (phases, f, f). A and C are upper triangular.
   pure subroutine transform(a, b, c, sums)
     real(dp), intent(in) :: a(:, :), b(:, :, :), c(:, :)
     real(dp), intent(inout) :: sums(:, :, :)
-    real(dp) :: from_right(size(b, 1), size(b, 2), size(b, 3))
+    real(dp), allocatable :: from_right(:, :, :)
     integer :: i, j, k
 
+    allocate(from_right, mold=b)
     from_right = 0
     do j = 1, size(c, 2)
       do k = 1, j
