@@ -41,6 +41,7 @@ program main
   use test_exact_check, only: collect_exact_check
   use test_exact_paths, only: collect_exact_paths
   use test_equivalence, only: collect_equivalence
+  use test_exchange, only: collect_exchange
   use test_factors, only: collect_factors
   use test_floquet, only: collect_floquet
   use test_follower, only: collect_follower
@@ -236,6 +237,7 @@ program main
     & new_testsuite("boundary-machines", collect_boundary_machines), &
     & new_testsuite("boundary-map", collect_boundary_map), &
     & new_testsuite("boundary-tongues", collect_boundary_tongues), &
+    & new_testsuite("exchange", collect_exchange), &
     & new_testsuite("version", collect_version), &
     & new_testsuite("space", collect_space), &
     & new_testsuite("space-held-speed", collect_space_held_speed), &

@@ -7,8 +7,8 @@
 The last line is "N passed, M failed": a mutant passes if a test fails. Survivors are listed; whether one is equivalent, that is
 without any effect for a user, a reader must judge (README.md). `fixed` runs the one test that each line names, and first
 without the mutant, when it must pass. The others run the quick tests of `fpm test`, of test/cli and of bindings/refusals.c that
-execute the mutated procedure, the shortest first; `draw` ends with 1 if fewer than 90 % are found. build/mutants keeps the build,
-and which test executes which procedure.
+execute the mutated line, those that are short and execute few lines first; `draw` ends with 1 if fewer than 90 % are found.
+build/mutants keeps the build, and which test executes which lines.
 """
 import argparse
 import concurrent.futures
@@ -28,7 +28,7 @@ import tempfile
 import threading
 import time
 
-from reach import executed_procedures, procedures_of
+from reach import executed_lines, procedures_of
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 HOME = ROOT / "build/mutants"
@@ -103,7 +103,7 @@ def _condition(line):
 
 
 def _dropped(line):
-    return [re.match(r"\s*", line)[0] + "continue"] if re.match(r"\s*(?!do\b)(call \w|[\w%(), :]+ = )", line) else []
+    return [re.match(r"\s*", line)[0] + "continue"] if re.match(r"(?!\s*do\b)\s*(call \w|[\w%(), :]+ = )", line) else []
 
 
 def _bound(line):
@@ -146,15 +146,17 @@ def draw(dice, places):
 # ---- build, link, run
 
 class Build:
-    """A build of the tests by fpm in one folder: modules, and objects of src, of the program, of the tests and of test-drive."""
+    """A build by fpm in one folder: modules, and objects of src, of the program, of the tests and of test-drive. With `tests`, the
+    objects of the tests and of test-drive are those of this other build."""
 
-    def __init__(self, place):
-        mains = list(place.glob("build/*/gestell/test_main.f90.o"))
+    def __init__(self, place, tests=None):
+        mains = list(place.glob(f"build/*/gestell/{'app' if tests else 'test'}_main.f90.o"))
         if not mains:
             sys.exit("the tests are not built: ./bootstrap fpm test")
         self.objects = max(mains, key=lambda path: path.stat().st_mtime).parent
-        self.parts = {main: sorted(path for kind in kinds for path in self.objects.glob(kind + ".o"))
-                      for main, kinds in (("test", ("src_*", "test_*", "*testdrive*")), ("app", ("src_*", "app_*")), ("c", ("src_*",)))}
+        own, program = sorted(self.objects.glob("src_*.o")), sorted(self.objects.glob("app_*.o"))
+        drivers = sorted(path for kind in ("test_*.o", "*testdrive*.o") for path in (tests or self).objects.glob(kind))
+        self.parts = {"test": own + drivers, "app": own + program, "c": list(own)}
         self.parts["c"].append(ROOT / "bindings/refusals.c")
         # fpm keeps the objects of C elsewhere
         for parts in self.parts.values():
@@ -167,13 +169,16 @@ class Build:
         """The mutant's object; None if it does not compile, or if it changes what other files use of its module."""
         source = folder / pathlib.Path(mutant.path).name
         mutant.write(source)
-        run = subprocess.run(["gfortran", "-c", "-O1", "-w", "-fPIC", "-fopenmp", "-fcheck=bounds", "-ffree-form", "-fimplicit-none",
-                              f"-I{ROOT}/include", f"-I{(ROOT / mutant.path).parent}", f"-J{folder}", f"-I{self.objects.parent}",
-                              str(source), "-o", str(folder / "mutant.o")], capture_output=True)
-        if run.returncode:
-            return None
-        changed = any(module.read_bytes() != (self.objects.parent / module.name).read_bytes() for module in folder.glob("*.mod"))
-        return None if changed else folder / "mutant.o"
+        # The profiles of fpm ask for -fcoarray=single, which adds components to types. A kept object may have been compiled without.
+        for coarray in ("none", "single"):
+            run = subprocess.run(["gfortran", "-c", "-O1", "-w", "-fPIC", "-fopenmp", f"-fcoarray={coarray}", "-fcheck=bounds", "-ffree-form",
+                                  "-fimplicit-none", f"-I{ROOT}/include", f"-I{(ROOT / mutant.path).parent}", f"-J{folder}",
+                                  f"-I{self.objects.parent}", str(source), "-o", str(folder / "mutant.o")], capture_output=True)
+            if run.returncode:
+                return None
+            if all(module.read_bytes() == (self.objects.parent / module.name).read_bytes() for module in folder.glob("*.mod")):
+                return folder / "mutant.o"
+        return None
 
     def link(self, folder, main="test", mutant=None, counting=False):
         """Links the tests, by main="app" the program, or by main="c" the tests in C, in a folder, with a mutant's object in place of
@@ -190,12 +195,13 @@ class Build:
 
 def optimised_build():
     """The tests of this checkout, built by fpm for speed. Mutants are linked with its objects."""
-    build_by_fpm(ROOT, "build --tests --profile release")
+    build_by_fpm(ROOT, "build --tests --flag '-O3 -funroll-loops -fPIC -fopenmp'")
     return Build(ROOT)
 
 
-def counted_build():
-    """The tests, built by fpm in a folder of links to this checkout, with counters of executed procedures."""
+def counted_build(tests):
+    """The program, built by fpm in a folder of links to this checkout, with counters of executed lines. `tests`: the build whose
+    tests run it."""
     copy = HOME / "checkout"
     copy.mkdir(parents=True, exist_ok=True)
     for name in os.listdir(ROOT):
@@ -203,8 +209,8 @@ def counted_build():
             (copy / name).symlink_to(ROOT / name)
     if not (copy / "build/dependencies").exists():
         shutil.copytree(ROOT / "build/dependencies", copy / "build/dependencies", symlinks=True)
-    build_by_fpm(copy, "build --tests --flag '-O1 -g1 -fPIC -fopenmp --coverage'")
-    return Build(copy)
+    build_by_fpm(copy, "build --flag '-O1 -g1 -fPIC -fopenmp --coverage'")
+    return Build(copy, tests)
 
 
 def build_by_fpm(folder, command):
@@ -282,15 +288,15 @@ def digest(files):
 
 @functools.cache
 def procedures_in(counted):
-    """{name of an object: (file of src, {identity of a procedure: (first line, last line)})}."""
+    """{name of an object: (file of src, its procedures)}."""
     paths = {str(path.relative_to(ROOT)).replace("/", "_"): str(path.relative_to(ROOT)) for path in (ROOT / "src").rglob("*.f90")}
     return {notes.stem: (paths[notes.stem], procedures_of(notes)) for notes in counted.objects.glob("src_*.gcno") if notes.stem in paths}
 
 
 class Reach:
-    """For each quick test: its seconds with the counted build, and the procedures of src that it executes: {file: [(first line,
-    last line)]}. build/mutants/reach.json keeps them until a line of src changes; new or renamed unit tests, and the tests of each
-    changed file of test/cli, are recorded when they are first needed."""
+    """For each quick test: its seconds with the counted build, and the lines of src that it executes: {file: [line]}.
+    build/mutants/reach.json keeps them until a line of src changes; new or renamed unit tests, and the tests of each changed file of
+    test/cli, are recorded when they are first needed."""
 
     def __init__(self, counted):
         file = HOME / "reach.json"
@@ -299,6 +305,7 @@ class Reach:
         if known.get("source") != source:
             known = {"source": source, "tests": {}}
         self.tests = []
+        self.procedures = dict(procedures_in(counted).values())
         saved = time.time()
         with tempfile.TemporaryDirectory() as folder:
             folder = pathlib.Path(folder)
@@ -313,28 +320,37 @@ class Reach:
                     if time.time() > saved + 60:
                         file.write_text(json.dumps(known))
                         saved = time.time()
-                self.tests.append(known["tests"][key])
+                test, seconds, reached = known["tests"][key]
+                self.tests.append((test, seconds, {path: set(lines) for path, lines in reached.items()}))
         file.write_text(json.dumps(known))
 
     @staticmethod
     def record(counted, programs, test, counters):
-        """[test, seconds, {file: [(first line, last line)]}] of a test, or None if it fails."""
+        """[test, seconds, {file: [line]}] of a test, or None if it fails."""
         run, main, what = way_of(test)
         passed, _, seconds = run(programs[main], what, 1000, counters)
         reached = {}
         for one in counters.rglob("src_*.gcda"):
-            path = procedures_in(counted).get(one.stem)
-            lines = [path[1][identity] for identity in executed_procedures(one)] if path else []
+            path, procedures = procedures_in(counted).get(one.stem, (None, None))
+            # A program that is killed leaves unfinished files.
+            lines = executed_lines(one, procedures) if path and passed else None
             if lines:
-                reached[path[0]] = lines
+                reached[path] = sorted(lines)
         shutil.rmtree(counters, ignore_errors=True)
         return [test, seconds, reached] if passed else None
 
     def of(self, mutant):
-        """The tests that execute the mutant's procedure, the shortest first."""
+        """The tests that execute the mutant's line, or any line of its procedure if the compiler has merged the line with others.
+        The first tests are short and execute few lines: they fail soonest."""
         line = mutant.number + 1
-        return sorted(((seconds, test) for test, seconds, reached in self.tests
-                       if any(first <= line <= last for first, last in reached.get(mutant.path, []))), key=lambda each: each[0])
+        procedures = self.procedures[mutant.path].values()
+        wanted = {line}
+        if not any(line in lines for procedure in procedures for lines in procedure.lines.values()):
+            around = [procedure for procedure in procedures if procedure.first <= line <= procedure.last]
+            wanted = {each for procedure in around for each in range(procedure.first, procedure.last + 1)}
+        found = [((seconds + 0.1) * sum(len(lines) for lines in reached.values()), seconds, test)
+                 for test, seconds, reached in self.tests if not wanted.isdisjoint(reached.get(mutant.path, ()))]
+        return [(seconds, test) for _, seconds, test in sorted(found, key=lambda each: each[0])]
 
 
 def examine(build, mutant, tests, patience=float("inf")):
@@ -393,7 +409,7 @@ def drawn(arguments):
     if not places:
         sys.exit("no line can be changed")
     build = optimised_build()
-    reach = Reach(counted_build())
+    reach = Reach(counted_build(build))
     dice, seen, survivors, killed = random.Random(arguments.seed), set(), [], 0
     begin, wanted = time.time(), arguments.number
     with concurrent.futures.ThreadPoolExecutor(arguments.jobs) as pool:
