@@ -1,4 +1,5 @@
-/* Everything that makes no sense is refused with its code and a message, and nothing crashes. The last line counts. */
+/* Everything that makes no sense is refused with its code and a message, and nothing crashes; what makes sense returns numbers that
+ * agree with each other. The last line counts. */
 #include <gestell.h>
 #include <math.h>
 #include <stdio.h>
@@ -50,6 +51,82 @@ static void garbage(double t, int dof, double *m, double *b, double *c, double *
   (void)data;
   for (int i = 0; i < dof * dof; i++) m[i] = b[i] = c[i] = constant;
   for (int i = 0; i < dof; i++) h[i] = constant;
+}
+
+static void check(const char *name, int good) {
+  good ? passed++ : failed++;
+  if (!good) printf("FAIL  %s\n", name);
+}
+
+/* Multipliers agree with the table of multipliers, and peak, rms, harmonics and history of eta with each other. */
+static void compare_numbers(gestell_solution solution) {
+  double re[6], im[6], bounds[6], column[6], numbers[4], amplitudes[500], history[2000];
+  int orders, points, rows, columns;
+  char unit[16], table[32];
+  expect("multipliers", gestell_get_multipliers(solution, 6, re, im, bounds, error), 0, NULL);
+  gestell_get_numbers(solution, "multipliers", 1, 6, column, error);
+  check("real parts are those of the table", memcmp(re, column, sizeof re) == 0);
+  gestell_get_numbers(solution, "multipliers", 2, 6, column, error);
+  check("imaginary parts are those of the table", memcmp(im, column, sizeof im) == 0);
+  check("bounds are small and positive", bounds[0] > 0 && bounds[0] < 1e-6 && bounds[5] > 0);
+  int indices[6];
+  expect("numbers of the multipliers", gestell_get_integers(solution, "multipliers", 0, 6, indices, error), 0, NULL);
+  check("multipliers are numbered from 1", indices[0] == 1 && indices[5] == 6);
+  expect("real numbers are no integers", gestell_get_integers(solution, "multipliers", 1, 6, indices, error), GESTELL_USAGE, "integer");
+  expect("name", gestell_name_table(solution, 0, 32, table, error), 0, NULL);
+  expect("of a table", gestell_shape_table(solution, table, &rows, &columns, error), 0, NULL);
+
+  expect("vibration", gestell_describe_response(solution, "eta", &orders, &points, 16, unit, error), 0, NULL);
+  check("eta is in m, and the arrays are large enough", strcmp(unit, "m") == 0 && orders <= 500 && points <= 2000);
+  expect("null numbers", gestell_get_response(solution, "eta", NULL, orders, amplitudes, points, history, error), GESTELL_USAGE, "null");
+  expect("few orders", gestell_get_response(solution, "eta", numbers, orders - 1, amplitudes, points, history, error), GESTELL_USAGE,
+         "elements");
+  expect("few points", gestell_get_response(solution, "eta", numbers, orders, amplitudes, points - 1, history, error), GESTELL_USAGE,
+         "elements");
+  expect("peak alone", gestell_get_response(solution, "eta", numbers, 0, NULL, 0, NULL, error), 0, NULL);
+  expect("all", gestell_get_response(solution, "eta", numbers, orders, amplitudes, points, history, error), 0, NULL);
+  double mean = 0, square = 0, peak = 0, parts = 0;
+  for (int i = 0; i < points - 1; i++) {
+    mean += history[i] / (points - 1);
+    square += history[i] * history[i] / (points - 1);
+    peak = fmax(peak, fabs(history[i]));
+  }
+  for (int i = 0; i < orders; i++) parts += amplitudes[i] * amplitudes[i] / 2;
+  /* The history has so many points that its mean square is that of the vibration; its largest value is up to 1 % below the peak. */
+  check("rms", fabs(sqrt(square) / numbers[1] - 1) < 1e-3);
+  check("peak", peak <= numbers[0] * (1 + 1e-9) && peak > 0.99 * numbers[0]);
+  check("Parseval", fabs((mean * mean + parts) / square - 1) < 1e-3);
+  check("bounds of peak and rms", numbers[2] > 0 && numbers[2] < 1e-6 * numbers[0] && numbers[3] > 0 && numbers[3] < 1e-6 * numbers[1]);
+}
+
+/* Several machines at once have the solutions that they have one by one. */
+static void solve_many(gestell_machine machine) {
+  gestell_machine machines[3] = {NULL, gestell_new_machine(), NULL};
+  gestell_solution solutions[3] = {NULL, NULL, NULL}, alone = NULL;
+  gestell_error errors[3] = {gestell_new_error(), gestell_new_error(), gestell_new_error()};
+  double re[2][6], im[6], bounds[6];
+  char text[200];
+  gestell_copy_machine(machine, &machines[0], error);
+  gestell_copy_machine(machine, &machines[2], error);
+  gestell_set(machines[2], "drive.speed_rpm", 300, error);
+  for (int with_errors = 0; with_errors < 2; with_errors++) {
+    int code = gestell_solve_many(3, machines, "stability", 2, solutions, with_errors ? errors : NULL);
+    check("the code of the empty machine", code == GESTELL_INPUT && !solutions[1]);
+    for (int i = 0; i < 3; i += 2) {
+      gestell_solve(machines[i], "stability", &alone, error);
+      gestell_get_multipliers(solutions[i], 6, re[0], im, bounds, error);
+      expect("multipliers of one of several", gestell_get_multipliers(alone, 6, re[1], im, bounds, error), 0, NULL);
+      check("one of several is as alone", memcmp(re[0], re[1], sizeof re[0]) == 0);
+      gestell_delete_solution(&alone);
+      gestell_delete_solution(&solutions[i]);
+    }
+  }
+  gestell_get_error(errors[1], 200, text);
+  check("its message", strstr(text, "machine is empty") && gestell_get_error(errors[0], 200, text) == 0);
+  check("no machines", gestell_solve_many(0, machines, NULL, 0, solutions, NULL) == 0);
+  check("a negative number", gestell_solve_many(-1, machines, NULL, 0, solutions, NULL) == GESTELL_USAGE);
+  check("no place", gestell_solve_many(1, machines, NULL, 0, NULL, NULL) == GESTELL_USAGE);
+  for (int i = 0; i < 3; i++) gestell_delete_machine(&machines[i]), gestell_delete_error(&errors[i]);
 }
 
 int main(int argc, char **argv) {
@@ -136,7 +213,10 @@ int main(int argc, char **argv) {
   gestell_delete_solution(&solution);
   expect("null solution", gestell_write(solution, "there", 0, error), GESTELL_USAGE, "null");
   expect("a probe", gestell_add(machine, "&probe name='outlet', position=0.1,0.1 /", error), 0, NULL);
-  expect("response", gestell_solve(machine, "response", &solution, error), 0, NULL);
+  gestell_set(machine, "response.points", 720, error);
+  expect("response", gestell_solve(machine, "stability, response", &solution, error), 0, NULL);
+  compare_numbers(solution);
+  solve_many(machine);
   expect("its name", gestell_describe_column(solution, "probes", 0, 64, text, text, text, &kind, &count, error), 0, NULL);
   for (int width = -1; width < count; width++)
     expect("too narrow for a word", gestell_get_words(solution, "probes", 0, 1, width, text, error), GESTELL_USAGE, "must have 6 elements");

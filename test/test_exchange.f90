@@ -39,6 +39,12 @@ module test_exchange
     & // "&frame mass=40 inertia=2 origin=0.05,0.2 /" &
     & // "&support position=-0.3,-0.2 stiffness=2e4,4e4 damping=40,60 /" &
     & // "&support position=0.3,-0.2 stiffness=2e4,4e4 damping=40,60 /"
+  !> An eccentric that rocks its frame, which parametric resonance makes unstable between 218 and 246 rpm.
+  character(len=*), parameter :: rocking = "&drive speed_rpm=229 / &joint name='O' type='ground' position=0,0 /" &
+    & // "&joint name='A' type='crank' pivot='O' radius=0.12 /" &
+    & // "&link name='eccentric' from='O' to='A' mass=9 inertia=0.02 center=0.12,0 /" &
+    & // "&frame mass=40 inertia=2 origin=0.5,0 dof='psi' / &foundation stiffness=0,0,0,0,0,0,0,0,630 damping=0,0,1.5 /"
+  character(len=*), parameter :: at_rest = "&model frame='rest' /"
   character(len=*), parameter :: speeds = "&sweep parameter='drive.speed_rpm' "
 
 contains
@@ -93,18 +99,21 @@ contains
 
   subroutine test_borders(error)
     type(error_type), allocatable, intent(out) :: error
+    character(len=*), parameter :: inertias = "&sweep parameter='frame.inertia' from=2 to=3 count=3 /"
 
-    call compare(error, "&case tasks='boundary' / &model frame='rest' /" // speeds // "from=200 to=420 count=3 /")
-    call compare(error, "&case tasks='boundary' / " // speeds // "from=230 to=300 count=2 /")
-    call compare(error, "&case tasks='boundary' / &model frame='rest' /" // speeds // "from=380 to=420 count=2 /" &
-      & // "&sweep parameter='frame.mass' from=38 to=42 count=2 /")
+    call compare(error, "&case tasks='boundary' /" // at_rest // speeds // "from=200 to=420 count=3 /")
+    call compare(error, "&case tasks='boundary' /" // at_rest // speeds // "from=200 to=250 count=3 /", rocking)
+    call compare(error, "&case tasks='boundary' /" // speeds // "from=200 to=250 count=3 /", rocking)
+    call compare(error, "&case tasks='boundary' /" // at_rest // speeds // "from=200 to=250 count=3 /" // inertias, rocking)
   end subroutine test_borders
 
   subroutine test_levels(error)
     type(error_type), allocatable, intent(out) :: error
+    character(len=*), parameter :: of_level = "&case tasks='boundary' / " // at_rest &
+      & // "&boundary quantity='f' measure='rms' level=60 /"
 
-    call compare(error, "&case tasks='boundary' / &model frame='rest' / &boundary quantity='f' measure='rms' level=60 /" // speeds &
-      & // "from=200 to=420 count=3 /")
+    call compare(error, of_level // speeds // "from=200 to=420 count=3 /")
+    call compare(error, of_level // speeds // "from=250 to=330 count=3 / &sweep parameter='frame.mass' from=40 to=50 count=3 /")
   end subroutine test_levels
 
   subroutine test_designs(error)
@@ -116,19 +125,24 @@ contains
   end subroutine test_designs
 
   !> Compares reports and tables of two runs: with an executor of the program, and with records.
-  subroutine compare(error, input)
+  subroutine compare(error, input, frame)
     type(error_type), allocatable, intent(inout) :: error
     !> What is added to the description of the machine
     character(len=*), intent(in) :: input
+    !> Description of the machine; by default `machine`
+    character(len=*), intent(in), optional :: frame
+    character(len=:), allocatable :: groups
     type(context_type) :: context(2)
     type(result_type) :: results(2)
     type(failure_type), allocatable :: failure
     integer :: i, k
 
     if (allocated(error)) return
+    groups = machine // input
+    if (present(frame)) groups = frame // input
     allocate(recording_executor :: context(2)%executor)
     do k = 1, 2
-      call solve(machine // input, context(k), results(k), failure)
+      call solve(groups, context(k), results(k), failure)
       call check_success(error, failure, input)
     end do
     if (allocated(error)) return
