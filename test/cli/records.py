@@ -107,6 +107,7 @@ RUNS = {
     "resonances": (NEEDLE + REST + SPEEDS.format(400, 900, 3), "campbell critical separation"),
     "measured": (FUNCTIONS + SHORT, "stability modes response forces separation"),
     "expansion": (EXPANDED, "sweep"),
+    "large_motions": (ROCKING + REST + SPEEDS.format(220, 240, 3), "sweep"),
     "undamped": (ROTOR.replace("damping=40.0,", "damping=0,") + SPEEDS.format(420, 520, 3) + SHORT,
                  "stability modes campbell critical separation resonance"),
     "unstable": (ROCKING + SHORT, "stability modes response forces"),

@@ -341,16 +341,18 @@ class Reach:
 
     def of(self, mutant):
         """The tests that execute the mutant's line, or any line of its procedure if the compiler has merged the line with others.
-        The first tests are short and execute few lines: they fail soonest."""
+        The first tests are short and execute few lines: they fail soonest. Of the tests of test/cli, those that compare all
+        results with a record come first."""
         line = mutant.number + 1
         procedures = self.procedures[mutant.path].values()
         wanted = {line}
         if not any(line in lines for procedure in procedures for lines in procedure.lines.values()):
             around = [procedure for procedure in procedures if procedure.first <= line <= procedure.last]
             wanted = {each for procedure in around for each in range(procedure.first, procedure.last + 1)}
-        found = [((seconds + 0.1) * sum(len(lines) for lines in reached.values()), seconds, test)
+        found = [(test[0] == COMMAND_LINE and not test[1].startswith("records."),
+                  (seconds + 0.1) * sum(len(lines) for lines in reached.values()), seconds, test)
                  for test, seconds, reached in self.tests if not wanted.isdisjoint(reached.get(mutant.path, ()))]
-        return [(seconds, test) for _, seconds, test in sorted(found, key=lambda each: each[0])]
+        return [(seconds, test) for _, _, seconds, test in sorted(found, key=lambda each: each[:2])]
 
 
 def examine(build, mutant, tests, patience=float("inf")):
