@@ -121,7 +121,8 @@ contains
 
     call compare(error, "&case tasks='design','sensitivity' / &model frame='rest' / &objective quantity='f' /" &
       & // "&sensitivity parameters='frame.mass','support.stiffness' /" &
-      & // "&design parameter='support.stiffness' from=1e4 to=5e4 starts=3 /")
+      & // "&design parameter='support.stiffness' from=1e4 to=5e4 starts=3 / &design parameter='support.damping' from=10 to=500 /" &
+      & // "&constraint quantity='eta' measure='peak' at_most=1.4e-3 / &constraint quantity='xi' at_most=1e-3 /")
   end subroutine test_designs
 
   !> Compares reports and tables of two runs: with an executor of the program, and with records.
