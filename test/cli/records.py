@@ -5,6 +5,8 @@ which curve a picture draws, and that bounds are still there and of the same siz
 `run.py PROGRAM records --write-golden` replaces the records; review the differences.
 """
 
+import csv
+import io
 import json
 import math
 import re
@@ -75,6 +77,8 @@ RUNS = {
     "level": (DAMPED + SPEEDS.format(240, 300, 3) + "&boundary quantity='f', measure='rms', level=60 /\n", "boundary"),
     "branches": (YOKE + SPEEDS.format(643, 650, 2), "boundary"),
     "several": (YOKE.replace("speed_rpm=", "speed_rpm=648.9 ! ") + "&model vibrations='all' /\n" + SHORT, "stability response"),
+    "level_mass": (DAMPED + "&sweep parameter='frame.mass', from=30, to=60, count=3 /\n"
+                   "&boundary quantity='f', measure='rms', level=50 /\n", "boundary"),
     "map": (ROCKING + REST + SPEEDS.format(200, 250, 3) + INERTIAS, "boundary"),
     "map_exact": (ROCKING + SPEEDS.format(200, 250, 3) + INERTIAS, "boundary"),
     "level_map": (DAMPED + SPEEDS.format(250, 330, 3) + "&sweep parameter='frame.mass', from=40, to=50, count=3 /\n"
@@ -138,7 +142,9 @@ def recorded(what, folder):
                   "errors " + json.dumps([column["error"] for column in columns if column["error"]], ensure_ascii=False)]
         lines += dict.fromkeys(f"unit {column['unit']}, meaning {column['meaning']}" for column in columns)
         rows = table["rows"]
-        lines += ["row " + json.dumps(rows[i], ensure_ascii=False) for i in sorted({len(rows) // 2, len(rows) - 1}) if rows and not timed]
+        listed = sorted({len(rows) // 2, len(rows) - 1}) if rows else []
+        compare_files(f"record {what}, {name}.csv", folder / "out" / f"{name}.csv", [column["key"] for column in columns], rows, listed)
+        lines += ["row " + json.dumps(rows[i], ensure_ascii=False) for i in listed if not timed]
         script = (folder / "out" / f"{name}.gp")
         if script.exists():
             # the lines of a scene are pixels; test/cli/animation.py checks them
@@ -146,6 +152,16 @@ def recorded(what, folder):
             lines += [f"== {name}.gp", *text.partition("heading = ")[2].splitlines()]
     lines = [" ".join(line.split()) for line in lines]
     return [NUMBER.sub("#", line) for line in lines] if timed else lines
+
+
+def compare_files(what, file, keys, rows, listed):
+    """Checks that a table's CSV file has the keys, the number of rows and the listed rows of results.json."""
+    text = "\n".join(line for line in file.read_text().split("\n") if line[:1] != "#")
+    head, *body = csv.reader(io.StringIO(text))
+    equal(f"{what}: keys and number of rows", (head, len(body)), (keys, len(rows)))
+    for i in listed[:len(body)]:
+        cells = [cell if isinstance(value, str) else None if cell == "NaN" else float(cell) for cell, value in zip(body[i], rows[i])]
+        equal(f"{what}: row {i}", cells, rows[i])
 
 
 def write_records():
