@@ -323,6 +323,10 @@ INPUTS = [
      f"input.nml:2: &mass_functions: a1 = 0.1, 0.05: {PAIRS}"),
     ("even number of the moment's harmonics", functions("moment=0.0,0.0,0.001", "moment=0.0,0.0,0.001,0.0"), 2,
      f"input.nml:2: &mass_functions: moment = 0.0, 0.0, 0.001, 0.0: {PAIRS}"),
+    # 3 (0.02 + 0.0195 cos) < (0.1 + 0.05 cos)^2 + (0.05 sin)^2 first holds at 30 of 64 crank angles
+    ("mass functions of no mechanism", functions("a3=0.02", "a3=0.02,0.0195,0.0"), 2,
+     "input.nml:2: &mass_functions: these mass functions are physically impossible: at a crank angle of 168.8 deg mass * a3 is less "
+     "than a1^2 + a2^2"),
     ("mass functions without mass", functions("mass=3.0, ", ""), 2, "input.nml:2: &mass_functions: mass: must be given"),
     ("mass functions without inertia", functions("inertia=0.01, ", ""), 2,
      "input.nml:2: &mass_functions: inertia: must be given"),
