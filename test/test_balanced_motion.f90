@@ -244,7 +244,7 @@ contains
     do i = 1, 3
       balance = balance_type()
       call survey_system(system, balance%survey, failure)
-      call balance_to_rounding(system, phases(i), balance, fits)
+      call balance_to_rounding(system, phases(i), 1.0_dp, balance, fits)
       call check(error, fits, more="harmonic balance converges")
       if (allocated(error)) return
       do j = 1, points

@@ -126,13 +126,16 @@ contains
 
   !> Computes the periodic motion until the residual at the phases is of the size of rounding errors. The errors of the result are
   !> not estimated: the caller bounds them by the residual between the phases (gestell_floquet_balance_periodic_motion).
-  subroutine balance_to_rounding(system, phases, motion, fits)
+  subroutine balance_to_rounding(system, phases, of_load, motion, fits)
     !> `system`, `phases`: those of `balance_harmonics`
     class(second_order_system), intent(in) :: system
     integer, intent(in) :: phases
-    !> The computed motion. On entry it holds the units of the states
+    !> Largest harmonic in the highest sixth of the orders, relative to the largest of the load, with which a solution is useful
+    real(dp), intent(in) :: of_load
+    !> The computed motion. `left_out` is the harmonic that is compared with `of_load`. On entry the motion holds the units of the
+    !> states
     type(balance_type), intent(inout) :: motion
-    !> False if harmonic balance does not work for this system, or the iterations do not converge
+    !> False if harmonic balance does not work for this system, `left_out` exceeds `of_load`, or the iterations do not converge
     logical, intent(out) :: fits
     !> `goal`: residual, relative to the motion, at which the iterations end. `enough`: largest residual that is accepted.
     real(dp), parameter :: goal = 16 * epsilon(goal), enough = 1.0e-10_dp
@@ -143,14 +146,17 @@ contains
     real(dp), allocatable :: h(:, :), x(:, :)
     integer :: i
 
+    motion%left_out = 0
     fits = is_suitable(system, phases) .and. motion%survey%fastest <= max_turns
     if (.not. fits) return
     call sample(system, phases, motion%survey%scale, at, h, motion%energy)
-    call couple_harmonics(at%b, at%c, coupled, fits)
-    if (.not. fits) return
     call begin_means(at%b, at%c, 2 * pi / system%period, motion%survey, motion%means)
     associate (means => motion%means)
       x = means%waves%harmonics(h)
+      motion%left_out = highest_sixth(x)
+      fits = motion%left_out <= of_load
+      if (fits) call couple_harmonics(at%b, at%c, coupled, fits)
+      if (.not. fits) return
       call coupled%solve(x)
       x = x * means%weights
       call krylov%begin(reshape(x, [size(x)]), most)
@@ -166,6 +172,17 @@ contains
         & * spread(motion%survey%scale(:means%f), 1, phases)
     end associate
   end subroutine balance_to_rounding
+
+  !> Largest amplitude in the highest sixth of the orders, relative to the largest of all. The harmonics `x`, shape (phases,
+  !> functions), are cosines followed by sines.
+  pure real(dp) function highest_sixth(x)
+    real(dp), intent(in) :: x(:, :)
+    integer :: half
+
+    half = size(x, 1) / 2
+    highest_sixth = max(maxval(abs(x(half - half / 6 + 1:half, :))), maxval(abs(x(2 * half - half / 6 + 1:, :)))) &
+      & / max(maxval(abs(x)), tiny(1.0_dp))
+  end function highest_sixth
 
   !> True if the coefficients do not jump and there are enough phases.
   pure logical function is_suitable(system, phases)

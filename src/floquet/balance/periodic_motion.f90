@@ -68,10 +68,13 @@ contains
       balance%survey = survey
       phases = max(fewest, 16 * ceiling(4 * system%least_steps / 16.0_dp))
       do while (phases <= most)
-        call balance_to_rounding(system, phases, balance, fits)
-        if (.not. fits) return
-        call bound_error(system, balance, monodromy, phases, tolerance, motion, lack, fits)
-        if (fits .or. .not. (lack < hopeful .and. lack > rounding)) return
+        call balance_to_rounding(system, phases, tolerance, balance, fits)
+        if (fits) then
+          call bound_error(system, balance, monodromy, phases, tolerance, motion, lack, fits)
+          if (fits .or. .not. (lack < hopeful .and. lack > rounding)) return
+        else if (.not. (balance%left_out > tolerance .and. balance%left_out < hopeful)) then
+          return
+        end if
         phases = 2 * phases
       end do
     end select
