@@ -74,6 +74,7 @@ program main
   use test_namelist_fuzz, only: collect_namelist_fuzz
   use test_gmres, only: collect_gmres
   use test_balanced_motion, only: collect_balanced_motion
+  use test_response_bound, only: collect_response_bound
   use test_newton, only: collect_newton
   use test_convergence, only: collect_convergence
   use test_oracle, only: collect_oracle
@@ -206,6 +207,7 @@ program main
     & new_testsuite("exact_paths", collect_exact_paths), &
     & new_testsuite("newton", collect_newton), &
     & new_testsuite("balanced-motion", collect_balanced_motion), &
+    & new_testsuite("response-bound", collect_response_bound), &
     & new_testsuite("support-axes", collect_support_axes), &
     & new_testsuite("balance", collect_balance), &
     & new_testsuite("balance-single", collect_balance_single), &
