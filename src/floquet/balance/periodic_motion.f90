@@ -133,7 +133,8 @@ contains
         & + (relative_rounding(system, phases, monodromy%phase_advance) + system%load_rounding) / (2 * pi) * size_of_motion
       lack = lack / max(largest_norm(abs(of_velocity), terms), tiny(lack))
       error = response%gain * disturbance
-      fits = error <= tolerance * size_of_motion
+      ! Norms square their elements, and squares underflow below sqrt(tiny): a smaller motion has no bound.
+      fits = error <= tolerance * size_of_motion .and. size_of_motion > sqrt(tiny(1.0_dp))
       motion%error = norm2(response%from, dim=2) * error
     end associate
   end subroutine bound_error
@@ -169,13 +170,15 @@ contains
   !> Computes the states x = (q, q') at phases t / T, shape (n, phases).
   subroutine states(self, phases, x)
     class(motion_type), intent(in) :: self
-    real(dp), contiguous, intent(in) :: phases(:)
+    real(dp), intent(in) :: phases(:)
     real(dp), intent(out) :: x(:, :)
     real(dp), dimension(size(phases), size(x, 1) / 2) :: q, q_d, q_dd
+    real(dp) :: copy(size(phases))
     integer :: half
 
     half = size(x, 1) / 2
-    call self%series%values(phases, q, q_d, q_dd)
+    copy = phases
+    call self%series%values(copy, q, q_d, q_dd)
     x(:half, :) = transpose(q)
     x(half + 1:, :) = self%omega * transpose(q_d)
   end subroutine states
