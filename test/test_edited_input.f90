@@ -5,7 +5,7 @@ module test_edited_input
   use gestell_base_error, only: gestell_error => error_type
   use gestell_input_namelist, only: parse_document
   use gestell_input_namelist_document, only: document_type, entry_type, group_type
-  use gestell_input_namelist_edit, only: remove_group, set_entry
+  use gestell_input_namelist_edit, only: remove_group, set_entry, spell_entry
   use testdrive, only: error_type, new_unittest, unittest_type
   implicit none (type, external)
   private
@@ -33,7 +33,8 @@ contains
 
     testsuite = [ &
       & new_unittest("a changed input yields the new value, and all others as before", test_every_key), &
-      & new_unittest("a text without one of its groups yields all other groups as before", test_every_group)]
+      & new_unittest("a text without one of its groups yields all other groups as before", test_every_group), &
+      & new_unittest("spelled entries are read as the same elements, missing ones included", test_spelling)]
   end subroutine collect_edited_input
 
   !> Every key of every group, and a key that the group does not have yet.
@@ -92,6 +93,41 @@ contains
     call remove_group(edited, 1)
     call check_that(error, edited, "==", "! a" // nl // "! c" // nl, "text")
   end subroutine test_every_group
+
+  !> Whole lists, and lists in which the first element, an element in the middle, or elements of a matrix are missing.
+  subroutine test_spelling(error)
+    type(error_type), allocatable, intent(out) :: error
+    character(len=*), parameter :: input = "&a k=1 / &a k=1,2 / &a k(2)=3 / &a k(1)=1, k(3)=3 / &a k(2,2)=5 / " &
+      & // "&a k(1,1)=1, k(2,1)=2, k(3,1)=3 / &a k='it''s', '/ &', 'x' / &a k(2)='7' / &a k(1)=1, k(2)=2 /"
+    type(document_type) :: before, after
+    type(gestell_error), allocatable :: failure
+    character(len=:), allocatable :: words
+    integer :: g, i
+
+    call parse_document(input, "in.nml", before, failure)
+    call check_success(error, failure)
+    if (allocated(error)) return
+    do g = 1, size(before%groups)
+      call spell_entry(before%groups(g)%entries(1), words)
+      call parse_document("&a " // words // " /", "in.nml", after, failure)
+      call check_success(error, failure, words)
+      if (allocated(error)) return
+      associate (old => before%groups(g)%entries(1), new => after%groups(1)%entries(1))
+        call check_that(error, new%key, "==", "k", words)
+        call check_that(error, count([(allocated(new%values(i)%text), i = 1, size(new%values))]), "==", &
+          & count([(allocated(old%values(i)%text), i = 1, size(old%values))]), "number of elements in " // words)
+        do i = 1, size(old%values)
+          if (.not. allocated(old%values(i)%text) .or. allocated(error)) cycle
+          call check_that(error, size(new%values) >= i, "==", .true., "elements of " // words)
+          if (allocated(error)) return
+          call check_that(error, allocated(new%values(i)%text), "==", .true., "an element of " // words)
+          if (allocated(error)) return
+          call check_that(error, new%values(i)%text, "==", old%values(i)%text, words)
+          call check_that(error, new%values(i)%quoted, "==", old%values(i)%quoted, "quotes of " // words)
+        end do
+      end associate
+    end do
+  end subroutine test_spelling
 
   subroutine check_edit(before, group, key, error)
     type(document_type), intent(in) :: before
