@@ -5,6 +5,7 @@ module test_callbacks
   use gestell_base_error, only: gestell_error => error_type
   use gestell_base_kinds, only: dp, pi
   use gestell_api_system, only: motion_type, solve_system
+  use gestell_system_periodic, only: periodic_system
   use gestell_system_second_order, only: second_order_system
   use slow_tests, only: new_slow
   use testdrive, only: check, error_type, new_unittest, unittest_type
@@ -23,6 +24,14 @@ module test_callbacks
     procedure :: load
   end type faulty_type
 
+  !> The same system as x' = P x + f with x = (q, q').
+  type, extends(periodic_system) :: first_order_type
+    type(faulty_type) :: inner
+  contains
+    procedure :: matrix
+    procedure :: forcing
+  end type first_order_type
+
   integer, parameter :: most_calls = 100000
 
 contains
@@ -32,6 +41,7 @@ contains
 
     testsuite = [ &
       & new_unittest("faulty user coefficients are refused with an error that names them", test_faults), &
+      & new_unittest("faults of first-order systems are named, and sound ones solved as of second order", test_first_order), &
       & new_unittest("a sharp but smooth pulse is integrated without complaint", test_smooth), &
       & new_slow("rapidly oscillating coefficients and tiny masses are not mistaken for faults", test_demanding_coefficients)]
   end subroutine collect_callbacks
@@ -50,12 +60,48 @@ contains
     if (.not. allocated(error)) call expect("period", "the period of 1", error)
   end subroutine test_faults
 
+  subroutine test_first_order(error)
+    type(error_type), allocatable, intent(out) :: error
+    type(faulty_type) :: second
+    type(first_order_type) :: first
+    type(motion_type) :: motions(2)
+    type(gestell_error), allocatable :: failure
+    integer, target, volatile :: calls
+
+    call expect("jump", "the matrix P jumps near t = 2.", error, first_order=.true.)
+    if (.not. allocated(error)) call expect("load jump", "the load f jumps near t = 2.", error, first_order=.true.)
+    if (.not. allocated(error)) call expect("noise", "the matrix P is not a smooth function of time", error, first_order=.true.)
+    if (.not. allocated(error)) call expect("infinite", "the matrix P is NaN or infinite at t =", error, first_order=.true.)
+    if (.not. allocated(error)) call expect("NaN load", "the load f is NaN or infinite at t =", error, first_order=.true.)
+    if (.not. allocated(error)) call expect("period", "the period of 1", error, first_order=.true.)
+    if (allocated(error)) return
+    calls = 0
+    second%calls => calls
+    second%states = 2
+    second%period = 2 * pi
+    first%states = 2
+    first%period = 2 * pi
+    first%inner = second
+    call solve_system(second, motions(1), failure, tolerance=1.0e-10_dp, points=16)
+    call check_success(error, failure)
+    call solve_system(first, motions(2), failure, tolerance=1.0e-10_dp, points=16)
+    call check_success(error, failure)
+    if (allocated(error)) return
+    ! to the sum of the tolerances
+    call check_that(error, abs(motions(1)%multipliers - motions(2)%multipliers), "<=", 2.0e-10_dp, "multipliers")
+    call check_that(error, reshape(abs(motions(1)%x - motions(2)%x), [size(motions(1)%x)]), "<=", &
+      & 2.0e-10_dp * maxval(abs(motions(1)%x)), "motion")
+  end subroutine test_first_order
+
   !> Checks that the failure of a system begins with this message and comes within bounded work. (Traps are off: NaN is
   !> intended.)
-  subroutine expect(fault, message, error)
+  subroutine expect(fault, message, error, first_order)
     character(len=*), intent(in) :: fault, message
     type(error_type), allocatable, intent(out) :: error
+    !> True: a system of first order
+    logical, intent(in), optional :: first_order
     type(faulty_type) :: system
+    type(first_order_type) :: of_first_order
     type(motion_type) :: motion
     type(gestell_error), allocatable :: failure
     integer, target, volatile :: calls
@@ -70,7 +116,14 @@ contains
     if (fault == "period") system%period = 1.0e9_dp
     system%fault = fault
     system%calls => calls
-    call solve_system(system, motion, failure, tolerance=1.0e-10_dp, points=16)
+    if (present(first_order)) then
+      of_first_order%states = system%states
+      of_first_order%period = system%period
+      of_first_order%inner = system
+      call solve_system(of_first_order, motion, failure, tolerance=1.0e-10_dp, points=16)
+    else
+      call solve_system(system, motion, failure, tolerance=1.0e-10_dp, points=16)
+    end if
     call ieee_set_flag(ieee_usual, .false.)
     call ieee_set_halting_mode(ieee_usual, traps)
     came = "no failure"
@@ -179,5 +232,25 @@ contains
     if (self%fault == "load jump" .and. t > 2.2_dp) h = h + 1
     if (self%fault == "NaN load" .and. t > 3) h = sqrt(3 - t)
   end subroutine load
+
+  subroutine matrix(self, t, p)
+    class(first_order_type), intent(in) :: self
+    real(dp), intent(in) :: t
+    real(dp), intent(out) :: p(:, :)
+    real(dp), dimension(1, 1) :: m, b, c
+
+    call self%inner%matrices(t, m, b, c)
+    p(1, :) = [0.0_dp, 1.0_dp]
+    p(2, :) = -[c(1, 1), b(1, 1)] / m(1, 1)
+  end subroutine matrix
+
+  subroutine forcing(self, t, f)
+    class(first_order_type), intent(in) :: self
+    real(dp), intent(in) :: t
+    real(dp), intent(out) :: f(:)
+
+    f(1) = 0
+    call self%inner%load(t, f(2:))
+  end subroutine forcing
 
 end module test_callbacks

@@ -96,7 +96,7 @@ contains
         class default
           allocate(m(n, n, count), h(n, count))
           call system%sample(at, m, h)
-          part(:, 1) = [(sum([((1 + i + n * (k - 1)) * m(i, :, k), i = 1, n)]), k = 1, count)]
+          part(:, 1) = rows(reshape(m, [count, n, n], order=[2, 3, 1]))
           part(:, 2) = [(sum([(h(i, k) * i, i = 1, n)]), k = 1, count)]
           deallocate(m, h)
         end select
