@@ -74,6 +74,8 @@ RUNS = {
     "speeds": (NEEDLE + REST + SPEEDS.format(2000, 4000, 9), "campbell critical resonance"),
     "sweep": (DAMPED + SPEEDS.format(200, 300, 4), "sweep"),
     "chart": (ROCKING + SPEEDS.format(120, 300, 4) + "&sweep parameter='frame.inertia', from=2, to=3, count=3 /\n", "sweep"),
+    "logarithmic": (DAMPED + SPEEDS.format(200, 300, 3) + "&sweep parameter='foundation.damping(1)', from=300, to=0.2, count=4, "
+                    "spacing='log' /\n", "sweep"),
     "borders": (ROCKING + SPEEDS.format(120, 300, 7), "boundary"),
     "level": (DAMPED + SPEEDS.format(240, 300, 3) + "&boundary quantity='f', measure='rms', level=60 /\n", "boundary"),
     "branches": (YOKE + SPEEDS.format(643, 650, 2), "boundary"),
@@ -99,6 +101,10 @@ RUNS = {
     "design_speeds": (ROTOR + PLACES.replace("0.08", "0.04") + SPEEDS.format(550, 650, 3) + "&objective quantity='fx', "
                       "measure='peak' /\n&objective quantity='torque', measure='peak', weight=0.1 /\n"
                       "&constraint quantity='xi', measure='peak', at_most=2.0e-3 /\n", "design"),
+    # the counterweight's mass counts as much as the force: the limit is active at one end of the range of speeds
+    "design_range_limit": (ROTOR + PLACES.replace("0.08 /", "0.08, starts=2 /", 1) + "&design parameter='link(cw).mass', from=0.2, to=1 /\n"
+                           + SPEEDS.format(550, 650, 3) + "&objective quantity='added_mass' /\n"
+                           "&constraint quantity='xi', measure='peak', at_most=3.0e-3 /\n", "design"),
     "design": (ROTOR + PLACES.replace("0.08", "0.03") + "&objective quantity='fx' /\n&constraint quantity='xi', at_most=1.0e-3 /\n",
                "design"),
     # above its resonance a damper raises the force on the ground and lowers the vibration
@@ -112,6 +118,10 @@ RUNS = {
     "resonances": (NEEDLE + REST + SPEEDS.format(400, 900, 3), "campbell critical separation"),
     "measured": (FUNCTIONS + SHORT, "stability modes response forces separation"),
     "expansion": (EXPANDED, "sweep"),
+    "averaged_equations": (SOUND + "&model coefficients='averaged' /\n" + SHORT, "matrices joints"),
+    # the machine of the input cannot be assembled, those of the sweep can
+    "impossible": (DAMPED.replace("lengths=0.37", "lengths=0.10") + "&sweep parameter='joint(B).lengths(1)', from=0.36, to=0.38, count=3, "
+                   "columns='verdict','xi_peak_m','xi' /\n", "sweep"),
     "large_motions": (ROCKING + REST + SPEEDS.format(220, 240, 3), "sweep"),
     "undamped": (ROTOR.replace("damping=40.0,", "damping=0,") + SPEEDS.format(420, 520, 3) + SHORT,
                  "stability modes campbell critical separation resonance"),

@@ -108,7 +108,7 @@ def _dropped(line):
 
 def _bound(line):
     m = re.match(r"(\s*[\w%(), :]*(?:error|bound|rounding|deviation)[\w%(), :]* = )(.+)$", line)
-    return [f"{m[1]}({m[2]}) / 10"] if m and "allocated" not in line else []
+    return [f"{m[1]}({m[2]}) / 10"] if m and m[2] != "0" and "allocated" not in line else []
 
 
 OPERATORS = {"sign": _sign, "factor": _factor, "number": _number, "comparison": _comparison, "logic": _logic, "function": _function,
