@@ -24,6 +24,7 @@ contains
 
     testsuite = [ &
       & new_unittest("a rotor built in code agrees with its closed form", test_rotor), &
+      & new_unittest("a sweep returns and writes one row for each speed, with the multiplier of this speed", test_sweep), &
       & new_unittest("the text of a machine describes the same machine", test_text), &
       & new_unittest("a removed group is missing from the list of values and from the text", test_removed), &
       & new_unittest("a refused change leaves the machine unchanged", test_refused), &
@@ -61,10 +62,57 @@ contains
     if (allocated(error)) return
     call check(error, found%unit, "m")
     if (allocated(error)) return
+    call check(error, found%name, "xi")
+    if (allocated(error)) return
     call check_that(error, size(found%history), "==", table%rows, "a point of the history for every row")
     if (allocated(error)) return
     call check(error, index(lines, "720 rpm") > 0 .and. index(lines, "VERDICT") > 0, more="the report: " // lines)
   end subroutine test_rotor
+
+  !> The table of a sweep, and the file that is written without solving again.
+  subroutine test_sweep(error)
+    type(error_type), allocatable, intent(out) :: error
+    character(len=*), parameter :: folder = "build/test_api"
+    integer, parameter :: count = 5
+    type(machine_type) :: machine, single
+    type(solution_type) :: solution, alone
+    type(table_type) :: table
+    type(gestell_error), allocatable :: failure
+    complex(dp), allocatable :: rho(:)
+    real(dp), allocatable :: errors(:)
+    character(len=:), allocatable :: lines
+    integer :: i, unit, status, rows
+    character :: first
+
+    call machine%parse(rotor // springs // "&sweep parameter='drive.speed_rpm', from=400, to=800, count=5 /", failure)
+    if (.not. allocated(failure)) call machine%solve(solution, failure, "sweep", 1.0e-11_dp)
+    if (.not. allocated(failure)) call solution%table("sweep", table, failure)
+    if (.not. allocated(failure)) call solution%report(lines, failure)
+    if (.not. allocated(failure)) call solution%write(folder, failure)
+    if (.not. allocated(failure)) call single%parse(rotor // springs, failure)
+    call check_success(error, failure)
+    if (allocated(error)) return
+    call check_that(error, table%rows, "==", count, "rows of the table")
+    if (allocated(error)) return
+    do i = 1, count
+      call single%set("drive.speed_rpm", 300.0_dp + 100 * i, failure)
+      if (.not. allocated(failure)) call single%solve(alone, failure, "stability", 1.0e-11_dp)
+      call check_success(error, failure)
+      if (allocated(error)) return
+      call alone%multipliers(rho, errors)
+      ! to twice the tolerance
+      call check_that(error, abs(table%columns(table%number_of("rho_max"))%numbers(i) - maxval(abs(rho))), "<=", 2.0e-11_dp, "rho")
+      if (allocated(error)) return
+    end do
+    rows = 0
+    open (newunit=unit, file=folder // "/sweep.csv", action="read", status="old", iostat=status)
+    do while (status == 0)
+      read (unit, "(a)", iostat=status) first
+      if (status == 0 .and. first /= "#") rows = rows + 1
+    end do
+    close (unit, iostat=status)
+    call check_that(error, rows, "==", count + 1, "keys and rows of the file")
+  end subroutine test_sweep
 
   !> A machine that was read, changed and extended, and one that was built in code: its text describes the same machine, keeps
   !> comments, and yields itself.
