@@ -382,7 +382,7 @@ def test_help_and_version():
             check(f"help names {word}", word in run.out, word, run.out)
         check("help, width", all(len(line) <= 80 for line in run.out.splitlines()), "at most 80 columns", run.out)
         for word, answer in (("support.stiffness", "support.stiffness: "), ("support", "&support: "), ("&Support", "&support: "),
-                           ("groups", "&sensitivity"), ("mass", "frame.mass: "), ("joint", "type='RRR'")):
+                           ("groups", "&sensitivity"), ("mass", "frame.mass: "), ("joint", "type='RRR'"), ("title", "case.title: ")):
             run = Run(folder, "--help", word)
             run.done(f"--help {word}")
             check(f"--help {word}", answer in run.out, answer, run.out)
