@@ -461,7 +461,7 @@ REFUSED = [
     ("a negative rms", D + O + "&constraint quantity='f', at_most=-1 /\n", "at_most = -1: cannot be met: f rms is never negative"),
     ("a negative mass", D + O + "&constraint quantity='added_mass', at_most=-1e3 /\n", "cannot be met: the whole machine weighs"),
     ("less mass than the ranges allow", D + O + "&constraint quantity='added_mass', at_most=-11 /\n",
-     "at_most = -11: cannot be met: within the ranges of &design, added_mass lies between"),
+     "at_most = -11: cannot be met: within the ranges of &design, added_mass lies between -8 kg and 2 kg"),
     ("an upper limit below a lower one", D + O + "&constraint quantity='f', at_most=1 /\n&constraint quantity='f', at_least=2 /\n",
      r"at_least = 2: contradicts line \d+: f rms at_most=1"),
     ("an rms above the peak", D + O + "&constraint quantity='f', measure='rms', equals=2 /\n"

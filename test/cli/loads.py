@@ -252,6 +252,9 @@ def test_tables():
         (folder / "gas.csv").write_text("\n".join(good) + "\n")
         Run(folder, "many.nml").refused("table, orders", 2, re.compile(
             r"many.nml:\d+: &load 'gas': harmonics = 40: the table has 72 rows per cycle, which determine at most 35 orders"))
+        (folder / "gas.csv").write_text("\n".join(good[:1] + [f"{80 * k},{1 + k % 3}" for k in range(9)]) + "\n")
+        for orders, code in ((4, 0), (5, 2)):
+            equal(f"{orders} orders of 9 rows", Run(folder, "-q", "-s", f"load(gas).harmonics={orders}", "many.nml").code, code)
 
 
 def test_keys():
