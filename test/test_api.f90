@@ -106,11 +106,13 @@ contains
     end do
     rows = 0
     open (newunit=unit, file=folder // "/sweep.csv", action="read", status="old", iostat=status)
+    call check_that(error, status, "==", 0, "opening the file")
+    if (allocated(error)) return
     do while (status == 0)
       read (unit, "(a)", iostat=status) first
       if (status == 0 .and. first /= "#") rows = rows + 1
     end do
-    close (unit, iostat=status)
+    close (unit)
     call check_that(error, rows, "==", count + 1, "keys and rows of the file")
   end subroutine test_sweep
 
